@@ -1,5 +1,7 @@
-"""Options that the dynamics of a case would notice, each with what makes it matter here and what it did where it was
-measured: said by `plan` and `check`, never switched on by itself."""
+"""Options that would change the dynamics of a case, each with its reason and its measured effect.
+
+`plan` and `check` print them; they are never switched on automatically.
+"""
 
 from __future__ import annotations
 
@@ -15,25 +17,35 @@ from nvhchain.dynamics.model.shaft_beam import elastic_shaft
 from nvhchain.errors import InputError
 
 MEASURED = {"friction": 13.1, "shuttling": 15.7, "flexible_shafts": -27.3, "gyroscopic": -0.003}
-"""dB, what each did to the worst mesh harmonic of the bearing forces of the example gearbox at 2500 rpm
-(docs/measured/dynamics/options.md)."""
+"""Change (dB) of the worst mesh harmonic of the example gearbox's bearing forces at 2500 rpm, by option.
+
+Source: docs/measured/dynamics/options.md.
+"""
 NOTICED_SWING = 1e-3
-"""Of the distance of a shaft's bearings, by which a mesh's load moves along the face: 0.05 % of its force then
-alternates at each bearing, some 30 dB below what a mesh stiffness that swings by 2 % makes."""
+"""Smallest reported motion of a mesh's load along the face, relative to the distance of the shaft's bearings.
+
+0.05 % of the mesh force then alternates at each bearing. A mesh stiffness that varies by 2 % has an effect some 30 dB
+larger.
+"""
 NOTICED_SPLIT = 0.1
-"""Of a tilting frequency, by which gyroscopic terms part it: the width of a resonance damped by 5 %, as bearings damp
-tilting; 5 %, the example at 20 000 rpm, is no more than a few hundredths of a decibel (benchmarks/dynamics/options.py,
-`speeds`)."""
+"""Smallest reported split of a tilting frequency by gyroscopic terms, relative to this frequency.
+
+It is the width of a resonance with 5 % damping, as bearings damp tilting. A split of 5 % (the example at 20 000 rpm)
+changes the result by a few hundredths of a decibel (benchmarks/dynamics/options.py, `speeds`).
+"""
 NOTICED_GIVE = 0.1
-"""Of what a gear gives way on its bearings: 5 % of a natural frequency."""
+"""Smallest reported bending of a shaft, relative to the deflection of its bearings under the gear.
+
+It changes a natural frequency by 5 %.
+"""
 ANGLES, SLICES = 24, 32
-"""Of a mesh period and of the face, at which the contact lines are looked at."""
+"""Numbers of angles in a mesh period and of slices of the face for the contact lines."""
 ELEMENT = 1.0
-"""m, of a beam whose static deflection at its nodes is exact whatever their distance."""
+"""Length (m) of a beam element; the static deflection at its nodes is exact for any length."""
 
 
 def advice(case: GearboxCase) -> tuple[str, ...]:
-    """One sentence per option that is not on and that this gearbox would notice."""
+    """Return one sentence per option that is off and would change the result for this gearbox."""
     options = case.options
     considered = (
         (options.friction > 0.0, _friction),
@@ -67,7 +79,7 @@ def _shuttling(case: GearboxCase) -> Iterator[tuple[str, str]]:
 
 
 def load_swing(pair: gear.GearPair) -> float:
-    """m by which the middle of all contact lines moves along the face in a mesh period: of a load spread evenly."""
+    """Return the motion (m) of the centre of all contact lines along the face in a mesh period, for an even load."""
     middle = []
     for angle in np.arange(ANGLES) * pair.mesh_period / ANGLES:
         lines = gear.contact_lines(pair, float(angle), slices=SLICES)
@@ -88,9 +100,10 @@ def _flexible(case: GearboxCase) -> Iterator[tuple[str, str]]:
 
 
 def bending_share(shaft: Shaft, bearings: list[Bearing], z: float) -> float:
-    """How much more a shaft gives way at z, m, under a radial force there than a rigid one on the same bearings.
+    """Return the additional deflection of a shaft at `z` (m) under a radial force there, relative to a rigid shaft.
 
-    0 for a shaft whose segments do not reach so far, which cannot be taken as flexible.
+    Both shafts run in the same bearings. The value is 0 for a shaft whose segments do not reach `z` or a bearing: it
+    cannot be modelled as flexible.
     """
     push = np.eye(6)[0]
     try:
@@ -124,6 +137,6 @@ def _gyroscopic(case: GearboxCase) -> Iterator[tuple[str, str]]:
 
 
 def _span(bearings: tuple[Bearing, ...], shaft: str) -> float:
-    """m between the outermost bearings of a shaft."""
+    """Return the distance (m) between the outermost bearings of a shaft."""
     places = [bearing.z for bearing in bearings if bearing.shaft == shaft]
     return max(places) - min(places)

@@ -17,7 +17,10 @@ from nvhchain.scene.planning import planned_steps
 from nvhchain.scene.steps import BEARING_FORCES, HOUSING, MESH_LAWS, PRESSURE, SURFACE_VELOCITY, Scene, Step
 
 FEWEST_ANGLES = 6
-"""Angles of a mesh law per mesh period: with five the second harmonic is 2.4 dB off, outside its error band."""
+"""Smallest number of angles of a mesh law per mesh period.
+
+With five the second harmonic is 2.4 dB off, outside its confidence limits.
+"""
 
 MOST_SLICES = 2000
 """Largest number of slices over a face: at `draft` about 15 minutes of processor time."""
@@ -27,11 +30,26 @@ _LASTS_LONG = {BEARING_FORCES, SURFACE_VELOCITY, PRESSURE}
 
 
 def preflight(case: Case, fidelity: Fidelity, supplied: Collection[str] = (), *, in_files: bool = False) -> None:
-    """Refuse, before any work starts, what the steps to come cannot do, and too little memory.
+    """Refuse impossible steps, and too little memory, before any work starts.
 
-    supplied: names of the supplied hand-offs, as `run` calls them, or the hand-offs by name. Steps that they replace
-    are not looked at, and an imported housing whose surface is among them is not read.
-    in_files: the bearing forces go to files piece by piece, whatever their length.
+    Parameters
+    ----------
+    case : Case
+        Case to run.
+    fidelity : Fidelity
+        Fidelity of the run.
+    supplied : collection of str, or mapping of str to hand-off
+        Names of the supplied hand-offs, as for `run`, or these by name. Steps that they replace are not checked. An
+        imported housing is not read if its surface is supplied.
+    in_files : bool
+        True if the bearing forces go to files piece by piece, so that their length does not matter.
+
+    Raises
+    ------
+    InputError
+        If a step cannot be computed.
+    ResourceError
+        If the largest step needs more memory than is free.
     """
     check_knobs(case, fidelity, supplied)
     scene = Scene(case, fidelity, supplied)
@@ -54,9 +72,21 @@ def preflight(case: Case, fidelity: Fidelity, supplied: Collection[str] = (), *,
 
 
 def check_knobs(case: Case, fidelity: Fidelity, supplied: Collection[str] = ()) -> None:
-    """Refuse (InputError) a case that cannot be run so, and knobs too coarse for its band.
+    """Refuse a case that cannot be run at a fidelity, and knobs too coarse for its band.
 
-    supplied: as `preflight` takes it.
+    Parameters
+    ----------
+    case : Case
+        Case to run.
+    fidelity : Fidelity
+        Fidelity of the run.
+    supplied : collection of str, or mapping of str to hand-off
+        As for `preflight`.
+
+    Raises
+    ------
+    InputError
+        If the case cannot be run so.
     """
     if (HEARD | RADIATED).intersection(case.quantities) and "transfer_vectors" not in supplied:
         engine_named(case.engine)
@@ -67,7 +97,7 @@ def check_knobs(case: Case, fidelity: Fidelity, supplied: Collection[str] = ()) 
 
 
 def check_case(case: Case) -> None:
-    """Refuse (InputError) a gearbox that nothing drives or holds, or whose housing's file does not fit it."""
+    """Refuse (InputError) a gearbox without drive or fixed housing, or whose housing's file does not fit it."""
     _apply(_OF_THE_CASE, Scene(case, STANDARD))
     if not case.states_velocity:
         case.extent(STANDARD, driven=True)

@@ -19,7 +19,7 @@ from nvhchain.scene.planned import BASE_MEGABYTES, SECONDS_PER_STEP, PlannedStep
 from nvhchain.scene.steps import BEARING_FORCES, HOUSING, LOAD_DISTRIBUTIONS, MESH_LAWS
 
 # Estimates: processor seconds and megabytes per unit of work, fitted to the runs in docs/measured/chain/plan.md and
-# docs/measured/chain/plan_knobs.md, which benchmarks/chain/plan.py measures again.
+# docs/measured/chain/plan_knobs.md by benchmarks/chain/plan.py.
 _SECONDS_PER_TOOTH = 1.6e-3
 _SECONDS_PER_LOADED_TOOTH = 5.6e-5
 _MESH_GROWTH = 0.43
@@ -50,7 +50,7 @@ _SECONDS_TO_IMPORT_MODES = 10.0
 
 
 def mesh_law_steps(case: GearboxCase, fidelity: Fidelity) -> list[PlannedStep]:
-    """Mesh law of every stage of the gearbox."""
+    """Cost of the mesh law of every stage of the gearbox."""
     knobs, planned = fidelity.gear, []
     for stage, pair in zip(case.stages, case.pairs, strict=True):
         bodies = (pair.pinion, pair.wheel)
@@ -74,9 +74,9 @@ def mesh_law_steps(case: GearboxCase, fidelity: Fidelity) -> list[PlannedStep]:
 
 
 def load_distribution_steps(case: GearboxCase, fidelity: Fidelity, *, alone: bool) -> list[PlannedStep]:
-    """Load distribution of every stage, for friction, shuttling and tilt.
+    """Cost of the load distribution of every stage, for friction, shuttling and tilt.
 
-    alone: the mesh laws are not computed; else the gears' finite elements are those of the mesh laws.
+    If `alone`, the mesh laws are not computed; else the gears' finite elements are shared with the mesh laws.
     """
     planned = []
     for stage, pair in zip(case.stages, case.pairs, strict=True):
@@ -93,7 +93,7 @@ def load_distribution_steps(case: GearboxCase, fidelity: Fidelity, *, alone: boo
 
 
 def kept_modes(case: GearboxCase, fidelity: Fidelity) -> str:
-    """Words for the modes of the housing that are kept."""
+    """Return words for the kept modes of the housing."""
     tolerance = fidelity.housing.truncation_tolerance_db
     if tolerance and "truncation_tolerance_db" not in case.housing.unused_knobs:
         return f"the fewest modes that keep to {tolerance:g} dB"
@@ -101,7 +101,7 @@ def kept_modes(case: GearboxCase, fidelity: Fidelity) -> str:
 
 
 def housing_step(case: GearboxCase, fidelity: Fidelity, extent: Extent) -> PlannedStep:
-    """Reduction of the housing."""
+    """Cost of the reduction of the housing."""
     if extent.unknowns == 0:
         return PlannedStep(HOUSING, "housing", extent.models, _SECONDS_TO_IMPORT_MODES, BASE_MEGABYTES)
     unknowns, modes = extent.unknowns, case.housing.modes_in_reach(case, fidelity.housing)
@@ -118,22 +118,23 @@ def housing_step(case: GearboxCase, fidelity: Fidelity, extent: Extent) -> Plann
 
 
 def _law_seconds(meshes: int, slices: int, knobs: GearFidelity) -> float:
-    """Of the contact problems of a mesh law, whose deflections are found by loading every phase and every mesh."""
+    """Time (s) of the contact problems of a mesh law, whose deflections follow from loading all phases and meshes."""
     angles = meshes * knobs.angles_per_mesh
     sets = _LINES_PER_LOADED_ANGLE * (knobs.angles_per_mesh + meshes) + 2 * angles  # both flanks
     return _lines_seconds(slices) * sets + _SECONDS_PER_CONTACT * angles * knobs.deflections * (3 * slices) ** 2
 
 
 def _lines_seconds(slices: int) -> float:
-    """Of one set of contact lines, about three at once, and of what every slice does to every other."""
+    """Time (s) of one set of contact lines, about three at once, and of the coupling of all slices."""
     return _SECONDS_PER_LINES + _SECONDS_PER_COUPLING * (3 * slices) ** 2
 
 
 def _body_seconds(bodies: Sequence[GearBody], knobs: GearFidelity) -> float:
-    """Of the finite elements of a pair of gears: teeth condensed onto the nodes they share, every one with every other.
+    """Time (s) of the finite elements of a pair of gears, whose teeth are condensed onto shared nodes, all coupled.
 
-    These nodes grow with the layers, their stiffness as the square. A finer transverse mesh makes
-    that stiffness grow less (twice the refinement: 2.1 times) than the blank's bricks (3.3 times), which are factored.
+    The number of shared nodes grows with the layers, the size of their stiffness with its square. A finer transverse
+    mesh costs less for that stiffness than for the bricks of the blank, which are factored. Twice the refinement costs
+    2.1 times against 3.3 times.
     """
     if knobs.bodies != "elements":
         return 0.0
@@ -147,7 +148,7 @@ def _body_seconds(bodies: Sequence[GearBody], knobs: GearFidelity) -> float:
 
 
 def _gear_megabytes(body: GearBody, knobs: GearFidelity) -> float:
-    """Of a gear's finite elements: of its own mesh, or of a mesh of another program, which is solved as a whole."""
+    """Memory (MB) of a gear's finite elements: its own mesh, or an imported mesh, which is solved as a whole."""
     if knobs.bodies != "elements":
         return 0.0
     if isinstance(body.blank, VolumeMesh):
@@ -158,7 +159,7 @@ def _gear_megabytes(body: GearBody, knobs: GearFidelity) -> float:
 
 
 def recorded_time(case: GearboxCase) -> float:
-    """s of bearing forces: the ramp, or whole turns of the slowest shaft."""
+    """Duration (s) of the bearing forces: the ramp, or whole turns of the slowest shaft."""
     if case.ramp is not None:
         return case.ramp.duration
     turns = 1 / min(case.shaft_orders.values())
@@ -166,18 +167,18 @@ def recorded_time(case: GearboxCase) -> float:
 
 
 def recorded_samples(case: GearboxCase, fidelity: Fidelity) -> float:
-    """Samples of a run-up's record."""
+    """Sample count of a run-up's record."""
     knobs = fidelity.dynamics
     return recorded_time(case) / (knobs.time_step * record_stride(knobs.time_step, case.band.high, knobs))
 
 
 def recorded_outputs(case: GearboxCase) -> int:
-    """Numbers per sample of a run-up's record."""
+    """Count of values per sample of a run-up's record."""
     return 3 * len(case.bearings) + 3 * len(case.stages) + 1
 
 
 def dynamics_step(case: GearboxCase, fidelity: Fidelity) -> PlannedStep:
-    """Time integration of the gearbox."""
+    """Cost of the time integration of the gearbox."""
     knobs, meshes = fidelity.dynamics, len(case.stages)
     steps = recorded_time(case) / knobs.time_step
     run = steps * (1 if case.operation.ramp else _SETTLING_PERIODS)
@@ -195,7 +196,7 @@ def dynamics_step(case: GearboxCase, fidelity: Fidelity) -> PlannedStep:
     if knobs.mesh_level == "contact":
         level = f"the contact problem of {meshes} meshes in every step"
         solved = steps if case.operation.ramp else steps + _settling_time(case, fidelity) / knobs.time_step
-        # its solvers hold the gears' finite elements, which they make for themselves
+        # the solvers of the contact problem compute and hold the gears' finite elements themselves
         for pair in case.pairs:
             bodies = (pair.pinion, pair.wheel)
             lines = _lines_seconds(gear.slice_count(pair, fidelity.gear))
@@ -213,7 +214,7 @@ def dynamics_step(case: GearboxCase, fidelity: Fidelity) -> PlannedStep:
 
 
 def _settling_time(case: GearboxCase, fidelity: Fidelity) -> float:
-    """s in which the start is forgotten, on rigid seats and with meshes of 14 N/(mm µm), the usual c'."""
+    """Time (s) until the start has decayed, on rigid seats and with meshes of 14 N/(mm µm), the usual c'."""
     reach = np.array([-1e-3, 1e-3])
     laws = [
         gear.tabulated(pair, np.zeros(1), reach, 14e9 * pair.wheel.geometry.face_width * reach[None, :])

@@ -1,4 +1,4 @@
-"""Costs of the steps of a run, and what is modelled in each."""
+"""Costs and models of the steps of a run."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import Any
 from nvhchain.scene.steps import Step
 
 BASE_MEGABYTES = 390.0
-"""Resident before a step begins."""
+"""Resident memory (MB) before a step begins."""
 SECONDS_PER_STEP = 0.1
-"""Of a step that computes next to nothing."""
+"""Processor time (s) of a step that computes next to nothing."""
 
 
 @dataclass(frozen=True)
@@ -20,18 +20,18 @@ class PlannedStep:
 
     Parameters
     ----------
-    step
+    step : Step
         Row of the step table.
-    name
-        Words for it, with the gear stage where it has one.
-    models
-        Size and kind of what is modelled.
-    seconds
-        Time of all processors, user and system.
-    megabytes
-        Resident memory at the peak.
-    counts
-        Numbers of what is modelled, as far as they are estimated.
+    name : str
+        Step in words, with the gear stage where it has one.
+    models : str
+        Size and kind of the model.
+    seconds : float
+        Time (s) of all processors, user and system.
+    megabytes : float
+        Peak resident memory (MB).
+    counts : mapping of str to float
+        Estimated numbers of parts of the model.
     """
 
     step: Step[Any]
@@ -44,7 +44,21 @@ class PlannedStep:
 
 @dataclass(frozen=True)
 class Plan:
-    """Steps in their order, reasons for what is excluded, and options of the case that its gearbox would notice."""
+    """Steps in their order, reasons for exclusions, and options to consider.
+
+    Parameters
+    ----------
+    case : str
+        Name of the case.
+    fidelity : str
+        Name of the fidelity.
+    steps : tuple of PlannedStep
+        Steps in their order.
+    skipped : tuple of str
+        Reasons for exclusions.
+    advice : tuple of str
+        Options that would change the result for this gearbox.
+    """
 
     case: str
     fidelity: str
@@ -54,12 +68,12 @@ class Plan:
 
     @property
     def seconds(self) -> float:
-        """Estimated processor time of all steps when nothing is cached."""
+        """Estimated processor time (s) of all steps without cached results."""
         return sum(step.seconds for step in self.steps)
 
     @property
     def megabytes(self) -> float:
-        """Estimated peak memory: of the largest step."""
+        """Estimated peak memory (MB) of the largest step."""
         return max(step.megabytes for step in self.steps)
 
     def __str__(self) -> str:

@@ -1,4 +1,4 @@
-"""The plan of a run: steps with their costs, reasons for what is excluded, and options to consider."""
+"""Plan of a run: steps with their costs, reasons for exclusions, and options to consider."""
 
 from __future__ import annotations
 
@@ -45,7 +45,20 @@ from nvhchain.scene.steps import (
 
 @checked
 def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
-    """Plan a run: what is modelled, what is skipped and why, memory and time (estimates)."""
+    """Plan a run: models, exclusions with their reasons, estimated memory and time.
+
+    Parameters
+    ----------
+    case : Case
+        Case to run.
+    fidelity : Fidelity
+        Fidelity of the run.
+
+    Returns
+    -------
+    Plan
+        Steps and exclusions; `str` makes a table of it.
+    """
     steps = planned_steps(Scene(case, fidelity))
     if isinstance(case, GearboxCase):
         return Plan(case.name, fidelity.name, steps, _excluded(case, fidelity), advice(case))
@@ -53,13 +66,13 @@ def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
 
 
 def planned_steps(scene: Scene) -> tuple[PlannedStep, ...]:
-    """Costs of the steps that a run computes; an imported housing whose surface is supplied is not read."""
+    """Return the costs of the steps that a run computes; an imported housing whose surface is supplied is not read."""
     sized = _Sized(scene)
     return tuple(planned for step in scene.steps if step in COSTS for planned in COSTS[step](sized))
 
 
 class _Sized:
-    """A scene and the size of its radiating body, which is looked at when a step asks for it."""
+    """Scene with the size of its radiating body, computed when a step needs it."""
 
     def __init__(self, scene: Scene) -> None:
         self.scene, self.case, self.fidelity, self.steps = scene, scene.case, scene.fidelity, scene.steps

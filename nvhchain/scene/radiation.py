@@ -24,7 +24,7 @@ from nvhchain.scene.steps import (
 )
 
 # Estimates: processor seconds and megabytes per unit of work, fitted to the runs in docs/measured/chain/plan.md and
-# docs/measured/chain/plan_knobs.md, which benchmarks/chain/plan.py measures again.
+# docs/measured/chain/plan_knobs.md by benchmarks/chain/plan.py.
 _SECONDS_PER_SYSTEM = 0.05
 _SECONDS_PER_PAIR = 9.3e-8
 _POINTS_OF_A_PAIR = 28.0
@@ -52,11 +52,11 @@ _MEGABYTES_PER_SAMPLE_AND_POINT = 16e-6
 
 
 _MOST_LOOKED_AT = 20_000
-"""Triangles of a surface above which its needles and gaps are not looked for: that takes seconds then."""
+"""Largest number of triangles of a surface whose needles and gaps are searched for; more take seconds."""
 
 
 def surface_step(extent: Extent) -> PlannedStep:
-    """Surface of a radiator with its stated velocity."""
+    """Cost of the surface of a radiator with its stated velocity."""
     seconds = SECONDS_PER_STEP + extent.seconds
     return PlannedStep(SURFACE_VELOCITY, "surface", extent.models, seconds, BASE_MEGABYTES)
 
@@ -69,13 +69,13 @@ def _radiating(case: Case, knobs: AcousticsFidelity, faces: int) -> str:
 
 
 def radiated_power_step(case: Case, fidelity: Fidelity, extent: Extent) -> PlannedStep:
-    """Equivalent radiated power, in place of transfer vectors."""
+    """Cost of the equivalent radiated power, which takes the place of transfer vectors."""
     models = f"{_radiating(case, fidelity.acoustics, extent.triangles)}, plane waves from every face"
     return PlannedStep(PRESSURE, "radiated power", models, SECONDS_PER_STEP, BASE_MEGABYTES)
 
 
 def transfer_vector_step(case: Case, fidelity: Fidelity, extent: Extent) -> PlannedStep:
-    """Transfer vectors to the field points, by boundary elements or the Rayleigh integral."""
+    """Cost of transfer vectors to the field points, by boundary elements or the Rayleigh integral."""
     knobs, faces = fidelity.acoustics, extent.triangles
     described = _radiating(case, knobs, faces)
     if knobs.radiation == "rayleigh":
@@ -95,7 +95,7 @@ def transfer_vector_step(case: Case, fidelity: Fidelity, extent: Extent) -> Plan
 
 
 def radiation_resistance_step(case: GearboxCase, fidelity: Fidelity, extent: Extent) -> PlannedStep:
-    """Solutions for every mode and seat direction at masters."""
+    """Cost of the solutions for every mode and seat direction at masters."""
     masters = _masters(case, fidelity, extent.area)
     shapes = case.housing.modes_in_reach(case, fidelity.housing) + 3 * len(case.bearings)
     described = f"about {masters} master frequencies, {shapes:.0f} modes and seat directions"
@@ -104,7 +104,7 @@ def radiation_resistance_step(case: GearboxCase, fidelity: Fidelity, extent: Ext
 
 
 def sound_power_step(case: Case, fidelity: Fidelity, extent: Extent) -> PlannedStep:
-    """Solutions for one velocity at every line, or a cheaper level of radiation."""
+    """Cost of the solutions for one velocity at every line, or of a cheaper level of radiation."""
     knobs = fidelity.acoustics
     if knobs.radiation != "boundary_elements":
         models = f"about {extent.triangles} triangles, {knobs.radiation}"
@@ -129,7 +129,7 @@ def _solved(
 
 
 def _with_needles(planned: PlannedStep, case: Case, knobs: AcousticsFidelity, extent: Extent) -> PlannedStep:
-    """The step with the time that needles and narrow gaps of a surface that is read add."""
+    """Add the time for needles and narrow gaps of an imported surface to a step."""
     surface = extent.surface
     if surface is None or case.engine != "fused" or len(surface.triangles) > _MOST_LOOKED_AT:
         return planned
@@ -138,12 +138,12 @@ def _with_needles(planned: PlannedStep, case: Case, knobs: AcousticsFidelity, ex
 
 
 def _needles_in(case: Case) -> bool:
-    """True for housings; a radiator's surface is meshed without."""
+    """Return True for housings; the mesh of a radiator's surface has no needles."""
     return not case.states_velocity
 
 
 def _megabytes(case: Case, knobs: AcousticsFidelity, faces: int, systems: int, points: int = 0) -> float:
-    """Of matrices at `systems` frequencies, or of the rules of touching triangles, which are made before."""
+    """Memory (MB) of the matrices at `systems` frequencies, or of the preceding rules for touching triangles."""
     needed = acoustics.estimate_memory(
         faces // 2, faces, case.engine, knobs, points=points, frequencies=systems, free=_free_beside_the_program()
     )
@@ -153,12 +153,12 @@ def _megabytes(case: Case, knobs: AcousticsFidelity, faces: int, systems: int, p
 
 
 def _free_beside_the_program() -> int:
-    """Bytes: what `BASE_MEGABYTES` take is not there for matrices."""
+    """Free memory (bytes) for matrices, without `BASE_MEGABYTES`."""
     return max(0, free_memory() - int(1e6 * BASE_MEGABYTES))
 
 
 def _system_seconds(faces: int, case: Case, knobs: AcousticsFidelity) -> float:
-    """Of matrices and factors at one frequency: every pair of triangles by its points, close ones on top."""
+    """Time (s) of matrices and factors at one frequency: all pairs of triangles by their points, plus close pairs."""
     return (
         _SECONDS_PER_SYSTEM
         + _SECONDS_PER_PAIR * faces**2 * far_points(knobs) / _POINTS_OF_A_PAIR
@@ -168,7 +168,7 @@ def _system_seconds(faces: int, case: Case, knobs: AcousticsFidelity) -> float:
 
 
 def far_points(knobs: AcousticsFidelity) -> float:
-    """Points of a pair of well separated triangles, in the mean over the band: the order rises with the frequency."""
+    """Mean number of points of a pair of well separated triangles over the band; the order rises with the frequency."""
     edge = 2 * pi / knobs.elements_per_wavelength  # rad, at the upper limit
     phases = [edge * (i + 0.5) / 8 for i in range(8)]
     orders = [order_for(knobs.quadrature_order, phase, knobs.quadrature_error) for phase in phases]
@@ -176,11 +176,12 @@ def far_points(knobs: AcousticsFidelity) -> float:
 
 
 def close_points(faces: int, knobs: AcousticsFidelity, *, needles: bool) -> float:
-    """Points per triangle of the pairs that touch or are close.
+    """Count the points per triangle for the pairs that touch or are close.
 
-    A triangle touches itself, 3 others along an edge and about 9 at a corner: 6, 5 and 2 regions of the rule of Sauter
-    and Schwab, of `singular_order` points in four directions each.  Others lie within a distance as its square.
-    needles: whether there are some, as on castings, whose rules take twice and three times that order.
+    Touching pairs use the rule of Sauter and Schwab with `singular_order` points in each of four directions. A triangle
+    touches itself (6 regions), 3 others along an edge (5 regions) and about 9 at a corner (2 regions). The number of
+    others within a distance grows with its square. If there are `needles`, as on castings, their rules take two and
+    three times that order.
     """
     slender = _NEEDLES * (5.0 / knobs.needle_aspect) ** _NEEDLES_FALL if needles else 0.0
     touching = (6 + 3 * 5 + 9 * 2 + slender) * knobs.singular_order**4
@@ -192,13 +193,15 @@ def close_points(faces: int, knobs: AcousticsFidelity, *, needles: bool) -> floa
 
 
 def _rule_points(order: int) -> float:
-    """Points on a triangle: three numbers each, for as many as polynomials have; rules of order 1 are of 2."""
+    """Points on a triangle: a third of the number of polynomials; rules of order 1 are those of order 2."""
     return 1 + (max(order, 2) + 1) * (max(order, 2) + 2) / 6
 
 
 def _masters(case: Case, fidelity: Fidelity, area: float) -> int:
-    """Master frequencies: they grow with the band times the body's size and with the digits that are asked of them, or
-    are the lines where those are few."""
+    """Estimate the number of master frequencies, at most that of the lines.
+
+    It grows with the band times the body's size and with the digits of the tolerance.
+    """
     low, high = case.limits
     band, lines = high - low, case.line_count if case.states_velocity else inf
     radians = 2 * pi * band / case.air.speed_of_sound * sqrt(area / pi)
@@ -207,7 +210,7 @@ def _masters(case: Case, fidelity: Fidelity, area: float) -> int:
 
 
 def run_up_sound_step(case: GearboxCase, fidelity: Fidelity) -> PlannedStep:
-    """Sound pressure of a run-up: noise transfer functions, convolved with the bearing forces."""
+    """Cost of the sound pressure of a run-up: noise transfer functions, convolved with the bearing forces."""
     points, (low, high) = len(case.field_points), case.limits
     samples, outputs = recorded_samples(case, fidelity), recorded_outputs(case)
     return PlannedStep(
@@ -223,7 +226,7 @@ def run_up_sound_step(case: GearboxCase, fidelity: Fidelity) -> PlannedStep:
 
 
 def motion_step(case: GearboxCase, fidelity: Fidelity, extent: Extent, *, heard: bool) -> PlannedStep:
-    """Motion of the surface and, where it is heard, its sound pressure, line by line."""
+    """Cost of the motion of the surface and, if `heard`, its sound pressure, line by line."""
     lines, faces, (low, high) = case.line_count, extent.triangles, case.limits
     points = len(case.field_points) if heard else 0
     return PlannedStep(

@@ -1,8 +1,8 @@
-"""The step table: what a run computes, in which order and from what.
+"""Step table: the computations of a run, their order and their inputs.
 
 Each row is one step and the hand-off that it makes. The order of `STEPS` is that of a run. The chain, the plan, the
-checks before a run, supplied hand-offs and the trade-off planner read this table; docs/developers/add_a_step.md shows
-how to add a row.
+checks before a run, supplied hand-offs and the trade-off planner read this table. docs/developers/add_a_step.md
+explains how to add a row.
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ class Scene:
 
     Parameters
     ----------
-    case
-        A gearbox or a radiator.
-    fidelity
-        Its knobs.
-    supplied
+    case : Case
+        Gearbox or radiator.
+    fidelity : Fidelity
+        Knobs.
+    supplied : collection of str, or mapping of str to hand-off
         Names of the supplied hand-offs, as arguments of `run`, or the hand-offs by name.
     """
 
@@ -56,7 +56,7 @@ class Scene:
 
     @property
     def gearbox(self) -> GearboxCase:
-        """The case of a step that only gearboxes need."""
+        """Case of a step that only gearboxes need."""
         assert isinstance(self.case, GearboxCase)
         return self.case
 
@@ -75,7 +75,7 @@ class Scene:
     def steps(self) -> tuple[Step[Any], ...]:
         """Steps that this run computes, in their order: needed by a quantity of the case and not supplied.
 
-        A cheap step that takes supplied hand-offs alone comes first: what does not fit is refused before long work.
+        A cheap step that takes only supplied hand-offs comes first, so that bad input is refused before long work.
         """
         needed: set[Step[Any]] = set()
 
@@ -98,7 +98,7 @@ class Scene:
         return step.knobs is None and bool(inputs) and all(other.name in self.supplied for other in inputs)
 
     def knobs(self, step: Step[Any]) -> Knobs | None:
-        """The part of the fidelity that a step takes."""
+        """Return the part of the fidelity that a step takes, or None."""
         of = self.fidelity
         by_name: dict[str, Knobs] = {
             "gear": of.gear,
@@ -118,26 +118,26 @@ class Step(Generic[H_co]):
 
     Parameters
     ----------
-    name
-        Its hand-off as `run` takes it and `Result` holds it.
-    kind
+    name : str
+        Name of the hand-off in arguments of `run` and fields of `Result`.
+    kind : type of HandOff
         Class of the hand-off.
-    needs
-        Steps whose hand-offs it takes in a scene.
-    code
-        Package whose code makes it; cached results do not survive a change there.
-    knobs
-        Part of the fidelity that it takes.
-    shared
+    needs : callable
+        Function of the scene: steps whose hand-offs this one takes.
+    code : str
+        Package whose code makes the hand-off; a change there invalidates cached results.
+    knobs : str, optional
+        Part of the fidelity that the step takes.
+    shared : bool
         True for load-independent operators, which several cases may share.
-    can_be_supplied
-        True where a run can start from it.
-    per_stage
+    can_be_supplied : bool
+        True where a run can start from the hand-off.
+    per_stage : bool
         True where each gear stage has its own hand-off.
-    file
+    file : str
         Name on disk and on the console, where it is not `name`.
-    timed_as
-        Step whose measured time stands for its own, where a sweep holds none of it.
+    timed_as : Step, optional
+        Step whose measured time replaces that of this one in a sweep without it.
     """
 
     name: str
@@ -152,11 +152,11 @@ class Step(Generic[H_co]):
     timed_as: Step[Any] | None = field(default=None, repr=False)
 
     def file_of(self, stage: str = "") -> str:
-        """Name of its file, without key and suffix.  stage: name of the gear stage, where each has its own."""
+        """Name of the file without key and suffix; `stage` is the gear stage where each has its own."""
         return "_".join([self.file or self.name, *([stage] if self.per_stage else [])])
 
     def makes(self, file: str) -> bool:
-        """True for the name of its file, whatever the gear stage."""
+        """Return True for the name of this step's file, whatever the gear stage."""
         return file == self.file_of() if not self.per_stage else file.startswith(self.file_of())
 
 
@@ -307,7 +307,7 @@ STEPS: tuple[Step[Any], ...] = (
     NOISE_TRANSFER_FUNCTIONS,
     PRESSURE_HISTORY,
 )
-"""All steps in the order of a run: each comes after what it needs."""
+"""All steps in the order of a run: each comes after those that it needs."""
 
 _ANSWERS: dict[Quantity, Step[Any]] = {
     "bearing_forces": FORCE_SPECTRUM,
@@ -317,7 +317,7 @@ _ANSWERS: dict[Quantity, Step[Any]] = {
     "radiation_efficiency": RADIATION_EFFICIENCY,
     "directivity": DIRECTIVITY,
 }
-"""Quantity of a case → the step that answers it at constant speed."""
+"""Quantity of a case → the step that computes it at constant speed."""
 
 _RUN_UP_ANSWERS: dict[Quantity, Step[Any]] = _ANSWERS | {"bearing_forces": BEARING_FORCES, "pressure": PRESSURE_HISTORY}
-"""The same where the speed changes."""
+"""Quantity of a case → the step that computes it in a run-up."""

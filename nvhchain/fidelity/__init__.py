@@ -1,6 +1,6 @@
-"""Every accuracy knob: one frozen class per stage and three presets.
+"""Every accuracy knob: one frozen class per part of the chain, and three presets.
 
-A fidelity value changes how close the answer is; a case value changes what the answer is.
+A fidelity value changes the accuracy of the answer; a case value changes the answer itself.
 """
 
 from nvhchain.fidelity.acoustics import AcousticsFidelity

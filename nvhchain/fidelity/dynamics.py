@@ -20,9 +20,9 @@ _MOVED = {
 class DynamicsFidelity(Knobs, stage="dynamics", moved=_MOVED):
     """Time integration of the gearbox.
 
-    Steps of 10 µs are right within 1e-4 of the peak while flanks stay in contact at the usual speeds (4e-4 at
-    10 000 rpm), 1 µs where they part and strike under load, or 5 µs with bent_ways; lightly loaded flanks that fly far
-    want 0.25 µs, or 2 µs (docs/measured/dynamics/cuts.md).
+    Steps of 10 µs keep errors below 1e-4 of the peak while flanks stay in contact at the usual speeds (4e-4 at 10 000
+    rpm). Flanks that separate and strike under load need 1 µs, or 5 µs with bent_ways. Lightly loaded flanks that
+    separate far need 0.25 µs, or 2 µs with bent_ways (docs/measured/dynamics/cuts.md).
     """
 
     time_step: float = knob(low=1e-9, high=1e-2, unit="s", sweep=(30e-6, 20e-6, 10e-6),

@@ -11,7 +11,7 @@ from nvhchain.fidelity.knob import Knobs, knob
 # fmt: off
 @dataclass(frozen=True)
 class GearFidelity(Knobs, stage="gear"):
-    """Finite element body, contact slices and the grid of the mesh law."""
+    """Finite elements of the bodies, contact slices and the grid of the mesh law."""
 
     profile_elements: int = knob(low=1, high=100, sweep=(2, 4, 6), meaning="quadratic elements along one flank")
     width_layers: int = knob(low=1, high=200, sweep=(4, 6, 8, 10),
@@ -47,7 +47,7 @@ class GearFidelity(Knobs, stage="gear"):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        # of those beyond both ends of the gap, as the mesh law shares them; the fewest deflections leave two
+        # share of the deflections beyond both ends of the gap, as in the mesh law; the fewest leave two
         driven = (self.deflections - 2) * self.drive_reach / (self.drive_reach + self.back_reach)
         require(
             driven > 1.5,

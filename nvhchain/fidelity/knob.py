@@ -1,6 +1,6 @@
-"""The declaration of a knob, in one place: limits, documentation and sweep are read from it.
+"""Declaration of a knob in one place, the source of its limits, documentation and sweep.
 
-Every field of a step's knobs is also part of the key under which that step's results are kept.
+Every field of a step's knobs is also part of the cache key of that step's results.
 """
 
 from __future__ import annotations
@@ -19,9 +19,17 @@ from nvhchain.kinds import check_fields
 class Sweep:
     """Settings that a sweep tries, cheapest first.
 
-    values: of the field, or tuples of values where several `fields` are turned together.
-    beyond: models more, or steps finer, than any preset; the change is no error of the setting.
-    hours: takes hours, and is swept only if named with its value, as in `dynamics.mesh_level=contact`.
+    Parameters
+    ----------
+    values : tuple
+        Values of the field, or tuples of values where several `fields` are turned together.
+    fields : tuple of str
+        Names of fields that are turned together; empty for one field.
+    beyond : bool
+        True for a finer model or step than that of any preset; the change is no error of the setting.
+    hours : bool
+        True for settings that take hours. They are swept only if named with their value, as in
+        `dynamics.mesh_level=contact`.
     """
 
     values: tuple[Any, ...]
@@ -32,7 +40,23 @@ class Sweep:
 
 @dataclass(frozen=True)
 class Declared:
-    """Everything that is declared of a knob beside its name, kind and default (`knob`)."""
+    """Declaration of a knob (`knob`), except its name, type and default.
+
+    Parameters
+    ----------
+    meaning : str
+        Text of the documentation.
+    low, high : float
+        Limits, in `unit`.
+    unit : str
+        Unit.
+    choices : tuple of str
+        Names that a text may be, in place of limits.
+    step : str
+        Part of the computation that uses the knob; empty for that of its class.
+    sweep : Sweep or str
+        Settings of a sweep, or the reason for their absence.
+    """
 
     meaning: str
     low: float
@@ -67,12 +91,25 @@ def knob(
 
     Parameters
     ----------
-    default : value without which presets have to give one.
-    meaning : one or two sentences for the documentation.
-    low, high : limits, in `unit`; of a switch and of a tuple they are not looked at.
-    choices : names that a text may be, in place of limits.
-    step : part of the computation that reads the knob, by default that of its class.
-    sweep : values that a sweep tries, cheapest first, a `Sweep`, or the reason why it is not swept.
+    default : object
+        Default value; presets must give the value of a knob without one.
+    meaning : str
+        One or two sentences for the documentation.
+    low, high : float
+        Limits, in `unit`. Switches and tuples are not checked.
+    unit : str
+        Unit.
+    choices : tuple of str
+        Names that a text may be, in place of limits.
+    step : str
+        Part of the computation that uses the knob, by default that of its class.
+    sweep : tuple, Sweep or str
+        Values of a sweep, cheapest first, or the reason for their absence.
+
+    Returns
+    -------
+    dataclasses.Field
+        Field with the declaration in its metadata.
     """
     tried = Sweep(sweep) if isinstance(sweep, tuple) else sweep
     return field(default=default, metadata={"knob": Declared(meaning, low, high, unit, choices, step, tried)})
@@ -85,9 +122,10 @@ def declared(of: Field[Any]) -> Declared:
 
 
 class Knobs:
-    """Base of the frozen dataclasses that hold the knobs of a stage; it checks every value at construction.
+    """Base of the frozen dataclasses with the knobs of one part of the chain; it checks every value at construction.
 
-    stage: name of the stage in messages.  moved: options of a case by the names of the knobs that they once were.
+    The class argument `stage` is the name of this part in messages.  `moved` gives the options of a case by the names of
+    the knobs that they once were.
     """
 
     stage: ClassVar[str]
@@ -110,7 +148,7 @@ class Knobs:
         for one in fields(self):  # type: ignore[arg-type]
             name, value = f"{self.stage} {one.name}", getattr(self, one.name)
             if isinstance(value, list):
-                value = tuple(value)  # lists cannot be hashed, and what is computed once is kept by the knobs
+                value = tuple(value)  # knobs are keys of cached results, and lists cannot be hashed
             declared(one).check(name, value)
             if one.type == "int":
                 require(is_whole(value), f"{name} = {value} must be a whole number")

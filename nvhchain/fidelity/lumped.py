@@ -30,4 +30,4 @@ class LumpedFidelity(Knobs, stage="lumped"):
 
 
 LUMPED = LumpedFidelity()
-"""For the studies of single gear pairs, which cost seconds: the same in every preset."""
+"""Fidelity of the studies of single gear pairs, which cost seconds: the same in every preset."""

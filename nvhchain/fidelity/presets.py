@@ -1,4 +1,4 @@
-"""The three presets."""
+"""Fidelity of the whole chain and its three presets."""
 
 from __future__ import annotations
 
@@ -13,7 +13,21 @@ from nvhchain.kinds import NAMES
 
 @dataclass(frozen=True)
 class Fidelity:
-    """One preset: a name and a knob set per stage."""
+    """Accuracy of the whole chain: a name and one set of knobs per part.
+
+    Parameters
+    ----------
+    name : str
+        Name in provenance and messages.
+    gear : GearFidelity
+        Knobs of gear bodies, tooth contact and mesh laws.
+    dynamics : DynamicsFidelity
+        Knobs of the time integration.
+    housing : HousingFidelity
+        Knobs of the housing's mesh, modes and radiating surface.
+    acoustics : AcousticsFidelity
+        Knobs of boundary elements and master frequencies.
+    """
 
     name: str
     gear: GearFidelity

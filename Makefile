@@ -16,7 +16,7 @@ help:
 	@echo "make extremes   try thousands of generated cases within and beyond sense"
 	@echo "make kills      random signals to commands and their children  (KILLS=500 SEED=1)"
 	@echo "make lies       damaged cases, files and hand-offs, full disks, long runs  (LIES=5000 SEED=1)"
-	@echo "make lint       style, formatting and types"
+	@echo "make lint       style, formatting, types and docstrings"
 	@echo "make docs       build the documentation in docs/_build/html"
 	@echo "make clean      remove results and caches;  make distclean also removes $(VENV)/"
 
@@ -49,6 +49,7 @@ lint: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/python -m scripts.docstrings
 
 docs: $(READY)
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html

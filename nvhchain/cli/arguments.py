@@ -31,7 +31,13 @@ def _folder(name: str) -> str:
 
 
 def parser() -> argparse.ArgumentParser:
-    """Return the parser of the command line; every command names its function in `commands`."""
+    """Return the parser of the command line.
+
+    Returns
+    -------
+    ArgumentParser
+        Parser; every command names its function in `commands`.
+    """
     top = _Parser(prog="nvhchain", description="Gear geometry to sound pressure.")
     top.add_argument("--version", action="version", version=f"nvhchain {__version__}")
     verbs = top.add_subparsers(required=True, metavar="COMMAND")

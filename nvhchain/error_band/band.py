@@ -132,7 +132,23 @@ def format_level(level: float, unit: str, limits: Sequence[float | None]) -> str
 
 
 def format_limits(limits: Sequence[float | None]) -> str:
-    """Return a lower and an upper limit as text; a lower limit of −inf or None is none."""
+    """Return a lower and an upper limit as text.
+
+    Parameters
+    ----------
+    limits : sequence of float or None
+        Lower and upper limit (dB); a lower limit of −inf or None is none.
+
+    Returns
+    -------
+    str
+        Text such as "63.0…67.1" or "below 67.1".
+
+    Raises
+    ------
+    InputError
+        Without an upper limit.
+    """
     lower, upper = limits
     if upper is None:
         raise InputError(f"limits = {list(limits)} have no upper limit: give a level (dB)")

@@ -62,9 +62,19 @@ def pressure_history(
 
 
 def mesh_names(record: BearingForces) -> tuple[list[str], str]:
-    """Return the names of a record's meshes and of its whole train, by their shafts: A–B, B–C, and A–C.
+    """Return the names of a record's meshes and of its whole train.
 
-    Records of other programs or earlier versions have no names of shafts: their meshes are counted.
+    Parameters
+    ----------
+    record : BearingForces
+        Record of a run or of another program.
+
+    Returns
+    -------
+    meshes : list of str
+        Shafts of every mesh, such as A–B and B–C. Records without names of shafts count their meshes.
+    train : str
+        First and last shaft, such as A–C.
     """
     errors = record.mesh_deflection if record.transmission_error is None else record.transmission_error
     count = errors.shape[1] if errors.ndim == 2 else 0

@@ -141,7 +141,7 @@ class Fused(Engine):
 
 @dataclass(frozen=True)
 class Bempp(Engine):
-    """bempp-cl, an independent engine for comparison: dense matrices in free field, one frequency at a time.
+    """Independent engine bempp-cl for comparison: dense matrices in free field, one frequency at a time.
 
     Notes
     -----

@@ -69,7 +69,18 @@ def room_around(casting: Casting, axis: tuple[float, float]) -> float:
 
 
 def envelope_area(casting: Casting) -> float:
-    """Return the area (m²) of the outer walls and both ends as a straight prism, without bosses, ribs and flange."""
+    """Return the area of the outer walls and both ends as a straight prism.
+
+    Parameters
+    ----------
+    casting : Casting
+        Casting.
+
+    Returns
+    -------
+    float
+        Area (m²) without bosses, ribs and flange.
+    """
     corners = np.array([_points(arc) for arc in outline_at(casting, casting.wall)]).reshape(-1, 2)
     x, y = corners.T
     following = np.roll(corners, -1, axis=0)

@@ -232,9 +232,22 @@ def has_rigid_motion(model: ModalModel, f_max: float) -> bool:
 
 
 def modal_extent(model: ModalModel) -> float:
-    """Return the area of the skin (m²), of both sides for shells; half of the area of thin walls radiates.
+    """Return the area of the skin.
 
-    Raises InputError for a skin outside the length of housings.
+    Parameters
+    ----------
+    model : ModalModel
+        Modes of another program.
+
+    Returns
+    -------
+    float
+        Area (m²), of both sides for shells; half of the area of thin walls radiates.
+
+    Raises
+    ------
+    InputError
+        For a skin outside the length of housings.
     """
     check_extent(model.nodes[model.triangles[:, :3]], model.source)
     a, b, c = (model.nodes[model.triangles[:, i]] for i in range(3))

@@ -24,7 +24,18 @@ COLOUR_MAP = "inferno"
 
 
 def strongest_line(velocity: SurfaceVelocity) -> int:
-    """Return the index of the line with the largest area-weighted mean square normal velocity."""
+    """Return the line at which the surface moves most.
+
+    Parameters
+    ----------
+    velocity : SurfaceVelocity
+        Normal velocity of the faces.
+
+    Returns
+    -------
+    int
+        Index of the line with the largest area-weighted mean square normal velocity.
+    """
     power = (np.abs(velocity.normal_velocity) ** 2) @ velocity.surface.areas
     return int(np.argmax(np.where(velocity.frequency > 0.0, power, -1.0)))
 

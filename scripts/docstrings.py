@@ -1,0 +1,74 @@
+"""List docstrings of public names that numpydoc's validation refuses, as `file:line: name: code message`.
+
+Checks and excluded names stand in `[tool.numpydoc_validation]` of pyproject.toml. numpydoc's own hook reads files with
+their private names, and takes a dataclass for a class without parameters.
+"""
+
+import importlib
+import inspect
+import pkgutil
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from numpydoc.docscrape import get_doc_object
+from numpydoc.hooks.validate_docstrings import parse_config
+from numpydoc.validate import Validator, validate
+
+import nvhchain
+from nvhchain.fidelity.knob import Knobs
+
+ROOT = Path(__file__).parents[1]
+
+
+def public() -> Iterator[tuple[str, Any]]:
+    """Yield every function and class in `__all__` of a package, or defined in a module with a page in docs/api."""
+    pages = {f"nvhchain.{path.stem}" for path in (ROOT / "docs" / "api").glob("*.rst")}
+    found = pkgutil.walk_packages(nvhchain.__path__, "nvhchain.")
+    seen = set()
+    for name in ["nvhchain", *(module.name for module in found if module.ispkg or module.name in pages)]:
+        module = importlib.import_module(name)
+        own = [key for key, v in vars(module).items() if key[0] != "_" and getattr(v, "__module__", "") == name]
+        for value in (getattr(module, key) for key in getattr(module, "__all__", own if name in pages else ())):
+            if (inspect.isclass(value) or inspect.isroutine(value)) and id(value) not in seen:
+                seen.add(id(value))
+                yield f"{value.__module__}.{value.__qualname__}", value
+
+
+class Docstring(Validator):
+    """Docstring of a public name, which need not repeat what the code or another docstring holds."""
+
+    def __init__(self, obj_name: str, value: Any) -> None:
+        super().__init__(get_doc_object(value))
+
+    @property
+    def signature_parameters(self) -> tuple[str, ...]:
+        """Parameters to document, without `provenance` of hand-offs and the fields of knobs, which are declared."""
+        if vars(self.obj).get("_is_protocol") or (inspect.isclass(self.obj) and issubclass(self.obj, Knobs)):
+            return ()
+        return tuple(name for name in super().signature_parameters if name != "provenance")
+
+    def parameter_type(self, param: str) -> str:
+        """Type of a parameter; those described "As in `another_function`." need not repeat it."""
+        kind, description = self.doc_all_parameters[param]
+        return "as there" if " ".join(description).startswith("As in `") else kind
+
+
+def mistakes() -> Iterator[str]:
+    """Yield one line for every mistake."""
+    config = parse_config(ROOT)
+    for name, value in public():
+        if config["exclude"] and config["exclude"].search(name):
+            continue
+        result = validate(name, Docstring, value=value)
+        for code, message in result["errors"]:
+            if code in config["checks"]:
+                path = Path(result["file"]).relative_to(ROOT)
+                yield f"{path}:{result['file_line']}: {value.__name__}: {code} {message}"
+
+
+if __name__ == "__main__":
+    lines = sorted(mistakes())
+    print("\n".join(lines) or "All docstrings of public names are valid")
+    sys.exit(bool(lines))

@@ -87,7 +87,7 @@ def reduce_housing(
     -------
     ReducedHousing
         Reduced housing. Its provenance holds the estimated truncation error (dB of surface velocity,
-        `truncation_error`) and the error of the sound power due to the mapping onto the radiating faces.
+        `truncation_error`). It also holds the error of the sound power due to the mapping onto the radiating faces.
 
     Raises
     ------

@@ -106,8 +106,8 @@ def radiate(
 
     Mesh: `expected_error_dB` of the vectors holds for motions with audible sound.
 
-    Cancellation: the mesh error is larger if parts of a motion cancel each other, or if walls bend in waves that are
-    short for the mesh. It is 1 dB for a thin plate that bends in four elements a wave. It is 12 dB for a coarse block
+    Cancellation: the mesh error is larger if parts of a motion cancel each other, or if the mesh is coarse for
+    bending waves. It is 1 dB for a thin plate that bends in four elements a wave. It is 12 dB for a coarse block
     in torsion at 1 Hz, 1 km away. The bound `cancellation_error_dB`, at `cancellation_frequency` Hz, covers vectors
     from a mesh. It counts motions along the walls slower than sound and motions with hardly any sound at the points. It
     is like that of `solve_direct`, but from an estimated surface pressure (`cancellation_of_motion`). The warning is

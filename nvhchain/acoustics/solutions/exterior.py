@@ -80,7 +80,7 @@ class ExteriorProblem:
     Raises
     ------
     InputError
-        If the body is behind the plane or too near it, a triangle is over a thousand times as long as high, or the
+        If the body is behind the plane or too near it, or a triangle is over a thousand times as long as high. If the
         engine accepts no plane or is not installed.
 
     Notes

@@ -12,7 +12,7 @@ from nvhchain.errors import require, warn_caller
 from nvhchain.handoff import FloatArray, IntArray
 
 Parted = dict[str, dict[str, float]]
-"""By mesh, as `pinion shaft–wheel shaft`: time without contact (s), time step (s), and `bent_ways` (0 or 1)."""
+"""Mesh, as `pinion shaft–wheel shaft`: time without contact (s), time step (s), and `bent_ways` (0 or 1)."""
 
 ROUNDING = 1e-9
 """Interpolation error over the angle within the gap, relative to a law's largest force."""

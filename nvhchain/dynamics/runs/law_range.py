@@ -11,8 +11,7 @@ from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import BearingForces, FloatArray, MeshLaw
 
 Excursions = dict[str, dict[str, float]]
-"""By mesh, as `pinion shaft–wheel shaft`: lowest and highest deflection of its flanks, and the ends of the table
-(m)."""
+"""Mesh, as `pinion shaft–wheel shaft`: lowest and highest deflection of its flanks, and the ends of the table (m)."""
 
 
 def excursions(

@@ -1,0 +1,84 @@
+"""Rules of docs/developers/words.md that neither ruff nor numpydoc hold: first words, length of sentences, names."""
+
+import ast
+import inspect
+import re
+from pathlib import Path
+
+from numpydoc.docscrape import NumpyDocString
+from numpydoc.hooks.validate_docstrings import parse_config
+
+from scripts.docstrings import public
+
+ROOT = Path(__file__).parents[2]
+NOT_CLEAN = parse_config(ROOT)["exclude"] or re.compile("(?!)")
+FIRST = r"(What|Of|Where|Whether|That|Those|As|So|How|From|On|With|To|By|In|Between|Beside|Behind)\b"
+PREPOSITION = re.compile(
+    "(above|across|after|along|as|at|before|behind|below|beside|between|beyond|by|for|from|in|inside|into|near|of|on|"
+    "outside|over|per|through|to|under|until|with|within|without)(_|$)"
+)
+LONGEST = 25
+CONVERSIONS = "HandOff.to_xarray as_json from_json"  # named as in pandas and xarray
+TO_RENAME = """
+BearingForces.in_order Carried.between Casting.on_engine_side Cylinder.as_body DampingCurve.at Engagement.at_angles
+FlankCompliance.of_teeth ForceSpectrum.in_order Gearbox.with_bodies Knob.at Knob.beyond MeshFile.of
+Misalignment.in_plane RootStrainModes.over_axial RootStrainModes.over_radius RunUpBand.over_speed Scene.from_modes
+SpeedHarmonic.as_drive SpeedHarmonics.as_drive SpeedRecord.as_drive Step.per_stage Sweep.beyond TorqueHarmonic.as_drive
+TorqueHarmonics.as_drive TorqueRecord.as_drive Waterfall.of_orders with_closing_edges without_needles
+"""
+
+
+def docstrings(path):
+    """Yield line and text of every docstring, those after assignments included."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        body = getattr(node, "body", ())
+        for each in body if isinstance(body, list) else ():
+            if isinstance(each, ast.Expr) and isinstance(getattr(each.value, "value", None), str):
+                yield each.lineno, each.value.value.strip()
+
+
+def members(name, value):
+    """Return a public name and those that a class adds, with their values."""
+    own = {**vars(value).get("__annotations__", {}), **vars(value)} if inspect.isclass(value) else {}
+    return {name: value, **{f"{name}.{key}": member for key, member in own.items() if key[0] != "_"}}
+
+
+def sentences(docstring):
+    """Yield the sentences of a docstring, without formulas, tables, references and examples."""
+    parsed = NumpyDocString(docstring)
+    prose = ["\n".join(parsed[section]) for section in ("Summary", "Extended Summary", "Notes", "Warnings")]
+    for section in ("Parameters", "Attributes", "Returns", "Yields", "Raises", "Warns"):
+        prose += ["\n".join(entry.desc) for entry in parsed[section]]
+    for block in prose:
+        text = re.sub(r"`[^`]*`|\$[^$]*\$", "X", re.sub(r"(?m)^\s*(\||\.\. ).*$", "", block))
+        for paragraph in re.split(r"\n\s*\n|\n\s*[-*] |\n(?=[\w*, ]+ ?: )", text):
+            yield from re.split(r"(?<=[.!?])\s+(?=[^a-z])", " ".join(paragraph.split()))
+
+
+def word_count(sentence):
+    return sum(bool(re.fullmatch(r"[A-Za-z’'–-]+", word)) for word in re.findall(r"[^\s(),;:.…]+", sentence))
+
+
+def test_docstrings_begin_with_a_verb_or_a_noun_phrase():
+    found = []
+    for path in sorted((ROOT / "nvhchain").rglob("*.py")):
+        place = path.relative_to(ROOT)
+        if not NOT_CLEAN.search(f"{'.'.join(place.with_suffix('').parts)}."):
+            found += [f"{place}:{n}: {t[:60]}" for n, t in docstrings(path) if re.match(FIRST, t)]
+    assert not found, "\n".join(found)
+
+
+def test_sentences_of_public_docstrings_have_at_most_25_words():
+    found = []
+    for name, value in ((name, value) for name, value in public() if not NOT_CLEAN.search(name)):
+        for each, member in members(name, value).items():
+            if inspect.isclass(member) or inspect.isroutine(member) or isinstance(member, property):
+                lengths = {sentence: word_count(sentence) for sentence in sentences(inspect.getdoc(member) or "")}
+                found += [f"{each}: {n} words: {sentence}" for sentence, n in lengths.items() if n > LONGEST]
+    assert not found, "\n".join(found)
+
+
+def test_no_public_name_begins_with_a_preposition():
+    names = {each for _, value in public() for each in members(value.__qualname__, value)}
+    found = {name for name in names if PREPOSITION.match(name.rpartition(".")[2])}
+    assert not found - {*CONVERSIONS.split(), *TO_RENAME.split()}

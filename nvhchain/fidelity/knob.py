@@ -124,8 +124,8 @@ def declared(of: Field[Any]) -> Declared:
 class Knobs:
     """Base of the frozen dataclasses with the knobs of one part of the chain; it checks every value at construction.
 
-    The class argument `stage` is the name of this part in messages.  `moved` gives the options of a case by the names of
-    the knobs that they once were.
+    The class argument `stage` is the name of this part in messages.  `moved` gives the options of a case by the names
+    of the knobs that they once were.
     """
 
     stage: ClassVar[str]

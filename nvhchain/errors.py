@@ -8,7 +8,9 @@ from __future__ import annotations
 import sys
 import unicodedata
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from numbers import Real
 from typing import Any
 
@@ -79,15 +81,57 @@ class SolverError(RuntimeError):
 
 
 class AccuracyWarning(UserWarning):
-    """Result less accurate than its fidelity asks for; the message states by how much, and the remedy."""
+    """Result less accurate than its fidelity asks for; the message states by how much, and the remedy.
+
+    Parameters
+    ----------
+    message : str
+        Text of the warning.
+    kind : str, optional
+        Kind of the warning, such as "interpolation"; the command line shows one line of each.
+
+    Attributes
+    ----------
+    about : tuple of str
+        Case and step that were under way (`concerning`).
+    """
+
+    def __init__(self, message: str = "", kind: str = "") -> None:
+        super().__init__(message)
+        self.kind = kind or message
+        self.about = _CONCERNED.get()
 
 
-def warn_caller(message: str, category: type[Warning] = AccuracyWarning) -> None:
-    """Issue a warning that points at the first caller outside this package."""
+_CONCERNED: ContextVar[tuple[str, ...]] = ContextVar("concerned", default=())
+
+
+@contextmanager
+def concerning(name: str) -> Iterator[None]:
+    """Let warnings state what they concern, such as the name of a case and, inside, that of a step."""
+    token = _CONCERNED.set((*_CONCERNED.get(), name))
+    try:
+        yield
+    finally:
+        _CONCERNED.reset(token)
+
+
+def warn_caller(message: str, category: type[Warning] = AccuracyWarning, *, kind: str = "") -> None:
+    """Issue a warning that points at the first caller outside this package.
+
+    Parameters
+    ----------
+    message : str
+        Text of the warning.
+    category : type
+        Class of the warning.
+    kind : str, optional
+        Kind of an AccuracyWarning.
+    """
+    warning = AccuracyWarning(message, kind) if category is AccuracyWarning else category(message)
     level, frame = 2, sys._getframe(1)
     while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == __package__:
         level, frame = level + 1, frame.f_back
-    warnings.warn(message, category, stacklevel=level)
+    warnings.warn(warning, stacklevel=level)
 
 
 def printable(text: str) -> str:

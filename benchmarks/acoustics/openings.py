@@ -56,7 +56,7 @@ def sound(body: str, step: int) -> tuple[int, FieldPressure, float]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", AccuracyWarning)  # stated errors are the subject here
         atv = adaptive_transfer_vectors(surface, shell(10, 0.5), low, high, fidelity=KNOBS)
-        return len(surface.triangles), radiate(atv, velocity, fidelity=KNOBS), atv.provenance["resonance_shift"]
+        return len(surface.triangles), radiate(atv, velocity, fidelity=KNOBS), atv.accuracy.resonance_shift
 
 
 def main() -> None:
@@ -79,7 +79,7 @@ def main() -> None:
             lines.append(
                 f"| {body} | {1e3 * CELL / step:.3g} | {triangles} | {peak:.1f} | {peak / np.ptp(wide):.0f} | "
                 f"{100 * (peak / true - 1):.2f} % | {100 * shift:.2f} % | {level.max() - levels[-1].max():.1f} | "
-                f"{worst} | {pressure.provenance['resonance_error_dB']:.1f} |"
+                f"{worst} | {pressure.accuracy.resonance_error_db:.1f} |"
             )
     publish("acoustics/openings", "\n".join(lines) + "\n")
 

@@ -112,7 +112,7 @@ def needles() -> list[str]:
     """Return the table of stated and true errors of a body of needles."""
     lines = [
         "Needles, a box of 48 triangles stretched, at k = 1 over its size: what constant and linear pressures miss",
-        "(the `quadrature_error` of a provenance) and the error of the pressure:",
+        "(the `quadrature_error` of an accuracy) and the error of the pressure:",
         "",
         "| length over height | closure error | error of the pressure | of the sound |",
         "|---:|---:|---:|---:|",

@@ -150,7 +150,7 @@ def resistance(out: Path) -> dict[str, Any]:
             "power": processor_time() - start,
             "wall": time.perf_counter() - wall,
             "error": float(np.abs(decibel(power.power[some] / exact)).max()),
-            "estimate": power.provenance["interpolation_error_dB"],
+            "estimate": power.accuracy.interpolation_error_db,
             "size": found.waves.nbytes / 2**20,
         }
     return result
@@ -167,7 +167,7 @@ def report(out: Path) -> str:
     if "cancellation" in parts:
         lines += [
             "Thrust that the mesh leaves to rotating bodies, over area times root mean square pressure times h²/(a²w)",
-            "(h mean edge, a half of the diagonal, w width over length), for each axis; `cancellation_error_dB` rests "
+            "(h mean edge, a half of the diagonal, w width over length), for each axis; `cancellation_error_db` rests "
             f"on {CANCELLATION:g}:",
             "",
             "| body | triangles | thrust |",

@@ -6,7 +6,7 @@ Writes docs/measured/acoustics/surfaces.md. Every body leaves OUT/<body>.json; t
 bodies are sphere, cylinder, capsule and box of 80 to 5120 triangles. One sphere has the true volume, another one its
 corners on the true sphere. The sources are a monopole in the middle, one off it and a dipole inside. Every face has the
 mean of the true body's normal velocity over it; 20 points at ten radii receive the sound. The error is the largest
-difference from the exact pressure relative to the peak over the points, in dB. Brackets hold `expected_error_dB`.
+difference from the exact pressure relative to the peak over the points, in dB. Brackets hold `expected_error_db`.
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ def measure(name: str) -> list[dict[str, Any]]:
                 exact = field(points, source, value)[0]
                 pressure = vectors[at] @ velocity(surface, normals, source, value)
                 true = decibel(float(np.abs(pressure - exact).max() / np.abs(exact).max()))
-                stated = expected_accuracy(surface, None, frequency[at], AIR, FIDELITY)["expected_error_dB"]
+                stated = expected_accuracy(surface, None, frequency[at], AIR, FIDELITY).expected_error_db
                 cells.append((true, stated))
             rows.append({"faces": len(surface.triangles), "source": source, "cells": cells})
     return rows

@@ -231,7 +231,7 @@ def main() -> None:
     lines += [
         "",
         "Lids and bottoms of 0.3 × 0.3 m, eight elements along a side, that bend in half waves at 300 Hz, loudest at "
-        "their rims or between, dB likewise, and what `solve_direct` states (`cancellation_error_dB`):",
+        "their rims or between, dB likewise, and what `solve_direct` states (`cancellation_error_db`):",
         "",
         f"| body | triangles | {' | '.join(f'{a} × {b}, {PLACES[turned]}' for a, b, turned in BENDINGS)} |",
         "|---|---:|" + "---:|" * len(BENDINGS),
@@ -243,7 +243,7 @@ def main() -> None:
         for halves in BENDINGS:
             motion = bending(*halves)
             told = solve_direct(SurfaceVelocity([300.0], means(body, motion)[None], body), shell(30, 1.0), air=AIR)
-            stated = told.provenance["cancellation_error_dB"]
+            stated = told.accuracy.cancellation_error_db
             found.append(np.append(decibels(coarse, fine, 0, motion), stated))
         lines.append(f"| {name} | {len(body.triangles)} | {' | '.join(map(cell, found))} |")
     publish("acoustics/within_faces", "\n".join(lines) + "\n")

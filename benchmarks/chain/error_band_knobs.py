@@ -24,10 +24,10 @@ from nvhchain.case import GearboxCase
 from nvhchain.chain.result import Result
 from nvhchain.error_band import ErrorBand, error_band
 from nvhchain.fidelity import DRAFT, REFERENCE, AcousticsFidelity, Fidelity
-from nvhchain.handoff import Surface
+from nvhchain.handoff import SoundAccuracy, Surface
 from nvhchain.housing import Casting
 from nvhchain.housing.casting.mesh import radiating_surface
-from nvhchain.housing.modes.truncation import FREQUENCY_ERROR, without_modes
+from nvhchain.housing.modes.truncation import without_modes
 from nvhchain.tradeoff import Measurement, shipped_sweep, variants
 from nvhchain.tradeoff.deviation import Deviation
 from nvhchain.tradeoff.knobs import BEYOND
@@ -97,15 +97,16 @@ def band_of(run: Result, knob: str, fidelity: Fidelity) -> ErrorBand:
     assert run.housing is not None
     modes = int((run.housing.natural_frequency <= fidelity.housing.mode_ratio * case.band.high).sum())
     coarser = fidelity.housing.element_size / run.fidelity.housing.element_size
-    errors = [coarser * error for error in run.housing.provenance[FREQUENCY_ERROR]]
-    housing = run.housing.replace(provenance={**run.housing.provenance, FREQUENCY_ERROR: errors})
+    stated = run.housing.accuracy
+    assert stated.frequency_error is not None
+    housing = run.housing.replace(accuracy=stated.replace(frequency_error=coarser * stated.frequency_error))
     told = _told(case, fidelity.acoustics)
     made = error_band(
         case,
         fidelity,
         pressure,
         velocity,
-        transfer_vectors=vectors.replace(provenance=told),
+        transfer_vectors=vectors.replace(accuracy=told),
         housing=without_modes(housing, modes) if modes < len(housing.natural_frequency) else housing,
         force_spectrum=run.force_spectrum,
         mesh_laws=run.mesh_laws,
@@ -145,7 +146,7 @@ def _errs(row: Measurement) -> bool:
 
 
 @cache
-def _told(case: GearboxCase, fidelity: AcousticsFidelity) -> dict[str, float]:
+def _told(case: GearboxCase, fidelity: AcousticsFidelity) -> SoundAccuracy:
     """What transfer vectors would say of themselves."""
     assert isinstance(case.housing, Casting)
     size = acoustics.required_element_size(case.band.high, case.air, fidelity)

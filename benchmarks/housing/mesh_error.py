@@ -21,7 +21,6 @@ from nvhchain.fidelity import HousingFidelity
 from nvhchain.files import hdf5
 from nvhchain.handoff import FloatArray, IntArray, ReducedHousing
 from nvhchain.housing import Casting, reduce_housing
-from nvhchain.housing.modes.truncation import FREQUENCY_ERROR
 
 CASES = Path(__file__).parents[2] / "cases"
 STUDIES = {"small/single_stage": (13.0, 10.5, 9.0, 6.5), "gearbox/solid": (13.0, 10.5, 9.0)}
@@ -81,7 +80,7 @@ def rows(name: str, sizes: tuple[float, ...], out: Path) -> list[str]:
             partner, paired = partners(housings[coarse], finer)
             paired &= ~np.isnan(truth[partner])
             true = (housings[coarse].natural_frequency / truth[partner] - 1.0)[paired]
-            said = np.array(housings[coarse].provenance[FREQUENCY_ERROR])[paired]
+            said = housings[coarse].accuracy.frequency_error[paired]
             found.append(
                 f"| {name} | {coarse:g} | {fine:g} | {len(true)} | {100 * rms(true):.2f} | {100 * rms(said):.2f} | "
                 f"{np.median(said / true):.1f} | {np.corrcoef(true, said)[0, 1]:.2f} |"

@@ -88,14 +88,13 @@ class Run:
         compute: Callable[[Progress], Any],
         *,
         stage: str = "",
-        remind: Callable[[Any], None] | None = None,
     ) -> Any:
         """The hand-off of a step: cached on disk where nothing that went into it has changed, else computed.
 
         stage: name of the gear stage, of steps that make one hand-off for each.
         """
         shelf, name = self._place(step, stage)
-        return shelf.stage(name, step.kind, step.code, inputs, compute, fidelity=self.scene.knobs(step), remind=remind)
+        return shelf.stage(name, step.kind, step.code, inputs, compute, fidelity=self.scene.knobs(step))
 
     def cached_in_parts(
         self, step: Step[Any], inputs: Sequence[Any], compute: Callable[[Progress, Path | None], Any]

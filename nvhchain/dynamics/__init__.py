@@ -6,7 +6,6 @@ from nvhchain.dynamics.model.gearbox import Bearing, Cylinder, Gearbox, LooseGea
 from nvhchain.dynamics.model.load_centre import LoadCentre
 from nvhchain.dynamics.model.rigid_train import run_up_time
 from nvhchain.dynamics.model.train import Train, train
-from nvhchain.dynamics.runs.law_range import remind
 from nvhchain.dynamics.runs.linear import flank_transfer
 from nvhchain.dynamics.runs.recording import Recording, record_run_up
 from nvhchain.dynamics.runs.run_up_record import run_up, run_up_with_error
@@ -34,7 +33,6 @@ __all__ = [
     "compile_time_loop",
     "flank_transfer",
     "record_run_up",
-    "remind",
     "run_up",
     "run_up_time",
     "run_up_with_error",

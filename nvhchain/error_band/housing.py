@@ -24,7 +24,7 @@ from nvhchain.handoff import (
     ReducedHousing,
     TransferVectors,
 )
-from nvhchain.housing.modes.truncation import FREQUENCY_ERROR, RESIDUAL_MASS, truncation_errors
+from nvhchain.housing.modes.truncation import truncation_errors
 
 TRUNCATION_SHARE = 3.5
 """Relative error of the bearing forces due to excluded modes, over that of the faces' motion.
@@ -234,7 +234,7 @@ def _modal_velocity(housing: ReducedHousing, rate: ComplexArray, lines: FloatArr
 
 
 def _left_out(housing: ReducedHousing, lines: FloatArray) -> FloatArray | None:
-    return truncation_errors(housing, lines) if RESIDUAL_MASS in housing.provenance else None
+    return truncation_errors(housing, lines) if housing.accuracy.residual_mass is not None else None
 
 
 def _gram(housing: ReducedHousing) -> FloatArray:
@@ -251,9 +251,10 @@ def _surface_motion(housing: ReducedHousing, forces: ForceSpectrum, lines: Float
 
 def lowered(housing: ReducedHousing) -> ReducedHousing | None:
     """Return the housing with natural frequencies lowered by their estimated errors; None without an estimate."""
-    if FREQUENCY_ERROR not in housing.provenance:
+    error = housing.accuracy.frequency_error
+    if error is None:
         return None
-    lower = housing.natural_frequency * (1.0 - np.array(housing.provenance[FREQUENCY_ERROR]))
+    lower = housing.natural_frequency * (1.0 - error)
     moved: ReducedHousing = housing.replace(natural_frequency=np.maximum.accumulate(lower))  # no mode passes another
     return moved
 

@@ -23,6 +23,7 @@ from nvhchain.handoff import (
     MeshLaw,
     RadiationResistance,
     ReducedHousing,
+    SoundAccuracy,
     SoundPower,
     Surface,
     SurfaceVelocity,
@@ -97,7 +98,7 @@ def error_band(
         scale = np.maximum(size, shares.size)
         sources |= shares.errors(case, fidelity)
     sources |= times(force_sources(case, fidelity, mesh_laws, laws_are_exact, lines, pressure.input_speed, size), size)
-    told = transfer_vectors.provenance if transfer_vectors is not None else {}
+    told = transfer_vectors.accuracy if transfer_vectors is not None else SoundAccuracy()
     sources |= times(radiation_error(velocity.surface, lines, case, fidelity.acoustics, told), scale)
     if transfer_vectors is not None and len(transfer_vectors.frequency) > 2:
         estimate = acoustics.interpolation_error(transfer_vectors, velocity, fidelity=fidelity.acoustics)
@@ -251,10 +252,9 @@ def power_band(
     sources |= times(force_sources(case, fidelity, mesh_laws, laws_are_exact, lines, power.input_speed, size), size)
     if surface is None:
         surface = next(of.surface for of in (velocity, housing) if of is not None)
-    sources |= times(radiation_error(surface, lines, case, fidelity.acoustics, power.provenance), size)
-    for name, key in (("masters", "interpolation_error_dB"), ("cancellation", "cancellation_error_dB")):
-        if key in power.provenance:
-            sources[name] = relative(power.provenance[key]) * size
+    sources |= times(radiation_error(surface, lines, case, fidelity.acoustics, power.accuracy), size)
+    stated = {"masters": power.accuracy.interpolation_error_db, "cancellation": power.accuracy.cancellation_error_db}
+    sources |= {name: relative(error) * size for name, error in stated.items() if error is not None}
     return ErrorBand(lines, scale_of_level * size, times(sources, scale_of_level))
 
 

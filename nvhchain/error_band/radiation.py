@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from nvhchain.acoustics import ENGINES
@@ -13,7 +11,7 @@ from nvhchain.case import Case
 from nvhchain.conventions import Air
 from nvhchain.error_band.band import COVERAGE
 from nvhchain.fidelity import AcousticsFidelity
-from nvhchain.handoff import FloatArray, Surface
+from nvhchain.handoff import FloatArray, SoundAccuracy, Surface
 
 QUADRATURE_MARGIN = 8.0
 """Largest relative error of a sound field over the quadrature error of a constant pressure on the surface.
@@ -23,22 +21,22 @@ Measured: two to eight (docs/measured/acoustics/quadrature.md).
 
 
 def radiation_error(
-    surface: Surface, lines: FloatArray, case: Case, fidelity: AcousticsFidelity, told: dict[str, Any]
+    surface: Surface, lines: FloatArray, case: Case, fidelity: AcousticsFidelity, told: SoundAccuracy
 ) -> dict[str, FloatArray]:
     """Return source → relative error (n_f, 1) at `lines` (n_f,) Hz.
 
-    Boundary elements: the expected error in the provenance of a result (`told`), at the upper frequency, the nearest
+    Boundary elements: the expected error that a result states (`told`), at the upper frequency, the nearest
     point included. At the lowest frequency the error of the body's shape remains. Cheaper levels: the errors of single
     points and motions, at every line.
     """
     if fidelity.radiation != "boundary_elements":
         return {"radiation": relative(level_error(surface, lines, case.air, fidelity.radiation))[:, None]}
-    if "expected_error_dB" not in told:
+    if told.expected_error_db is None:
         told = expected_accuracy(surface, None, float(lines[-1]), case.air, fidelity, ENGINES[case.engine])
-    worst = max(told.get(f"{which}_dB", 0.0) for which in ("expected_error", "expected_error_nearest"))
+    worst = max(told.expected_error_db or 0.0, told.expected_error_nearest_db or 0.0)
     sources = {"surface mesh": np.full((len(lines), 1), relative(worst))}
-    if "quadrature_error" in told:
-        sources["quadrature"] = np.full((len(lines), 1), QUADRATURE_MARGIN * told["quadrature_error"] / COVERAGE)
+    if told.quadrature_error is not None:
+        sources["quadrature"] = np.full((len(lines), 1), QUADRATURE_MARGIN * told.quadrature_error / COVERAGE)
     return sources
 
 

@@ -180,7 +180,7 @@ def run_up_band(
     instants = list(_instants(case, bearing_forces))
     lines = instants[0].spectrum.frequency
     vectors = modal.transfer_vectors(transfer_vectors, housing, lines, fidelity)
-    told = transfer_vectors.provenance
+    told = transfer_vectors.accuracy
     radiated = radiation_error(housing.surface, lines, case, fidelity.acoustics, told)
     heard = [acoustics.modal_pressure(vectors, housing, instant.spectrum) for instant in instants]
     sounds = [_at_lines(lines, one.frequency, np.abs(one.pressure)) for one in heard]

@@ -18,13 +18,18 @@ from typing import Any, TypeVar
 import h5py
 import numpy as np
 
-from nvhchain.errors import FileFormatError, InputError
+from nvhchain.errors import FileFormatError, InputError, require
+from nvhchain.files.untyped_accuracy import typed
 from nvhchain.files.whole import in_memory, write_whole
-from nvhchain.handoff import HAND_OFFS, HandOff
+from nvhchain.handoff import HAND_OFFS, Accuracy, HandOff
+from nvhchain.handoff.base import Declared
 from nvhchain.handoff.declared import LABELS, Quantity
 
-SCHEMA_VERSION = 2
-"""1: axes had labels and no scales; a surface velocity was not stored as its factors.  Read as before."""
+SCHEMA_VERSION = 3
+"""2: accuracy stood in the provenance, from which it is taken once (`typed`).  1: axes had labels and no scales; a
+surface velocity was not stored as its factors.  Both are read."""
+TYPED_ACCURACY = 3
+"""First version whose accuracy is a group of its own."""
 CONVENTIONS = "e^{+j omega t}; outward normals; single-sided peak amplitudes; SI; frequency axes in Hz"
 
 _BLOCK_BYTES = 512
@@ -34,6 +39,7 @@ _HDF5 = b"\x89HDF\r\n\x1a\n"
 """Begin of files without a user block, as hand-offs were saved before; of those a checksum of the arrays is held."""
 
 H = TypeVar("H", bound=HandOff)
+A = TypeVar("A", bound=Accuracy)
 
 
 def writable_folder(folder: str | Path, called: str) -> Path:
@@ -86,9 +92,9 @@ def load(path: str | Path, kind: type[H] = HandOff) -> H:  # type: ignore[assign
                 raise FileFormatError(
                     f"{path}: schema {schema} is newer than {SCHEMA_VERSION}, the latest known: update nvhchain"
                 )
-            hand_off = _read(file, path)
-            if not sealed and hand_off.content_hash != file.attrs["content_hash"]:
+            if not sealed and _read(file, path).content_hash != file.attrs["content_hash"]:
                 raise FileFormatError(f"{path}: damaged or altered, its checksum is another: restore it from a copy")
+            hand_off = _read(file, path, untyped=schema < TYPED_ACCURACY)
     except (OSError, KeyError, RuntimeError, ValueError, TypeError, AttributeError) as error:
         if isinstance(error, FileFormatError):
             raise
@@ -97,6 +103,17 @@ def load(path: str | Path, kind: type[H] = HandOff) -> H:  # type: ignore[assign
     if not isinstance(hand_off, kind):
         raise FileFormatError(f"{path}: holds {type(hand_off).__name__}, but {kind.__name__} is needed")
     return hand_off
+
+
+def stated(path: str | Path, kind: type[HandOff], of: type[A]) -> A:
+    """Return the accuracy, an `of`, that the hand-off of this kind in `path` states, without reading its arrays.
+
+    Raises FileFormatError for a file that is not a whole hand-off of this version.
+    """
+    path = Path(path)
+    require(record(path)[0] == kind.__name__, f"{path}: holds no {kind.__name__}")
+    with h5py.File(path, "r") as file:
+        return of(**_fields(file["accuracy"], of, path)) if "accuracy" in file else of()
 
 
 def record(path: str | Path) -> tuple[str, dict[str, Any]]:
@@ -141,19 +158,20 @@ def _user_block(digest: str) -> bytes:
     return (_BEGIN + digest.encode() + b"\n").ljust(_BLOCK_BYTES, b"\0")
 
 
-def _write(group: Any, hand_off: HandOff) -> None:
-    """Write a hand-off into a group; scales of its axes stand in the root, once for it and the hand-offs inside."""
-    group.attrs["kind"] = type(hand_off).__name__
-    group.attrs["content_hash"] = hand_off.content_hash
-    group.attrs["provenance"] = json.dumps(hand_off.provenance, sort_keys=True)
-    axes_first = sorted(hand_off.given(), key=lambda given: not given[0].is_axis)
+def _write(group: Any, what: Declared) -> None:
+    """Write an object into a group; scales of its axes stand in the root, once for it and the objects inside."""
+    group.attrs["kind"] = type(what).__name__
+    group.attrs["content_hash"] = what.content_hash
+    if isinstance(what, HandOff):
+        group.attrs["provenance"] = json.dumps(what.provenance, sort_keys=True)
+    axes_first = sorted(what.given(), key=lambda given: not given[0].is_axis)
     for quantity, value in axes_first:
         if quantity.names_axis:
             _scale(group, quantity.dims[0], len(value), value)
     for quantity, value in axes_first:
         if quantity.absent(value):
             continue
-        if isinstance(value, HandOff):
+        if isinstance(value, Declared):
             _write(group.create_group(quantity.name, track_order=True), value)
         elif dataclasses.is_dataclass(value):
             group.create_group(quantity.name).attrs.update(vars(value) | {"units": quantity.unit})
@@ -189,7 +207,8 @@ def _scale(group: Any, axis: str, length: int, labels: Sequence[str] | None) -> 
     return place[axis]
 
 
-def _read(group: Any, path: Path) -> HandOff:
+def _read(group: Any, path: Path, untyped: bool = False) -> HandOff:
+    """Read a hand-off.  untyped: its accuracy stands in the provenance, as older versions wrote it."""
     kind = group.attrs["kind"]
     if kind not in HAND_OFFS:
         raise FileFormatError(f"{path}: unknown hand-off kind {str(kind)[:60]!r}")
@@ -201,20 +220,30 @@ def _read(group: Any, path: Path) -> HandOff:
             f"{path}: its transfer vectors come from coarser surfaces at low frequencies, which are no longer read: "
             "compute them again"
         )
-    fields = {
-        name: _read_field(group[name], quantity, path)
-        for name, quantity in HAND_OFFS[kind].declared.items()
-        if name in group
-    }
+    fields = _fields(group, HAND_OFFS[kind], path, untyped)
+    if untyped:
+        provenance, found = typed(provenance, HAND_OFFS[kind])
+        fields |= found
     missing = {name: None for name, quantity in HAND_OFFS[kind].declared.items() if quantity.made_by}
     return HAND_OFFS[kind](**missing | fields, provenance=provenance)
 
 
-def _read_field(item: Any, quantity: Quantity, path: Path) -> Any:
+def _fields(group: Any, kind: type[Declared], path: Path, untyped: bool = False) -> dict[str, Any]:
+    """Read the declared fields of a kind that a group holds."""
+    return {
+        name: _read_field(group[name], quantity, path, untyped)
+        for name, quantity in kind.declared.items()
+        if name in group
+    }
+
+
+def _read_field(item: Any, quantity: Quantity, path: Path, untyped: bool) -> Any:
     if isinstance(item, h5py.Dataset):
         return _read_array(item)
+    if issubclass(quantity.kind, Accuracy):
+        return quantity.kind(**_fields(item, quantity.kind, path))
     if "kind" in item.attrs:
-        return _read(item, path)
+        return _read(item, path, untyped)
     parts = {part.name: item.attrs[part.name].tolist() for part in dataclasses.fields(quantity.kind)}
     return quantity.kind(**parts)
 

@@ -18,10 +18,10 @@ from filelock import FileLock, Timeout
 
 from nvhchain import __version__
 from nvhchain.conventions import Progress
-from nvhchain.errors import FileFormatError
+from nvhchain.errors import FileFormatError, concerning
 from nvhchain.files import hdf5
 from nvhchain.files.alone import remove_left, say_waiting
-from nvhchain.handoff import HandOff
+from nvhchain.handoff import HandOff, warn_of
 
 H = TypeVar("H", bound=HandOff)
 
@@ -55,14 +55,17 @@ _USED = {"gear": ("fem",), "housing": ("fem", "interop"), "acoustics": ("fem",)}
 
 @cache
 def code_version(package: str) -> str:
-    """Package version and a digest of the source of `package` and its basis: old results do not survive new code."""
+    """Package version and a digest of the source of `package` and its basis, with the version of the files.
+
+    Old results do not survive new code, nor another form of files.
+    """
     root = Path(__file__).parents[1]
     source = root / package
     files = sorted(source.rglob("*.py")) if source.is_dir() else [source.with_suffix(".py")]
     files += [root / "conventions.py", *sorted((root / "handoff").rglob("*.py"))]
     for used in _USED.get(package, ()):
         files += sorted((root / used).rglob("*.py"))
-    return f"{__version__}+{fingerprint(*(file.read_bytes() for file in files))[:12]}"
+    return f"{__version__}+{fingerprint(hdf5.SCHEMA_VERSION, *(file.read_bytes() for file in files))[:12]}"
 
 
 def found(path: Path, kind: type[H], key: str) -> H | None:
@@ -74,6 +77,12 @@ def found(path: Path, kind: type[H], key: str) -> H | None:
     except FileFormatError:
         return None
     return hand_off if hand_off.provenance.get("key") == key else None
+
+
+def made_as(hand_off: HandOff) -> tuple[str, str] | None:
+    """Return step and key under which the shelf made a hand-off, or None if it did not."""
+    history = hand_off.provenance
+    return (history["stage"], history["key"]) if "key" in history else None
 
 
 def key_in(path: Path) -> str | None:
@@ -151,13 +160,12 @@ class Shelf:
         compute: Callable[[Progress], H],
         *,
         fidelity: Any,
-        remind: Callable[[H], None] | None = None,
     ) -> H:
         """The result of a stage: from disk if `inputs`, `fidelity` and code are unchanged, else computed and kept.
 
         A damaged file is computed again; what another process is just computing is waited for.  name: file name without
-        suffix; `{key}` in it is replaced by the input hash, so that several variants live side by side.  remind:
-        repeats the warnings of making it where it is found.
+        suffix; `{key}` in it is replaced by the input hash, so that several variants live side by side.  A result from
+        disk repeats the warnings of its accuracy.
         """
         version = code_version(package)
         key, stage, path = self._place(name, version, inputs, fidelity)
@@ -167,7 +175,7 @@ class Shelf:
             "version": version,
             "fidelity": dataclasses.asdict(fidelity) if fidelity is not None else None,
         }
-        with _alone(path):
+        with concerning(stage), _alone(path):
             there = found(path, kind, key) if path else None
             if there is None:
                 self.watcher.begin(stage)
@@ -177,10 +185,9 @@ class Shelf:
                     hdf5.save(result, path)
                 self.watcher.end(stage, "computed")
                 return result
-        self.watcher.end(stage, "cached")
-        if remind is not None:
-            remind(there)
-        return there
+            self.watcher.end(stage, "cached")
+            warn_of(there)
+            return there
 
     def stage_in_parts(
         self,

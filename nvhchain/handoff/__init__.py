@@ -3,7 +3,15 @@
 Leading axis frequency or time, C-contiguous float64/complex128 arrays, SI units (Hz on frequency axes).
 """
 
-from nvhchain.handoff.base import HAND_OFFS, ComplexArray, FloatArray, HandOff, IntArray
+from nvhchain.handoff.accuracy import (
+    ForceAccuracy,
+    HousingAccuracy,
+    SolverRecord,
+    SoundAccuracy,
+    SurfaceAccuracy,
+    warn_of,
+)
+from nvhchain.handoff.base import ACCURACIES, HAND_OFFS, Accuracy, ComplexArray, FloatArray, HandOff, IntArray
 from nvhchain.handoff.forces import BearingForces, ForceSpectrum
 from nvhchain.handoff.housing import ReducedHousing, SurfaceVelocity
 from nvhchain.handoff.mesh_law import LoadDistribution, MeshLaw
@@ -26,14 +34,18 @@ from nvhchain.handoff.transfer import (
 )
 
 __all__ = [
+    "ACCURACIES",
     "HAND_OFFS",
+    "Accuracy",
     "BearingForces",
     "ComplexArray",
     "Directivity",
     "FieldPressure",
     "FloatArray",
+    "ForceAccuracy",
     "ForceSpectrum",
     "HandOff",
+    "HousingAccuracy",
     "IntArray",
     "LoadDistribution",
     "MeshLaw",
@@ -45,9 +57,13 @@ __all__ = [
     "ReducedHousing",
     "RigidPlane",
     "SolvedBand",
+    "SolverRecord",
+    "SoundAccuracy",
     "SoundPower",
     "Surface",
+    "SurfaceAccuracy",
     "SurfacePressure",
     "SurfaceVelocity",
     "TransferVectors",
+    "warn_of",
 ]

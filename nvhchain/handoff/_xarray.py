@@ -13,11 +13,11 @@ from nvhchain.runtime.extras import check_installed
 if TYPE_CHECKING:
     import xarray
 
-    from nvhchain.handoff.base import HandOff
+    from nvhchain.handoff.base import Declared
 
 
-def dataset(hand_off: HandOff) -> xarray.Dataset:
-    """Return the fields of a hand-off, and those inside, as variables; values and labels of axes as coordinates."""
+def dataset(hand_off: Declared) -> xarray.Dataset:
+    """Return the fields of an object, and those inside, as variables; values and labels of axes as coordinates."""
     check_installed("xarray")
     import xarray
 

@@ -8,11 +8,12 @@ import inspect
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, Self, dataclass_transform, get_type_hints
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, dataclass_transform, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
 
+from nvhchain.errors import require
 from nvhchain.handoff.declared import Quantity, Sizes, array, resolved, value
 
 if TYPE_CHECKING:
@@ -25,25 +26,25 @@ IntArray = NDArray[np.int64]
 HAND_OFFS: dict[str, type[HandOff]] = {}
 """Every hand-off by name, as files state it; a class enters by its definition."""
 
+ACCURACIES: dict[str, type[Accuracy]] = {}
+"""Every kind of accuracy by name; a class enters by its definition."""
+
 
 @dataclass_transform(frozen_default=True, eq_default=False, field_specifiers=(array, value, field))
 @dataclass(frozen=True, eq=False, repr=False)
-class HandOff:
-    """A frozen object between two steps of the chain.
+class Declared:
+    """A frozen object of declared fields, which are checked when it is made.
 
     A subclass declares its fields with `array` and `value` and checks their relations in `_check`.  It becomes a frozen
     dataclass; its checks, its file, its documentation and `to_xarray` follow from the declarations.
 
     Attributes
     ----------
-    provenance : dict
-        Record of how the object was made (package version, stage, fidelity); stored, not part of its identity.
     sizes : dict of str to int
-        Length of every axis by name, also those of hand-offs inside.
+        Length of every axis by name, also those of objects inside.
     """
 
     declared: ClassVar[Mapping[str, Quantity]] = {}
-    provenance: dict[str, Any] = field(default_factory=dict, kw_only=True)
     sizes: Sizes = field(init=False)
 
     def __init_subclass__(cls) -> None:
@@ -60,10 +61,11 @@ class HandOff:
                     raise TypeError(f"{cls.__name__}.{name}: {axis} is an axis and a field: rename one")
             if quantity.made_by is not None:
                 setattr(cls, name, _Made(name, quantity.made_by))
+        if not cls.declared:
+            return
         entries = "\n".join(quantity.described() for quantity in cls.declared.values())
         summary, _, notes = inspect.cleandoc(cls.__doc__ or cls.__name__).partition("\n\n")
         cls.__doc__ = f"{summary}\n\nParameters\n----------\n{entries}\n\n{notes}".rstrip() + "\n"
-        HAND_OFFS[cls.__name__] = cls
 
     def __post_init__(self) -> None:
         sizes: Sizes = {}
@@ -76,6 +78,9 @@ class HandOff:
                 object.__delattr__(self, name)
             elif given is not None or not quantity.optional:
                 object.__setattr__(self, name, quantity.checked(given, sizes))
+        for quantity, given in self.given():
+            if isinstance(given, Accuracy):
+                given.check_sizes(f"{type(self).__name__}.{quantity.name}", sizes)
         object.__setattr__(self, "sizes", sizes)
         self._check()
 
@@ -85,15 +90,16 @@ class HandOff:
     def given(self) -> Iterator[tuple[Quantity, Any]]:
         """Yield declaration and value of every field that is present; those made of others are not."""
         for name, quantity in self.declared.items():
-            if vars(self).get(name) is not None:
-                yield quantity, vars(self)[name]
+            given = vars(self).get(name)
+            if given is not None and not (isinstance(given, Accuracy) and not given.is_stated):
+                yield quantity, given
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({', '.join(f'{axis}: {length}' for axis, length in self.sizes.items())})"
 
     @cached_property
     def content_hash(self) -> str:
-        """SHA-256 over names, shapes and bytes of every field but the provenance.
+        """SHA-256 over names, shapes and bytes of every declared field, the stated accuracy among them.
 
         An absent field does not count: objects made before it existed keep their identity.
         """
@@ -103,7 +109,7 @@ class HandOff:
             if isinstance(given, np.ndarray):
                 digest.update(f"{given.dtype}{given.shape}".encode())
                 digest.update(given.tobytes())
-            elif isinstance(given, HandOff):
+            elif isinstance(given, Declared):
                 digest.update(given.content_hash.encode())
             else:
                 digest.update(repr(given).encode())
@@ -112,12 +118,12 @@ class HandOff:
     def replace(self, **changes: Any) -> Self:
         """Return a new object with some fields changed and checked again."""
         kept = {name: vars(self).get(name) for name in self.declared}
-        return type(self)(**{**kept, "provenance": self.provenance, **changes})
+        return type(self)(**{**kept, **changes})
 
     def to_xarray(self) -> xarray.Dataset:
         """Return all fields as an `xarray.Dataset` with named axes and units, complex numbers as such.
 
-        Fields of hand-offs inside, such as the surface, are among them.  Needs the package xarray.
+        Fields of objects inside, such as the surface, are among them.  Needs the package xarray.
 
         Raises
         ------
@@ -129,13 +135,105 @@ class HandOff:
         return dataset(self)
 
 
+class Accuracy(Declared):
+    """Stated accuracy of a hand-off: errors, what was asked for, and what later steps compute errors with.
+
+    Notes
+    -----
+    Every field is optional: None where nothing is stated.  Two accuracies are equal if they state the same.
+    """
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        ACCURACIES[cls.__name__] = cls
+
+    @property
+    def is_stated(self) -> bool:
+        """True where any field is stated."""
+        return next(self.given(), None) is not None
+
+    def doubts(self) -> Iterator[Doubt]:
+        """Yield what a user is warned of; a subclass compares its errors with what was asked for."""
+        return iter(())
+
+    def check_sizes(self, called: str, sizes: Sizes) -> None:
+        """Raise InputError unless axes have the lengths that the owner's have; add those that it lacks."""
+        for axis, length in self.sizes.items():
+            wanted = sizes.setdefault(axis, length)
+            require(
+                length == wanted,
+                f"{called} states {length} values along {axis}, but there are {wanted}: state as many, or none",
+            )
+
+    def __or__(self, other: Self) -> Self:
+        """Return both statements; where both state a field, that of `other` counts."""
+        return self.replace(**{quantity.name: given for quantity, given in other.given()})
+
+    def without(self, *names: str) -> Self:
+        """Return the accuracy with some fields not stated."""
+        return self.replace(**dict.fromkeys(names))
+
+    def __eq__(self, other: object) -> bool:
+        return type(other) is type(self) and other.content_hash == self.content_hash
+
+    def __hash__(self) -> int:
+        return hash(self.content_hash)
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({', '.join(f'{quantity.name}={given}' for quantity, given in self.given())})"
+
+
+class Doubt(NamedTuple):
+    """One warning that follows from an accuracy.
+
+    Parameters
+    ----------
+    kind : str
+        Kind of the warning, such as "surface mesh": a run shows one line of each.
+    text : str
+        Value, limit and remedy.
+    """
+
+    kind: str
+    text: str
+
+
+class HandOff(Declared):
+    """A frozen object between two steps of the chain.
+
+    Attributes
+    ----------
+    provenance : dict
+        History: how the object was made (package version, stage, fidelity).  Stored, not part of its identity, and
+        nothing computes from it; numbers that later steps need are fields, errors are those of its accuracy.
+    """
+
+    provenance: dict[str, Any] = field(default_factory=dict, kw_only=True)
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        HAND_OFFS[cls.__name__] = cls
+
+    def accuracies(self) -> Iterator[Accuracy]:
+        """Yield the stated accuracy of the object and of hand-offs inside."""
+        for _, given in self.given():
+            if isinstance(given, HandOff):
+                yield from given.accuracies()
+            elif isinstance(given, Accuracy):
+                yield given
+
+    def replace(self, **changes: Any) -> Self:
+        """Return a new object with some fields changed and checked again."""
+        return super().replace(**{"provenance": self.provenance, **changes})
+
+
 class _Made:
     """Attribute that is made of others at the first reading, and kept."""
 
     def __init__(self, name: str, make: Any) -> None:
         self.place, self.make = f"_made_{name}", make
 
-    def __get__(self, owner: HandOff | None, kind: type | None = None) -> Any:
+    def __get__(self, owner: Declared | None, kind: type | None = None) -> Any:
         if owner is None:
             return self
         kept = vars(owner)

@@ -28,6 +28,10 @@ Sizes = dict[str, int]
 """Length by name of axis."""
 
 
+class Label(str):
+    """Text that labels an entry; unlike a name it need be neither distinct nor short."""
+
+
 @dataclass(frozen=True)
 class Quantity:
     """Declaration of a field.
@@ -60,7 +64,7 @@ class Quantity:
     @property
     def is_text(self) -> bool:
         """True for a text, or several."""
-        return self.kind is str or get_args(self.kind)[:1] == (str,)
+        return self.kind is str or get_args(self.kind)[:1] in ((str,), (Label,))
 
     @property
     def names_axis(self) -> bool:
@@ -254,12 +258,14 @@ def _check_increasing(called: str, axis: NDArray[Any]) -> None:
 
 
 def _tuple(called: str, given: Any, kind: Any) -> tuple[Any, ...]:
-    """Return distinct names, or whole numbers, as a tuple."""
+    """Return distinct names, labels, or whole numbers, as a tuple."""
     require(isinstance(given, Iterable) and not isinstance(given, str), f"{called} = {given!r} are no names")
     if kind is str:
         names = tuple(given)
         check_names(names, called)
         return names
+    if kind is Label:
+        return tuple(Label(text) for text in given)
     numbers = tuple(given)
     require(all(is_whole(number) for number in numbers), f"{called} = {numbers} must be whole numbers")
     return tuple(int(number) for number in numbers)
@@ -269,6 +275,11 @@ def _number(called: str, given: Any, _: Any) -> float:
     require(isinstance(given, Real) and not isinstance(given, bool), f"{called} = {given!r} must be a number")
     require(isfinite(given), f"{called} = {given} must be finite")
     return float(given)
+
+
+def _whole(called: str, given: Any, _: Any) -> int:
+    require(is_whole(given) and not isinstance(given, bool), f"{called} = {given!r} must be a whole number")
+    return int(given)
 
 
 def _flag(called: str, given: Any, _: Any) -> bool:
@@ -281,7 +292,7 @@ def _as_given(called: str, given: Any, kind: Any) -> Any:
     return given
 
 
-_CONVERSIONS: Mapping[Any, Callable[[str, Any, Any], Any]] = {float: _number, bool: _flag}
+_CONVERSIONS: Mapping[Any, Callable[[str, Any, Any], Any]] = {float: _number, int: _whole, bool: _flag}
 
 
 def _alternatives(hint: Any) -> tuple[Any, ...]:

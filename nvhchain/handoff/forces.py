@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from nvhchain.errors import InputError, require
+from nvhchain.handoff.accuracy import ForceAccuracy
 from nvhchain.handoff.base import ComplexArray, FloatArray, HandOff
 from nvhchain.handoff.declared import array, value
 
@@ -31,6 +32,7 @@ class BearingForces(HandOff):
     mesh_deflection: FloatArray = array("m", "time, mesh", "dynamic mesh deflection", default=())
     transmission_error: FloatArray | None = array("m", "time, mesh", "transmission error of every mesh", default=None)
     output_lag: FloatArray | None = array("rad", "time", "transmission error, input to output", default=None)
+    accuracy: ForceAccuracy = value("", "stated accuracy", default=ForceAccuracy())
 
     def _check(self) -> None:
         step = np.diff(self.time)

@@ -7,6 +7,7 @@ from typing import Any, Self
 import numpy as np
 
 from nvhchain.errors import InputError, require
+from nvhchain.handoff.accuracy import HousingAccuracy
 from nvhchain.handoff.base import ComplexArray, FloatArray, HandOff
 from nvhchain.handoff.declared import array, value
 from nvhchain.handoff.surface import Surface
@@ -39,6 +40,7 @@ class ReducedHousing(HandOff):
     positions: FloatArray = array("m", "bearing, axis", "bearing seat centres")
     surface: Surface = value("", "radiating surface")
     structural_damping: bool | None = value("1", "damping is structural; absent: viscous", default=None)
+    accuracy: HousingAccuracy = value("", "stated accuracy", default=HousingAccuracy())
 
     def _check(self) -> None:
         object.__setattr__(self, "structural_damping", True if self.structural_damping else None)

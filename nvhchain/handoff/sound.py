@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from nvhchain.handoff.accuracy import SoundAccuracy
 from nvhchain.handoff.base import ComplexArray, FloatArray, HandOff
 from nvhchain.handoff.declared import array, value
 from nvhchain.handoff.surface import Surface
@@ -14,6 +15,7 @@ class FieldPressure(HandOff):
     points: FloatArray = array("m", "point, axis", "field points")
     pressure: ComplexArray = array("Pa", "frequency, point", "sound pressure, peak")
     input_speed: float = value("rad/s", "speed of the input shaft, 0 if there is none", default=0.0)
+    accuracy: SoundAccuracy = value("", "stated accuracy", default=SoundAccuracy())
 
 
 class PressureHistory(HandOff):
@@ -23,6 +25,7 @@ class PressureHistory(HandOff):
     points: FloatArray = array("m", "point, axis", "field points")
     pressure: FloatArray = array("Pa", "time, point", "sound pressure")
     input_speed: FloatArray = array("rad/s", "time", "speed of the input shaft", spread=True)
+    accuracy: SoundAccuracy = value("", "stated accuracy", default=SoundAccuracy())
 
 
 class SurfacePressure(HandOff):
@@ -31,6 +34,7 @@ class SurfacePressure(HandOff):
     frequency: FloatArray = array("Hz", "frequency", "frequency", at_least=0.0)
     pressure: ComplexArray = array("Pa", "frequency, vertex", "sound pressure at the vertices, peak")
     surface: Surface = value("", "radiating surface")
+    accuracy: SoundAccuracy = value("", "stated accuracy", default=SoundAccuracy())
 
 
 class SoundPower(HandOff):
@@ -39,6 +43,7 @@ class SoundPower(HandOff):
     frequency: FloatArray = array("Hz", "frequency", "frequency", at_least=0.0)
     power: FloatArray = array("W", "frequency", "radiated sound power, time average")
     input_speed: float = value("rad/s", "speed of the input shaft, 0 if there is none", default=0.0)
+    accuracy: SoundAccuracy = value("", "stated accuracy", default=SoundAccuracy())
 
 
 class RadiationEfficiency(HandOff):
@@ -47,6 +52,7 @@ class RadiationEfficiency(HandOff):
     frequency: FloatArray = array("Hz", "frequency", "frequency", at_least=0.0)
     efficiency: FloatArray = array("1", "frequency", "sound power over that of plane waves from every face, ρcS⟨v²⟩")
     input_speed: float = value("rad/s", "speed of the input shaft, 0 if there is none", default=0.0)
+    accuracy: SoundAccuracy = value("", "stated accuracy", default=SoundAccuracy())
 
 
 class Directivity(HandOff):
@@ -56,3 +62,4 @@ class Directivity(HandOff):
     points: FloatArray = array("m", "point, axis", "field points")
     index: FloatArray = array("dB", "frequency, point", "level at a point over that of the same power spread evenly")
     input_speed: float = value("rad/s", "speed of the input shaft, 0 if there is none", default=0.0)
+    accuracy: SoundAccuracy = value("", "stated accuracy", default=SoundAccuracy())

@@ -9,8 +9,9 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 from nvhchain.errors import require
+from nvhchain.handoff.accuracy import SurfaceAccuracy
 from nvhchain.handoff.base import FloatArray, HandOff, IntArray
-from nvhchain.handoff.declared import array
+from nvhchain.handoff.declared import array, value
 
 
 def bodies_of(triangles: IntArray) -> IntArray:
@@ -26,6 +27,7 @@ class Surface(HandOff):
 
     vertices: FloatArray = array("m", "vertex, axis", "vertices")
     triangles: IntArray = array("1", "face, corner", "vertex indices, counter-clockwise from outside")
+    accuracy: SurfaceAccuracy = value("", "stated accuracy", default=SurfaceAccuracy())
 
     def _check(self) -> None:
         vertices, triangles = self.vertices, self.triangles

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from nvhchain.conventions import Air
 from nvhchain.dimensions import Length
 from nvhchain.errors import require
+from nvhchain.handoff.accuracy import SolverRecord, SoundAccuracy
 from nvhchain.handoff.base import ComplexArray, FloatArray, HandOff, IntArray
 from nvhchain.handoff.declared import array, value
 from nvhchain.handoff.surface import Surface
@@ -73,6 +74,7 @@ class TransferVectors(HandOff):
     image_vectors: ComplexArray | None = array(
         "Pa s/m", "frequency, point, face", "part by way of the plane", default=None
     )
+    accuracy: SoundAccuracy = value("", "stated accuracy", default=SoundAccuracy())
 
     def _check(self) -> None:
         require(
@@ -99,6 +101,7 @@ class TransferVectors(HandOff):
             both,
             self.surface,
             self.air,
+            accuracy=self.accuracy,
             provenance=self.provenance,
         )
 
@@ -115,6 +118,7 @@ class ModalTransferVectors(HandOff):
     names: tuple[str, ...] = array("", "bearing", "bearing names")
     housing: str = value("", "content hash of the reduced housing")
     air: Air = value("speed_of_sound m/s, density kg/m3", "air around the body")
+    accuracy: SoundAccuracy = value("", "stated accuracy", default=SoundAccuracy())
 
 
 class NoiseTransferFunctions(HandOff):
@@ -125,6 +129,7 @@ class NoiseTransferFunctions(HandOff):
     functions: ComplexArray = array("Pa/N", "frequency, point, bearing, axis", "pressure per bearing force")
     names: tuple[str, ...] = array("", "bearing", "bearing names")
     air: Air = value("speed_of_sound m/s, density kg/m3", "air around the body")
+    accuracy: SoundAccuracy = value("", "stated accuracy", default=SoundAccuracy())
 
 
 class RadiationResistance(HandOff):
@@ -164,6 +169,7 @@ class RadiationResistance(HandOff):
         "plane wave resistance, times (edges per wave on the walls)²",
         default=None,
     )
+    accuracy: SoundAccuracy = value("", "stated accuracy", default=SoundAccuracy())
 
     def waves_at(self, master: int) -> ComplexArray:
         """The waves (n_row, n_column) of a master without the rows that are zero at its end."""
@@ -177,6 +183,7 @@ class SolvedBand(HandOff):
     frequency: FloatArray = array("Hz", "frequency", "frequency", at_least=0.0)
     values: ComplexArray = array("", "frequency, value", "values of a step, one row a frequency")
     shape: IntArray = array("1", "dimension", "shape of the values of one frequency")
+    record: SolverRecord = value("", "how the systems were solved", default=SolverRecord())
 
     def _check(self) -> None:
         wanted = (len(self.frequency), int(np.prod(self.shape)))

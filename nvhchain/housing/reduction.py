@@ -19,21 +19,19 @@ from nvhchain.conventions import Progress
 from nvhchain.errors import SolverError, require, warn_caller
 from nvhchain.fem import frequency_errors, rigid_map, stiffness_and_mass
 from nvhchain.fidelity import HousingFidelity
-from nvhchain.handoff import FloatArray, ReducedHousing, Surface
+from nvhchain.handoff import FloatArray, HousingAccuracy, ReducedHousing, Surface, warn_of
 from nvhchain.housing.casting.casting import Casting
 from nvhchain.housing.casting.mesh import HousingMesh, mesh_casting, on_engine_plane, radiating_surface
 from nvhchain.housing.modes.damping import damping_of_modes
 from nvhchain.housing.modes.seat_modes import seat_modes
 from nvhchain.housing.modes.seat_modes import seat_unknowns as seat_unknowns
 from nvhchain.housing.modes.truncation import (
-    FREQUENCY_ERROR,
-    RESIDUAL_MASS,
     fewest_modes,
     truncation_report,
     without_modes,
     worst_level,
 )
-from nvhchain.housing.skin.mapping_error import MAPPING_ERROR, skin_sources, stated_mapping_errors, warn_of_mapping
+from nvhchain.housing.skin.mapping_error import skin_sources, stated_mapping_errors
 from nvhchain.housing.skin.normal_motion import normal_motion
 from nvhchain.housing.skin.thin_walls import stiffening
 
@@ -86,8 +84,8 @@ def reduce_housing(
     Returns
     -------
     ReducedHousing
-        Reduced housing. Its provenance holds the estimated truncation error (dB of surface velocity,
-        `truncation_error`). It also holds the error of the sound power due to the mapping onto the radiating faces.
+        Reduced housing. Its accuracy states the estimated truncation error (dB of surface velocity,
+        `truncation_error`) and the error of the sound power due to the mapping onto the radiating faces.
 
     Raises
     ------
@@ -119,9 +117,7 @@ def reduce_housing(
     motion = normal_motion(mesh.nodes, mesh.skin, surface, silent, fidelity.samples_per_face)
     tell(2, _STEPS)
     reduce_to = partial(reduce_mesh, mesh, casting, surface, motion, f_max=f_max, tell=lambda n: tell(n + 2, _STEPS))
-    reduced = accurate(reduce_to, f_max, fidelity)
-    warn_of_mapping("casting", reduced, fidelity.mapping_tolerance_db)
-    return with_residual(reduced, fidelity)
+    return finished(accurate(reduce_to, f_max, fidelity), fidelity)
 
 
 def accurate(reduce_to: Callable[[float], ReducedHousing], f_max: float, fidelity: HousingFidelity) -> ReducedHousing:
@@ -129,13 +125,14 @@ def accurate(reduce_to: Callable[[float], ReducedHousing], f_max: float, fidelit
     f_top, tolerance = f_max * fidelity.mode_ratio, fidelity.truncation_tolerance_db
     if tolerance == 0:
         reduced = reduce_to(f_top)
-        return _reported(reduced, truncation_report(reduced, f_max))
+        return reduced.replace(accuracy=reduced.accuracy | truncation_report(reduced, f_max))
     f_top = max(f_top, f_max)  # all modes in the band must be known before any is excluded
     for _ in range(_ENLARGEMENTS):
         reduced = reduce_to(f_top)
         keep = fewest_modes(reduced, f_max, tolerance)
         if keep is not None:
-            return _reported(without_modes(reduced, keep), truncation_report(reduced, f_max, modes=keep))
+            few = without_modes(reduced, keep)
+            return few.replace(accuracy=few.accuracy | truncation_report(reduced, f_max, modes=keep))
         # the error falls about with the square of f_top
         excess = worst_level(reduced, f_max) / tolerance
         f_top *= min(max(1.1 * float(np.sqrt(excess)), 1.15), 1.6)
@@ -145,10 +142,17 @@ def accurate(reduce_to: Callable[[float], ReducedHousing], f_max: float, fidelit
     )
 
 
+def finished(housing: ReducedHousing, fidelity: HousingFidelity) -> ReducedHousing:
+    """Return the housing as the fidelity asks for it, with warnings of its stated accuracy."""
+    asked = housing.accuracy.replace(mapping_tolerance_db=fidelity.mapping_tolerance_db)
+    warn_of(asked)
+    return with_residual(housing.replace(accuracy=asked), fidelity)
+
+
 def with_residual(housing: ReducedHousing, fidelity: HousingFidelity) -> ReducedHousing:
     """Return the housing as it is, or with modes alone if the fidelity has no residual flexibility.
 
-    The excluded modes then do not move at all. The truncation entries of the provenance no longer hold and are removed.
+    The excluded modes then do not move at all. The stated truncation error no longer holds and is removed.
     """
     if fidelity.residual_flexibility:
         return housing
@@ -157,18 +161,14 @@ def with_residual(housing: ReducedHousing, fidelity: HousingFidelity) -> Reduced
         "housing residual_flexibility = False leaves nothing that moves: no mode lies below mode_ratio times the upper "
         "limit of the band; raise mode_ratio, or keep the flexibility",
     )
-    kept = {key: value for key, value in housing.provenance.items() if not key.startswith(("truncation", "residual"))}
     return replace(
         housing,
         seat_residual=np.zeros_like(housing.seat_residual),
         face_residual=np.zeros_like(housing.face_residual),
-        provenance=kept,
+        accuracy=housing.accuracy.without(
+            "residual_mass", "truncation_error_db", "truncation_frequency", "truncation_error_at_db"
+        ),
     )
-
-
-def _reported(reduced: ReducedHousing, report: dict[str, Any]) -> ReducedHousing:
-    made: ReducedHousing = reduced.replace(provenance={**reduced.provenance, **report})
-    return made
 
 
 def check_bending_resolution(casting: Casting, f_max: float, fidelity: HousingFidelity) -> None:
@@ -217,9 +217,9 @@ def reduce_mesh(
 ) -> ReducedHousing:
     """Reduce a meshed casting to its modes up to f_top (Hz); `motion` maps nodal to normal face displacements.
 
-    f_max : upper limit (Hz) of the band for the mapping error in the provenance; None omits it.
+    f_max : upper limit (Hz) of the band for the stated mapping error; None omits it.
 
-    The provenance also holds the estimated error of every natural frequency due to the elements.
+    The accuracy also states the estimated error of every natural frequency due to the elements.
     """
     K, M, T = held_matrices(mesh, casting)
     tell(1)
@@ -239,14 +239,16 @@ def reduce_mesh(
         positions=np.array([bore.centre for bore in casting.bores]),
         surface=surface,
         structural_damping=casting.structural_damping,
-        provenance={RESIDUAL_MASS: modes.residual_mass.tolist(), FREQUENCY_ERROR: (_AT_EDGES * errors).tolist()},
+        accuracy=HousingAccuracy(
+            frequency_error=_AT_EDGES * errors, residual_mass=modes.residual_mass.reshape(count, 3, count, 3)
+        ),
     )
     if f_max is not None:
         edge = float(np.sqrt(4 / np.sqrt(3) * np.median(surface.areas)))
         places, displaced = skin_sources(mesh.nodes, mesh.skin, edge)
         flux = displaced @ T
         mapped = stated_mapping_errors(reduced, places, flux @ modes.shapes, flux @ modes.residual, f_max)
-        reduced = _reported(reduced, {MAPPING_ERROR: mapped})
+        reduced = reduced.replace(accuracy=reduced.accuracy | mapped)
     tell(4)
     return reduced
 

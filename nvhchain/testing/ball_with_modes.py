@@ -14,12 +14,12 @@ from nvhchain.handoff import (
     ComplexArray,
     FieldPressure,
     ForceSpectrum,
+    HousingAccuracy,
     ReducedHousing,
     SurfaceVelocity,
     TransferVectors,
 )
 from nvhchain.housing import respond
-from nvhchain.housing.modes.truncation import FREQUENCY_ERROR
 from nvhchain.testing.coarse_runs import small_gearbox
 
 LINES = np.array([300.0, 900.0, 980.0, 1000.0, 1100.0, 1600.0])
@@ -60,14 +60,14 @@ def housing(case: GearboxCase) -> ReducedHousing:
         names=BEARINGS,
         positions=np.array(case.gearbox_with_gears.bearing_positions),
         surface=ball,
-        provenance={FREQUENCY_ERROR: [0.0025, 0.005, 0.01]},
+        accuracy=HousingAccuracy(np.array([0.0025, 0.005, 0.01])),
     )
 
 
 def silent(housing: ReducedHousing) -> ReducedHousing:
     """Stop the surface in the lowest mode, whose frequency is then certain to 2 % only."""
     shapes = housing.normal_shapes * np.array([0.0, 1.0, 1.0])[:, None]
-    return housing.replace(normal_shapes=shapes, provenance={FREQUENCY_ERROR: [0.02, 0.0, 0.0]})
+    return housing.replace(normal_shapes=shapes, accuracy=HousingAccuracy(np.array([0.02, 0.0, 0.0])))
 
 
 def parts(

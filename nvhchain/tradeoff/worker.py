@@ -23,7 +23,7 @@ from typing import Any, TextIO
 from nvhchain import chain
 from nvhchain.chain.result import Result
 from nvhchain.errors import InputError, SolverError
-from nvhchain.files.shelf import Watcher, key_in
+from nvhchain.files.shelf import Watcher, key_in, made_as
 from nvhchain.handoff import HandOff
 from nvhchain.runtime import processes
 
@@ -72,8 +72,8 @@ def keys_of(result: Result) -> Iterator[tuple[str, str]]:
     for field in dataclasses.fields(result):
         value = getattr(result, field.name)
         for item in value if isinstance(value, tuple) else (value,):
-            if isinstance(item, HandOff) and "key" in item.provenance:
-                yield item.provenance["stage"], item.provenance["key"]
+            if isinstance(item, HandOff) and (made := made_as(item)):
+                yield made
 
 
 def _end_with_listener(pipe: int) -> None:

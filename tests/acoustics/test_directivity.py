@@ -64,7 +64,7 @@ def test_directivity_of_an_oscillating_sphere(air, plane):
     level = 10 * np.log10(exact)
     lines = slice(3 if plane is None else 2)
     assert found.index[lines] == pytest.approx(level[lines], abs=0.2 if plane is None else 0.4)
-    assert found.provenance["near_field_dB"] < 0.01
+    assert found.accuracy.near_field_db < 0.01
 
 
 def test_points_in_the_near_field_are_warned_of_with_what_a_dipole_gains(air):
@@ -78,7 +78,7 @@ def test_points_in_the_near_field_are_warned_of_with_what_a_dipole_gains(air):
         found = directivity(pressure, power, BODY, air)
     kr = 2 * np.pi * FREQUENCY / air.speed_of_sound * 0.3
     assert found.index[:, 0] == pytest.approx(10 * np.log10(3 * (1 + kr**-2)), abs=0.2)
-    assert found.provenance["near_field_dB"] == pytest.approx(10 * np.log10(1 + kr[0] ** -2))
+    assert found.accuracy.near_field_db == pytest.approx(10 * np.log10(1 + kr[0] ** -2))
 
 
 def test_silent_lines_have_no_directivity(air):

@@ -93,8 +93,8 @@ def test_equivalent_power_and_pressure_state_what_they_let_expect_and_warn_where
             assert f"equivalent radiated power at {lowest:g} Hz" in str(warning.message)
             assert f"up to {mean:.2g} dB too high in the mean" in str(warning.message)
         for result in made:
-            assert result.provenance["expected_mean_error_dB"] == mean
-            assert result.provenance["expected_error_dB"] == single
+            assert result.accuracy.expected_mean_error_db == mean
+            assert result.accuracy.expected_error_db == single
 
 
 def test_directivity_of_an_oscillating_sphere_is_that_of_a_dipole(air, coarse):

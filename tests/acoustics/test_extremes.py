@@ -51,7 +51,7 @@ def test_a_tenth_of_a_hertz_to_the_mesh_limit_on_bodies_of_a_millimetre_to_ten_m
     error, _, result = compared(body, INSIDE * factor, frequency, bodies.shell(12, 2.5 * size))
     assert (error[:-1] < 4e-3).all()
     assert error[-1] < 0.02
-    assert result.provenance["elements_per_wavelength"] == pytest.approx(8.0, rel=0.02)
+    assert result.accuracy.elements_per_wavelength == pytest.approx(8.0, rel=0.02)
 
 
 def test_field_points_a_kilometre_away_of_a_body_of_a_millimetre_and_of_twenty_centimetres():
@@ -84,7 +84,7 @@ def test_between_what_is_asked_and_the_limit_a_warning_gives_the_error_within_a_
         AccuracyWarning, match=r"elements per wavelength at .* Hz, 4.5 asked: expect errors of about"
     ) as w:
         error, _, result = compared(body, source, frequency, bodies.shell(40, 1.0))
-    said = result.provenance["expected_error_dB"]
+    said = result.accuracy.expected_error_db
     assert f"{said:.2g} dB" in str(w[0].message)
     assert len(w) == 1
     assert decibel(error[0]) / 3 < said < decibel(error[0]) * 3
@@ -95,7 +95,7 @@ def test_at_what_is_asked_nothing_is_warned_of_and_beyond_the_limit_it_is_refuse
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         error, _, result = compared(BOX, INSIDE, fine, bodies.shell(12, 1.0))
-        assert decibel(error[0]) / 3 < result.provenance["expected_error_dB"] < decibel(error[0]) * 3
+        assert decibel(error[0]) / 3 < result.accuracy.expected_error_db < decibel(error[0]) * 3
         with pytest.raises(InputError, match=r"mesh supports .* Hz at 2 elements per wavelength"):
             compared(BOX, INSIDE, beyond, bodies.shell(12, 1.0))
 
@@ -108,7 +108,7 @@ def test_transfer_vectors_and_surface_pressure_carry_the_same_warning():
         vectors = transfer_vectors(body, [[0.0, 0.0, 1.0]], frequency, air=AIR, fidelity=ASKED)
     with pytest.warns(AccuracyWarning, match="expect errors of about"):
         pressure = surface_pressure(still, air=AIR, fidelity=ASKED)
-    assert vectors.provenance["expected_error_dB"] == pressure.provenance["expected_error_dB"] > 0.5
+    assert vectors.accuracy.expected_error_db == pressure.accuracy.expected_error_db > 0.5
 
 
 @pytest.mark.parametrize("per_wavelength", [12.0, 5.0])
@@ -121,9 +121,9 @@ def test_points_a_tenth_to_a_millimetre_from_the_surface_meet_the_error_they_are
     points = np.einsum("ij,ijk->ik", rng.dirichlet((1, 1, 1), 40), corners) + height * BOX.normals[faces]
     with pytest.warns(AccuracyWarning, match=r"a field point is .* element edges from the surface: expect errors of"):
         _, ratio, result = compared(BOX, INSIDE, frequency_at(per_wavelength, 0.0125), points)
-    truth, said = decibel(np.abs(ratio - 1).max()), result.provenance["expected_error_nearest_dB"]
+    truth, said = decibel(np.abs(ratio - 1).max()), result.accuracy.expected_error_nearest_db
     assert truth / 3 < said < truth * 3
-    assert 0.5 * height < result.provenance["clearance"] * 0.0125 * np.sqrt(2) < 1.5 * height
+    assert 0.5 * height < result.accuracy.clearance * 0.0125 * np.sqrt(2) < 1.5 * height
 
 
 def test_irregular_frequencies_of_a_box_do_not_show():

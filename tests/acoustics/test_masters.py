@@ -60,8 +60,8 @@ def test_chosen_masters_keep_the_tolerance_between_them_near_and_far(box, air, l
     lines = np.array([0.2, 3.0, 45.0, 71.0, 160.0, 433.0, 1010.0, 1718.0, 2422.0, 3111.0, 3797.0, 3977.0])
     assert error_db(atv, lines[lines > low], fidelity).max() < tolerance
     assert len(atv.frequency) <= 10
-    assert atv.provenance["estimated_error_db"] < tolerance
-    assert atv.provenance["tested_error_db"] < tolerance
+    assert atv.accuracy.estimated_error_db < tolerance
+    assert atv.accuracy.tested_error_db < tolerance
     assert atv.frequency[[0, -1]].tolist() == [low, 4000.0]
 
 
@@ -97,7 +97,7 @@ def test_a_narrow_band_takes_few_masters_and_keeps_tolerance_and_estimate(body, 
     lines = low + (high - low) * np.array([0.03, 0.12, 0.31, 0.5, 0.565, 0.58, 0.72, 0.91, 0.985])
     atv = adaptive_transfer_vectors(surface, POINTS, low, high, air=air, fidelity=fidelity)
     assert 5 <= len(atv.frequency) <= most
-    assert max(atv.provenance["estimated_error_db"], atv.provenance["tested_error_db"]) < 0.1
+    assert max(atv.accuracy.estimated_error_db, atv.accuracy.tested_error_db) < 0.1
     assert error_db(atv, lines, fidelity).max() < 0.1
 
 
@@ -192,7 +192,7 @@ def test_of_many_points_those_far_apart_decide_and_all_are_tested(box, air):
     assert apart.min() > 2.5 * (np.linalg.norm(far[:64, None] - far[:64], axis=2) + 99.0 * np.eye(64)).min()
     fidelity = chosen(0.3)
     atv = adaptive_transfer_vectors(box, points, 50.0, 3000.0, air=air, fidelity=fidelity)
-    assert atv.provenance["deciding_points"] == 64
+    assert atv.accuracy.deciding_points == 64
     lines = np.array([71.0, 1010.0, 2422.0, 2977.0])
     some = atv.replace(points=points[495:505], vectors=atv.vectors[:, 495:505])
     assert error_db(some, lines, fidelity).max() < 0.3
@@ -216,11 +216,12 @@ def test_where_the_quadrature_order_changes_the_estimate_stays_within_a_factor_o
 
 
 def test_provenance_tells_knobs_solver_and_expected_error(box, air):
-    told = adaptive_transfer_vectors(box, POINTS, 50.0, 2000.0, air=air, fidelity=chosen(1.0)).provenance
+    made = adaptive_transfer_vectors(box, POINTS, 50.0, 2000.0, air=air, fidelity=chosen(1.0))
+    told, accuracy = made.provenance, made.accuracy
     assert told["stage"] == "acoustics.adaptive_transfer_vectors"
     assert "master_tolerance_db=1.0" in told["fidelity"]
     assert told["solver"] == "direct"
-    assert told["elements_per_wavelength"] == pytest.approx(343.0 / 2000.0 / 0.025, rel=0.05)
+    assert accuracy.elements_per_wavelength == pytest.approx(343.0 / 2000.0 / 0.025, rel=0.05)
 
 
 def test_a_coarse_mesh_is_warned_of_once_whatever_the_number_of_batches(box, air):

@@ -258,7 +258,7 @@ def test_power_carries_what_the_mesh_lets_expect(air):
     body = sphere(RADIUS, 2)
     with pytest.warns(AccuracyWarning, match=r"5\.\d+ elements per wavelength at 2500 Hz, 7 asked"):
         got = sound_power(vibrating(body, 0, np.array([2500.0])), air=air, fidelity=asked)
-    assert 0.3 < got.provenance["expected_error_dB"] < 1.0
+    assert 0.3 < got.accuracy.expected_error_db < 1.0
 
 
 @pytest.mark.parametrize("way", ["velocity", "radiation resistance"])
@@ -277,8 +277,8 @@ def test_motions_that_cancel_come_with_their_error(air, coarse, way):
     with pytest.warns(AccuracyWarning, match=r"cancel each other, .* at 1 lines: expect errors .* at 1 Hz"):
         exact, got = (power(*one) for one in bodies.rotating_ellipsoids())
     error = abs(decibel(got.power / exact.power))
-    assert error[1] < 1.0 < error[0] < got.provenance["cancellation_error_dB"] < 20.0
-    assert got.provenance["cancellation_frequency"] == 1.0
+    assert error[1] < 1.0 < error[0] < got.accuracy.cancellation_error_db < 20.0
+    assert got.accuracy.cancellation_frequency == 1.0
 
 
 @pytest.mark.parametrize("plane", [None, RigidPlane((0, 0, -2 * RADIUS), (0, 0, 1))], ids=["free", "plane"])

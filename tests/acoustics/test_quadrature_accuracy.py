@@ -68,11 +68,11 @@ def test_lists_of_close_orders_and_distances_count_as_tuples():
 def test_needles_are_reported_and_warned_of_with_their_quadrature_error_and_other_meshes_are_not(air):
     with pytest.warns(AccuracyWarning, match=r"needles, .* relative quadrature error of 0.02\d on the surface, 0.002"):
         vectors = transfer_vectors(needles(30), [[1.0, 0.0, 0.0]], [10.0], air=air, fidelity=KNOBS)
-    assert vectors.provenance["quadrature_error"] == suspect_error(needles(30), KNOBS)
+    assert vectors.accuracy.quadrature_error == suspect_error(needles(30), KNOBS)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         vectors = transfer_vectors(needles(1), [[1.0, 0.0, 0.0]], [10.0], air=air, fidelity=KNOBS)
-    assert "quadrature_error" not in vectors.provenance
+    assert vectors.accuracy.quadrature_error is None
 
 
 @pytest.mark.parametrize("degrees", [5, 10, 20])
@@ -98,7 +98,7 @@ def test_what_a_coarse_edge_of_a_wedge_costs_is_in_the_expected_error(air, degre
             pressure.append(solve_direct(heaving, points, air=air, fidelity=KNOBS).pressure[0])
             told = expected_accuracy(body, points, frequency[0], air, KNOBS)
     true = 20 * np.log10(1 + np.abs(pressure[0] - pressure[1]).max() / np.abs(pressure[1]).max())
-    assert true / 2 < told["expected_error_low_dB"] < 2.4 * true
+    assert true / 2 < told.expected_error_low_db < 2.4 * true
 
 
 def test_quadrature_across_a_gap_does_not_grow_with_the_distance_of_a_third_body(air):
@@ -110,7 +110,7 @@ def test_quadrature_across_a_gap_does_not_grow_with_the_distance_of_a_third_body
         three = bodies.united(two, Surface(tiny.vertices + np.array([0.0, far, 0.0]), tiny.triangles))
         with pytest.warns(AccuracyWarning, match="quadrature error"):
             told = expected_accuracy(three, None, 10.0, air, replace(KNOBS, gap_halvings=1))
-        stated.append(told["quadrature_error"])
+        stated.append(told.quadrature_error)
     assert stated[1] == pytest.approx(stated[0], rel=0.2)
 
 
@@ -131,11 +131,11 @@ def test_engine_bempp_which_cuts_no_triangles_tells_its_error_across_gaps_and_at
     with pytest.warns(AccuracyWarning, match=r"thin gaps .* or use engine fused") as said:
         told = expected_accuracy(stacked(0.03 * 0.04 * np.sqrt(2)), None, 500.0, air, KNOBS, Bempp())
     assert len(said) == 1
-    assert 0.005 < told["quadrature_error"] < 0.5
-    assert "quadrature_error" not in expected_accuracy(stacked(0.04), None, 500.0, air, KNOBS, Bempp())
+    assert 0.005 < told.quadrature_error < 0.5
+    assert expected_accuracy(stacked(0.04), None, 500.0, air, KNOBS, Bempp()).quadrature_error is None
     with pytest.warns(AccuracyWarning, match="use engine fused"):
         told = expected_accuracy(needles(10), None, 10.0, air, KNOBS, Bempp())
-    assert told["quadrature_error"] > 2 * suspect_error(needles(10), KNOBS)
+    assert told.quadrature_error > 2 * suspect_error(needles(10), KNOBS)
 
 
 def test_what_narrow_gaps_cost_is_said_before_it_is_spent(air):

@@ -31,7 +31,7 @@ def test_interpolation_that_errs_more_than_asked_is_warned_of_with_the_number(ai
     relative = np.abs(field.pressure - exact).max(axis=0) / np.abs(exact).max(axis=0)
     truth = 20 * np.log10(1 + relative.max())
     assert truth / 3 < told < truth * 3
-    assert told == pytest.approx(20 * np.log10(1 + max(field.provenance["interpolation_error"])), rel=0.02)
+    assert told == pytest.approx(20 * np.log10(1 + max(field.accuracy.interpolation_error)), rel=0.02)
 
 
 def test_interpolation_as_good_as_asked_is_quiet(air, coarse):
@@ -56,7 +56,7 @@ def test_two_masters_say_what_a_body_of_that_size_lets_expect(air, coarse):
     with pytest.warns(AccuracyWarning, match=r"errs by an estimated [\d.]+ dB"):
         field = radiate(vectors(masters), velocity, fidelity=coarse)
     truth = np.abs(field.pressure - exact).max(axis=0) / np.abs(exact).max(axis=0)
-    told = np.array(field.provenance["interpolation_error"])
+    told = np.array(field.accuracy.interpolation_error)
     assert ((told > 0.9 * truth) & (told < 3 * truth)).all(), told / truth
 
 
@@ -69,7 +69,7 @@ def test_two_masters_say_how_fast_a_quadrupole_grows(air, coarse):
     few, truth = (transfer_vectors(body, far, at, air=air, fidelity=coarse) for at in (masters, lines))
     exact, field = (radiate(atv, velocity, fidelity=coarse) for atv in (truth, few))
     error = np.abs(field.pressure - exact.pressure).max() / np.abs(exact.pressure).max()
-    assert error < max(field.provenance["interpolation_error"]) < 30 * error
+    assert error < max(field.accuracy.interpolation_error) < 30 * error
 
 
 def test_echo_from_a_high_plane_that_no_master_shows_is_told(air, coarse):
@@ -89,10 +89,10 @@ def test_echo_from_a_high_plane_that_no_master_shows_is_told(air, coarse):
     with pytest.warns(AccuracyWarning, match=r"estimated 0\.1\d dB"):
         field = radiate(vectors(masters), velocity, fidelity=coarse)
     truth = np.abs(field.pressure - exact).max(axis=0) / np.abs(exact).max(axis=0)
-    told = np.array(field.provenance["interpolation_error"])
+    told = np.array(field.accuracy.interpolation_error)
     assert ((told > truth / 3) & (told < 3 * truth)).all(), told / truth
     closer = radiate(vectors(200.0 + 8.0 * np.arange(40)), velocity, fidelity=coarse)
-    assert max(closer.provenance["interpolation_error"]) < 1e-3
+    assert max(closer.accuracy.interpolation_error) < 1e-3
 
 
 def test_a_point_in_the_middle_of_two_bodies_has_the_error_of_one_beside_it(air, coarse):
@@ -106,6 +106,6 @@ def test_a_point_in_the_middle_of_two_bodies_has_the_error_of_one_beside_it(air,
     with warnings.catch_warnings():
         warnings.simplefilter("error", RuntimeWarning)
         warnings.simplefilter("ignore", AccuracyWarning)
-        middle, beside = radiate(atv, velocity, fidelity=coarse).provenance["interpolation_error"]
+        middle, beside = radiate(atv, velocity, fidelity=coarse).accuracy.interpolation_error
     assert middle == pytest.approx(beside, rel=0.05)
     assert middle > 1e-3

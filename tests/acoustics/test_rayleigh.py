@@ -170,14 +170,14 @@ def test_stated_errors_hold_for_the_motions_of_a_sphere_at_any_size(air, radiati
     stated = [
         level_accuracy(body, np.array([x * air.speed_of_sound / (2 * np.pi * half_size)]), air, radiation) for x in ka
     ]
-    single = np.array([row["expected_error_dB"] for row in stated])
-    assert (np.abs(mean) <= [row["expected_mean_error_dB"] for row in stated]).all()
+    single = np.array([row.expected_error_db for row in stated])
+    assert (np.abs(mean) <= [row.expected_mean_error_db for row in stated]).all()
     assert (errors <= single).all()
     assert (-errors <= single)[:, ka < 4].all()
     assert np.sqrt((errors[:, ka >= 4] ** 2).mean(axis=1)).max() <= single[-1]
     # not by being far too large either
     assert (single - np.abs(errors).max(axis=0))[ka < 0.1].max() < 2.5
-    assert (np.diff([row["expected_mean_error_dB"] for row in stated]) <= 0).all()
+    assert (np.diff([row.expected_mean_error_db for row in stated]) <= 0).all()
 
 
 @pytest.mark.parametrize(("size", "axis"), [((0.3, 0.2, 0.02), 2), ((0.4, 0.06, 0.02), 2), ((0.12, 0.08, 0.06), 0)])
@@ -225,8 +225,8 @@ def test_vectors_fields_and_power_carry_what_the_level_lets_expect(air, rayleigh
         assert all(f"up to {mean:.2g} dB too high in the mean" in text for text in said)
         assert all(f"{single:.2g} dB off at single points and in the power of a single" in text for text in said)
         for result in made:
-            assert result.provenance["expected_mean_error_dB"] == mean
-            assert result.provenance["expected_error_dB"] == single
+            assert result.accuracy.expected_mean_error_db == mean
+            assert result.accuracy.expected_error_db == single
 
 
 def test_vectors_that_do_not_fit_into_memory_are_refused(disc, air, rayleigh, monkeypatch):

@@ -107,7 +107,7 @@ def test_error_estimate_is_within_a_factor_of_ten_of_the_truth(small_body, step,
     estimate = interpolation_error(thinned, velocity, fidelity=fidelity).max(axis=0)
     assert truth.min() > 1e-7 * np.abs(exact).max()
     assert ((estimate > truth / 10) & (estimate < truth * 10)).all(), estimate / truth
-    stored = np.array(result.provenance["interpolation_error"])
+    stored = np.array(result.accuracy.interpolation_error)
     assert stored == pytest.approx(estimate / np.abs(result.pressure).max(axis=0))
 
 

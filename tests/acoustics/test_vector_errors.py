@@ -25,7 +25,7 @@ from nvhchain.acoustics.interpolation.nodes import interpolant
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.files import hdf5
-from nvhchain.handoff import BearingForces, RigidPlane, SurfaceVelocity
+from nvhchain.handoff import BearingForces, RigidPlane, SoundAccuracy, SurfaceVelocity
 from nvhchain.testing import bodies
 from nvhchain.testing import hand_offs as cases
 
@@ -74,7 +74,7 @@ def test_the_stated_error_is_that_of_vectors_and_of_modes_that_move_at_random(tr
     fidelity = knobs()
     atv = vectors(np.linspace(LINES[0], LINES[-1], count), air, truth.plane)
     at, said = told(vectors_at, atv, LINES, fidelity=fidelity)
-    stated = at.provenance["interpolation_error_dB"]
+    stated = at.accuracy.interpolation_error_db
     assert [bool(re.search(WARNED, one)) for one in said] == [True] * (stated > 0.1)
 
     def decibel(wrong, exact, reflected):
@@ -86,7 +86,7 @@ def test_the_stated_error_is_that_of_vectors_and_of_modes_that_move_at_random(tr
     housing = moving_at_random(truth.surface, 40)
     modal, said_of_modes = told(modal_transfer_vectors, atv, housing, LINES, fidelity=fidelity)
     assert said_of_modes == said
-    assert modal.provenance["interpolation_error_dB"] == stated
+    assert modal.accuracy.interpolation_error_db == stated
     exact, reflected = (part @ housing.normal_shapes.T for part in (truth.vectors, reflected))
     assert 0.3 < stated / decibel(modal.modes, exact, reflected) < 4.0
 
@@ -106,15 +106,14 @@ def test_the_estimate_is_that_of_both_neighbours_and_of_the_direct_and_the_refle
 
 
 def test_what_is_made_from_operators_keeps_what_was_stated_of_them(air, tmp_path):
-    of_mesh = {"expected_error_dB": 0.3}
+    of_mesh = SoundAccuracy(expected_error_db=0.3)
     atv = vectors(FEW, air)
-    atv = atv.replace(provenance=atv.provenance | {"resonance_shift": 0.02} | of_mesh)
+    atv = atv.replace(accuracy=atv.accuracy | SoundAccuracy(resonance_shift=0.02) | of_mesh)
     housing = moving_at_random(atv.surface, 5)
     lines = convolution_lines(RATE, LINES[-1], decay_time(housing, LINES[-1]))
     lines = lines[lines >= LINES[0]]
     operator, said = told(modal_transfer_vectors, atv, housing, lines, fidelity=knobs())
     assert any(re.search(WARNED, one) for one in said)
-    names = ("interpolation_error_dB", "resonance_error_dB", "resonance_frequency")
     modal = hdf5.load(hdf5.save(operator, tmp_path / "modal.h5"))
     functions, of_functions = told(noise_transfer_functions, modal, housing)
     load = cases.forces(lines)
@@ -126,44 +125,40 @@ def test_what_is_made_from_operators_keeps_what_was_stated_of_them(air, tmp_path
         transfer_pressure(functions, load),
         run_up_pressure(functions, force),
     ):
-        assert [made.provenance[name] for name in names] == [operator.provenance[name] for name in names]
-        assert made.provenance["interpolation_error_dB"] > 0.1
-        assert made.provenance | of_mesh == made.provenance
+        assert made.accuracy == operator.accuracy
+        assert made.accuracy.interpolation_error_db > 0.1
+        assert made.accuracy | of_mesh == made.accuracy
     assert of_functions == []
     still = SurfaceVelocity(lines[:1], np.zeros((1, len(atv.surface.triangles))), atv.surface)
-    heard = radiate(atv, still).provenance
+    heard = radiate(atv, still).accuracy
     assert heard | of_mesh == heard
 
 
 def test_vectors_between_masters_keep_what_was_stated_of_the_masters(air):
     atv = vectors(FEW, air)
-    atv = atv.replace(provenance=atv.provenance | {"resonance_shift": 0.02})
+    atv = atv.replace(accuracy=atv.accuracy | SoundAccuracy(resonance_shift=0.02))
     at, _ = told(vectors_at, atv, LINES, fidelity=knobs())
-    kept = {name: value for name, value in at.provenance.items() if name in atv.provenance}
-    own = ("stage", "fidelity", "masters")
-    assert set(kept) == set(atv.provenance)
-    assert {name: kept[name] for name in kept if name not in own} == {
-        name: value for name, value in atv.provenance.items() if name not in own
-    }
+    finer = at.accuracy | SoundAccuracy(elements_per_wavelength=atv.accuracy.elements_per_wavelength)
+    assert finer | atv.accuracy.without("elements_per_wavelength", "upper_frequency") == finer
     assert at.provenance["stage"] == "acoustics.vectors_at"
 
 
 def test_what_was_stated_of_vectors_between_masters_is_stated_of_all_that_is_made_from_them(air, tmp_path):
     """Interpolated vectors were taken for masters, and 0.0 dB stated."""
     atv = vectors(FEW, air)
-    atv = atv.replace(provenance=atv.provenance | {"resonance_shift": 0.02})
+    atv = atv.replace(accuracy=atv.accuracy | SoundAccuracy(resonance_shift=0.02))
     at, _ = told(vectors_at, atv, LINES, fidelity=knobs())
     at = hdf5.load(hdf5.save(at, tmp_path / "at.h5"))
-    stated = at.provenance["interpolation_error_dB"]
+    stated = at.accuracy.interpolation_error_db
     assert stated > 0.1
     housing = moving_at_random(atv.surface, 5)
     operator, _ = told(modal_transfer_vectors, at, housing, LINES, fidelity=knobs())
     for again in (told(vectors_at, at, LINES, fidelity=knobs())[0], operator):
-        assert again.provenance["interpolation_error_dB"] == stated
-        assert again.provenance["resonance_error_dB"] >= at.provenance["resonance_error_dB"]
+        assert again.accuracy.interpolation_error_db == stated
+        assert again.accuracy.resonance_error_db >= at.accuracy.resonance_error_db
     velocity = SurfaceVelocity(LINES, np.ones((len(LINES), len(atv.surface.triangles))), atv.surface)
     heard, _ = told(radiate, at, velocity, fidelity=knobs())
-    assert 20 * np.log10(1 + np.array(heard.provenance["interpolation_error"])) == pytest.approx(stated)
+    assert 20 * np.log10(1 + np.array(heard.accuracy.interpolation_error)) == pytest.approx(stated)
 
 
 def test_projections_are_warned_of_as_well(air):
@@ -176,7 +171,7 @@ def test_nothing_is_said_of_vectors_at_their_masters_and_at_0_hz(air):
     atv = vectors(np.linspace(0.0, 2400.0, 3), air)
     for lines in ([0.0], [0.0, 1200.0, 2400.0]):
         at, said = told(vectors_at, atv, lines, fidelity=knobs())
-        assert at.provenance["interpolation_error_dB"] == pytest.approx(0.0, abs=1e-12)
+        assert at.accuracy.interpolation_error_db == pytest.approx(0.0, abs=1e-12)
         assert said == []
 
 
@@ -186,4 +181,4 @@ def test_masters_that_the_engine_chooses_give_no_alarm_at_any_line(air, plane):
     atv = adaptive_transfer_vectors(box, POINTS, 100.0, 2400.0, air=air, fidelity=knobs(), plane=plane)
     at, said = told(vectors_at, atv, np.linspace(100.0, 2400.0, 2301), fidelity=knobs())
     assert said == []
-    assert 0 < at.provenance["interpolation_error_dB"] < max(2 * atv.provenance["estimated_error_db"], 0.02)
+    assert 0 < at.accuracy.interpolation_error_db < max(2 * atv.accuracy.estimated_error_db, 0.02)

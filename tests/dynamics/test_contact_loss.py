@@ -6,12 +6,14 @@ from math import pi
 import numpy as np
 import pytest
 
-from nvhchain.dynamics import bearing_forces, record_run_up, remind, run_up
+from nvhchain.dynamics import bearing_forces, record_run_up, run_up
 from nvhchain.dynamics.runs import recording
-from nvhchain.dynamics.runs.contact_loss import check_parted, gap_ends, joined
+from nvhchain.dynamics.runs.contact_loss import gap_ends, stated_loss, warn_or_refuse
+from nvhchain.dynamics.runs.law_range import joined
 from nvhchain.dynamics.time_loop.law_table import tabulate
 from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.fidelity import DynamicsFidelity
+from nvhchain.handoff import warn_of
 
 SPEED = 2500 * 2 * pi / 60
 RISE = {"start_speed": 0.0, "end_speed": SPEED, "duration": 0.2, "f_max": 5000.0}
@@ -38,14 +40,14 @@ def test_idle_gears_are_told_with_the_time_for_which_no_flank_carries(make_gearb
             make_gearbox(), ragged(make_laws, 8e-6), None, input_torque=0.0,
             fidelity=DynamicsFidelity(1e-5), **RISE,
         )  # fmt: skip
-    found = record.provenance["parted_flanks"]
+    found = dict(zip(record.accuracy.parted, record.accuracy.parted_time, strict=True))
     assert set(found) <= {"A–B", "B–C"}
     # beyond the swing of both ends of the gap, and within it
     deflection, step = record.mesh_deflection[:, 0], np.diff(record.time).mean()
     surely, perhaps = (((deflection < 0.0 - x) & (deflection > -80e-6 + x)).sum() * step for x in (11e-6, -11e-6))
-    assert 0.02 < surely <= found["A–B"]["seconds"] <= perhaps
+    assert 0.02 < surely <= found["A–B"] <= perhaps
     with pytest.warns(AccuracyWarning, match="and halve it until the forces stay"):
-        remind(record)
+        warn_of(record)
 
 
 def test_flanks_in_mesh_and_short_steps_are_not_warned_of(make_gearbox, make_laws):
@@ -55,12 +57,12 @@ def test_flanks_in_mesh_and_short_steps_are_not_warned_of(make_gearbox, make_law
             make_gearbox(), make_laws(plain_wheel=True), None, input_torque=250.0, fidelity=DynamicsFidelity(1e-5),
             **RISE,
         )  # fmt: skip
-        assert "parted_flanks" not in loaded.provenance
+        assert loaded.accuracy.parted is None
         idle = run_up(
             make_gearbox(), ragged(make_laws, 8e-6), None, input_torque=0.0,
             fidelity=DynamicsFidelity(1.5e-6), **(RISE | {"duration": 0.05}),
         )  # fmt: skip
-        assert idle.provenance["parted_flanks"]["A–B"]["seconds"] > 1e-3
+        assert idle.accuracy.parted_time[0] > 1e-3
 
 
 def test_a_record_in_files_says_of_all_of_them_what_one_says(make_gearbox, make_laws, tmp_path, monkeypatch):
@@ -72,9 +74,9 @@ def test_a_record_in_files_says_of_all_of_them_what_one_says(make_gearbox, make_
     with pytest.warns(AccuracyWarning) as again:
         made = record_run_up(*given, folder=tmp_path, **asked)
     assert [str(of.message) for of in told] == [str(of.message) for of in again]
-    pieces = joined([piece.provenance.get("parted_flanks", {}) for piece in made.pieces()])
+    pieces = joined([piece.accuracy for piece in made.pieces()])
     assert len(made.paths) > 2
-    assert pieces["A–B"]["seconds"] == pytest.approx(whole.provenance["parted_flanks"]["A–B"]["seconds"], rel=1e-9)
+    assert pieces.parted_time == pytest.approx(whole.accuracy.parted_time, rel=1e-9)
 
 
 def test_a_steady_run_at_light_load_is_told_too(make_gearbox, make_laws):
@@ -85,7 +87,7 @@ def test_a_steady_run_at_light_load_is_told_too(make_gearbox, make_laws):
             fidelity=DynamicsFidelity(1e-5, settle_level=0.5),
         )  # fmt: skip
     parted = (record.mesh_deflection[:, 0] < -5.5e-6).sum() * np.diff(record.time).mean()
-    assert 0.0 < parted <= record.provenance["parted_flanks"]["A–B"]["seconds"]
+    assert 0.0 < parted <= record.accuracy.parted_time[0]
 
 
 def test_ends_of_the_gap_are_where_the_forces_leave_zero(make_laws):
@@ -103,19 +105,18 @@ def test_ends_of_the_gap_are_where_the_forces_leave_zero(make_laws):
 
 
 def test_ways_that_bend_hold_longer_steps():
-    of = {"A–B": {"seconds": 0.1, "time_step": 5e-6, "bent_ways": True}}
+    of = {"A–B": 0.1}
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        check_parted(of)
+        warn_or_refuse(stated_loss(of, 5e-6, True))
     with pytest.warns(AccuracyWarning, match=r"about 0\.0002 of the peak .* take a time_step of 5 µs, and halve"):
-        check_parted({"A–B": of["A–B"] | {"time_step": 1e-5}})
+        warn_or_refuse(stated_loss(of, 1e-5, True))
     with pytest.warns(AccuracyWarning, match=r"take a time_step of 1\.5 µs, or 5 µs with bent_ways"):
-        check_parted({"A–B": of["A–B"] | {"bent_ways": False}})
+        warn_or_refuse(stated_loss(of, 5e-6, False))
 
 
 def test_a_record_whose_steps_leave_nothing_right_where_flanks_part_is_refused():
-    of = {"seconds": 0.1, "time_step": 1.5e-4, "bent_ways": False}
     with pytest.warns(AccuracyWarning, match=r"about 0\.9 of the peak"):
-        check_parted({"A–B": of})
+        warn_or_refuse(stated_loss({"A–B": 0.1}, 1.5e-4, False))
     with pytest.raises(InputError, match=r"160 µs then leave errors of about 1 of the peak .*; at most 158 µs"):
-        check_parted({"A–B": of | {"time_step": 1.6e-4}})
+        warn_or_refuse(stated_loss({"A–B": 0.1}, 1.6e-4, False))

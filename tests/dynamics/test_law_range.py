@@ -9,10 +9,12 @@ import pytest
 
 from nvhchain.dynamics import bearing_forces, record_run_up, run_up
 from nvhchain.dynamics.runs import recording
-from nvhchain.dynamics.runs.law_range import excursions, joined, remind
+from nvhchain.dynamics.runs.law_range import excursions, joined
 from nvhchain.dynamics.time_loop.simulation import at_rest, simulation
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import DynamicsFidelity
+from nvhchain.handoff import ForceAccuracy, warn_of
+from nvhchain.handoff.declared import Label
 from nvhchain.testing.two_stages import SPEED, ramp
 
 
@@ -26,7 +28,7 @@ def test_deflections_beyond_the_mesh_law_are_warned_of_and_recorded(
     with warnings.catch_warnings():
         warnings.simplefilter("error", AccuracyWarning)
         whole = run_up(gearbox, make_laws(), None, fidelity=fidelity, **operation)
-        assert "beyond_mesh_law" not in whole.provenance
+        assert whole.accuracy.beyond_law is None
     first = make_law(0)
     lowest, highest = whole.mesh_deflection[:, 0].min(), whole.mesh_deflection[:, 0].max()
     grid = np.linspace(lowest + 0.25 * (highest - lowest), 80e-6, 12)
@@ -36,13 +38,13 @@ def test_deflections_beyond_the_mesh_law_are_warned_of_and_recorded(
     with pytest.warns(AccuracyWarning, match=said):
         found = run_up(gearbox, laws, None, fidelity=fidelity, **operation)
     with pytest.warns(AccuracyWarning, match=said):
-        remind(found)
-    beyond = found.provenance["beyond_mesh_law"]
-    assert list(beyond) == ["A–B"]
-    assert beyond["A–B"]["lowest"] == found.mesh_deflection[:, 0].min() < beyond["A–B"]["table_lowest"] == grid[0]
-    assert beyond["A–B"]["lowest"] == pytest.approx(lowest, rel=1e-2)
+        warn_of(found)
+    beyond = found.accuracy
+    assert beyond.beyond_law == ("A–B",)
+    assert beyond.lowest_deflection[0] == found.mesh_deflection[:, 0].min() < beyond.table_lowest[0] == grid[0]
+    assert beyond.lowest_deflection[0] == pytest.approx(lowest, rel=1e-2)
     with pytest.warns(AccuracyWarning, match="leave the mesh law"):
-        assert "beyond_mesh_law" in bearing_forces(gearbox, laws, None, fidelity=fidelity, **steady).provenance
+        assert bearing_forces(gearbox, laws, None, fidelity=fidelity, **steady).accuracy.beyond_law
     monkeypatch.setattr(recording, "PIECE", 1024)
     for _ in range(2):  # run, and found ready
         with pytest.warns(AccuracyWarning, match=said):
@@ -64,10 +66,9 @@ def test_both_ends_of_a_mesh_law_are_looked_at_and_extremes_are_those_of_all_pie
     )
     drive, laws = found.mesh_deflection, (law, make_laws()[1])
     whole = excursions(gearbox, laws, drive, drive, fidelity)
-    assert whole == {"A–B": {"lowest": lowest, "highest": highest, "table_lowest": grid[0], "table_highest": grid[-1]}}
-    half = whole["A–B"]
-    middle = 0.5 * (lowest + highest)
-    pieces = [{"A–B": half | {"highest": middle}}, {"A–B": half | {"lowest": middle}}, {}]
+    assert whole == ForceAccuracy((Label("A–B"),), [lowest], [highest], [grid[0]], [grid[-1]])
+    middle = [0.5 * (lowest + highest)]
+    pieces = [whole.replace(highest_deflection=middle), whole.replace(lowest_deflection=middle), ForceAccuracy()]
     for order in (pieces, pieces[::-1]):
         assert joined(order) == whole
 
@@ -84,7 +85,7 @@ def test_each_flank_is_judged_by_the_deflection_at_which_it_asks_the_law(make_ge
         found = run_up(gearbox, laws, housing, **operation | given)
     if torque < 0:  # the drive rows, which carry nothing, are below the table
         assert (found.mesh_deflection.min(axis=0) < [law.deflection[0] for law in laws]).all()
-    assert "beyond_mesh_law" not in found.provenance
+    assert found.accuracy.beyond_law is None
     model = simulation(gearbox, laws, housing, input_torque=torque, time_step=1e-5, fidelity=given["fidelity"])
     still = np.array([at_rest(model, np.full(2, phase)).state for phase in np.arange(24) / 24])
     asked = still @ (model.deflection_output if torque > 0 else model.back_output)[0]
@@ -95,21 +96,21 @@ def test_each_flank_is_judged_by_the_deflection_at_which_it_asks_the_law(make_ge
     force = np.stack([np.interp(grid, laws[0].deflection, row) for row in laws[0].force])
     with pytest.warns(AccuracyWarning, match=r"mesh A–B: .* leave the mesh law"):
         told = run_up(gearbox, (laws[0].replace(deflection=grid, force=force), laws[1]), housing, **slow | given)
-    beyond = told.provenance["beyond_mesh_law"]
-    assert list(beyond) == ["A–B"]
+    beyond = told.accuracy
+    assert beyond.beyond_law == ("A–B",)
     if torque > 0:
-        assert beyond["A–B"]["highest"] == told.mesh_deflection[:, 0].max() > end
+        assert beyond.highest_deflection[0] == told.mesh_deflection[:, 0].max() > end
     else:
-        assert told.mesh_deflection[:, 0].min() < beyond["A–B"]["lowest"] < end
+        assert told.mesh_deflection[:, 0].min() < beyond.lowest_deflection[0] < end
 
 
 def test_a_flank_beyond_the_table_counts_where_it_carries(make_gearbox, make_laws):
     gearbox, laws, fidelity = make_gearbox(), make_laws(plain_wheel=True), DynamicsFidelity(1e-5)
     low, high = laws[0].deflection[[0, -1]]
     far, inside = np.array([[low - 1e-5, 0.0], [high + 1e-5, 0.0]]), np.zeros((2, 2))
-    assert excursions(gearbox, laws, far[:1], inside, fidelity) == {}
-    assert excursions(gearbox, laws, inside, far[1:], fidelity) == {}
-    assert excursions(gearbox, laws, far[1:], inside, fidelity)["A–B"]["highest"] == high + 1e-5
-    assert excursions(gearbox, laws, inside, far[:1], fidelity)["A–B"]["lowest"] == low - 1e-5
+    assert excursions(gearbox, laws, far[:1], inside, fidelity) == ForceAccuracy()
+    assert excursions(gearbox, laws, inside, far[1:], fidelity) == ForceAccuracy()
+    assert excursions(gearbox, laws, far[1:], inside, fidelity).highest_deflection == high + 1e-5
+    assert excursions(gearbox, laws, inside, far[:1], fidelity).lowest_deflection == low - 1e-5
     no_table = DynamicsFidelity(1e-5, mesh_level="contact")
-    assert excursions(gearbox, laws, far[1:], far[:1], no_table) == {}
+    assert excursions(gearbox, laws, far[1:], far[:1], no_table) == ForceAccuracy()

@@ -33,9 +33,8 @@ from nvhchain.error_band.radiation import level_error, radiation_error
 from nvhchain.error_band.resonances import force_change
 from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.fidelity import DRAFT, STANDARD
-from nvhchain.handoff import ForceSpectrum, PressureHistory
+from nvhchain.handoff import ForceSpectrum, HousingAccuracy, PressureHistory
 from nvhchain.housing import respond, truncation_errors
-from nvhchain.housing.modes.truncation import FREQUENCY_ERROR, RESIDUAL_MASS
 from nvhchain.levels import decibel, overall_power, power_level
 from nvhchain.report.limits import limits
 from nvhchain.spectrum import force_spectrum
@@ -74,7 +73,7 @@ def of(case, fidelity, housing, parts, laws=()):
 
 def test_a_coarse_housing_is_wrong_at_its_resonances_and_less_so_when_it_is_fine(case, housing, parts):
     coarse = of(case, DRAFT, housing, parts)
-    finer = housing.replace(provenance={FREQUENCY_ERROR: [0.0005, 0.001, 0.002]})
+    finer = housing.replace(accuracy=HousingAccuracy([0.0005, 0.001, 0.002]))
     fine = of(case, DRAFT, finer, parts)
     relative = (coarse.sources["housing"] / coarse.pressure).max(axis=1)
     assert relative[LINES == 1000.0] > 5 * relative[LINES == 300.0]
@@ -98,11 +97,16 @@ def test_modes_come_down_so_that_lines_below_them_are_less_certain_than_lines_ab
     assert above == pytest.approx(1 - (1100**2 - 1000**2) / (1100**2 - 995**2), rel=0.03)
 
 
+def on_diagonal(mass):
+    """Residual mass, kg m²/N², of the loaded axes."""
+    return np.diag(mass * load(1.0).real.ravel()).reshape(4, 3, 4, 3)
+
+
 def test_modes_left_out_err_as_the_housing_tells_where_it_knows(case, housing, parts):
     """More residual mass puts the modes that were left out closer to the band."""
     found = []
     for mass in (1e-19, 4e-19):
-        told = housing.replace(provenance={RESIDUAL_MASS: np.diag(mass * load(1.0).real.ravel()).tolist()})
+        told = housing.replace(accuracy=HousingAccuracy(residual_mass=on_diagonal(mass)))
         found.append(of(case, DRAFT, told, parts).sources["modes left out"])
         sound = np.abs(parts[0].pressure)  # up to √n of what n shares make by themselves
         assert (found[-1] > 0.5 * truncation_errors(told, LINES)[:, None] * sound).all()
@@ -117,7 +121,7 @@ def test_what_is_not_handed_in_is_exact(case, housing, parts):
         "masters",
     }
     assert "gear" not in of(case, DRAFT, housing, parts).sources
-    assert (of(case, DRAFT, housing.replace(provenance={}), parts).sources["housing"] == 0).all()
+    assert (of(case, DRAFT, housing.replace(accuracy=HousingAccuracy()), parts).sources["housing"] == 0).all()
 
 
 @pytest.fixture(scope="module")
@@ -328,7 +332,7 @@ def test_power_of_the_modes_is_uncertain_as_the_velocity_is_where_one_mode_radia
         seat_shapes=housing.seat_shapes[:1],
         normal_shapes=housing.normal_shapes[:1],
         face_residual=0 * housing.face_residual,
-        provenance={FREQUENCY_ERROR: [0.0025]},
+        accuracy=HousingAccuracy([0.0025]),
     )
     resistance = radiation_resistance(
         housing_shapes(breathing), [200.0, 600.0, 1000.0, 1700.0], air=case.air, fidelity=DRAFT.acoustics
@@ -343,7 +347,7 @@ def test_power_of_the_modes_is_uncertain_as_the_velocity_is_where_one_mode_radia
 
 def test_forces_are_open_where_modes_were_left_out_without_their_statics(case, housing, meshing):
     forces, laws = meshing[3], [mesh_law([1e-6, 1e-8])]
-    told = housing.replace(provenance={RESIDUAL_MASS: np.diag(1e-19 * load(1.0).real.ravel()).tolist()})
+    told = housing.replace(accuracy=HousingAccuracy(residual_mass=on_diagonal(1e-19)))
     force = force_band(case, DRAFT, forces, housing=told, mesh_laws=laws)
     motion = velocity_band(case, DRAFT, meshing[1], housing=told, force_spectrum=forces, mesh_laws=laws)
     missed = force.sources["modes left out"][:, 0] / force.amplitude[:, 0]
@@ -356,8 +360,8 @@ def test_forces_are_open_where_modes_were_left_out_without_their_statics(case, h
 
 
 def test_the_quadrature_error_that_transfer_vectors_tell_widens_the_band(case, parts):
-    surface, told = sphere(0.1, 1), {"expected_error_dB": 0.1, "quadrature_error": 0.05}
-    plain = radiation_error(surface, LINES, case, DRAFT.acoustics, {"expected_error_dB": 0.1})
+    surface, told = sphere(0.1, 1), {"expected_error_db": 0.1, "quadrature_error": 0.05}
+    plain = radiation_error(surface, LINES, case, DRAFT.acoustics, {"expected_error_db": 0.1})
     assert set(plain) == {"surface mesh"}
     made = radiation_error(surface, LINES, case, DRAFT.acoustics, told)
     assert COVERAGE * made["quadrature"] == pytest.approx(np.full((len(LINES), 1), 8 * 0.05))
@@ -369,12 +373,12 @@ def test_a_cheap_level_of_radiation_is_less_certain_the_smaller_the_body_is_agai
     for radiation in ("rayleigh", "equivalent_radiated_power"):
         cheap = replace(DRAFT, acoustics=replace(DRAFT.acoustics, radiation=radiation))
         made = error_band(case, cheap, pressure, velocity)
-        relative = (made.sources["radiation"] / made.pressure)[:, 0]
+        relative = (made.sources.radiation / made.pressure)[:, 0]
         for line, found in zip(LINES, relative, strict=True):
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", AccuracyWarning)
                 told = level_accuracy(velocity.surface, np.array([line]), case.air, radiation)
-            assert found == pytest.approx(10 ** (told["expected_error_dB"] / 20) - 1)
+            assert found == pytest.approx(10 ** (told.expected_error_db / 20) - 1)
         assert (np.diff(relative) <= 1e-12).all()
     low = level_error(velocity.surface, np.array([1.0, 10.0]), case.air, "rayleigh")
     assert low[0] - low[1] == pytest.approx(20.0)

@@ -9,7 +9,6 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from nvhchain.dynamics import Bearing, Cylinder, Gearbox, Mesh, RigidBody, Shaft, bearing_forces
-from nvhchain.dynamics.runs.contact_loss import parted_error
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import BearingForces, MeshLaw
 from nvhchain.spectrum import force_spectrum
@@ -95,7 +94,7 @@ def test_mean_bearing_forces_of_any_gearbox_are_those_of_statics(
     total = torque / RADII[0] / np.cos(0.15)  # along the flank normal
     tangential = total * np.cos(0.15) * np.cos(0.35)
     pair = np.abs(mean[:2].sum(axis=0))
-    told = max(map(parted_error, record.provenance.get("parted_flanks", {}).values()), default=0.0)
+    told = record.accuracy.parted_error or 0.0
     floor = (1e-5 + 5 * told) * np.abs(record.force).max()
     assert pair[1] == pytest.approx(tangential, rel=1e-4, abs=floor)
     assert pair[2] == pytest.approx(total * np.sin(0.15), rel=1e-4, abs=floor)

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 
 import nvhchain as nvh
 from nvhchain.acoustics import solve_direct
-from nvhchain.dynamics.runs.contact_loss import parted_error
 from nvhchain.fidelity import AcousticsFidelity, DynamicsFidelity, Fidelity, GearFidelity, HousingFidelity
 from nvhchain.gear import Holes, Slots, Solid, ThinRim
 from nvhchain.handoff import SurfaceVelocity
@@ -92,7 +91,7 @@ def check(case, result, knobs):
     total = np.array([tangential * np.tan(stage.working_pressure_angle), tangential,
                       tangential * np.tan(case.gears[0].geometry.helix_angle)])  # fmt: skip
     shafts = np.array([bearing.shaft == "A" for bearing in case.bearings])
-    told = max(map(parted_error, force.provenance.get("parted_flanks", {}).values()), default=0.0)
+    told = force.accuracy.parted_error or 0.0
     for at in (shafts, ~shafts):
         off = float(np.abs(np.abs(mean[at].sum(axis=0)) - np.abs(total)).max())
         assert off < 1e-4 * np.abs(total).max() + (1e-5 + 5 * told) * most

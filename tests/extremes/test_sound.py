@@ -48,7 +48,7 @@ def test_a_pulsating_sphere_of_any_size_is_right_or_refused(
         assert 2 * np.pi / (0.27 * ka) < 2.3 or away < CORNERS + 2e-3
         return
     true = amplitude * exact(radius, ka / radius, distance, air.impedance)
-    per_wavelength = result.provenance.get("elements_per_wavelength", 100.0)
+    per_wavelength = result.accuracy.elements_per_wavelength or 100.0
     allowed = 0.02 if per_wavelength >= 4.5 else 0.15
     near = 0.05 if away < 0.5 else 0.0  # sees the single elements
     far_phase = ka * away * 3e-4  # the mesh's mean radius is not that of the sphere to the last digit

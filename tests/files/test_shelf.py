@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import warnings
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from subprocess import PIPE
@@ -12,9 +13,9 @@ import numpy as np
 import pytest
 
 from nvhchain import DRAFT
-from nvhchain.errors import InputError
+from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.files.shelf import Shelf, fingerprint
-from nvhchain.handoff import FieldPressure
+from nvhchain.handoff import FieldPressure, SoundAccuracy
 
 
 @pytest.fixture
@@ -25,7 +26,9 @@ def counted(tmp_path):
         def compute(progress):
             progress(1, 1)
             calls.append(inputs)
-            return FieldPressure([50.0], [[0.0, 0, 1]], [[1.0 + 1j]], provenance={"interpolation_error": [0.01]})
+            return FieldPressure(
+                [50.0], [[0.0, 0, 1]], [[1.0 + 1j]], accuracy=SoundAccuracy(interpolation_error=[0.01])
+            )
 
         return Shelf(tmp_path).stage(name, FieldPressure, "acoustics", inputs, compute, fidelity=fidelity)
 
@@ -40,19 +43,20 @@ def test_same_inputs_are_computed_once(counted):
 
 
 def test_what_is_found_repeats_the_warnings_of_its_making(tmp_path):
-    reminded = []
+    near = SoundAccuracy(clearance=0.1, expected_error_nearest_db=2.0)
 
     def ask():
         return Shelf(tmp_path).stage(
             "pressure", FieldPressure, "acoustics", (1.0,),
-            lambda progress: FieldPressure([50.0], [[0.0, 0, 1]], [[1.0 + 1j]], provenance={"doubt": 0.1}),
-            fidelity=None, remind=lambda found: reminded.append(found.provenance["doubt"]),
+            lambda progress: FieldPressure([50.0], [[0.0, 0, 1]], [[1.0 + 1j]], accuracy=near), fidelity=None,
         )  # fmt: skip
 
-    ask()
-    assert reminded == []  # told by whoever made it
-    ask()
-    assert reminded == [0.1]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        ask()  # whoever makes it warns
+    with pytest.warns(AccuracyWarning, match="0.1 element edges from the surface") as found:
+        ask()
+    assert found[0].message.about == ("pressure",)
 
 
 def test_changed_inputs_and_fidelity_are_computed_again(counted):
@@ -133,7 +137,7 @@ def test_result_carries_fidelity_version_and_key(counted):
     assert provenance["fidelity"]["masters"] == DRAFT.acoustics.masters
     assert provenance["version"].startswith("0.")
     assert len(provenance["key"]) == 64
-    assert provenance["interpolation_error"] == [0.01]
+    assert run(1.0).accuracy.interpolation_error == [0.01]
 
 
 def test_fingerprint_tells_structure_and_type_apart():

@@ -66,9 +66,9 @@ def test_skin_found_by_voxels_moves_the_faces_as_the_castings_own_skin(foreign, 
 
 
 def test_error_of_the_mapped_power_is_stated(foreign):
-    errors = foreign.provenance["mapping_error_db"]
+    errors = foreign.accuracy.mapping_error_db
     assert len(errors) == 4
-    assert all(abs(value) < 1.0 for value in errors.values())
+    assert all(abs(value) < 1.0 for value in errors)
 
 
 BOX = HousingFidelity(element_size=0.01, mode_ratio=1.0, voxels_per_face=3)
@@ -87,8 +87,8 @@ def test_tolerance_in_decibel_decides_how_many_modes_a_foreign_model_keeps():
     for tolerance in (3.0, 0.1):
         asked = replace(BOX, truncation_tolerance_db=tolerance)
         reduced, _ = reduce_box(held_box("hex8"), asked)
-        assert reduced.provenance["truncation_error_db"] <= tolerance
-        assert len(reduced.provenance["truncation_error_at_db"]) == 4
+        assert reduced.accuracy.truncation_error_db <= tolerance
+        assert len(reduced.accuracy.truncation_error_at_db) == 4
         found.append(reduced.natural_frequency)
     assert len(found[0]) < len(found[1])
     assert found[0] == pytest.approx(found[1][: len(found[0])], rel=1e-9)

@@ -18,7 +18,7 @@ from nvhchain.housing.imported.modal_results import (
 )
 from nvhchain.housing.imported.seats import bearing_seats
 from nvhchain.housing.modes.engine_plane import EnginePlane
-from nvhchain.housing.modes.truncation import RESIDUAL_MASS, truncation_error
+from nvhchain.housing.modes.truncation import truncation_error
 from nvhchain.housing.reduction import seat_flexibility
 from nvhchain.housing.skin.shell_sides import outward_sides, outward_skin
 from nvhchain.interop.modes.modal_uff import read_modal_uff
@@ -49,7 +49,7 @@ def from_file(modes, casting, fidelity, surface, tmp_path_factory):
 
 
 def test_error_of_the_mapped_power_is_stated_and_small_with_the_castings_own_faces(from_file):
-    errors = from_file.provenance["mapping_error_db"]
+    errors = from_file.accuracy.mapping_error_db
     assert list(errors) == ["375 Hz", "750 Hz", "1500 Hz", "3000 Hz"]
     assert all(0 < abs(value) < 0.5 for value in errors.values())
 
@@ -99,7 +99,7 @@ def test_missing_flexibility_is_estimated_within_a_factor_of_three(from_file, re
     known = ((modal**2).sum(axis=1) / (2 * np.pi * from_file.natural_frequency) ** 2).sum()
     truth = 1 - (known + np.trace(from_file.seat_residual.reshape(6, 6))) / static
     assert np.trace(from_file.seat_residual.reshape(6, 6)) > 0  # of the modes above the limit
-    assert truth / 3 < from_file.provenance["missing_flexibility"] < 3 * truth
+    assert truth / 3 < from_file.accuracy.missing_flexibility < 3 * truth
 
 
 def test_missing_flexibility_of_a_constant_modal_density_is_that_of_the_top_octave():
@@ -133,10 +133,10 @@ def test_residual_vectors_carry_the_whole_residual_flexibility(with_vectors, red
     assert found.natural_frequency == pytest.approx(reduced.natural_frequency, rel=1e-10)
     largest = np.abs(reduced.seat_residual).max()
     assert found.seat_residual == pytest.approx(reduced.seat_residual, abs=1e-9 * largest)
-    mass = [np.array(housing.provenance[RESIDUAL_MASS]) for housing in (found, reduced)]
+    mass = [housing.accuracy.residual_mass for housing in (found, reduced)]
     assert mass[0] == pytest.approx(mass[1], abs=1e-8 * np.abs(mass[1]).max())
-    assert found.provenance["missing_flexibility"] == 0.0
-    assert found.provenance["truncation_error_db"] == pytest.approx(truncation_error(reduced, 4000.0).level, rel=0.1)
+    assert found.accuracy.missing_flexibility == 0.0
+    assert found.accuracy.truncation_error_db == pytest.approx(truncation_error(reduced, 4000.0).level, rel=0.1)
     area = reduced.surface.areas
     both = [housing.face_residual.reshape(-1, len(area)) for housing in (found, reduced)]
     assert ((both[0] - both[1]) ** 2 @ area).sum() < 0.08**2 * (both[1] ** 2 @ area).sum()
@@ -203,8 +203,8 @@ def test_rigid_modes_of_rounding_and_without_damping_are_rigid(modes, casting, f
     rigid = np.r_[0.2, modes.frequency], np.r_[0.0, modes.damping], np.concatenate([modes.shapes[:1], modes.shapes])
     found = housing(replace(modes, frequency=rigid[0], damping=rigid[1], shapes=rigid[2]), casting, fidelity, surface)
     assert found.natural_frequency[0] == 0.0
-    without = housing(modes, casting, fidelity, surface).provenance["missing_flexibility"]
-    assert found.provenance["missing_flexibility"] == pytest.approx(without)
+    without = housing(modes, casting, fidelity, surface).accuracy.missing_flexibility
+    assert found.accuracy.missing_flexibility == pytest.approx(without)
 
 
 def test_shells_are_turned_outward_whichever_way_they_are_numbered(modes, casting, fidelity, surface, from_file):

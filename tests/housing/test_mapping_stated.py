@@ -26,12 +26,13 @@ def reduce_it(casting, fidelity, mesh, surface, monkeypatch):
 
 def test_casting_states_the_error_of_its_mapping_and_warns_beyond_the_tolerance(reduce_it):
     with warnings.catch_warnings():
-        warnings.filterwarnings("error", "casting: the radiating faces", AccuracyWarning)
-        found = reduce_it(1.0).provenance["mapping_error_db"]
-    assert list(found) == ["212.5 Hz", "425 Hz", "850 Hz", "1700 Hz"]
-    assert all(0 < abs(error) < 0.2 for error in found.values())
-    with pytest.warns(AccuracyWarning, match="casting: the radiating faces miss the sound power of the skin by"):
-        assert reduce_it(0.0).provenance["mapping_error_db"] == found
+        warnings.filterwarnings("error", "the radiating faces", AccuracyWarning)
+        stated = reduce_it(1.0).accuracy
+    found = stated.mapping_error_db
+    assert stated.mapping_frequency.tolist() == pytest.approx([212.5, 425.0, 850.0, 1700.0])
+    assert all(0 < abs(error) < 0.2 for error in found)
+    with pytest.warns(AccuracyWarning, match="the radiating faces miss the sound power of the skin by"):
+        assert reduce_it(0.0).accuracy.mapping_error_db.tolist() == found.tolist()
 
 
 def test_power_of_sources_is_the_closed_double_sum():

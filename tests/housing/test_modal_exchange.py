@@ -11,7 +11,6 @@ from nvhchain.fem.solid_model import CORNERS
 from nvhchain.housing import EnginePlane, exported_modes, housing_from_modes
 from nvhchain.housing.imported.modal_results import modal_skin
 from nvhchain.housing.imported.repair import sound_mesh
-from nvhchain.housing.modes.truncation import RESIDUAL_MASS
 from nvhchain.interop import read_modal_hdf5, read_modal_uff, write_modal_hdf5, write_modal_uff
 from nvhchain.interop.common.surface_motion import vertex_motion
 from nvhchain.testing.elements import held_box
@@ -52,7 +51,7 @@ def test_reduced_housing_comes_back_from_a_file(through, digits, exported, reduc
         own, back = getattr(reduced, name), getattr(found, name)
         assert back.shape == own.shape
         assert np.abs(back - own).max() < digits * np.abs(own).max(), name
-    mass = [np.array(housing.provenance[RESIDUAL_MASS]) for housing in (found, reduced)]
+    mass = [housing.accuracy.residual_mass for housing in (found, reduced)]
     assert np.abs(mass[0] - mass[1]).max() < digits * np.abs(mass[1]).max()
 
 

@@ -7,12 +7,12 @@ import pytest
 
 from nvhchain.errors import InputError, SolverError
 from nvhchain.fem import factorize
+from nvhchain.handoff import HousingAccuracy
 from nvhchain.housing import reduce_housing, reduction
 from nvhchain.housing.casting.mesh import mesh_casting
 from nvhchain.housing.modes.response import face_displacement, seat_displacement
 from nvhchain.housing.modes.seat_modes import seat_unknowns
 from nvhchain.housing.modes.truncation import (
-    RESIDUAL_MASS,
     fewest_modes,
     truncation_error,
     truncation_errors,
@@ -95,7 +95,7 @@ def test_residual_mass_of_what_is_left_is_that_of_the_full_model(reduced, mesh, 
         static = factor.solve(load)
     kept = few.seat_shapes.reshape(5, -1) / (2 * np.pi * few.natural_frequency[:, None]) ** 2
     exact = static.T @ (M @ static) - kept.T @ kept
-    assert np.abs(np.array(few.provenance[RESIDUAL_MASS]) - exact).max() < 1e-6 * np.abs(exact).max()
+    assert np.abs(few.accuracy.residual_mass.reshape(exact.shape) - exact).max() < 1e-6 * np.abs(exact).max()
 
 
 def test_fewest_modes_meet_the_tolerance_and_one_less_does_not(reduced):
@@ -104,7 +104,7 @@ def test_fewest_modes_meet_the_tolerance_and_one_less_does_not(reduced):
     in_band = (reduced.natural_frequency <= F_MAX).sum()
     assert in_band < keep < len(reduced.natural_frequency)
     report = truncation_report(reduced, F_MAX, modes=keep)
-    assert max(report["truncation_error_db"], *report["truncation_error_at_db"].values()) <= tolerance
+    assert max(report.truncation_error_db, *report.truncation_error_at_db) <= tolerance
     assert worst_level(reduced, F_MAX, modes=keep - 1) > tolerance
     assert fewest_modes(reduced, F_MAX, 1e-6) is None
 
@@ -141,10 +141,10 @@ def test_tolerance_in_decibel_decides_how_many_modes_a_reduction_takes(casting, 
     for tolerance in (1.0, 0.3):
         asked = replace(fidelity, mode_ratio=2.5, truncation_tolerance_db=tolerance)
         reduced = reduce_housing(casting, f_max=f_max, surface_size=0.022, fidelity=asked)
-        at = reduced.provenance["truncation_error_at_db"]
-        assert list(at) == ["212.5 Hz", "425 Hz", "850 Hz", "1700 Hz"]
-        assert 0 < at["212.5 Hz"] < at["425 Hz"] < at["850 Hz"]  # no mode in the band: 1700 Hz is nearly resonant
-        assert max(reduced.provenance["truncation_error_db"], *at.values()) <= tolerance
+        at = reduced.accuracy.truncation_error_at_db
+        assert reduced.accuracy.truncation_frequency.tolist() == pytest.approx([212.5, 425.0, 850.0, 1700.0])
+        assert 0 < at[0] < at[1] < at[2]  # no mode in the band: 1700 Hz is nearly resonant
+        assert max(reduced.accuracy.truncation_error_db, *at) <= tolerance
         found[tolerance] = len(reduced.natural_frequency)
     assert found[1.0] < found[0.3]
 
@@ -162,8 +162,8 @@ def test_residual_flexibility_that_is_not_positive_is_an_error_of_the_solver(red
 
 
 def test_housing_reduced_elsewhere_and_rigid_modes_are_refused(reduced):
-    with pytest.raises(InputError, match="carries no residual_mass"):
-        truncation_error(reduced.replace(provenance={}), F_MAX)
+    with pytest.raises(InputError, match="states no residual_mass"):
+        truncation_error(reduced.replace(accuracy=HousingAccuracy()), F_MAX)
     free = reduced.replace(natural_frequency=np.concatenate([[0.0], reduced.natural_frequency[1:]]))
     with pytest.raises(InputError, match="rigid mode"):
         without_modes(free, 0)

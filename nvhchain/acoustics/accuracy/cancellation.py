@@ -15,9 +15,8 @@ from nvhchain.acoustics.interpolation.nodes import line_batches
 from nvhchain.acoustics.surfaces.bodies import separate
 from nvhchain.acoustics.surfaces.surface import SHARP_ANGLE, edges_between, mean_edge, width_to_length
 from nvhchain.conventions import Air
-from nvhchain.errors import warn_caller
 from nvhchain.fidelity import AcousticsFidelity
-from nvhchain.handoff import ComplexArray, FloatArray, IntArray, RigidPlane, Surface, SurfaceVelocity
+from nvhchain.handoff import ComplexArray, FloatArray, IntArray, RigidPlane, SoundAccuracy, Surface, SurfaceVelocity
 
 CANCELLATION = 0.22
 """Bound on the residual thrust F due to the error of the mesh: F = CANCELLATION S p h²/(a² w). S is the area and p the
@@ -271,8 +270,8 @@ def told_cancellation(
     fidelity: AcousticsFidelity,
     one_element: float,
     overstated: float = 1.0,
-) -> dict[str, float]:
-    """Return the provenance of the largest error of motions whose parts cancel each other (dB), and its frequency (Hz).
+) -> SoundAccuracy:
+    """Return the accuracy for the largest error of motions whose parts cancel each other (dB), and its frequency (Hz).
 
     power, error_power : (n_f,) of one unit, the computed power and that of the residual dipole. Their amplitudes add in
         the worst case.
@@ -280,23 +279,20 @@ def told_cancellation(
     one_element : frequency (Hz) at which the mesh has one element per wavelength.
     overstated : factor by which the errors may be too large.
 
-    An AccuracyWarning is given if the error, in spite of this factor, exceeds two errors: that of a mesh with
+    A line counts if its error, in spite of this factor, exceeds two errors: that of a mesh with
     `fidelity.elements_per_wavelength` and that of this mesh.
     """
     loud = np.flatnonzero(power > 0)
     if len(loud) == 0:
-        return {}
+        return SoundAccuracy()
     in_air = (frequency[loud] / one_element) ** 2
     error = np.sqrt(error_power[loud] / power[loud]) + MESH_ERROR * (short[loud] - in_air).clip(0.0)
     worst = int(error.argmax())
     if error[worst] == 0:
-        return {}
-    largest, at = float(20 * np.log10(1 + error[worst])), float(frequency[loud[worst]])
+        return SoundAccuracy()
     asked = overstated * MESH_ERROR * np.maximum(1 / fidelity.elements_per_wavelength**2, in_air)
-    if (error > asked).any():
-        warn_caller(
-            f"the parts of the motion cancel each other, or the mesh is coarse for waves on the walls, at "
-            f"{np.count_nonzero(error > asked)} lines: expect errors up to {largest:.2g} dB, at {at:.4g} Hz; refine "
-            "the mesh or raise the lower frequency"
-        )
-    return {"cancellation_error_dB": largest, "cancellation_frequency": at}
+    return SoundAccuracy(
+        cancellation_error_db=float(20 * np.log10(1 + error[worst])),
+        cancellation_frequency=float(frequency[loud[worst]]),
+        cancellation_lines=int(np.count_nonzero(error > asked)),
+    )

@@ -2,23 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from nvhchain.acoustics.accuracy.mesh_error import told_interpolation, told_resonances
 from nvhchain.acoustics.interpolation.adaptive import squared_norms
 from nvhchain.acoustics.interpolation.nodes import Interpolant, line_batches, support
 from nvhchain.fidelity import AcousticsFidelity
-from nvhchain.handoff import ComplexArray, FloatArray, IntArray, Surface, TransferVectors
-
-STATED = (
-    ("interpolation_error_dB",),
-    ("resonance_error_dB", "resonance_frequency"),
-    ("resonance_shift",),
-    ("expected_error_dB",),
-)
-"""Provenance entries of interpolated vectors: an error, and its frequency."""
+from nvhchain.handoff import ComplexArray, FloatArray, IntArray, SoundAccuracy, Surface, TransferVectors, warn_of
 
 _POINTS = 64
 """Number of field points, spread over the requested ones, at which the error is estimated."""
@@ -26,24 +16,41 @@ _POINTS = 64
 
 def told_vectors(
     smooth: Interpolant, atv: TransferVectors, frequency: FloatArray, fidelity: AcousticsFidelity
-) -> dict[str, Any]:
-    """Return the provenance of transfer vectors interpolated by `smooth` from `atv` at lines (n_f,) Hz.
+) -> SoundAccuracy:
+    """Return the accuracy for transfer vectors interpolated by `smooth` from `atv` at lines (n_f,) Hz.
 
-    `interpolation_error_dB` is the largest estimated error of a line (`vector_errors`). `resonance_error_dB` and
+    `interpolation_error_db` is the largest estimated error of a line (`vector_errors`). `resonance_error_db` and
     `resonance_frequency` are those of `radiate`, if the mesh may miss resonances. An AccuracyWarning is given if the
-    one exceeds `fidelity.master_tolerance_db` or the other the error of the mesh. Larger errors in the provenance of
+    one exceeds `fidelity.master_tolerance_db` or the other the error of the mesh. Larger errors in the accuracy of
     `atv`, which may itself be interpolated, are kept.
     """
-    lines, told = frequency[frequency > 0], {"interpolation_error_dB": 0.0}
-    shift = float(atv.provenance.get("resonance_shift", 0.0))
+    lines, told = frequency[frequency > 0], SoundAccuracy(interpolation_error_db=0.0)
+    shift = atv.accuracy.resonance_shift or 0.0
     if len(lines) > 0:
         error, changed = vector_errors(smooth, lines, deciding_points(atv.surface, atv.points), len(atv.points), shift)
-        told = told_interpolation(error, lines, "the transfer vectors", fidelity)
+        told = told_interpolation(error, lines, fidelity)
         told |= told_resonances(shift, smooth.poles, lines, np.ones(len(lines)), changed, fidelity)
-    for name, *others in STATED:
-        if atv.provenance.get(name, 0.0) > told.get(name, 0.0):
-            told |= {of: atv.provenance[of] for of in (name, *others)}
-    return told
+    warn_of(told)
+    return told | larger(atv.accuracy, told)
+
+
+def larger(stated: SoundAccuracy, told: SoundAccuracy) -> SoundAccuracy:
+    """Errors of an operator that exceed those told of what is made from it, and where they are."""
+    found = SoundAccuracy()
+    if (stated.interpolation_error_db or 0.0) > (told.interpolation_error_db or 0.0):
+        found |= SoundAccuracy(
+            interpolation_error_db=stated.interpolation_error_db,
+            interpolation_frequency=stated.interpolation_frequency,
+        )
+    if (stated.resonance_error_db or 0.0) > (told.resonance_error_db or 0.0):
+        found |= SoundAccuracy(
+            resonance_error_db=stated.resonance_error_db, resonance_frequency=stated.resonance_frequency
+        )
+    if (stated.resonance_shift or 0.0) > (told.resonance_shift or 0.0):
+        found |= SoundAccuracy(resonance_shift=stated.resonance_shift)
+    if (stated.expected_error_db or 0.0) > (told.expected_error_db or 0.0):
+        found |= SoundAccuracy(expected_error_db=stated.expected_error_db)
+    return found
 
 
 def vector_errors(

@@ -9,7 +9,6 @@ import numpy as np
 
 from nvhchain.acoustics.surfaces.bodies import separate
 from nvhchain.acoustics.surfaces.clearance import clearances
-from nvhchain.acoustics.surfaces.needles import REMESHING_ERROR
 from nvhchain.acoustics.surfaces.openings import SHIFT, resonance_shift
 from nvhchain.acoustics.surfaces.surface import (
     LOCAL_COARSENING,
@@ -27,7 +26,7 @@ from nvhchain.acoustics.systems.engines import FUSED, Engine
 from nvhchain.conventions import Air
 from nvhchain.errors import warn_caller
 from nvhchain.fidelity import AcousticsFidelity
-from nvhchain.handoff import FloatArray, RigidPlane, Surface
+from nvhchain.handoff import FloatArray, RigidPlane, SoundAccuracy, Surface, warn_of
 
 FACETS = 0.32
 """Error of facets at field points for a round body with its own velocity, relative to the peak. It is relative to the
@@ -76,8 +75,8 @@ def expected_accuracy(
     fidelity: AcousticsFidelity,
     engine: Engine = FUSED,
     plane: RigidPlane | None = None,
-) -> dict[str, float]:
-    """Return the provenance of the expected accuracy of mesh and field points at the upper frequency `f_max` (Hz).
+) -> SoundAccuracy:
+    """Return the expected accuracy of mesh and field points at the upper frequency `f_max` (Hz).
 
     The errors of `check_mesh` apply. The worst of several bodies counts: the sound may come from one of them alone.
 
@@ -85,25 +84,25 @@ def expected_accuracy(
     -------
     elements_per_wavelength : float
         Elements per wavelength at `f_max`.
-    expected_error_dB : float
+    expected_error_db : float
         Error at the loudest field points, including the next five.
-    expected_error_low_dB : float
+    expected_error_low_db : float
         Error at any low frequency, including the next three.
-    faceting_error_dB : float
+    faceting_error_db : float
         Error of facets in place of round faces. Triangles that meet at more than 40° form an edge of the body.
-    expected_error_beside_dB : float
+    expected_error_beside_db : float
         Error of coarse triangles beside a small body (`beside_ratio`).
-    remeshing_error_dB : float
+    remeshing_error_db : float
         Error of a remeshed surface.
-    expected_error_patch_dB, coarse_share, coarse_elements_per_wavelength : float
+    expected_error_patch_db, coarse_share, coarse_elements_per_wavelength : float
         Present for triangles longer than `LOCAL_COARSENING` permits. The first is a bound on the error of sound from
         behind these triangles alone. The others are their share of the area and the elements per wavelength of the
-        longest one. Their error (`patch_error`) is part of `expected_error_dB`. The error of the nearest points counts
+        longest one. Their error (`patch_error`) is part of `expected_error_db`. The error of the nearest points counts
         as if they lay next to the longest triangle.
     resonance_shift : float
         Relative frequency error of resonances of the air in openings (`resonance_shift`), no part of
-        `expected_error_dB`. `radiate` and `waves_power` state its effect on levels (`resonance_error_dB`).
-    clearance, expected_error_nearest_dB : float
+        `expected_error_db`. `radiate` and `waves_power` state its effect on levels (`resonance_error_db`).
+    clearance, expected_error_nearest_db : float
         Present for a point nearer than half an element edge: its clearance in edges, and the error there at its own
         pressure. They hold for motions shared by neighbouring elements. A single moving element errs by 2.7 dB next to
         it and by 0.6 dB half an edge away.
@@ -111,7 +110,7 @@ def expected_accuracy(
         Relative error of constant and linear pressures on the surface. Present for needles, edges sharper than 60°, a
         `singular_order` below 3, and gaps narrower than the engine resolves (`bempp` cuts no triangles). Other surface
         pressures err by up to eight times as much, sixty times if all triangles are needles. Their sound errs far less
-        (docs/measured/acoustics/quadrature.md). Twice this error is part of `expected_error_low_dB`.
+        (docs/measured/acoustics/quadrature.md). Twice this error is part of `expected_error_low_db`.
 
     Warns
     -----
@@ -125,11 +124,11 @@ def expected_accuracy(
     Notes
     -----
     An error of e dB means a factor 10^(e/20) in either direction. Silent directions are worse, and so are motions whose
-    parts cancel each other. For these, `radiate`, `solve_direct` and `sound_power` state `cancellation_error_dB`. Both
+    parts cancel each other. For these, `radiate`, `solve_direct` and `sound_power` state `cancellation_error_db`. Both
     together are an estimate, not a bound: boxes at 4.5 elements per wavelength erred by up to twice as much.
     """
     if f_max <= 0:
-        return {}
+        return SoundAccuracy()
     check_mesh(surface, f_max, air, fidelity)
     bodies, wavelength = [body for _, body in separate(surface)], air.speed_of_sound / f_max
     sizes = [element_sizes(body) for body in bodies]
@@ -141,59 +140,39 @@ def expected_accuracy(
         for body, of, (mean, _) in zip(bodies, facets, sizes, strict=True)
     ]
     worst = int(np.argmax(shapes))
-    faceting, coarse, mean = facets[worst], shapes[worst], sizes[worst][0]
+    faceting, coarse = facets[worst], shapes[worst]
     quadrature = _quadrature_accuracy(surface, fidelity, engine)
     ratio = beside_ratio(bodies)
     beside = min(BESIDE * max(ratio**2 - 1.0, 0.0), 1.0)
-    remeshing = float(surface.provenance.get(REMESHING_ERROR, 0.0))
-    low = coarse + beside + remeshing + QUADRATURE_GROWTH * quadrature.get("quadrature_error", 0.0)
+    remeshing = surface.accuracy.remeshing_error or 0.0
+    low = coarse + beside + remeshing + QUADRATURE_GROWTH * (quadrature.quadrature_error or 0.0)
     patch, at_longest = (max(of) for of in zip(*(patch_error(body, size, wavelength) for body in bodies), strict=True))
     growth = NEEDLES if max(map(needle_share, bodies)) > NEEDLE_SHARE else 1.0
     low *= growth
     error = growth * MESH_ERROR / per_wavelength**2 + low + patch
-    expected = {
-        "elements_per_wavelength": per_wavelength,
-        "expected_error_dB": _decibel(error),
-        "expected_error_low_dB": _decibel(low),
-    }
-    if patch > 0:
-        expected |= _told_patch(surface, size, wavelength, error, NEAR_FACTOR * (error + at_longest), fidelity)
-    if faceting > 0:
-        expected["faceting_error_dB"] = _decibel(faceting)
-    if beside > 0:
-        expected["expected_error_beside_dB"] = _decibel(beside)
-    if remeshing > 0:
-        expected["remeshing_error_dB"] = _decibel(remeshing)
-    shift = resonance_shift(surface, plane)
-    if shift > 0:
-        expected["resonance_shift"] = shift
-    asked = fidelity.elements_per_wavelength
+    expected = SoundAccuracy(
+        upper_frequency=f_max,
+        element_size=size,
+        elements_per_wavelength=per_wavelength,
+        asked_elements_per_wavelength=fidelity.elements_per_wavelength,
+        expected_error_db=_decibel(error),
+        asked_error_db=_decibel(MESH_ERROR / fidelity.elements_per_wavelength**2),
+        expected_error_low_db=_decibel(low),
+        shape_error_db=_decibel(coarse),
+        faceting_error_db=_decibel(faceting) if faceting > 0 else None,
+        expected_error_beside_db=_decibel(beside) if beside > 0 else None,
+        beside_ratio=ratio if beside > 0 else None,
+        remeshing_error_db=_decibel(remeshing) if remeshing > 0 else None,
+        resonance_shift=resonance_shift(surface, plane) or None,
+    )
     expected |= quadrature
-    if coarse > MESH_ERROR / asked**2:
-        warn_caller(
-            f"mesh of {len(bodies[worst].triangles)} triangles with edges of {1e3 * mean:.3g} mm is coarse for the "
-            f"body: expect errors of about {_decibel(low):.2g} dB at any frequency; refine it"
-        )
-    if beside > MESH_ERROR / asked**2:
-        warn_caller(
-            f"a small body lies beside triangles {ratio:.2g} times as long as they are away from its middle: expect "
-            f"errors of about {_decibel(beside):.2g} dB of its sound at any frequency; refine them as many times there"
-        )
-    if per_wavelength < asked:
-        warn_caller(
-            f"mesh has {per_wavelength:.3g} elements per wavelength at {f_max:.4g} Hz, {asked:g} asked: expect errors "
-            f"of about {_decibel(error):.2g} dB there; refine to {1e3 * air.speed_of_sound / (f_max * asked):.3g} mm "
-            "or lower the upper frequency"
-        )
-    clearance = np.inf if points is None else clearances(surface, points, NEAR_POINT).min()
+    if patch > 0:
+        expected |= _patch(surface, size, wavelength, NEAR_FACTOR * (error + at_longest), fidelity)
+    clearance = np.inf if points is None else float(clearances(surface, points, NEAR_POINT).min())
     if clearance < NEAR_POINT:
         near = _decibel(NEAR_FACTOR * (error + at_longest) + NEAR_FLOOR)
-        expected |= {"clearance": float(clearance), "expected_error_nearest_dB": near}
-        warn_caller(
-            f"a field point is {clearance:.2g} element edges from the surface: expect errors of about {near:.2g} dB "
-            "there, up to 3 dB where the velocity changes from one element to the next; refine the mesh near it or "
-            "move it away"
-        )
+        expected |= SoundAccuracy(clearance=clearance, expected_error_nearest_db=near)
+    warn_of(expected)
     return expected
 
 
@@ -252,48 +231,31 @@ def patch_error(surface: Surface, size: float, wavelength: float) -> tuple[float
     return float(np.sqrt(surface.areas @ errors**2 / surface.areas.sum())), float(errors.max())
 
 
-def _told_patch(
-    surface: Surface, size: float, wavelength: float, error: float, alone: float, fidelity: AcousticsFidelity
-) -> dict[str, float]:
-    """Return the provenance of triangles much coarser than the rest; warn if they carry no wave.
-
-    error, alone : error of the whole, and of sound from behind these triangles alone.
-    """
-    longest = float(surface.longest_edges.max())
-    share = float(surface.areas[surface.longest_edges > LOCAL_COARSENING * size].sum() / surface.areas.sum())
-    least = fidelity.coarsest_elements_per_wavelength
-    if wavelength < least * longest:
-        warn_caller(
-            f"{100 * share:.2g} % of the area has triangles up to {1e3 * longest:.3g} mm long, "
-            f"{wavelength / longest:.2g} elements per wavelength at the upper frequency, where {least:g} carry a wave: "
-            f"expect errors of about {_decibel(error):.2g} dB, up to {_decibel(alone):.2g} dB of sound from behind "
-            f"them alone; refine them to {1e3 * LOCAL_COARSENING * size:.3g} mm"
-        )
-    return {
-        "coarse_share": share,
-        "coarse_elements_per_wavelength": wavelength / longest,
-        "expected_error_patch_dB": _decibel(alone),
-    }
+def _patch(
+    surface: Surface, size: float, wavelength: float, alone: float, fidelity: AcousticsFidelity
+) -> SoundAccuracy:
+    """Accuracy for triangles much coarser than the rest.  alone: error of sound from behind these alone."""
+    even = LOCAL_COARSENING * size
+    return SoundAccuracy(
+        coarse_share=float(surface.areas[surface.longest_edges > even].sum() / surface.areas.sum()),
+        even_edge=even,
+        coarse_elements_per_wavelength=wavelength / float(surface.longest_edges.max()),
+        coarsest_elements_per_wavelength=fidelity.coarsest_elements_per_wavelength,
+        expected_error_patch_db=_decibel(alone),
+    )
 
 
-def told_interpolation(
-    error: FloatArray, frequency: FloatArray, of: str, fidelity: AcousticsFidelity
-) -> dict[str, float]:
-    """Return the provenance of the largest of the interpolation errors (n,) of `of`, dB.
+def told_interpolation(error: FloatArray, frequency: FloatArray, fidelity: AcousticsFidelity) -> SoundAccuracy:
+    """Return the accuracy for the largest of the interpolation errors (n,).
 
     frequency : (n,) Hz, frequency of each error.
-
-    An AccuracyWarning is given if it exceeds `fidelity.master_tolerance_db`.
     """
     worst = int(error.argmax())
-    largest = _decibel(float(error[worst]))
-    if largest > fidelity.master_tolerance_db:
-        warn_caller(
-            f"interpolation between master frequencies errs by an estimated {largest:.2g} dB of {of} at "
-            f"{frequency[worst]:.4g} Hz, {fidelity.master_tolerance_db:g} dB asked: take more masters, or let the "
-            "engine choose them"
-        )
-    return {"interpolation_error_dB": largest}
+    return SoundAccuracy(
+        interpolation_error_db=_decibel(float(error[worst])),
+        interpolation_frequency=float(frequency[worst]),
+        asked_interpolation_error_db=fidelity.master_tolerance_db,
+    )
 
 
 def told_resonances(
@@ -303,38 +265,29 @@ def told_resonances(
     amplitude: FloatArray,
     change: FloatArray,
     fidelity: AcousticsFidelity,
-) -> dict[str, float]:
-    """Return the provenance of resonances that the mesh may miss by `shift` of their frequency.
+) -> SoundAccuracy:
+    """Return the accuracy for resonances that the mesh may miss by `shift` of their frequency.
 
     poles : number of poles in the interpolation.
     amplitude, change : (n_f,) result and its change.
 
-    The entries are the largest error of a line (n_f,) Hz beside a resonance, dB, and its frequency, Hz. Without poles,
-    the positions of resonances are unknown, and the entry is the shift alone. There is no entry for a shift of zero. An
-    AccuracyWarning is given if the error exceeds that of a mesh with `fidelity.elements_per_wavelength`. Without poles,
-    it is given for openings narrower than half an edge.
+    It states the largest error of a line (n_f,) Hz beside a resonance, and how many lines exceed the error of a mesh
+    with `fidelity.elements_per_wavelength`. Without poles, the positions of resonances are unknown: it states the
+    shift, and that of openings half an edge wide as its limit. Nothing is stated for a shift of zero.
     """
     if shift == 0:
-        return {}
+        return SoundAccuracy()
     if poles == 0:
-        if shift > 2.0 * SHIFT:
-            warn_caller(
-                f"the air in openings of the body may resonate up to {100 * shift:.2g} % elsewhere than on this mesh, "
-                "and these masters do not show where: lines that near to a resonance err by several decibels; "
-                "interpolate by rational functions between four masters or more, or refine the surface in its openings"
-            )
-        return {"resonance_shift": shift}
+        return SoundAccuracy(resonance_shift=shift, resonance_shift_limit=2.0 * SHIFT)
     error = change / np.where(amplitude > 0, amplitude, np.inf)
     worst = int(error.argmax())
-    largest, at = _decibel(float(error[worst])), float(frequency[worst])
     asked = MESH_ERROR / fidelity.elements_per_wavelength**2
-    if error[worst] > asked:
-        warn_caller(
-            f"the air in openings of the body resonates, and the mesh misses by how much: expect errors up to "
-            f"{largest:.2g} dB, at {at:.4g} Hz, and more than {_decibel(asked):.2g} dB at "
-            f"{np.count_nonzero(error > asked)} lines; refine the surface in its openings"
-        )
-    return {"resonance_error_dB": largest, "resonance_frequency": at}
+    return SoundAccuracy(
+        resonance_error_db=_decibel(float(error[worst])),
+        resonance_frequency=float(frequency[worst]),
+        resonance_lines=int(np.count_nonzero(error > asked)),
+        asked_error_db=_decibel(asked),
+    )
 
 
 def mean_square_angle(surface: Surface) -> float:
@@ -348,12 +301,11 @@ def mean_square_angle(surface: Surface) -> float:
     return float(share[smooth] @ angle[smooth] ** 2)
 
 
-def _quadrature_accuracy(surface: Surface, fidelity: AcousticsFidelity, engine: Engine) -> dict[str, float]:
+def _quadrature_accuracy(surface: Surface, fidelity: AcousticsFidelity, engine: Engine) -> SoundAccuracy:
     """Return the closure error for needles, unresolved gaps or a too low `singular_order`; else nothing."""
-    from nvhchain.acoustics.fused.closure_check import FAIR_ORDER, TOGETHER, gap_cost, suspect_error
+    from nvhchain.acoustics.fused.closure_check import TOGETHER, gap_cost, suspect_error
 
     rules = engine.rules(fidelity)
-    remedy = "raise singular_order and gap_halvings" if engine.adapts else f"use engine {FUSED.name}"
     narrow, width, needles, seconds, once = gap_cost(surface, fidelity)
     if engine.adapts and seconds > SLOW:
         gaps = f"{narrow} triangles face each other across gaps or walls down to {width:.2g} of their edge"
@@ -370,18 +322,8 @@ def _quadrature_accuracy(surface: Surface, fidelity: AcousticsFidelity, engine: 
     found = [suspect_error(body, fidelity, rules) for body in {surface, *bodies}]
     error = max((error for error in found if error is not None), default=None)
     if error is None:
-        return {}
-    if error > fidelity.quadrature_error:
-        cause = "needles, sharp edges or thin gaps of the mesh leave"
-        remedy = f"make triangles less than {fidelity.needle_aspect:g} times as long as high, or {remedy}"
-        if rules.singular_order < FAIR_ORDER:
-            cause = f"singular_order = {rules.singular_order} leaves"
-            remedy = f"raise it to {FAIR_ORDER} or more"
-        warn_caller(
-            f"{cause} a relative quadrature error of {error:.2g} on the surface, {fidelity.quadrature_error:g} asked, "
-            f"and pressures there err by several times as much: {remedy}"
-        )
-    return {"quadrature_error": error}
+        return SoundAccuracy()
+    return SoundAccuracy(quadrature_error=error, asked_quadrature_error=fidelity.quadrature_error)
 
 
 def _decibel(relative_error: float) -> float:

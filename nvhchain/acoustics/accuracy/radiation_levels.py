@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike
 
 from nvhchain.acoustics.surfaces.surface import real_numbers
 from nvhchain.conventions import Air
-from nvhchain.errors import require, warn_caller
-from nvhchain.handoff import FloatArray, Surface
+from nvhchain.errors import require
+from nvhchain.handoff import FloatArray, SoundAccuracy, Surface, warn_of
 from nvhchain.kinds import checked
 
 
@@ -75,8 +75,6 @@ CANCELLING = {"rayleigh": 75.0, "equivalent_radiated_power": 112.0}
 TOLERABLE = 3.0
 """Mean level error (dB), twice the power, above which a warning is given."""
 
-_NAMES = {"rayleigh": "Rayleigh integral", "equivalent_radiated_power": "equivalent radiated power"}
-
 
 @checked
 def expected_radiation_error(radiation: str, ka: ArrayLike) -> FloatArray:
@@ -120,14 +118,14 @@ def _errors(radiation: str, ka: FloatArray | float) -> FloatArray:
     return np.asarray(np.array([entry[1:] for entry in rows])[row].T + growth)
 
 
-def level_accuracy(surface: Surface, frequency: FloatArray, air: Air, radiation: str) -> dict[str, float]:
-    """Return the provenance of the expected error of a cheaper level of radiation at the lowest frequency above 0 Hz.
+def level_accuracy(surface: Surface, frequency: FloatArray, air: Air, radiation: str) -> SoundAccuracy:
+    """Return the accuracy of a cheaper level of radiation at the lowest frequency above 0 Hz.
 
     frequency : (n_f,) Hz.
 
-    `expected_error_dB` is the RMS of levels at single points and of the power of a single motion, each over its range
-    of frequencies. A flat body that shakes as a whole adds `SHAKING`. `expected_mean_error_dB` is the mean over points
-    and many motions for the worst body, `housing_mean_error_dB` for a box or a gearbox. An AccuracyWarning is given if
+    `expected_error_db` is the RMS of levels at single points and of the power of a single motion, each over its range
+    of frequencies. A flat body that shakes as a whole adds `SHAKING`. `expected_mean_error_db` is the mean over points
+    and many motions for the worst body, `housing_mean_error_db` for a box or a gearbox. An AccuracyWarning is given if
     the mean of the worst body exceeds `TOLERABLE`.
 
     Notes
@@ -137,18 +135,20 @@ def level_accuracy(surface: Surface, frequency: FloatArray, air: Air, radiation:
     """
     radiating = frequency[frequency > 0]
     if len(radiating) == 0:
-        return {}
+        return SoundAccuracy()
     half_size = 0.5 * float(np.linalg.norm(np.ptp(surface.vertices, axis=0))) / np.sqrt(3.0)
     ka = 2 * np.pi * float(radiating[0]) / air.speed_of_sound * half_size
     housing, mean, single = _errors(radiation, ka).tolist()
-    if mean > TOLERABLE:
-        exact = "unless it is flat and in a baffle, " if radiation == "rayleigh" else ""
-        shaking = f" ({SHAKING:g} dB more where it is flat and shakes as a whole)" if radiation == "rayleigh" else ""
-        warn_caller(
-            f"{_NAMES[radiation]} at {radiating[0]:.4g} Hz, where wavenumber times half size of the body is {ka:.2g}: "
-            f"{exact}expect levels up to {mean:.2g} dB too high in the mean ({housing:.2g} dB for a housing), "
-            f"{single:.2g} dB off at single points and in the power of a single motion{shaking}, more where its parts "
-            f"cancel ({CANCELLING[radiation]:g} dB for P_3 of a sphere at 0.11); choose radiation = "
-            "'boundary_elements' or raise the lower frequency"
-        )
-    return {"expected_error_dB": single, "expected_mean_error_dB": mean, "housing_mean_error_dB": housing}
+    stated = SoundAccuracy(
+        radiation=radiation,
+        lowest_frequency=float(radiating[0]),
+        size_in_waves=ka,
+        expected_error_db=single,
+        expected_mean_error_db=mean,
+        asked_mean_error_db=TOLERABLE,
+        housing_mean_error_db=housing,
+        shaking_error_db=SHAKING if radiation == "rayleigh" else None,
+        cancelling_error_db=CANCELLING[radiation],
+    )
+    warn_of(stated)
+    return stated

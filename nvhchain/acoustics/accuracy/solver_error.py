@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
-from nvhchain.acoustics.systems.linear_system import SolverRecord
 from nvhchain.fidelity import AcousticsFidelity
+from nvhchain.handoff import SolverRecord, SoundAccuracy
 
 COMPRESSION_GROWTH = 5.0
 """Ratio of the relative error of a vector to `compression_error`, for spheres, boxes, a slab, a rod and a resonator.
@@ -21,21 +18,28 @@ RESIDUAL_GROWTH = 1.0
 LEAST = 1e-4
 """Relative error (0.001 dB) below which nothing is added."""
 
-_STATED = ("expected_error_dB", "expected_error_low_dB", "expected_error_nearest_dB", "expected_error_patch_dB")
 
-
-def with_solver_error(expected: Mapping[str, Any], record: SolverRecord, fidelity: AcousticsFidelity) -> dict[str, Any]:
+def with_solver_error(expected: SoundAccuracy, record: SolverRecord, fidelity: AcousticsFidelity) -> SoundAccuracy:
     """Return the result of `expected_accuracy` with the error of the solver, if that is significant.
 
-    The error has an entry of its own, `solver_error_dB`, and is added to the expected errors.
+    The error has an entry of its own, `solver_error_db`, and is added to the expected errors.
     """
     error = RESIDUAL_GROWTH * record.residual
-    if "compressed" in record.solvers:
+    if "compressed" in (record.solvers or ()):
         error += COMPRESSION_GROWTH * fidelity.compression_error
     if error < LEAST:
-        return dict(expected)
-    stated = {name: _decibel(10 ** (expected[name] / 20) - 1 + error) for name in _STATED if name in expected}
-    return {**expected, **stated, "solver_error_dB": _decibel(error)}
+        return expected
+
+    def added(stated: float | None) -> float | None:
+        return None if stated is None else _decibel(10 ** (stated / 20) - 1 + error)
+
+    return expected.replace(
+        expected_error_db=added(expected.expected_error_db),
+        expected_error_low_db=added(expected.expected_error_low_db),
+        expected_error_nearest_db=added(expected.expected_error_nearest_db),
+        expected_error_patch_db=added(expected.expected_error_patch_db),
+        solver_error_db=_decibel(error),
+    )
 
 
 def _decibel(relative_error: float) -> float:

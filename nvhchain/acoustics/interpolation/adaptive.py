@@ -11,11 +11,10 @@ from typing import Any, Generic, Protocol, TypeVar
 import numpy as np
 
 from nvhchain.acoustics.systems.frequency_blocks import BAND
-from nvhchain.acoustics.systems.linear_system import SolverRecord
 from nvhchain.conventions import Progress
 from nvhchain.errors import AccuracyWarning, SolverError, require
 from nvhchain.fidelity import AcousticsFidelity
-from nvhchain.handoff import ComplexArray, FloatArray, RadiationResistance, TransferVectors
+from nvhchain.handoff import ComplexArray, FloatArray, RadiationResistance, SolverRecord, SoundAccuracy, TransferVectors
 
 KNOBS = ("masters", "master_tolerance_db", "interpolation_points", "interpolation_poles")
 """Knobs that decide which masters are chosen."""
@@ -67,7 +66,7 @@ Smooth = TypeVar("Smooth", bound=Smoothed)
 class Source(Protocol[Found, Smooth]):
     """Solutions at masters and their interpolation."""
 
-    def solve(self, frequency: FloatArray, progress: Progress) -> Found:
+    def solve(self, frequency: FloatArray, progress: Progress) -> tuple[Found, SolverRecord]:
         """Return solutions at masters (n_f,) Hz."""
 
     def together(self, first: Found, second: Found) -> Found:
@@ -93,16 +92,16 @@ class Chosen(Generic[Found]):
     Parameters
     ----------
     found : TransferVectors or RadiationResistance
-        Solutions, with the provenance of the first masters, which include the highest frequency.
+        Solutions, with provenance and accuracy of the first masters, which include the highest frequency.
     records : list of SolverRecord
         Solver records of all masters.
-    told : dict
-        Errors, as entries of the provenance.
+    told : SoundAccuracy
+        Accuracy of the choice.
     """
 
     found: Found
     records: list[SolverRecord]
-    told: dict[str, float]
+    told: SoundAccuracy
 
 
 def check_band(low: float, high: float, fidelity: AcousticsFidelity) -> None:
@@ -158,14 +157,17 @@ def choose_masters(
     found: Found | None = None
     smooth: Smooth | None = None
     tested, test = np.inf, False
-    provenance, records = dict[str, Any](), list[SolverRecord]()
+    first_made: tuple[SoundAccuracy, dict[str, Any]] | None = None
+    records = list[SolverRecord]()
     while True:
         with warnings.catch_warnings():
             if found is not None:  # the first masters, which include both ends of the band, have given the warnings
                 warnings.simplefilter("ignore", AccuracyWarning)
-            solved = source.solve(new, partial(_report, report, 0 if found is None else len(found.frequency), most))
-        provenance = provenance or solved.provenance
-        records.append(SolverRecord.of(solved.provenance))
+            solved, record = source.solve(
+                new, partial(_report, report, 0 if found is None else len(found.frequency), most)
+            )
+        first_made = first_made or (solved.accuracy, solved.provenance)
+        records.append(record)
         if smooth is not None:
             tested = source.misprediction(smooth, solved)
             smooth = None  # frees its vectors before the next one is built
@@ -200,12 +202,13 @@ def choose_masters(
             new = _next(found.frequency, lines, error, min(_added(len(found.frequency)), left))
         new = np.unique(_round_numbers(new))
     report(len(found.frequency), len(found.frequency))
-    told = {
-        "estimated_error_db": _decibel(float(error.max())),
-        "tested_error_db": _decibel(tested),
-        "missed_width": allowed * float(np.diff(found.frequency).max()),
-    }
-    return Chosen(found.replace(provenance=provenance), records, told)
+    told = SoundAccuracy(
+        estimated_error_db=_decibel(float(error.max())),
+        tested_error_db=_decibel(tested),
+        missed_width=allowed * float(np.diff(found.frequency).max()),
+    )
+    accuracy, provenance = first_made
+    return Chosen(found.replace(accuracy=accuracy, provenance=provenance), records, told)
 
 
 def _added(known: int) -> int:

@@ -8,8 +8,8 @@ from nvhchain.acoustics.radiation.efficiency import directivity_index
 from nvhchain.acoustics.radiation.microphones import NEAREST, source_dimension
 from nvhchain.acoustics.waves.multipoles import plane_foot
 from nvhchain.conventions import Air
-from nvhchain.errors import require, warn_caller
-from nvhchain.handoff import Directivity, FieldPressure, RigidPlane, SoundPower, Surface
+from nvhchain.errors import require
+from nvhchain.handoff import Directivity, FieldPressure, RigidPlane, SoundAccuracy, SoundPower, Surface, warn_of
 from nvhchain.kinds import checked
 
 
@@ -35,7 +35,7 @@ def directivity(
     Returns
     -------
     Directivity
-        Directivity index (dB), see `directivity_index`. The provenance holds `near_field_dB`, the level that the near
+        Directivity index (dB), see `directivity_index`. The accuracy states `near_field_db`, the level that the near
         field adds to a dipole at the nearest point and the lowest line: 10 lg(1 + 1/(kr)²).
 
     Raises
@@ -59,24 +59,28 @@ def directivity(
     centre = plane_foot(surface, plane)
     index = directivity_index(heard, radiated, centre, air, plane=plane)
     told = _far_field(surface, heard, centre, air, plane)
-    provenance = power.provenance | pressure.provenance | {"stage": "acoustics.directivity"} | told
-    return Directivity(heard.frequency, heard.points, index, power.input_speed, provenance=provenance)
+    warn_of(told)
+    return Directivity(
+        heard.frequency,
+        heard.points,
+        index,
+        power.input_speed,
+        power.accuracy | pressure.accuracy | told,
+        provenance=power.provenance | pressure.provenance | {"stage": "acoustics.directivity"},
+    )
 
 
 def _far_field(
     surface: Surface, pressure: FieldPressure, centre: np.ndarray, air: Air, plane: RigidPlane | None
-) -> dict[str, float]:
-    """Return the near-field error for the provenance, and warn of points that are too near."""
+) -> SoundAccuracy:
+    """Return the near-field error at the nearest point, and the distance that is needed."""
     distance = np.linalg.norm(pressure.points - centre, axis=1)
     nearest, lowest = int(distance.argmin()), float(pressure.frequency[0])
-    r, dimension = float(distance[nearest]), source_dimension(surface, plane)
+    r = float(distance[nearest])
     kr = 2 * np.pi * lowest / air.speed_of_sound * r
-    near = float(10 * np.log10(1 + kr**-2))
-    if kr < 0.5 * np.pi or r < NEAREST * dimension:
-        far = max(0.25 * air.speed_of_sound / lowest, NEAREST * dimension)
-        warn_caller(
-            f"field point {nearest} is {r:.3g} m from the source's middle, {r / dimension:.2g} times its dimension "
-            f"and {r * lowest / air.speed_of_sound:.2g} wavelengths at {lowest:.4g} Hz: the directivity of a dipole "
-            f"is {near:.2g} dB too high there, and single parts of the surface are heard; take {far:.3g} m or more"
-        )
-    return {"near_field_dB": near}
+    return SoundAccuracy(
+        nearest_point=nearest,
+        nearest_distance=r,
+        needed_distance=max(0.25 * air.speed_of_sound / lowest, NEAREST * source_dimension(surface, plane)),
+        near_field_db=float(10 * np.log10(1 + kr**-2)),
+    )

@@ -47,7 +47,7 @@ def equivalent_radiated_power(surface_velocity: SurfaceVelocity, air: Air) -> So
     Returns
     -------
     SoundPower
-        Power (W) at every line. The provenance holds the expected error, see `level_accuracy`.
+        Power (W) at every line. The accuracy states the expected error, see `level_accuracy`.
 
     Warns
     -----
@@ -62,8 +62,8 @@ def equivalent_radiated_power(surface_velocity: SurfaceVelocity, air: Air) -> So
     """
     frequency = surface_velocity.frequency
     expected = level_accuracy(surface_velocity.surface, frequency, air, "equivalent_radiated_power")
-    provenance = {"stage": "acoustics.equivalent_radiated_power"} | expected
-    return SoundPower(frequency, _plane_wave_power(surface_velocity, air), provenance=provenance)
+    made = {"stage": "acoustics.equivalent_radiated_power"}
+    return SoundPower(frequency, _plane_wave_power(surface_velocity, air), accuracy=expected, provenance=made)
 
 
 @checked
@@ -140,7 +140,7 @@ def equivalent_pressure(
     Returns
     -------
     FieldPressure
-        Real amplitudes (Pa). The provenance holds the expected error, see `level_accuracy`.
+        Real amplitudes (Pa). The accuracy states the expected error, see `level_accuracy`.
 
     Raises
     ------
@@ -165,7 +165,8 @@ def equivalent_pressure(
     field = spread_power(power, points, centre, air, plane=plane)
     check_points(surface, field.points)
     expected = level_accuracy(surface, surface_velocity.frequency, air, "equivalent_radiated_power")
-    return field.replace(provenance=field.provenance | {"stage": "acoustics.equivalent_pressure"} | expected)
+    made = field.provenance | {"stage": "acoustics.equivalent_pressure"}
+    return field.replace(accuracy=field.accuracy | expected, provenance=made)
 
 
 @checked
@@ -235,7 +236,9 @@ def over_plane_waves(power: SoundPower, plane_waves: FloatArray) -> RadiationEff
     require(bool(moving.any()), "the surface is at rest at all lines: radiation efficiency needs a velocity")
     provenance = power.provenance | {"stage": "acoustics.radiation_efficiency"}
     efficiency = power.power[moving] / plane_waves[moving]
-    return RadiationEfficiency(power.frequency[moving], efficiency, power.input_speed, provenance=provenance)
+    return RadiationEfficiency(
+        power.frequency[moving], efficiency, power.input_speed, power.accuracy, provenance=provenance
+    )
 
 
 @checked

@@ -9,7 +9,7 @@ from nvhchain.acoustics.surfaces.surface import real_numbers
 from nvhchain.acoustics.waves.multipoles import plane_axes
 from nvhchain.conventions import Air
 from nvhchain.errors import require, warn_caller
-from nvhchain.handoff import FieldPressure, FloatArray, RigidPlane, SoundPower, Surface
+from nvhchain.handoff import FieldPressure, FloatArray, RigidPlane, SoundAccuracy, SoundPower, Surface, warn_of
 from nvhchain.kinds import checked
 
 ARRAYS = ("ISO 3744", "ISO 3745")
@@ -109,8 +109,8 @@ def array_power(pressure: FieldPressure, radius: float, air: Air, *, reflecting_
     Returns
     -------
     SoundPower
-        Power (W). The provenance holds `array_sampling_dB`, the largest standard error of the mean over the positions.
-        It also holds `array_near_field_dB`, the level that the near field adds to a dipole at the lowest line: 10 lg(1
+        Power (W). The accuracy states `array_sampling_db`, the largest standard error of the mean over the positions.
+        It also holds `array_near_field_db`, the level that the near field adds to a dipole at the lowest line: 10 lg(1
         + 1/(kr)²).
 
     Raises
@@ -135,20 +135,25 @@ def array_power(pressure: FieldPressure, radius: float, air: Air, *, reflecting_
     square = 0.5 * np.abs(pressure.pressure) ** 2
     mean_square = square.mean(axis=1)
     loud = np.flatnonzero((mean_square > 0) & (pressure.frequency > 0))
-    provenance = dict(pressure.provenance)
+    told = SoundAccuracy()
     if len(loud):
         scatter = square[loud].std(axis=1) / (mean_square[loud] * np.sqrt(square.shape[1]))
-        provenance["array_sampling_dB"] = float(10 * np.log10(1 + scatter.max()))
         lowest = float(pressure.frequency[loud[0]])
         kr = 2 * np.pi * lowest / air.speed_of_sound * radius
-        near = provenance["array_near_field_dB"] = float(10 * np.log10(1 + kr**-2))
-        if kr < 0.5 * np.pi:
-            warn_caller(
-                f"array radius {radius:g} m is {radius * lowest / air.speed_of_sound:.2g} wavelengths at {lowest:.4g} "
-                f"Hz, 0.25 are needed (ISO 3745): a dipole's power there is {near:.2g} dB too high, more for "
-                f"higher orders; take {0.25 * air.speed_of_sound / lowest:.3g} m or more, or the surface's power"
-            )
-    return SoundPower(pressure.frequency.copy(), mean_square * area / air.impedance, provenance=provenance)
+        told = SoundAccuracy(
+            lowest_frequency=lowest,
+            array_radius=radius,
+            array_needed_radius=0.25 * air.speed_of_sound / lowest,
+            array_near_field_db=float(10 * np.log10(1 + kr**-2)),
+            array_sampling_db=float(10 * np.log10(1 + scatter.max())),
+        )
+        warn_of(told)
+    return SoundPower(
+        pressure.frequency.copy(),
+        mean_square * area / air.impedance,
+        accuracy=pressure.accuracy | told,
+        provenance=pressure.provenance,
+    )
 
 
 def source_dimension(surface: Surface, plane: RigidPlane | None) -> float:

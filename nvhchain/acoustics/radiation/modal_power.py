@@ -24,6 +24,7 @@ from nvhchain.handoff import (
     RadiationResistance,
     ReducedHousing,
     SoundPower,
+    warn_of,
 )
 from nvhchain.kinds import checked
 
@@ -72,9 +73,9 @@ def waves_power(
     Returns
     -------
     SoundPower
-        Power (W). The provenance holds the largest estimated error of interpolation (`interpolation_error_dB`) and the
+        Power (W). The accuracy states the largest estimated error of interpolation (`interpolation_error_db`) and the
         effect of resonances that the mesh misses, as for `radiate`. It also holds the largest error of motions whose
-        parts cancel each other, as for `sound_power` (`cancellation_error_dB`, at `cancellation_frequency` Hz).
+        parts cancel each other, as for `sound_power` (`cancellation_error_db`, at `cancellation_frequency` Hz).
 
     Raises
     ------
@@ -101,7 +102,7 @@ def waves_power(
     products = _Products(resistance, nodes)
     lines = np.flatnonzero(velocity.any(axis=1) & (frequency > 0))
     power, error, shifted = (np.zeros(len(frequency)) for _ in range(3))
-    shift = float(resistance.provenance.get("resonance_shift", 0.0))
+    shift = resistance.accuracy.resonance_shift or 0.0
     for piece in _pieces(nodes, frequency, lines):
         sets = [nodes.weights(frequency[piece]), *nodes.error_weights(frequency[piece])]
         moved = nodes.shift_weights(frequency[piece], shift) if shift > 0 else ()
@@ -109,15 +110,16 @@ def waves_power(
         power[piece] = 0.5 * whole
         error[piece] = np.sqrt(np.maximum(below, above) / np.where(whole > 0, whole, 1.0))
         shifted[piece] = sum(np.sqrt(0.5 * change) for change in changes)
-    told = told_interpolation(error, frequency, "the sound power", fidelity)
+    told = told_interpolation(error, frequency, fidelity)
     told |= told_resonances(shift, nodes.poles, frequency, np.sqrt(power), shifted, fidelity)
     if resistance.cancellation is not None:
-        one_element = float(resistance.frequency[-1]) * resistance.provenance.get("elements_per_wavelength", np.inf)
+        one_element = float(resistance.frequency[-1]) * (resistance.accuracy.elements_per_wavelength or np.inf)
         left = _error_power(resistance, frequency, velocity)
         short = _short_waves(resistance, velocity)
         told |= told_cancellation(frequency, power, left, short, fidelity, one_element)
-    provenance = resistance.provenance | {"stage": "acoustics.waves_power"} | told
-    return SoundPower(frequency, power, provenance=provenance)
+    warn_of(told)
+    made = resistance.provenance | {"stage": "acoustics.waves_power"}
+    return SoundPower(frequency, power, accuracy=resistance.accuracy | told, provenance=made)
 
 
 @checked
@@ -144,7 +146,7 @@ def modal_power(
     Returns
     -------
     SoundPower
-        Power (W), with the provenance of `waves_power`.
+        Power (W), with the accuracy of `waves_power`.
 
     Raises
     ------

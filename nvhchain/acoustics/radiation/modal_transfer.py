@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from itertools import chain
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nvhchain.acoustics.accuracy.interpolation_error import STATED, told_vectors
+from nvhchain.acoustics.accuracy.interpolation_error import told_vectors
 from nvhchain.acoustics.interpolation.nodes import check_lines, interpolant
 from nvhchain.acoustics.radiation.projection import products
 from nvhchain.acoustics.surfaces.surface import frequency_lines
@@ -27,9 +24,6 @@ from nvhchain.handoff import (
     TransferVectors,
 )
 from nvhchain.kinds import checked
-
-_TOLD = ("fidelity", *chain.from_iterable(STATED))
-"""Entries of an operator's provenance that also hold for results made from it."""
 
 _SAME_LINE = 1e-9
 """Largest difference of frequencies that count as one line, relative to the highest: rounding of a Fourier axis."""
@@ -62,8 +56,8 @@ def modal_transfer_vectors(
     Returns
     -------
     ModalTransferVectors
-        Pressure per mode and per residual motion. The provenance holds `expected_error_dB` of the vectors and
-        `interpolation_error_dB`, the largest interpolation error. It also holds the effect of resonances that the mesh
+        Pressure per mode and per residual motion. The accuracy states `expected_error_db` of the vectors and
+        `interpolation_error_db`, the largest interpolation error. It also holds the effect of resonances that the mesh
         misses, as for `radiate`.
 
     Raises
@@ -91,8 +85,7 @@ def modal_transfer_vectors(
     modes, bearings = len(housing.natural_frequency), len(housing.names)
     shapes = np.concatenate([housing.normal_shapes, housing.face_residual.reshape(3 * bearings, -1)])
     smooth = interpolant(atv, fidelity)
-    made = {"stage": "acoustics.modal_transfer_vectors", "fidelity": repr(fidelity)}
-    provenance = made | told_vectors(smooth, atv, lines, fidelity)
+    told = told_vectors(smooth, atv, lines, fidelity)
     product = products(smooth, shapes.T, lines, len(atv.points), progress)
     return ModalTransferVectors(
         lines,
@@ -102,7 +95,8 @@ def modal_transfer_vectors(
         housing.names,
         housing.content_hash,
         atv.air,
-        provenance=provenance,
+        told,
+        provenance={"stage": "acoustics.modal_transfer_vectors", "fidelity": repr(fidelity)},
     )
 
 
@@ -140,7 +134,8 @@ def noise_transfer_functions(modal: ModalTransferVectors, housing: ReducedHousin
         functions.reshape(modal.residual.shape),
         modal.names,
         modal.air,
-        provenance={"stage": "acoustics.noise_transfer_functions"} | told_of(modal),
+        modal.accuracy,
+        provenance=modal.provenance | {"stage": "acoustics.noise_transfer_functions"},
     )
 
 
@@ -250,13 +245,9 @@ def _field(
         operator.points,
         pressure,
         spectrum.input_speed,
-        provenance={"stage": f"acoustics.{stage}"} | told_of(operator),
+        operator.accuracy,
+        provenance=operator.provenance | {"stage": f"acoustics.{stage}"},
     )
-
-
-def told_of(operator: ModalTransferVectors | NoiseTransferFunctions) -> dict[str, Any]:
-    """Return the entries of an operator's provenance that hold for results made from it."""
-    return {name: operator.provenance[name] for name in _TOLD if name in operator.provenance}
 
 
 def _check_surface(atv: TransferVectors, housing: ReducedHousing) -> None:

@@ -36,7 +36,7 @@ def vectors_at(
     Returns
     -------
     TransferVectors
-        Vectors at the lines. The provenance holds that of `atv` and the interpolation error, as for
+        Vectors at the lines. The accuracy is that of `atv` with the interpolation error, as for
         `modal_transfer_vectors`. Results made from these vectors carry at least this error.
 
     Raises
@@ -65,11 +65,18 @@ def vectors_at(
     if atv.plane is not None:
         image = vectors[:, points:]
         vectors = vectors[:, :points] + image
-    provenance = atv.provenance | told
-    if "elements_per_wavelength" in provenance and lines[-1] > 0:
-        provenance["elements_per_wavelength"] *= float(atv.frequency[-1] / lines[-1])
-    provenance |= {"stage": "acoustics.vectors_at", "fidelity": repr(fidelity), "masters": len(atv.frequency)}
-    return TransferVectors(lines, atv.points, vectors, atv.surface, atv.air, atv.plane, image, provenance=provenance)
+    accuracy = atv.accuracy | told
+    if accuracy.elements_per_wavelength is not None and lines[-1] > 0:
+        finer = accuracy.elements_per_wavelength * float(atv.frequency[-1] / lines[-1])
+        accuracy = accuracy.replace(elements_per_wavelength=finer, upper_frequency=float(lines[-1]))
+    provenance = atv.provenance | {
+        "stage": "acoustics.vectors_at",
+        "fidelity": repr(fidelity),
+        "masters": len(atv.frequency),
+    }
+    return TransferVectors(
+        lines, atv.points, vectors, atv.surface, atv.air, atv.plane, image, accuracy, provenance=provenance
+    )
 
 
 @checked

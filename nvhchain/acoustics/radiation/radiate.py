@@ -6,13 +6,21 @@ import numba as nb
 import numpy as np
 
 from nvhchain.acoustics.accuracy.cancellation import ESTIMATE, cancellation_of_motion, short_waves, told_cancellation
-from nvhchain.acoustics.accuracy.mesh_error import told_interpolation, told_resonances
+from nvhchain.acoustics.accuracy.mesh_error import told_resonances
 from nvhchain.acoustics.interpolation.nodes import Interpolant, check_lines, interpolant, line_batches, support
 from nvhchain.acoustics.radiation.projection import check_memory
 from nvhchain.conventions import Progress
 from nvhchain.errors import InputError
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
-from nvhchain.handoff import ComplexArray, FieldPressure, FloatArray, SurfaceVelocity, TransferVectors
+from nvhchain.handoff import (
+    ComplexArray,
+    FieldPressure,
+    FloatArray,
+    SoundAccuracy,
+    SurfaceVelocity,
+    TransferVectors,
+    warn_of,
+)
 from nvhchain.kinds import checked
 
 _BLOCK_BYTES = 2**28
@@ -76,7 +84,7 @@ def radiate(
     Returns
     -------
     FieldPressure
-        Pressure (Pa); zero at lines without velocity and at 0 Hz. Notes describe its provenance.
+        Pressure (Pa); zero at lines without velocity and at 0 Hz. Notes describe its accuracy.
 
     Raises
     ------
@@ -94,46 +102,53 @@ def radiate(
     -----
     Transfer vectors are interpolated between their master frequencies, velocities never.
 
-    Interpolation: `interpolation_error` in the provenance is the largest estimated error of each point, relative to its
+    Interpolation: `interpolation_error` of the accuracy is the largest estimated error of each point, relative to its
     peak pressure. It is at least the error that `vectors_at` states for its vectors. A warning is given above
     `fidelity.master_tolerance_db`.
 
-    Resonances: the mesh may miss resonances of the air in openings (`resonance_shift` of the vectors' provenance). From
-    four masters on, the interpolation looks for poles. Then `resonance_error_dB` is the largest effect on the loudest
+    Resonances: the mesh may miss resonances of the air in openings (`resonance_shift` of the vectors' accuracy). From
+    four masters on, the interpolation looks for poles. Then `resonance_error_db` is the largest effect on the loudest
     point of a line, at `resonance_frequency` Hz. A warning is given where it exceeds the error of a mesh with
-    `fidelity.elements_per_wavelength`. With fewer masters, the provenance holds `resonance_shift` alone, and a warning
+    `fidelity.elements_per_wavelength`. With fewer masters, the accuracy states `resonance_shift` alone, and a warning
     names openings narrower than half an edge.
 
-    Mesh: `expected_error_dB` of the vectors holds for motions with audible sound.
+    Mesh: `expected_error_db` of the vectors holds for motions with audible sound.
 
     Cancellation: the mesh error is larger if parts of a motion cancel each other, or if the mesh is coarse for
     bending waves. It is 1 dB for a thin plate that bends in four elements a wave. It is 12 dB for a coarse block
-    in torsion at 1 Hz, 1 km away. The bound `cancellation_error_dB`, at `cancellation_frequency` Hz, covers vectors
+    in torsion at 1 Hz, 1 km away. The bound `cancellation_error_db`, at `cancellation_frequency` Hz, covers vectors
     from a mesh. It counts motions along the walls slower than sound and motions with hardly any sound at the points. It
     is like that of `solve_direct`, but from an estimated surface pressure (`cancellation_of_motion`). The warning is
     like that of `sound_power`, but begins only where the estimate is certain.
     """
     smooth = _prepare(atv, surface_velocity, fidelity)
-    shift = float(atv.provenance.get("resonance_shift", 0.0))
+    of_vectors = atv.accuracy
+    shift = of_vectors.resonance_shift or 0.0
     pressure, error, shifted = _evaluate(smooth, surface_velocity, len(atv.points), progress, shift)
-    provenance: dict[str, object] = {"stage": "acoustics.radiate", "fidelity": repr(fidelity)}
-    if "expected_error_dB" in atv.provenance:
-        provenance["expected_error_dB"] = atv.provenance["expected_error_dB"]
     frequency, amplitude = surface_velocity.frequency, np.abs(pressure)
     peak, loudest = amplitude.max(axis=0), amplitude.max(axis=1)
     relative = error.max(axis=0) / np.where(peak > 0, peak, 1.0)
-    stated = 10.0 ** (atv.provenance.get("interpolation_error_dB", 0.0) / 20.0) - 1.0  # vectors that are no masters
-    provenance["interpolation_error"] = np.maximum(relative, stated).tolist()
-    of = f"the peak pressure at field point {relative.argmax()}"
-    told_interpolation(relative, frequency[error.argmax(axis=0)], of, fidelity)
-    provenance |= told_resonances(shift, smooth.poles, frequency, loudest, shifted.max(axis=1), fidelity)
-    if "elements_per_wavelength" in atv.provenance:
-        one_element = float(atv.frequency[-1]) * atv.provenance["elements_per_wavelength"]
-        quadrature = atv.provenance.get("quadrature_error", 0.0)
+    stated = 10.0 ** ((of_vectors.interpolation_error_db or 0.0) / 20.0) - 1.0  # vectors that are no masters
+    told = SoundAccuracy(
+        interpolation_error=np.maximum(relative, stated),
+        interpolation_frequency=float(frequency[error.argmax(axis=0)][relative.argmax()]),
+        asked_interpolation_error_db=fidelity.master_tolerance_db,
+    )
+    told |= told_resonances(shift, smooth.poles, frequency, loudest, shifted.max(axis=1), fidelity)
+    if of_vectors.elements_per_wavelength is not None:
+        one_element = float(atv.frequency[-1]) * of_vectors.elements_per_wavelength
+        quadrature = of_vectors.quadrature_error or 0.0
         left = cancellation_of_motion(surface_velocity, loudest, atv.points, atv.air, atv.plane, quadrature)
         short = short_waves(surface_velocity)
-        provenance |= told_cancellation(frequency, np.sign(loudest), left**2, short, fidelity, one_element, ESTIMATE)
-    return FieldPressure(frequency, atv.points, pressure, provenance=provenance)
+        told |= told_cancellation(frequency, np.sign(loudest), left**2, short, fidelity, one_element, ESTIMATE)
+    warn_of(told)
+    return FieldPressure(
+        frequency,
+        atv.points,
+        pressure,
+        accuracy=SoundAccuracy(expected_error_db=of_vectors.expected_error_db) | told,
+        provenance={"stage": "acoustics.radiate", "fidelity": repr(fidelity)},
+    )
 
 
 @checked

@@ -10,10 +10,18 @@ from nvhchain.acoustics.surfaces.reflecting_plane import check_plane, with_image
 from nvhchain.acoustics.surfaces.surface import check_points
 from nvhchain.acoustics.waves.layer_potentials import layer_potentials
 from nvhchain.conventions import Air
-from nvhchain.handoff import ComplexArray, FieldPressure, FloatArray, RigidPlane, Surface, SurfaceVelocity
+from nvhchain.handoff import (
+    ComplexArray,
+    FieldPressure,
+    FloatArray,
+    RigidPlane,
+    SoundAccuracy,
+    Surface,
+    SurfaceVelocity,
+)
 
 
-def rayleigh_accuracy(surface: Surface, frequency: FloatArray, air: Air) -> dict[str, float]:
+def rayleigh_accuracy(surface: Surface, frequency: FloatArray, air: Air) -> SoundAccuracy:
     """Return `level_accuracy` of the Rayleigh integral, although a flat radiator in a baffle is exact."""
     return level_accuracy(surface, frequency, air, "rayleigh")
 
@@ -107,4 +115,5 @@ def rayleigh_field(
     for line, velocity in enumerate(surface_velocity.normal_velocity):
         vectors = rayleigh_vectors(frequency[line : line + 1], surface, ends, air, near_ratio)[0]
         pressure[line] = (vectors @ velocity).reshape(-1, len(x)).sum(axis=0)
-    return FieldPressure(frequency, x, pressure, provenance={"stage": "acoustics.rayleigh_field"} | expected)
+    made = {"stage": "acoustics.rayleigh_field"}
+    return FieldPressure(frequency, x, pressure, accuracy=expected, provenance=made)

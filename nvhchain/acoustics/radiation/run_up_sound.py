@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.fft import irfft, next_fast_len, rfft
 
-from nvhchain.acoustics.radiation.modal_transfer import told_of
 from nvhchain.conventions import Progress
 from nvhchain.errors import ResourceError, require
 from nvhchain.handoff import (
@@ -183,7 +182,8 @@ def run_up_pressure(
         functions.points,
         pressure.T,
         bearing_forces.input_speed,
-        provenance={"stage": "acoustics.run_up_pressure"} | told_of(functions),
+        functions.accuracy,
+        provenance=functions.provenance | {"stage": "acoustics.run_up_pressure"},
     )
 
 

@@ -22,6 +22,8 @@ from nvhchain.handoff import (
     FloatArray,
     IntArray,
     RadiationResistance,
+    SolverRecord,
+    SoundAccuracy,
     TransferVectors,
 )
 
@@ -42,7 +44,7 @@ def choose_vectors(
     points: FloatArray,
     band: Adaptive,
     progress: Progress | None,
-    solve: Callable[[FloatArray, Progress], TransferVectors],
+    solve: Callable[[FloatArray, Progress], tuple[TransferVectors, SolverRecord]],
 ) -> Chosen[TransferVectors]:
     """Choose the masters of transfer vectors to field points (n_point, 3) m; `solve` computes them at masters."""
     vertices = problem.surface.vertices
@@ -52,14 +54,14 @@ def choose_vectors(
     first = first_masters(band.low, band.high, waves, _VECTORS_PER_WAVE, problem.fidelity)
     source = _Vectors(solve, problem.fidelity, len(points), deciding_points(problem.surface, points))
     chosen = choose_masters(source, first, problem.fidelity, progress)
-    return replace(chosen, told=chosen.told | {"deciding_points": len(source.deciding)})
+    return replace(chosen, told=chosen.told | SoundAccuracy(deciding_points=len(source.deciding)))
 
 
 def choose_resistance(
     problem: ExteriorProblem,
     band: Adaptive,
     progress: Progress | None,
-    solve: Callable[[FloatArray, Progress], RadiationResistance],
+    solve: Callable[[FloatArray, Progress], tuple[RadiationResistance, SolverRecord]],
 ) -> Chosen[RadiationResistance]:
     """Choose the masters of radiation resistance; `solve` computes it at masters."""
     waves = _wavenumber(problem, band) * 2 * path_reach(problem.surface, problem.plane)
@@ -88,7 +90,7 @@ class _Vectors:
         Indices of the points at which errors are estimated.
     """
 
-    solve: Callable[[FloatArray, Progress], TransferVectors]
+    solve: Callable[[FloatArray, Progress], tuple[TransferVectors, SolverRecord]]
     fidelity: AcousticsFidelity
     points: int
     deciding: IntArray
@@ -177,7 +179,7 @@ class _WavesBetween(Nodes):
 class _Waves:
     """Radiation resistance as a source for the choice of masters; `solve` computes it at masters."""
 
-    solve: Callable[[FloatArray, Progress], RadiationResistance]
+    solve: Callable[[FloatArray, Progress], tuple[RadiationResistance, SolverRecord]]
     fidelity: AcousticsFidelity
 
     def together(self, first: RadiationResistance, second: RadiationResistance) -> RadiationResistance:

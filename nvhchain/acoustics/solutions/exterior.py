@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from types import MappingProxyType
 from typing import Any, TypeVar
 
 import numpy as np
@@ -37,7 +36,7 @@ from nvhchain.acoustics.surfaces.surface import check_mesh, check_points, real_n
 from nvhchain.acoustics.systems.checkpoints import kept_in
 from nvhchain.acoustics.systems.engines import FUSED, Engine, check_memory, solve_each, systems
 from nvhchain.acoustics.systems.frequency_blocks import Solved, over_bands
-from nvhchain.acoustics.systems.linear_system import SolverRecord, System
+from nvhchain.acoustics.systems.linear_system import System
 from nvhchain.acoustics.waves.incident import IncidentField, Reflected, check_incident
 from nvhchain.acoustics.waves.multipoles import multipole_order, path_reach
 from nvhchain.conventions import Air, Progress
@@ -49,11 +48,14 @@ from nvhchain.handoff import (
     FloatArray,
     RadiationResistance,
     RigidPlane,
+    SolverRecord,
+    SoundAccuracy,
     SoundPower,
     Surface,
     SurfacePressure,
     SurfaceVelocity,
     TransferVectors,
+    warn_of,
 )
 from nvhchain.kinds import check_fields, checked
 
@@ -104,7 +106,7 @@ class ExteriorProblem:
     plane: RigidPlane | None = None
     engine: Engine = FUSED
     fidelity: AcousticsFidelity = STANDARD.acoustics
-    _accuracy: dict[tuple[float, bytes], dict[str, Any]] = field(default_factory=dict, init=False, repr=False)
+    _accuracy: dict[tuple[float, bytes], SoundAccuracy] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -157,7 +159,7 @@ class ExteriorProblem:
             solve = partial(self._vectors_at, x, work)
             chosen = choose_vectors(self, x, frequencies, work.progress, solve)
             return self._adapted(chosen, "adaptive_transfer_vectors", Vectors.knobs)
-        return self._vectors_at(points, work, frequencies)
+        return self._vectors_at(points, work, frequencies)[0]
 
     @checked
     def pressure(
@@ -191,15 +193,22 @@ class ExteriorProblem:
         frequency = self._moved(velocity)
         x = self._checked(float(frequency[-1]), points)
         quantity = FieldValues(self.surface, x, self.air, self.plane, self.fidelity.field_near_ratio)
-        values, provenance = self._solve(quantity, frequency, work, x, (velocity.normal_velocity,))
+        values, accuracy, record = self._solve(quantity, frequency, work, x, (velocity.normal_velocity,))
 
         def change(line: int, point: int, shift: float) -> float:
             paths = paths_about(self.surface, self.plane, self.air)
             beside = self._beside(velocity, line, x[[point]], shift)
             return change_by_pole(frequency[line], values[line, point], beside, shift, paths)
 
-        provenance |= told_field(velocity, values, provenance, self.fidelity, change)
-        return FieldPressure(frequency, x, np.ascontiguousarray(values[:, :-2]), provenance=provenance)
+        told = told_field(velocity, values, accuracy, self.fidelity, change)
+        warn_of(told)
+        return FieldPressure(
+            frequency,
+            x,
+            np.ascontiguousarray(values[:, :-2]),
+            accuracy=accuracy | told,
+            provenance=self._made_by(quantity.stage, quantity.knobs, record),
+        )
 
     @checked
     def surface_pressure(
@@ -241,8 +250,14 @@ class ExteriorProblem:
             check_incident(incident, self.surface, self.plane)
             incident = incident if self.plane is None else Reflected(incident, self.plane)
         quantity = SurfaceValues(self.surface, self.air, incident)
-        values, provenance = self._solve(quantity, frequency, work, None, (velocity.normal_velocity,))
-        return SurfacePressure(frequency, vertex_values(self.surface, values), self.surface, provenance=provenance)
+        values, accuracy, record = self._solve(quantity, frequency, work, None, (velocity.normal_velocity,))
+        return SurfacePressure(
+            frequency,
+            vertex_values(self.surface, values),
+            self.surface,
+            accuracy,
+            provenance=self._made_by(quantity.stage, quantity.knobs, record),
+        )
 
     @checked
     def power(
@@ -275,12 +290,14 @@ class ExteriorProblem:
         quantity = Power(
             self.surface, self.air, self.plane, self._wavenumber(frequency), self.fidelity.multipole_digits
         )
-        values, provenance = self._solve(quantity, frequency, work, None, (velocity.normal_velocity,))
+        values, accuracy, record = self._solve(quantity, frequency, work, None, (velocity.normal_velocity,))
         power, error = values.real.T
-        one_element = float(frequency[-1]) * provenance.get("elements_per_wavelength", np.inf)
+        one_element = float(frequency[-1]) * (accuracy.elements_per_wavelength or np.inf)
         short = short_waves(velocity)
-        provenance |= told_cancellation(frequency, power, error, short, self.fidelity, one_element)
-        return SoundPower(frequency, power, provenance=provenance)
+        told = told_cancellation(frequency, power, error, short, self.fidelity, one_element)
+        warn_of(told)
+        made = self._made_by(quantity.stage, quantity.knobs, record)
+        return SoundPower(frequency, power, accuracy=accuracy | told, provenance=made)
 
     @checked
     def resistance(
@@ -320,9 +337,9 @@ class ExteriorProblem:
             check_band(frequencies.low, frequencies.high, self.fidelity)
             chosen = choose_resistance(self, frequencies, work.progress, partial(self._resistance_at, motion, work))
             return self._adapted(chosen, "adaptive_radiation_resistance", Waves.knobs)
-        return self._resistance_at(motion, work, frequencies)
+        return self._resistance_at(motion, work, frequencies)[0]
 
-    def accuracy(self, highest: float, points: FloatArray | None = None) -> dict[str, Any]:
+    def accuracy(self, highest: float, points: FloatArray | None = None) -> SoundAccuracy:
         """Return `expected_accuracy` at the highest frequency (Hz) and at field points (n_point, 3) m."""
         key = highest, b"" if points is None else points.tobytes()
         if key not in self._accuracy:
@@ -333,7 +350,7 @@ class ExteriorProblem:
 
     def _vectors_at(
         self, points: ArrayLike, work: Work, frequencies: ArrayLike, progress: Progress | None = None
-    ) -> TransferVectors:
+    ) -> tuple[TransferVectors, SolverRecord]:
         """Compute transfer vectors at given masters; `progress` replaces that of the work."""
         work = work if progress is None else replace(work, progress=progress)
         frequency = check_frequencies(frequencies)
@@ -342,22 +359,26 @@ class ExteriorProblem:
         if self.fidelity.radiation == "rayleigh":
             kept, columns = quantity.memory(len(frequency))
             memory = check_rayleigh_memory(self.surface, len(quantity.ends), kept + columns) + columns
-            expected = rayleigh_accuracy(self.surface, frequency, self.air)
+            accuracy, record = rayleigh_accuracy(self.surface, frequency, self.air), SolverRecord()
             vectors = self._spread(quantity.rayleigh, quantity, frequency, work, memory, [])
             knobs = told(self.fidelity, ("radiation", "field_near_ratio"))
-            provenance = {"stage": "acoustics.transfer_vectors", "fidelity": knobs, **expected}
+            made = {"stage": "acoustics.transfer_vectors", "fidelity": knobs}
         else:
-            vectors, provenance = self._solve(quantity, frequency, work, x)
+            vectors, accuracy, record = self._solve(quantity, frequency, work, x)
+            made = self._made_by(quantity.stage, quantity.knobs, record)
         image = None
         if self.plane is not None:
             image = vectors[:, len(x) :]
             vectors = vectors[:, : len(x)] + image
         vectors.flags.writeable = False  # the hand-off need not copy them
-        return TransferVectors(frequency, x, vectors, self.surface, self.air, self.plane, image, provenance=provenance)
+        found = TransferVectors(
+            frequency, x, vectors, self.surface, self.air, self.plane, image, accuracy, provenance=made
+        )
+        return found, record
 
     def _resistance_at(
         self, motion: SurfaceShapes, work: Work, frequencies: ArrayLike, progress: Progress | None = None
-    ) -> RadiationResistance:
+    ) -> tuple[RadiationResistance, SolverRecord]:
         """Compute radiation resistance at given masters; `progress` replaces that of the work."""
         work = work if progress is None else replace(work, progress=progress)
         frequency, shapes = check_frequencies(frequencies), motion.shapes
@@ -365,8 +386,8 @@ class ExteriorProblem:
         digits = self.fidelity.multipole_digits
         top = multipole_order(self.surface, self._wavenumber(frequency), self.plane, digits)
         quantity = Waves(self.surface, shapes, self.air, self.plane, top, digits)
-        found, provenance = self._solve(quantity, frequency, work)
-        return RadiationResistance(
+        found, accuracy, record = self._solve(quantity, frequency, work)
+        resistance = RadiationResistance(
             frequency,
             found[:, : quantity.rows],
             self.air.impedance * (shapes.T * self.surface.areas) @ shapes,
@@ -376,8 +397,10 @@ class ExteriorProblem:
             motion.housing,
             found[:, quantity.rows :],
             self.air.impedance * shapes.T @ (wall_waves(self.surface) @ shapes),
-            provenance=provenance,
+            accuracy,
+            provenance=self._made_by(quantity.stage, quantity.knobs, record),
         )
+        return resistance, record
 
     def _beside(self, velocity: SurfaceVelocity, line: int, point: FloatArray, shift: float) -> complex:
         """Return the pressure at a field point (1, 3) m beside a line, for the same motion.
@@ -420,17 +443,18 @@ class ExteriorProblem:
         work: Work,
         points: FloatArray | None = None,
         rows: tuple[ComplexArray, ...] = (),
-    ) -> tuple[ComplexArray, dict[str, Any]]:
-        """Return values of a quantity at all frequencies, and their provenance; `rows` holds input per frequency."""
+    ) -> tuple[ComplexArray, SoundAccuracy, SolverRecord]:
+        """Return values at all frequencies, their accuracy and solver record; `rows` holds input per frequency."""
         kept, columns = quantity.memory(len(frequency))
         task = check_memory(self.surface, len(frequency), kept, columns, self.engine, self.fidelity, work.executor)
         expected = self.accuracy(float(frequency[-1]), points)
         block = partial(
-            _boundary_elements, problem=self, quantity=quantity, task=(task, expected.get("quadrature_error", 0.0))
+            _boundary_elements, problem=self, quantity=quantity, task=(task, expected.quadrature_error or 0.0)
         )
         records: list[SolverRecord] = []
         values = self._spread(block, quantity, frequency, work, task + columns, records, rows)
-        return values, self._made_by(quantity.stage, quantity.knobs, records, expected)
+        record = sum(records, SolverRecord())
+        return values, with_solver_error(expected, record, self.fidelity), record
 
     def _spread(
         self,
@@ -462,33 +486,33 @@ class ExteriorProblem:
 
     def _adapted(self, chosen: Chosen[H], stage: str, knobs: Sequence[str]) -> H:
         """Return the chosen masters, with the knobs of the choice in the provenance."""
+        record, accuracy = sum(chosen.records, SolverRecord()), chosen.found.accuracy
         if self.fidelity.radiation == "boundary_elements":
-            made = self._made_by(stage, (*knobs, *KNOBS), chosen.records)
+            made = self._made_by(stage, (*knobs, *KNOBS), record)
+            accuracy |= with_solver_error(SoundAccuracy(), record, self.fidelity)
         else:
             taken = told(self.fidelity, ("radiation", "field_near_ratio", *KNOBS))
             made = {"stage": f"acoustics.{stage}", "fidelity": taken}
-        return chosen.found.replace(provenance=chosen.found.provenance | made | chosen.told)
+        made = chosen.found.provenance | made
+        return chosen.found.replace(accuracy=accuracy | chosen.told, provenance=made)
 
     def _made_by(
         self,
         stage: str,
         others: Sequence[str],
-        records: Sequence[SolverRecord],
-        expected: Mapping[str, Any] = MappingProxyType({}),
+        record: SolverRecord,
     ) -> dict[str, Any]:
-        """Return the provenance: knobs, with `others`, solver record, and expected accuracy of mesh and solver."""
+        """Return the provenance: knobs, with `others`, and solver record."""
         knobs = (*self.engine.knobs, "field_near_ratio", "solver", *others)
-        record = sum(records, SolverRecord())
         if record.tolerance:
             knobs = (*knobs, "solver_residual", "solver_iterations")
-        if "compressed" in record.solvers:
+        if "compressed" in (record.solvers or ()):
             knobs = (*knobs, "compression_error")
         return {
             "stage": f"acoustics.{stage}",
             "fidelity": told(self.fidelity, knobs),
             "engine": self.engine.name,
             **record.provenance,
-            **with_solver_error(expected, record, self.fidelity),
         }
 
     def _wavenumber(self, frequency: FloatArray) -> float:

@@ -112,8 +112,8 @@ def transfer_vectors(
     Returns
     -------
     TransferVectors
-        The part reflected by the plane is separate (`image_vectors`). The provenance states the solver (`solver`) and
-        the expected accuracy of the mesh.
+        The part reflected by the plane is separate (`image_vectors`). The provenance states the solver (`solver`), the
+        accuracy the expected errors of the mesh.
 
     Raises
     ------
@@ -186,12 +186,12 @@ def adaptive_transfer_vectors(
     -----
     The error of a vector is its 2-norm over the faces relative to that of the vector, the worst of the field points. It
     is the mean error of a velocity that is alike on all faces and random in phase. It is estimated at up to 64 field
-    points, those farthest from each other in direction and in the logarithm of distance (`deciding_points` in the
-    provenance). It is tested at all points. `choose_masters` adds masters and tests them.
+    points, those farthest from each other in direction and in the logarithm of distance (`deciding_points` of the
+    accuracy). It is tested at all points. `choose_masters` adds masters and tests them.
 
     A resonance whose flank is below the tolerance at the nearest master can be missed. At its peak it raises the
     vectors by a factor H over a full width at half maximum below 2 ε d/H. Here ε is the tolerance as a ratio and d the
-    distance to that master. The provenance holds that width for H = 1 and the widest gap (`missed_width`, Hz). It also
+    distance to that master. The accuracy states that width for H = 1 and the widest gap (`missed_width`, Hz). It also
     holds the largest estimated error (`estimated_error_db`). `tested_error_db` is the largest error at test masters, or
     change by them elsewhere.
 
@@ -245,12 +245,12 @@ def solve_direct(
 
     Notes
     -----
-    The solution uses boundary elements for any `fidelity.radiation`. The provenance holds `cancellation_error_dB`, at
+    The solution uses boundary elements for any `fidelity.radiation`. The accuracy states `cancellation_error_db`, at
     `cancellation_frequency` Hz. It is the largest error of motions whose parts cancel each other or that bend walls in
     waves short for the mesh. It is relative to the loudest point.
 
-    The mesh may miss resonances of the air in openings (`resonance_shift`). The provenance then holds the effect on the
-    loudest point (`resonance_error_dB`) at one line (`resonance_frequency`, Hz). This line has the most energy stored
+    The mesh may miss resonances of the air in openings (`resonance_shift`). The accuracy then states the effect on the
+    loudest point (`resonance_error_db`) at one line (`resonance_frequency`, Hz). This line has the most energy stored
     in openings for the work done on all air. The effect follows from one more solution beside it.
     """
     surface, found = surface_velocity.surface, engine_named(engine)
@@ -352,8 +352,8 @@ def sound_power(
     `fidelity.radiation` needs an array, as it yields no pressure on the surface. The level `equivalent_radiated_power`
     is a power by itself.
 
-    The provenance holds the expected accuracy of the mesh (`expected_accuracy`). From the surface, it also holds
-    `cancellation_error_dB`, at `cancellation_frequency` Hz. It is the largest error of motions whose parts cancel each
+    The accuracy states the expected accuracy of the mesh (`expected_accuracy`). From the surface, it also holds
+    `cancellation_error_db`, at `cancellation_frequency` Hz. It is the largest error of motions whose parts cancel each
     other or that bend walls in waves short for the mesh. From an array, it holds `array_radius` (m) and
     `array_standard`.
     """
@@ -463,8 +463,9 @@ def adaptive_radiation_resistance(
     Notes
     -----
     The error of a column is the 2-norm of its waves' error relative to that of its waves, the worst of the columns.
-    `choose_masters` adds masters and tests them. The provenance holds the entries of `adaptive_transfer_vectors`
-    (`estimated_error_db`, `tested_error_db`, `missed_width`). Combinations of columns that cancel have larger errors,
+    `choose_masters` adds masters and tests them. The accuracy states the same as that of
+    `adaptive_transfer_vectors` (`estimated_error_db`, `tested_error_db`, `missed_width`). Combinations of columns that
+    cancel have larger errors,
     which `waves_power` states.
     """
     surface, found = motion.surface, engine_named(engine)

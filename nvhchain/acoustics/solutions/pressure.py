@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -23,7 +22,7 @@ from nvhchain.acoustics.waves.incident import IncidentField, incident_on
 from nvhchain.acoustics.waves.layer_potentials import RULE_BARYCENTRIC, RULE_WEIGHT, layer_potentials
 from nvhchain.conventions import Air
 from nvhchain.fidelity import AcousticsFidelity
-from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane, Surface, SurfaceVelocity
+from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane, SoundAccuracy, Surface, SurfaceVelocity
 
 _LAYER_BYTES = 2**28
 """Bytes of layer potentials that are computed at once."""
@@ -147,24 +146,24 @@ class SurfaceValues(Quantity):
 def told_field(
     surface_velocity: SurfaceVelocity,
     values: ComplexArray,
-    expected: Mapping[str, Any],
+    expected: SoundAccuracy,
     fidelity: AcousticsFidelity,
     change: Callable[[int, int, float], float],
-) -> dict[str, float]:
-    """Return the provenance of errors of `FieldValues` (n_f, n_point + 2): cancelling motions and missed resonances.
+) -> SoundAccuracy:
+    """Return the accuracy for errors of `FieldValues` (n_f, n_point + 2): cancelling motions and missed resonances.
 
-    expected : provenance of the mesh.
+    expected : accuracy of the mesh.
     change : function of line, point and relative shift of resonances, which returns the change of the pressure (Pa).
     """
     frequency = surface_velocity.frequency
     amplitude, left, stored = np.abs(values[:, :-2]), values[:, -2].real.copy(), values[:, -1].real
-    one_element = float(frequency[-1]) * expected.get("elements_per_wavelength", np.inf)
+    one_element = float(frequency[-1]) * (expected.elements_per_wavelength or np.inf)
     loudest = amplitude.max(axis=1)
     heard = loudest > 0  # relative, as squares of a pressure may overflow
     left[heard] /= loudest[heard]
     short = short_waves(surface_velocity)
     told = told_cancellation(frequency, heard.astype(float), left**2, short, fidelity, one_element)
-    shift = expected.get("resonance_shift", 0.0)
+    shift = expected.resonance_shift or 0.0
     if shift > 0 and stored.any():
         at = int(stored.argmax())
         changed = np.array([change(at, int(amplitude[at].argmax()), shift)])

@@ -11,10 +11,10 @@ from nvhchain.acoustics.solutions.quantity import Line, Quantity
 from nvhchain.acoustics.surfaces.velocity_in_faces import within_faces
 from nvhchain.acoustics.systems.engines import vectors_memory
 from nvhchain.acoustics.systems.frequency_blocks import Solved
-from nvhchain.acoustics.systems.linear_system import SolverRecord, System
+from nvhchain.acoustics.systems.linear_system import System
 from nvhchain.acoustics.waves.layer_potentials import layer_potentials
 from nvhchain.conventions import Air
-from nvhchain.handoff import ComplexArray, FloatArray, Surface
+from nvhchain.handoff import ComplexArray, FloatArray, SolverRecord, Surface
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from nvhchain.acoustics.surfaces.bodies import separate
 from nvhchain.acoustics.surfaces.surface import NEEDLE_SHARE, SHARP_ANGLE, aspects, needle_share
 from nvhchain.errors import InputError, SolverError, require
 from nvhchain.fem.triangles import squared_distance
-from nvhchain.handoff import FloatArray, IntArray, Surface
+from nvhchain.handoff import FloatArray, IntArray, Surface, SurfaceAccuracy
 from nvhchain.handoff.surface import bodies_of
 from nvhchain.kinds import checked
 
@@ -34,10 +34,6 @@ AREA_CHANGE = 0.02
 DISTANCE = 0.1
 """Largest distance between both surfaces, in requested edges, at corners of both and centroids of the new triangles. It
 is less than a fortieth of a wavelength at 4.5 elements per wavelength."""
-
-REMESHING_ERROR = "remeshing_error"
-"""Provenance entry of a remeshed surface: its error at field points, relative to their peak. The value is the sum of
-the changes of volume and area, 0.012 for a cylinder. Parts that radiate by themselves err by two thirds of it."""
 
 MOST_TRIANGLES = 20_000
 """Largest number of triangles of a remeshed surface; matrices of more take minutes a frequency."""
@@ -199,7 +195,8 @@ def _compared(given: Surface, size: float, cut: float) -> Remeshed:
     )
     area = float(made.areas.sum() / given.areas.sum()) - 1.0
     return Remeshed(
-        made.replace(provenance={REMESHING_ERROR: abs(change) + abs(area)}),
+        # 0.012 for a cylinder, of which parts that radiate by themselves err by two thirds
+        made.replace(accuracy=SurfaceAccuracy(abs(change) + abs(area))),
         len(given.triangles),
         float(aspects(given).max()),
         change,

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from nvhchain.acoustics.systems.frequency_blocks import Solved
-from nvhchain.acoustics.systems.linear_system import SolverRecord
 from nvhchain.files import hdf5
 from nvhchain.files.shelf import code_version, fingerprint, found
 from nvhchain.handoff import FloatArray, SolvedBand
@@ -44,15 +43,15 @@ class BandShards:
         if band is None:
             return None
         values = band.values.reshape(len(band.frequency), *band.shape)
-        return Solved(values, SolverRecord.of(band.provenance))
+        return Solved(values, band.record)
 
     def keep(self, frequency: FloatArray, solved: Solved) -> None:
         """Save a band, whole or not at all; WriteError for a full disk or a folder in its place."""
         path, key = self._place(frequency)
-        provenance = {"stage": f"acoustics.{self.stage}", "key": key, **solved.record.provenance}
+        provenance = {"stage": f"acoustics.{self.stage}", "key": key}
         shape = solved.values.shape[1:]
         rows = solved.values.reshape(len(frequency), -1)
-        hdf5.save(SolvedBand(frequency, rows, np.array(shape), provenance=provenance), path)
+        hdf5.save(SolvedBand(frequency, rows, np.array(shape), solved.record, provenance=provenance), path)
 
     def _place(self, frequency: FloatArray) -> tuple[Path, str]:
         """Return (file, key) of the band of these frequencies."""

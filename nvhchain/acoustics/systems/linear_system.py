@@ -3,69 +3,18 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from scipy.linalg import lapack
 
 from nvhchain.errors import SolverError
-from nvhchain.handoff import ComplexArray
+from nvhchain.handoff import ComplexArray, SolverRecord
 from nvhchain.runtime.threads import blas_threads, threads
 
 LEAST = 3_000_000
 """Entries of a matrix for which a separate thread pays; limiting its BLAS to one thread takes a few milliseconds."""
-
-
-@dataclass(frozen=True)
-class SolverRecord:
-    """Record of the solution of systems.
-
-    Parameters
-    ----------
-    solvers : tuple of str
-        Solvers used, of `direct`, `iterative` and `compressed`.
-    residual : float
-        Largest residual after iteration, relative to its right-hand side; 0 without iteration.
-    tolerance : float
-        Requested residual; 0 without iteration.
-    condition : float
-        Smallest reciprocal condition number of a factorised matrix; 1 without factorisation.
-    """
-
-    solvers: tuple[str, ...] = ()
-    residual: float = 0.0
-    tolerance: float = 0.0
-    condition: float = 1.0
-
-    def __add__(self, other: SolverRecord) -> SolverRecord:
-        return SolverRecord(
-            tuple(sorted({*self.solvers, *other.solvers})),
-            max(self.residual, other.residual),
-            max(self.tolerance, other.tolerance),
-            min(self.condition, other.condition),
-        )
-
-    @property
-    def provenance(self) -> dict[str, Any]:
-        """Entries for the provenance."""
-        told: dict[str, Any] = {"solver": ", ".join(self.solvers)} if self.solvers else {}
-        if self.tolerance:
-            told |= {"solver_tolerance": self.tolerance, "solver_residual": self.residual}
-        if self.condition < 1.0:
-            told["solver_reciprocal_condition"] = self.condition
-        return told
-
-    @classmethod
-    def of(cls, provenance: dict[str, Any]) -> SolverRecord:
-        """Return the record stored in `provenance`."""
-        return cls(
-            tuple(filter(None, provenance.get("solver", "").split(", "))),
-            provenance.get("solver_residual", 0.0),
-            provenance.get("solver_tolerance", 0.0),
-            provenance.get("solver_reciprocal_condition", 1.0),
-        )
 
 
 class Matrix(Protocol):

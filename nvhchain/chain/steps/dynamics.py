@@ -30,7 +30,6 @@ def bearing_forces(run: Run) -> BearingForces:
             contact_forces=_contact_forces(run),
             progress=progress,
         ),
-        remind=dynamics.remind,
     )
     return made
 

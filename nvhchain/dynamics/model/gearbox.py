@@ -506,6 +506,12 @@ class Gearbox:
         return replace(self, shafts=shafts)
 
     @property
+    def transmission_error_names(self) -> list[str]:
+        """Shafts between which transmission errors are taken: those of every mesh, then input and output."""
+        names = [f"{mesh.pinion_shaft}–{mesh.wheel_shaft}" for mesh in self.meshes]
+        return [*names, f"{self.input_shaft}–{self.output_shaft}"]
+
+    @property
     def bearing_positions(self) -> tuple[tuple[float, float, float], ...]:
         """Positions (x, y, z) of the bearings (m), on the axes of their shafts."""
         axes = {shaft.name: shaft.axis for shaft in self.shafts}

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
 from nvhchain.dynamics.time_loop.law_table import LawTable
 from nvhchain.dynamics.time_loop.simulation import Simulation
-from nvhchain.errors import require, warn_caller
-from nvhchain.handoff import FloatArray, IntArray
-
-Parted = dict[str, dict[str, float]]
-"""Mesh, as `pinion shaft–wheel shaft`: time without contact (s), time step (s), and `bent_ways` (0 or 1)."""
+from nvhchain.errors import InputError
+from nvhchain.handoff import FloatArray, ForceAccuracy, IntArray, warn_of
+from nvhchain.handoff.accuracy import CONTACT_LOSS
+from nvhchain.handoff.declared import Label
 
 ROUNDING = 1e-9
 """Interpolation error over the angle within the gap, relative to a law's largest force."""
@@ -31,14 +30,14 @@ def parted_flanks(
     back: FloatArray,
     phases: Callable[[IntArray], FloatArray],
     sample_time: float,
-) -> Parted:
-    """Return the meshes without contact at some samples, with the duration of contact loss.
+) -> ForceAccuracy:
+    """State the meshes without contact at some samples, with the duration of contact loss and the error it leaves.
 
     drive, back : (n, n_mesh) deflections (m) of drive and back flanks, with the sign of the laws.
     phases : function from sample indices (n_s,) to phases of the laws (n_s, n_mesh), in periods.
     sample_time : time between samples (s).
     """
-    found: Parted = {}
+    seconds: dict[str, float] = {}
     for row in np.flatnonzero(model.assembly.share > 0.0):
         mesh = model.assembly.mesh[row]
         of = model.assembly.gearbox.meshes[mesh]
@@ -51,10 +50,22 @@ def parted_flanks(
             back[maybe, mesh] > np.interp(place, nodes, behind) + APART
         )
         if free.any():
-            found[f"{of.pinion_shaft}–{of.wheel_shaft}"] = {
-                "seconds": float(free.sum() * sample_time), "time_step": model.step.step, "bent_ways": model.bent
-            }  # fmt: skip
-    return found
+            seconds[f"{of.pinion_shaft}–{of.wheel_shaft}"] = float(free.sum() * sample_time)
+    return stated_loss(seconds, model.step.step, model.bent)
+
+
+def stated_loss(seconds: Mapping[str, float], time_step: float, bent: bool) -> ForceAccuracy:
+    """State contact loss by mesh (s) under steps (s), with or without `bent_ways`."""
+    if not seconds:
+        return ForceAccuracy()
+    return ForceAccuracy(
+        parted=tuple(map(Label, seconds)),
+        parted_time=np.array(list(seconds.values())),
+        parted_error=ERROR[bent] * (time_step / 1e-5) ** 2,
+        time_step=time_step,
+        needed_step=HELD[bent],
+        needed_step_bent=None if bent else HELD[True],
+    )
 
 
 def gap_ends(table: LawTable, row: int) -> tuple[FloatArray, FloatArray]:
@@ -81,36 +92,13 @@ def gap_ends(table: LawTable, row: int) -> tuple[FloatArray, FloatArray]:
     return -edge(-grid[::-1], -force[:, ::-1]), edge(grid, force)
 
 
-def joined(parts: Sequence[Parted]) -> Parted:
-    """Return the contact loss of several pieces of one record, with the times added up."""
-    whole: Parted = {}
-    for part in parts:
-        for mesh, new in part.items():
-            before = whole[mesh]["seconds"] if mesh in whole else 0.0
-            whole[mesh] = new | {"seconds": before + new["seconds"]}
-    return whole
+def warn_or_refuse(stated: ForceAccuracy) -> None:
+    """Warn of the accuracy of a record.
 
-
-def check_parted(found: Parted) -> None:
-    """Warn of contact loss under steps longer than `HELD` (AccuracyWarning per mesh).
-
-    Raises InputError if the expected error reaches the peak force.
+    Raises InputError if the expected error of contact loss reaches the peak force.
     """
-    for mesh, of in found.items():
-        step, bent = of["time_step"], int(of["bent_ways"])
-        if step <= HELD[bent] * (1.0 + 1e-6):
-            continue
-        error = parted_error(of)
-        remedy = f"{1e6 * HELD[bent]:g} µs" + (not bent) * f", or {1e6 * HELD[True]:g} µs with bent_ways"
-        told = (
-            f"mesh {mesh}: its flanks part for {of['seconds']:.3g} s of the record. Steps of {1e6 * step:.3g} µs then "
-            f"leave errors of about {error:.1g} of the peak force, more where flanks under little load fly far: for "
-            f"1e-4 take a time_step of {remedy}, and halve it until the forces stay"
-        )
-        require(error < 1.0, f"{told}; at most {10 * ERROR[bent] ** -0.5:.3g} µs are taken")
-        warn_caller(told)
-
-
-def parted_error(of: dict[str, float]) -> float:
-    """Return the expected error of contact loss, relative to the peak force; it grows as the step squared."""
-    return ERROR[int(of["bent_ways"])] * (of["time_step"] / 1e-5) ** 2
+    if (stated.parted_error or 0.0) >= 1.0 and stated.time_step is not None:
+        told = next(doubt.text for doubt in stated.doubts() if doubt.kind == CONTACT_LOSS)
+        largest = stated.time_step * (stated.parted_error or 1.0) ** -0.5
+        raise InputError(f"{told}; at most {1e6 * largest:.3g} µs are taken")
+    warn_of(stated)

@@ -19,9 +19,8 @@ import numpy as np
 
 from nvhchain.conventions import Progress
 from nvhchain.dynamics.model.gearbox import Gearbox
-from nvhchain.dynamics.runs import contact_loss
-from nvhchain.dynamics.runs.contact_loss import check_parted
-from nvhchain.dynamics.runs.law_range import joined, warn_beyond_law
+from nvhchain.dynamics.runs.contact_loss import warn_or_refuse
+from nvhchain.dynamics.runs.law_range import joined
 from nvhchain.dynamics.runs.ramp import Operation
 from nvhchain.dynamics.runs.run_up_record import Sampled, record
 from nvhchain.dynamics.runs.speed_ramp import RunUp, Standing, prepare, samples, start
@@ -32,7 +31,7 @@ from nvhchain.files import hdf5
 from nvhchain.files.alone import alone_in
 from nvhchain.files.shelf import code_version, fingerprint
 from nvhchain.files.whole import in_memory, write_whole
-from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing
+from nvhchain.handoff import BearingForces, FloatArray, ForceAccuracy, MeshLaw, ReducedHousing
 from nvhchain.kinds import checked
 
 _log = logging.getLogger(__name__)
@@ -146,9 +145,7 @@ def record_run_up(
             _keep(folder, key, answers, at)
         written = follow(at, None).written
     paths = tuple(_path(folder, index) for index in range(written))
-    told = [hdf5.record(path)[1] for path in paths]
-    warn_beyond_law(joined([of.get("beyond_mesh_law", {}) for of in told]))
-    check_parted(contact_loss.joined([of.get("parted_flanks", {}) for of in told]))
+    warn_or_refuse(joined([hdf5.stated(path, BearingForces, ForceAccuracy) for path in paths]))
     return Recording(paths)
 
 
@@ -239,8 +236,9 @@ def _stamp(path: Path) -> tuple[int, int]:
 def _key_of(path: Path) -> str:
     """Return the key of the run whose samples `path` holds; empty if they are incomplete, or those of another file."""
     try:
-        provenance = hdf5.load(path, BearingForces).provenance
-        return str(provenance["key"]) if path.name == _path(path.parent, provenance["piece"]).name else ""
+        kind, history = hdf5.record(path)
+        is_own = kind == BearingForces.__name__ and path.name == _path(path.parent, history["piece"]).name
+        return str(history["key"]) if is_own else ""
     except (FileFormatError, KeyError, ValueError, TypeError):
         return ""
 

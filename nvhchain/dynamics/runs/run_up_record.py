@@ -10,8 +10,8 @@ import numpy as np
 
 from nvhchain.conventions import Progress
 from nvhchain.dynamics.model.gearbox import Gearbox
-from nvhchain.dynamics.runs.contact_loss import parted_flanks
-from nvhchain.dynamics.runs.law_range import marked, remind
+from nvhchain.dynamics.runs.contact_loss import parted_flanks, warn_or_refuse
+from nvhchain.dynamics.runs.law_range import excursions
 from nvhchain.dynamics.runs.ramp import Operation
 from nvhchain.dynamics.runs.speed_ramp import RunUp, prepare, samples, start
 from nvhchain.dynamics.time_loop.one_thread import on_one_thread
@@ -58,7 +58,7 @@ class Sampled:
 def record(
     run: RunUp, first: int, sampled: Sampled, mesh_laws: Sequence[MeshLaw], fidelity: DynamicsFidelity
 ) -> BearingForces:
-    """Return the hand-off of samples `first`, first + 1, … of a run, `marked`.
+    """Return the hand-off of samples `first`, first + 1, … of a run, with its accuracy.
 
     The hand-off takes over the arrays of `sampled`, which become read-only.
     """
@@ -83,7 +83,9 @@ def record(
         lambda at: run.turns(time[at])[:, None] / run.law_period + run.offset,
         run.sample_time,
     )
-    return marked(made, sampled.back, gearbox, mesh_laws, fidelity, parted)
+    beyond = excursions(gearbox, mesh_laws, made.mesh_deflection, sampled.back, fidelity)
+    named = {"transmission_errors": gearbox.transmission_error_names}
+    return made.replace(accuracy=beyond | parted, provenance=made.provenance | named)
 
 
 @checked
@@ -133,8 +135,8 @@ def run_up(
     frequencies from aliasing into the band up to f_max. Between f_max and half the sampling rate the record fades out.
     It is reproducible bit for bit on one machine.
 
-    If a recorded deflection leaves its mesh law, or flanks separate, there is an AccuracyWarning. The provenance then
-    holds `beyond_mesh_law` or `parted_flanks`.
+    If a recorded deflection leaves its mesh law, or flanks separate, there is an AccuracyWarning. The accuracy then
+    states `beyond_law` or `parted`.
     """
     return run_up_with_error(gearbox, mesh_laws, housing, progress=progress, **operation)[0]
 
@@ -180,5 +182,5 @@ def run_up_with_error(
         if progress:
             progress(standing.block, run.blocks)
     forces = record(run, 0, sampled, mesh_laws, operation["fidelity"])
-    remind(forces)
+    warn_or_refuse(forces.accuracy)
     return forces, sampled.lag.copy()

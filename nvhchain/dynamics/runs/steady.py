@@ -17,8 +17,8 @@ from nvhchain.dynamics.model.fluctuation import Drive, Fluctuation
 from nvhchain.dynamics.model.gearbox import Gearbox
 from nvhchain.dynamics.model.rigid_train import felt_at_input
 from nvhchain.dynamics.model.train import Train, train
-from nvhchain.dynamics.runs.contact_loss import parted_flanks
-from nvhchain.dynamics.runs.law_range import marked, remind
+from nvhchain.dynamics.runs.contact_loss import parted_flanks, warn_or_refuse
+from nvhchain.dynamics.runs.law_range import excursions
 from nvhchain.dynamics.runs.ramp import Ramp
 from nvhchain.dynamics.time_loop.mesh_levels import ContactForce
 from nvhchain.dynamics.time_loop.one_thread import on_one_thread
@@ -103,8 +103,8 @@ def bearing_forces(
     The step divides the common period exactly. The phase of every law is reduced in whole numbers, so that the record
     repeats to rounding.
 
-    If a deflection leaves its mesh law, or flanks separate, there is an AccuracyWarning. The provenance then holds
-    `beyond_mesh_law` or `parted_flanks`.
+    If a deflection leaves its mesh law, or flanks separate, there is an AccuracyWarning. The accuracy then states
+    `beyond_law` or `parted`.
     """
     require(
         isfinite(input_speed) and input_speed > 0,
@@ -170,8 +170,10 @@ def bearing_forces(
         output_lag=meshes[:, -1],
     )
     parted = parted_flanks(model, drive, back, cycle.phases_at, model.step.step)
-    made = marked(made, back, gearbox, mesh_laws, fidelity, parted)
-    remind(made)
+    accuracy = excursions(gearbox, mesh_laws, made.mesh_deflection, back, fidelity) | parted
+    named = {"transmission_errors": gearbox.transmission_error_names}
+    made = made.replace(accuracy=accuracy, provenance=made.provenance | named)
+    warn_or_refuse(made.accuracy)
     return made
 
 

@@ -8,18 +8,18 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from nvhchain.errors import require, warn_caller
+from nvhchain.errors import require
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fidelity import HousingFidelity
-from nvhchain.handoff import FloatArray, IntArray, ReducedHousing, Surface
+from nvhchain.handoff import FloatArray, HousingAccuracy, IntArray, ReducedHousing, Surface
 from nvhchain.housing.imported.repair import check_extent
 from nvhchain.housing.imported.seats import seat_rows
 from nvhchain.housing.imported.solid_model import warn
 from nvhchain.housing.modes.engine_plane import EnginePlane
-from nvhchain.housing.modes.truncation import RESIDUAL_MASS, truncation_error
-from nvhchain.housing.reduction import with_residual
+from nvhchain.housing.modes.truncation import truncation_error
+from nvhchain.housing.reduction import finished
 from nvhchain.housing.skin.envelope import outer_envelope
-from nvhchain.housing.skin.mapping_error import MAPPING_ERROR, skin_sources, stated_mapping_errors, warn_of_mapping
+from nvhchain.housing.skin.mapping_error import skin_sources, stated_mapping_errors
 from nvhchain.housing.skin.normal_motion import normal_motion
 from nvhchain.housing.skin.shell_sides import distinct, has_area, outward_sides, outward_skin
 from nvhchain.housing.skin.skin import Skin
@@ -92,7 +92,7 @@ def housing_from_modes(
     The skin moves by parabolas if the model has mid-edge nodes, as in `reduce_model`, else linearly between its
     corners. Modes above the limit move statically: they are the residual flexibility, φφᵀ/ω² each. Without residual
     vectors it is incomplete. The missing part of the seats' static flexibility is then estimated from the uppermost
-    octave: for a constant modal density all modes above it add as much. An AccuracyWarning and the provenance state
+    octave: for a constant modal density all modes above it add as much. An AccuracyWarning and the accuracy state
     this share.
     """
     require(
@@ -153,15 +153,9 @@ def housing_from_modes(
         "envelope": list(envelope.notes),
     }
     if residual_vectors:
-        provenance |= {"missing_flexibility": 0.0, RESIDUAL_MASS: (share @ share.T).tolist()}
+        accuracy = HousingAccuracy(missing_flexibility=0.0, residual_mass=(share @ share.T).reshape(count, 3, count, 3))
     else:
-        missing = missing_flexibility(frequency, model.shapes[:, seats])
-        provenance["missing_flexibility"] = missing
-        warn_caller(
-            f"{model.source}: modes to {frequency[-1]:.4g} Hz without residual vectors: about {100 * missing:.2g} % of "
-            "the static flexibility of the seats is left out; export residual vectors of unit forces at the seats, "
-            "more modes, or the solid model where that matters"
-        )
+        accuracy = HousingAccuracy(missing_flexibility=missing_flexibility(frequency, model.shapes[:, seats]))
     reduced = ReducedHousing(
         natural_frequency=frequency[keep],
         modal_damping=damping,
@@ -172,16 +166,15 @@ def housing_from_modes(
         names=tuple(positions),
         positions=model.nodes[seats],
         surface=envelope.surface,
+        accuracy=accuracy,
         provenance=provenance,
     )
     places, displaced = skin_sources(skin.nodes, facets, surface_size)
     flux = (skin.on_nodes(displaced) @ model.shapes.reshape(len(frequency), -1).T).T
-    provenance[MAPPING_ERROR] = stated_mapping_errors(reduced, places, flux[keep].T, (share @ flux[~keep]).T, f_max)
+    accuracy |= stated_mapping_errors(reduced, places, flux[keep].T, (share @ flux[~keep]).T, f_max)
     if residual_vectors:
-        provenance["truncation_error_db"] = truncation_error(reduced, f_max).level
-    reduced = reduced.replace(provenance=provenance)
-    warn_of_mapping(model.source, reduced, fidelity.mapping_tolerance_db)
-    return with_residual(reduced, fidelity)
+        accuracy |= HousingAccuracy(truncation_error_db=truncation_error(reduced, f_max).level)
+    return finished(reduced.replace(accuracy=accuracy), fidelity)
 
 
 def check_modes(model: ModalModel, f_max: float) -> None:

@@ -13,16 +13,15 @@ from nvhchain.errors import require, warn_caller
 from nvhchain.fem import rigid_map, stiffness_and_mass
 from nvhchain.fem.solid_model import RigidSet, SolidModel
 from nvhchain.fidelity import HousingFidelity
-from nvhchain.handoff import FloatArray, ReducedHousing, Surface
+from nvhchain.handoff import FloatArray, HousingAccuracy, ReducedHousing, Surface
 from nvhchain.housing.imported.mesh_resolution import resolution
 from nvhchain.housing.imported.repair import sound_mesh
 from nvhchain.housing.modes.damping import DampingCurve, check_modal_damping, damping_of_modes
 from nvhchain.housing.modes.engine_plane import EnginePlane
 from nvhchain.housing.modes.seat_modes import seat_modes
-from nvhchain.housing.modes.truncation import RESIDUAL_MASS
-from nvhchain.housing.reduction import accurate, with_residual
+from nvhchain.housing.reduction import accurate, finished
 from nvhchain.housing.skin.envelope import outer_envelope
-from nvhchain.housing.skin.mapping_error import MAPPING_ERROR, skin_sources, stated_mapping_errors, warn_of_mapping
+from nvhchain.housing.skin.mapping_error import skin_sources, stated_mapping_errors
 from nvhchain.housing.skin.normal_motion import normal_motion
 from nvhchain.housing.skin.skin import solid_skin
 
@@ -72,8 +71,8 @@ def reduce_model(
     Returns
     -------
     ReducedHousing
-        Reduced housing; its provenance lists repairs and the errors (dB) of truncation and of the mapping onto the
-        faces.
+        Reduced housing; its provenance lists repairs. Its accuracy states the errors (dB) of truncation and of the
+        mapping onto the faces.
 
     Raises
     ------
@@ -130,14 +129,13 @@ def reduce_model(
             names=tuple(seat.name for seat in seats),
             positions=np.array([seat.reference for seat in seats]),
             surface=envelope.surface,
-            provenance={RESIDUAL_MASS: modes.residual_mass.tolist()},
+            accuracy=HousingAccuracy(residual_mass=modes.residual_mass.reshape(count, 3, count, 3)),
         )
         errors = stated_mapping_errors(reduced, places, to_flux @ modes.shapes, to_flux @ modes.residual, f_max)
-        return replace(reduced, provenance={**reduced.provenance, MAPPING_ERROR: errors})
+        return reduced.replace(accuracy=reduced.accuracy | errors)
 
     reduced = accurate(reduce_to, f_max, fidelity)
     warn(rigid_motions(model, reduced.natural_frequency))
-    warn_of_mapping(model.source, reduced, fidelity.mapping_tolerance_db)
     report = {
         "stage": "housing.reduce_model",
         "source": model.source,
@@ -145,7 +143,7 @@ def reduce_model(
         "envelope": list(envelope.notes),
     }
     tell(_STEPS, _STEPS)
-    return with_residual(reduced.replace(provenance={**reduced.provenance, **report}), fidelity)
+    return finished(reduced.replace(provenance=report), fidelity)
 
 
 def rigid_motions(model: SolidModel, frequency: FloatArray) -> list[str]:

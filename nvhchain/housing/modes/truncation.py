@@ -15,13 +15,7 @@ import numpy as np
 import scipy.linalg
 
 from nvhchain.errors import InputError, SolverError, require
-from nvhchain.handoff import FloatArray, ReducedHousing
-
-RESIDUAL_MASS = "residual_mass"
-"""Key in the provenance of a reduced housing: ΨᵀMΨ (3 n_bearing, 3 n_bearing), kg m²/N²."""
-
-FREQUENCY_ERROR = "frequency_error"
-"""Key in the provenance of a reduced housing: relative excess of each natural frequency due to large elements."""
+from nvhchain.handoff import FloatArray, HousingAccuracy, ReducedHousing
 
 _JUDGED = 1 / 8
 """Lower limit of the judged three octaves over the upper band limit.
@@ -33,7 +27,7 @@ _LINES = 350
 """Number of frequencies of the RMS error, evenly spaced over these octaves."""
 
 _REPORTED = 4
-"""Number of lines, an octave apart, with an error in the provenance."""
+"""Number of lines, an octave apart, with a stated error."""
 
 _UNSEEN = 2.0
 """True error of the faces over the estimate from the Ritz vectors of the seats.
@@ -109,7 +103,7 @@ def truncation_error(housing: ReducedHousing, f_max: float, *, modes: int | None
     Raises
     ------
     InputError
-        If the housing has no residual mass in its provenance because it was reduced elsewhere.
+        If the housing has no residual mass in its accuracy because it was reduced elsewhere.
     """
     require(np.isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
     return _error(_everything(housing), len(housing.natural_frequency) if modes is None else modes, f_max)
@@ -141,17 +135,18 @@ def truncation_errors(housing: ReducedHousing, frequency: FloatArray, *, modes: 
     return _at_lines(everything, everything.count if modes is None else modes, np.asarray(frequency, dtype=float))
 
 
-def truncation_report(housing: ReducedHousing, f_max: float, *, modes: int | None = None) -> dict[str, Any]:
-    """Return the estimate for the provenance: dB over the octaves to f_max (Hz), and at lines of them.
+def truncation_report(housing: ReducedHousing, f_max: float, *, modes: int | None = None) -> HousingAccuracy:
+    """Return the estimate as an accuracy: dB over the octaves to f_max (Hz), and at lines of them.
 
     modes : number of kept modes, lowest first; all by default. The estimate is closer while the other modes are known.
     """
     lines = _reported(f_max)
     at = 20 * np.log10(1 + truncation_errors(housing, lines, modes=modes))
-    return {
-        "truncation_error_db": truncation_error(housing, f_max, modes=modes).level,
-        "truncation_error_at_db": {f"{f:.4g} Hz": float(level) for f, level in zip(lines, at, strict=True)},
-    }
+    return HousingAccuracy(
+        truncation_error_db=truncation_error(housing, f_max, modes=modes).level,
+        truncation_frequency=lines,
+        truncation_error_at_db=at,
+    )
 
 
 def worst_level(housing: ReducedHousing, f_max: float, *, modes: int | None = None) -> float:
@@ -188,9 +183,9 @@ def without_modes(housing: ReducedHousing, keep: int) -> ReducedHousing:
     share = (seats / omega2[:, None]).T
     at_seats = share @ seats
     mass = _residual_mass(housing) + (seats / omega2[:, None] ** 2).T @ seats
-    provenance = {**housing.provenance, RESIDUAL_MASS: mass.tolist()}
-    if FREQUENCY_ERROR in provenance:
-        provenance[FREQUENCY_ERROR] = provenance[FREQUENCY_ERROR][:keep]
+    accuracy = housing.accuracy.replace(residual_mass=mass.reshape(housing.seat_residual.shape))
+    if accuracy.frequency_error is not None:
+        accuracy = accuracy.replace(frequency_error=accuracy.frequency_error[:keep])
     return replace(
         housing,
         natural_frequency=housing.natural_frequency[:keep],
@@ -200,7 +195,7 @@ def without_modes(housing: ReducedHousing, keep: int) -> ReducedHousing:
         seat_residual=housing.seat_residual + ((at_seats + at_seats.T) / 2).reshape(housing.seat_residual.shape),
         face_residual=housing.face_residual
         + (share @ housing.normal_shapes[keep:]).reshape(housing.face_residual.shape),
-        provenance=provenance,
+        accuracy=accuracy,
     )
 
 
@@ -283,10 +278,10 @@ def _energies(modes: _Modes, keep: int, frequency: FloatArray) -> list[tuple[Flo
 
 
 def _residual_mass(housing: ReducedHousing) -> FloatArray:
-    stored = housing.provenance.get(RESIDUAL_MASS)
-    if stored is None:
+    stated = housing.accuracy.residual_mass
+    if stated is None:
         raise InputError(
-            f"the reduced housing carries no {RESIDUAL_MASS} in its provenance: its truncation error can be estimated "
-            "only where it was reduced"
+            "the reduced housing states no residual_mass in its accuracy: its truncation error can be estimated only "
+            "where it was reduced"
         )
-    return np.asarray(stored, dtype=float)
+    return stated.reshape(3 * len(housing.names), -1)

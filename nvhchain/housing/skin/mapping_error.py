@@ -11,12 +11,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from nvhchain.conventions import Air
-from nvhchain.errors import warn_caller
-from nvhchain.handoff import ComplexArray, FloatArray, IntArray, ReducedHousing, Surface
+from nvhchain.handoff import ComplexArray, FloatArray, HousingAccuracy, IntArray, ReducedHousing, Surface
 from nvhchain.housing.modes.response import face_displacement, modal_displacement
-
-MAPPING_ERROR = "mapping_error_db"
-"""Key in the provenance of a reduced housing: frequency → error in dB."""
 
 _CELL = 0.25
 """Edge of the cells that gather the skin's sources, over that of a radiating face.
@@ -102,30 +98,20 @@ def mapping_error(
 
 def stated_mapping_errors(
     reduced: ReducedHousing, places: FloatArray, flux_shapes: FloatArray, flux_residual: FloatArray, f_max: float
-) -> dict[str, float]:
+) -> HousingAccuracy:
     """Return the errors (dB) at some frequencies to f_max (Hz), for unit forces at the seats one after the other.
 
     places : (c, 3) m of the skin's sources.
     flux_shapes, flux_residual : (c, n_mode) and (c, 3 n_bearing), volume that the skin displaces there in every mode
         and residual motion.
     """
-    result = {}
+    lines, stated = np.geomspace(f_max / 8, f_max, _FREQUENCIES), []
     load = np.eye(3 * len(reduced.names), dtype=complex)
-    for frequency in np.geomspace(f_max / 8, f_max, _FREQUENCIES):
-        lines, rate = np.full(len(load), frequency), 2j * np.pi * frequency
+    for frequency in lines:
+        alike, rate = np.full(len(load), frequency), 2j * np.pi * frequency
         gain = reduced.residual_gain()
-        skin = modal_displacement(reduced, lines, load) @ flux_shapes.T + gain * load @ flux_residual.T
-        faces = face_displacement(reduced, lines, load)
+        skin = modal_displacement(reduced, alike, load) @ flux_shapes.T + gain * load @ flux_residual.T
+        faces = face_displacement(reduced, alike, load)
         error = mapping_error(rate * skin.T, places, rate * faces.T, reduced.surface, float(frequency))
-        result[f"{frequency:.4g} Hz"] = round(error, 3)
-    return result
-
-
-def warn_of_mapping(source: str, housing: ReducedHousing, tolerance: float) -> None:
-    """Warn of a stated mapping error above the tolerance (dB)."""
-    worst = max(housing.provenance.get(MAPPING_ERROR, {}).values(), key=abs, default=0.0)
-    if abs(worst) > tolerance:
-        warn_caller(
-            f"{source}: the radiating faces miss the sound power of the skin by {worst:+.2g} dB, {tolerance:g} dB are "
-            "tolerated: use smaller faces"
-        )
+        stated.append(round(error, 3))
+    return HousingAccuracy(mapping_frequency=lines, mapping_error_db=np.array(stated))

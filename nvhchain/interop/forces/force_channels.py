@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import isfinite
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -240,6 +240,9 @@ def to_bearing_forces(
         table = pressed.reshape(len(time), -1, 3)
         speed = PchipInterpolator(recorded, speed)(time)  # a filter would swing below standstill
         of_meshes = dict(zip(of_meshes, parts, strict=True))
+    recorded_too: dict[str, Any] = {
+        name: values[:, 0] if name == "output_lag" else values for name, values in of_meshes.items()
+    }
     return BearingForces(
         time=time,
         force=table,
@@ -248,7 +251,7 @@ def to_bearing_forces(
         input_speed=speed,
         periodic=channels.periodic,
         provenance={"source": record.source, "resampled": channels.resample_rate},
-        **{name: values[:, 0] if name == "output_lag" else values for name, values in of_meshes.items()},
+        **recorded_too,
     )
 
 

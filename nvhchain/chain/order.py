@@ -17,7 +17,7 @@ from nvhchain.chain import steps, supplied
 from nvhchain.chain.result import Result
 from nvhchain.chain.running import Run
 from nvhchain.dynamics import Recording
-from nvhchain.errors import InputError
+from nvhchain.errors import InputError, concerning
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.files.hdf5 import writable_folder
 from nvhchain.files.shelf import Shelf, Unwatched, Watcher
@@ -92,10 +92,11 @@ def run(
         table.SURFACE_VELOCITY: surface_velocity,
         table.TRANSFER_VECTORS: transfer_vectors,
     }
-    started = _started(case, fidelity, handed_in, out, operators, executor, watcher)
-    for step in started.scene.steps:
-        started.hand_offs[step] = steps.MADE_BY[step](started)
-    supplied.warn(started)  # now that nothing was refused
+    with concerning(case.name):
+        started = _started(case, fidelity, handed_in, out, operators, executor, watcher)
+        for step in started.scene.steps:
+            started.hand_offs[step] = steps.MADE_BY[step](started)
+        supplied.warn(started)  # now that nothing was refused
     made = {step.name: hand_off for step, hand_off in started.hand_offs.items()}
     return Result(case, fidelity, **made, supplied=tuple(started.scene.supplied))
 
@@ -126,11 +127,12 @@ def record(
         table.HOUSING: housing,
     }
     forces_alone = replace(case, quantities=("bearing_forces",))
-    started = _started(forces_alone, fidelity, handed_in, out, operators, executor, watcher, in_files=True)
-    for step in started.scene.steps:
-        if step is not table.BEARING_FORCES:
-            started.hand_offs[step] = steps.MADE_BY[step](started)
-    return steps.recording(started, Path(out) / "bearing_forces")
+    with concerning(case.name):
+        started = _started(forces_alone, fidelity, handed_in, out, operators, executor, watcher, in_files=True)
+        for step in started.scene.steps:
+            if step is not table.BEARING_FORCES:
+                started.hand_offs[step] = steps.MADE_BY[step](started)
+        return steps.recording(started, Path(out) / "bearing_forces")
 
 
 def _started(

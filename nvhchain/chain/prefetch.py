@@ -16,6 +16,7 @@ from threading import Thread
 from nvhchain.case import Case, GearboxCase
 from nvhchain.chain import steps
 from nvhchain.chain.running import Run
+from nvhchain.errors import concerning
 from nvhchain.fidelity import Fidelity
 from nvhchain.files.hdf5 import writable_folder
 from nvhchain.files.shelf import Shelf, Unwatched, Watcher
@@ -68,7 +69,8 @@ def operators_ahead(
     with _laws_under_way(gearboxes, fidelity, operators):
         with blas_threads(1):
             for case in gearboxes:
-                steps.reduced_housing(Run(Scene(case, fidelity), shared=Shelf(operators, _OnlyComputed(watcher))))
+                with concerning(case.name):
+                    steps.reduced_housing(Run(Scene(case, fidelity), shared=Shelf(operators, _OnlyComputed(watcher))))
         for case in gearboxes:
             steps.compile_kernels(case, fidelity)
         yield

@@ -11,9 +11,10 @@ from typing import Any
 
 from nvhchain.cli.arguments import parser
 from nvhchain.cli.console import Console, standard_streams
+from nvhchain.cli.doubts import in_lines
 from nvhchain.cli.output import show
 from nvhchain.cli.termination import Terminated, termination_interrupts
-from nvhchain.errors import InputError, Mistakes, SolverError
+from nvhchain.errors import AccuracyWarning, InputError, Mistakes, SolverError
 
 __all__ = ["Console", "main", "parser"]
 
@@ -77,17 +78,34 @@ def _check_environment() -> None:
 
 @contextmanager
 def _warnings_shown() -> Iterator[None]:
-    """Show warnings as one line each, despite `python -W error`, which would also stop at those of other packages."""
+    """Show warnings as one line each, those of accuracy at the end, one line of each kind (`in_lines`).
+
+    They are shown despite `python -W error`, which would also stop at those of other packages.
+    """
+    doubts: list[AccuracyWarning] = []
+
+    def tell(message: Warning | str, *_: Any, **__: Any) -> None:
+        if isinstance(message, AccuracyWarning):
+            doubts.append(message)
+        else:
+            _warn(message)
+
     with warnings.catch_warnings():
         if any(action == "error" for action, *_ in warnings.filters):
             warnings.resetwarnings()
             for category in (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning):
                 warnings.simplefilter("ignore", category)
-        warnings.showwarning = _warn
-        yield
+        if not sys.warnoptions:
+            warnings.simplefilter("always", AccuracyWarning)
+        warnings.showwarning = tell
+        try:
+            yield
+        finally:
+            for line in in_lines(doubts):
+                _warn(line)
 
 
-def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
+def _warn(message: Warning | str) -> None:
     """Print a warning in one line."""
     show(f"nvhchain: {' '.join(str(message).split())}", error=True)
 

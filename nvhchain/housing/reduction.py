@@ -187,7 +187,7 @@ def check_bending_resolution(casting: Casting, f_max: float, fidelity: HousingFi
         f"f_max to {usable:.4g} Hz"
     )
     require(count >= _FEWEST * least, message)
-    warn_caller(f"{message}, up to which the mesh is valid")
+    warn_caller(f"{message}, up to which the mesh is valid", kind="mesh coarse for bending waves")
 
 
 def check_thin_walls(casting: Casting, fidelity: HousingFidelity) -> None:
@@ -196,7 +196,7 @@ def check_thin_walls(casting: Casting, fidelity: HousingFidelity) -> None:
     stiff = stiffening(fidelity.element_size / wall)
     if stiff:
         size = f"housing elements of {1e3 * fidelity.element_size:g} mm in walls of {1e3 * wall:.3g} mm"
-        warn_caller(f"{size} are {stiff}")
+        warn_caller(f"{size} are {stiff}", kind="elements stiff in thin walls")
 
 
 def bending_wavelength(casting: Casting, frequency: float) -> float:

@@ -16,6 +16,7 @@ from nvhchain.handoff import (
     BearingForces,
     Directivity,
     FieldPressure,
+    ForceAccuracy,
     ForceSpectrum,
     LoadDistribution,
     MeshLaw,
@@ -27,8 +28,11 @@ from nvhchain.handoff import (
     ReducedHousing,
     RigidPlane,
     SolvedBand,
+    SolverRecord,
+    SoundAccuracy,
     SoundPower,
     Surface,
+    SurfaceAccuracy,
     SurfacePressure,
     SurfaceVelocity,
     TransferVectors,
@@ -75,7 +79,19 @@ EXAMPLES = [
     RadiationEfficiency([50.0], [0.3], 261.8),
     Directivity([50.0], [[0.0, 0, 5]], [[-3.0]], 261.8),
     SolvedBand([50.0, 60.0], np.full((2, 6), 1 + 2j), [2, 3]),
-    FieldPressure([50.0, 60.0], [[0.0, 0, 5]], [[1 + 1j], [2 - 1j]], 261.8),
+    SURFACE.replace(accuracy=SurfaceAccuracy(0.01)),
+    TransferVectors(
+        [50.0], [[0.0, 0, 5]], np.full((1, 1, 4), 2 + 1j), SURFACE.replace(accuracy=SurfaceAccuracy(0.01)),
+        Air(340.0, 1.2), accuracy=SoundAccuracy(expected_error_db=0.3, deciding_points=7, radiation="rayleigh"),
+    ),
+    BearingForces(
+        [0.0, 1.0, 2.0], np.ones((3, 1, 3)), ("A1",), [[0.0, 0, 0]], 1.0,
+        accuracy=ForceAccuracy(("A–B", "A–B"), [0.0, 1.0], [2.0, 3.0], [1.0, 1.0], [2.0, 2.0]),
+    ),
+    SolvedBand([50.0, 60.0], np.full((2, 6), 1 + 2j), [2, 3], SolverRecord(("direct",), condition=0.1)),
+    FieldPressure(
+        [50.0, 60.0], [[0.0, 0, 5]], [[1 + 1j], [2 - 1j]], 261.8, SoundAccuracy(interpolation_error=[0.01])
+    ),
 ]  # fmt: skip
 
 
@@ -89,6 +105,17 @@ def test_round_trip_keeps_content_and_provenance(tmp_path, example):
     loaded = hdf5.load(hdf5.save(example, tmp_path / "x.h5"), type(example))
     assert loaded.content_hash == example.content_hash
     assert loaded.provenance == example.provenance
+
+
+def test_accuracy_is_stored_as_a_group_with_units(tmp_path):
+    path = hdf5.save(EXAMPLES[-1], tmp_path / "p.h5")
+    with h5py.File(path) as file:
+        stated = file["accuracy"]
+        assert stated.attrs["kind"] == "SoundAccuracy"
+        assert stated["interpolation_error"].attrs["units"] == "1"
+        assert stated["interpolation_error"][()].tolist() == [0.01]
+    assert hdf5.stated(path, FieldPressure, SoundAccuracy) == EXAMPLES[-1].accuracy
+    assert EXAMPLES[-1].to_xarray().interpolation_error.dims == ("point",)
 
 
 def test_complex_arrays_are_stored_as_labelled_real_pairs_with_units(tmp_path):

@@ -14,7 +14,8 @@ import pytest
 
 from nvhchain import DRAFT
 from nvhchain.errors import AccuracyWarning, InputError
-from nvhchain.files.shelf import Shelf, fingerprint
+from nvhchain.files import hdf5
+from nvhchain.files.shelf import Shelf, code_version, fingerprint, made_as
 from nvhchain.handoff import FieldPressure, SoundAccuracy
 
 
@@ -57,6 +58,42 @@ def test_what_is_found_repeats_the_warnings_of_its_making(tmp_path):
     with pytest.warns(AccuracyWarning, match="0.1 element edges from the surface") as found:
         ask()
     assert found[0].message.about == ("pressure",)
+
+
+def test_a_stale_statement_of_accuracy_reaches_nothing_that_follows(tmp_path):
+    """Three steps of a run: vectors whose file states another accuracy than before are vectors of their own."""
+    made = []
+
+    def step(name, *inputs, accuracy):
+        def compute(progress):
+            made.append(name)
+            return FieldPressure([50.0], [[0.0, 0, 1]], [[1.0]], accuracy=accuracy(*inputs))
+
+        return Shelf(tmp_path).stage(name, FieldPressure, "acoustics", inputs, compute, fidelity=None)
+
+    def run():
+        vectors = step("vectors", 1.0, accuracy=lambda _: SoundAccuracy(expected_error_db=0.1))
+        heard = step("heard", vectors, accuracy=lambda of: of.accuracy | SoundAccuracy(cancellation_error_db=0.5))
+        return step("band", heard, accuracy=lambda of: of.accuracy)
+
+    first = run()
+    assert (run().content_hash, made) == (first.content_hash, ["vectors", "heard", "band"])
+    kept = hdf5.load(tmp_path / "vectors.h5")
+    hdf5.save(kept.replace(accuracy=SoundAccuracy(expected_error_db=2.0)), tmp_path / "vectors.h5")
+    assert made_as(hdf5.load(tmp_path / "vectors.h5")) == made_as(kept)
+    later = run()
+    assert made == ["vectors", "heard", "band", "heard", "band"]
+    assert later.accuracy == SoundAccuracy(expected_error_db=2.0, cancellation_error_db=0.5)
+
+
+def test_results_in_files_of_another_form_are_computed_again(counted, monkeypatch):
+    run, calls, _ = counted
+    run(1.0)
+    monkeypatch.setattr(hdf5, "SCHEMA_VERSION", hdf5.SCHEMA_VERSION + 1)
+    code_version.cache_clear()
+    run(1.0)
+    code_version.cache_clear()
+    assert len(calls) == 2
 
 
 def test_changed_inputs_and_fidelity_are_computed_again(counted):

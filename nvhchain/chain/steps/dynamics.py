@@ -10,6 +10,7 @@ from typing import Any
 
 from nvhchain import dynamics, gear
 from nvhchain.chain.running import Run
+from nvhchain.errors import concerning
 from nvhchain.handoff import BearingForces
 from nvhchain.scene.steps import BEARING_FORCES, LOAD_DISTRIBUTIONS, MESH_LAWS
 
@@ -38,16 +39,17 @@ def recording(run: Run, folder: Path) -> dynamics.Recording:
     """Bearing forces of a run-up of any length in files of `folder`; a stopped recording is continued."""
     name, watcher = BEARING_FORCES.file_of(), run.spine.watcher
     watcher.begin(name)
-    made = dynamics.record_run_up(
-        _gearbox(run),
-        run[MESH_LAWS],
-        run.housing_in_loop,
-        folder=folder,
-        progress=partial(watcher.step, name),
-        fidelity=run.fidelity.dynamics,
-        contact_forces=_contact_forces(run),
-        **_operation(run),
-    )
+    with concerning(name):
+        made = dynamics.record_run_up(
+            _gearbox(run),
+            run[MESH_LAWS],
+            run.housing_in_loop,
+            folder=folder,
+            progress=partial(watcher.step, name),
+            fidelity=run.fidelity.dynamics,
+            contact_forces=_contact_forces(run),
+            **_operation(run),
+        )
     watcher.end(name, "computed")
     return made
 

@@ -180,7 +180,10 @@ def pair_compliances(
             blank = body.blank
             if blank.web is not None or blank.cutouts is not None or isinstance(blank, VolumeMesh):
                 message = f"the {name}'s blank counts as solid but for the twist of a web: analytic bodies know no rim"
-                warn_caller(f"{message} that bends, no openings and no foreign meshes; take bodies = 'elements'")
+                warn_caller(
+                    f"{message} that bends, no openings and no foreign meshes; take bodies = 'elements'",
+                    kind="analytic bodies",
+                )
         return slice_compliance(pair.pinion), slice_compliance(pair.wheel)
     reach, first = engaged_reach(pair, fidelity.corner_gap), pair.pinion.sector
     teeth = first + pair.wheel.sector

@@ -2,7 +2,7 @@
 
 `fidelity-table`: every knob of `nvhchain.fidelity` with the values of all presets.
 `case-tables`: every field of the case classes, down through the nested ones.  `unit-table`: unit suffixes of keys.
-`handoff-tables`: every field of the hand-offs.
+`handoff-tables`: every field of the hand-offs.  `accuracy-tables`: every field of their accuracies.
 """
 
 import dataclasses
@@ -16,7 +16,7 @@ from sphinx.util.docutils import SphinxDirective
 
 from nvhchain import case, dimensions
 from nvhchain.fidelity import PRESETS, declared
-from nvhchain.handoff import HAND_OFFS
+from nvhchain.handoff import ACCURACIES, HAND_OFFS
 
 
 def meanings(cls):
@@ -169,23 +169,32 @@ class UnitTable(SphinxDirective):
         return [table(["suffix", "of fields in", "factor to SI"], rows)]
 
 
-class HandOffTables(SphinxDirective):
-    """One section per hand-off, one row per field."""
+class DeclaredTables(SphinxDirective):
+    """One section per class of declared fields, one row per field."""
+
+    classes, anchor = HAND_OFFS, "handoff"
 
     def run(self):
         result = []
-        for name, cls in sorted(HAND_OFFS.items()):
+        for name, cls in sorted(self.classes.items()):
             self.env.note_dependency(sys.modules[cls.__module__].__file__)
             rows = [[q.name, q.kind_name, ", ".join(q.dims), q.unit, q.meaning] for q in cls.declared.values()]
             about = nodes.paragraph(text=cls.__doc__.split("\n\n")[0])
             body = table(["field", "kind", "axes", "unit", "meaning"], rows)
-            result.append(section(name, f"handoff-{name.lower()}", about, body))
+            result.append(section(name, f"{self.anchor}-{name.lower()}", about, body))
         return result
+
+
+class AccuracyTables(DeclaredTables):
+    """The same of the kinds of accuracy."""
+
+    classes, anchor = ACCURACIES, "accuracy"
 
 
 def setup(app):
     app.add_directive("fidelity-table", FidelityTable)
     app.add_directive("case-tables", CaseTables)
     app.add_directive("unit-table", UnitTable)
-    app.add_directive("handoff-tables", HandOffTables)
+    app.add_directive("handoff-tables", DeclaredTables)
+    app.add_directive("accuracy-tables", AccuracyTables)
     return {"parallel_read_safe": True}

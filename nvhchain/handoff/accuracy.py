@@ -213,6 +213,7 @@ class SoundAccuracy(Accuracy):
     )
     quadrature_error: float | None = value("1", "error of the quadrature, on the surface", default=None)
     asked_quadrature_error: float | None = value("1", "error of the quadrature asked for", default=None)
+    fair_singular_order: int | None = value("1", "least singular_order; stated where it is lower", default=None)
     solver_error_db: float | None = value("dB", "part of the expected error from the solver", default=None)
     # resonances of air in openings
     resonance_shift: float | None = value(
@@ -311,12 +312,14 @@ class SoundAccuracy(Accuracy):
                 "element to the next; refine the mesh near it or move it away",
             )
         if _exceeds(self.quadrature_error, self.asked_quadrature_error):
+            cause = "needles, sharp edges or thin gaps of the mesh leave"
+            remedy = "make triangles less slender, raise singular_order and gap_halvings, or use engine fused"
+            if self.fair_singular_order is not None:
+                cause, remedy = "too low a singular_order leaves", f"raise it to {self.fair_singular_order} or more"
             yield Doubt(
                 "quadrature",
-                f"needles, sharp edges or thin gaps of the mesh, or a low singular_order, leave a relative quadrature "
-                f"error of {self.quadrature_error:.2g} on the surface, {self.asked_quadrature_error:g} asked, and "
-                "pressures there err by several times as much: make triangles less slender, raise singular_order and "
-                "gap_halvings, or use engine fused",
+                f"{cause} a relative quadrature error of {self.quadrature_error:.2g} on the surface, "
+                f"{self.asked_quadrature_error:g} asked, and pressures there err by several times as much: {remedy}",
             )
 
     def _of_resonances(self) -> Iterator[Doubt]:

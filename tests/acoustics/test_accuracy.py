@@ -217,7 +217,10 @@ def exact_ball(air):
 @pytest.mark.parametrize(
     ("knobs", "warned"),
     [
-        ({"singular_order": 1}, r"singular_order = 1 leaves a relative quadrature error of 0\.0\d+ .* raise it to 3"),
+        (
+            {"singular_order": 1},
+            r"low a singular_order leaves a relative quadrature error of 0\.0\d+ .* raise it to 3",
+        ),
         ({"solver": "compressed", "compression_error": 1e-2, "solver_residual": 1e-3}, None),
         ({"solver": "iterative", "solver_residual": 1e-2}, None),
     ],

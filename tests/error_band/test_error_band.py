@@ -360,8 +360,8 @@ def test_forces_are_open_where_modes_were_left_out_without_their_statics(case, h
 
 
 def test_the_quadrature_error_that_transfer_vectors_tell_widens_the_band(case, parts):
-    surface, told = sphere(0.1, 1), {"expected_error_db": 0.1, "quadrature_error": 0.05}
-    plain = radiation_error(surface, LINES, case, DRAFT.acoustics, {"expected_error_db": 0.1})
+    surface, told = sphere(0.1, 1), SoundAccuracy(expected_error_db=0.1, quadrature_error=0.05)
+    plain = radiation_error(surface, LINES, case, DRAFT.acoustics, SoundAccuracy(expected_error_db=0.1))
     assert set(plain) == {"surface mesh"}
     made = radiation_error(surface, LINES, case, DRAFT.acoustics, told)
     assert COVERAGE * made["quadrature"] == pytest.approx(np.full((len(LINES), 1), 8 * 0.05))
@@ -373,7 +373,7 @@ def test_a_cheap_level_of_radiation_is_less_certain_the_smaller_the_body_is_agai
     for radiation in ("rayleigh", "equivalent_radiated_power"):
         cheap = replace(DRAFT, acoustics=replace(DRAFT.acoustics, radiation=radiation))
         made = error_band(case, cheap, pressure, velocity)
-        relative = (made.sources.radiation / made.pressure)[:, 0]
+        relative = (made.sources["radiation"] / made.pressure)[:, 0]
         for line, found in zip(LINES, relative, strict=True):
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", AccuracyWarning)

@@ -9,9 +9,10 @@ import pytest
 import xarray
 
 from nvhchain.conventions import Air
-from nvhchain.errors import FileFormatError, InputError
+from nvhchain.errors import AccuracyWarning, FileFormatError, InputError
 from nvhchain.files import hdf5
 from nvhchain.handoff import (
+    ACCURACIES,
     HAND_OFFS,
     BearingForces,
     Directivity,
@@ -188,6 +189,18 @@ def test_a_hand_off_of_the_documentation_is_complete_by_its_declarations(tmp_pat
         intensity.replace(intensity=np.ones((3, 1, 3)))
     assert "intensity : array of float (frequency, point, axis), W/m2" in names["FieldIntensity"].__doc__
     assert names["ComplexIntensity"](again.frequency, again.points, again.intensity).reactive is None
+
+
+def test_an_accuracy_of_the_documentation_is_complete_by_its_declarations(tmp_path, monkeypatch):
+    page = Path(__file__).parents[2] / "docs" / "developers" / "add_an_accuracy_field.md"
+    names: dict = {"__name__": "example"}
+    monkeypatch.setitem(HAND_OFFS, "MeasuredIntensity", None)
+    monkeypatch.setitem(ACCURACIES, "IntensityAccuracy", None)
+    blocks = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.S)
+    with pytest.warns(AccuracyWarning, match=r"differ by 0\.1 rad, 0\.02 asked: calibrate them"):
+        exec("\n".join(blocks), names)
+    made = names["made"]
+    assert hdf5.load(hdf5.save(made, tmp_path / "i.h5"), type(made)).accuracy == made.accuracy
 
 
 def test_truncated_file_is_refused(tmp_path):

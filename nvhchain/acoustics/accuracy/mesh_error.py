@@ -303,7 +303,7 @@ def mean_square_angle(surface: Surface) -> float:
 
 def _quadrature_accuracy(surface: Surface, fidelity: AcousticsFidelity, engine: Engine) -> SoundAccuracy:
     """Return the closure error for needles, unresolved gaps or a too low `singular_order`; else nothing."""
-    from nvhchain.acoustics.fused.closure_check import TOGETHER, gap_cost, suspect_error
+    from nvhchain.acoustics.fused.closure_check import FAIR_ORDER, TOGETHER, gap_cost, suspect_error
 
     rules = engine.rules(fidelity)
     narrow, width, needles, seconds, once = gap_cost(surface, fidelity)
@@ -323,7 +323,11 @@ def _quadrature_accuracy(surface: Surface, fidelity: AcousticsFidelity, engine: 
     error = max((error for error in found if error is not None), default=None)
     if error is None:
         return SoundAccuracy()
-    return SoundAccuracy(quadrature_error=error, asked_quadrature_error=fidelity.quadrature_error)
+    return SoundAccuracy(
+        quadrature_error=error,
+        asked_quadrature_error=fidelity.quadrature_error,
+        fair_singular_order=FAIR_ORDER if rules.singular_order < FAIR_ORDER else None,
+    )
 
 
 def _decibel(relative_error: float) -> float:

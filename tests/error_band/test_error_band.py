@@ -33,7 +33,7 @@ from nvhchain.error_band.radiation import level_error, radiation_error
 from nvhchain.error_band.resonances import force_change
 from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.fidelity import DRAFT, STANDARD
-from nvhchain.handoff import ForceSpectrum, HousingAccuracy, PressureHistory
+from nvhchain.handoff import ForceSpectrum, HousingAccuracy, PressureHistory, SoundAccuracy
 from nvhchain.housing import respond, truncation_errors
 from nvhchain.levels import decibel, overall_power, power_level
 from nvhchain.report.limits import limits

@@ -444,7 +444,7 @@ class ExteriorProblem:
         points: FloatArray | None = None,
         rows: tuple[ComplexArray, ...] = (),
     ) -> tuple[ComplexArray, SoundAccuracy, SolverRecord]:
-        """Return values at all frequencies, their accuracy and solver record; `rows` holds input per frequency."""
+        """Return values of a quantity at all frequencies, accuracy and solver record; `rows` is input per frequency."""
         kept, columns = quantity.memory(len(frequency))
         task = check_memory(self.surface, len(frequency), kept, columns, self.engine, self.fidelity, work.executor)
         expected = self.accuracy(float(frequency[-1]), points)

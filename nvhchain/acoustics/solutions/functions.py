@@ -463,9 +463,8 @@ def adaptive_radiation_resistance(
     Notes
     -----
     The error of a column is the 2-norm of its waves' error relative to that of its waves, the worst of the columns.
-    `choose_masters` adds masters and tests them. The accuracy states the same as that of
-    `adaptive_transfer_vectors` (`estimated_error_db`, `tested_error_db`, `missed_width`). Combinations of columns that
-    cancel have larger errors,
+    `choose_masters` adds masters and tests them. The accuracy states the same as that of `adaptive_transfer_vectors`
+    (`estimated_error_db`, `tested_error_db`, `missed_width`). Combinations of columns that cancel have larger errors,
     which `waves_power` states.
     """
     surface, found = motion.surface, engine_named(engine)

@@ -186,14 +186,14 @@ def test_files_as_they_were_left_are_not_read_again(make_gearbox, make_laws, tmp
     given = ramp(duration=0.1, fidelity=DynamicsFidelity(2e-5)) | {"folder": tmp_path}
     with pytest.raises(Stop):
         record_run_up(gearbox, laws, None, **given, progress=stopped_after(7))
-    read, load = [], hdf5.load
-    monkeypatch.setattr(recording.hdf5, "load", lambda path, kind: read.append(path.name) or load(path, kind))
+    read, look = [], hdf5.record
+    monkeypatch.setattr(hdf5, "record", lambda path: read.append(path.name) or look(path))
     with pytest.raises(Stop):
         record_run_up(gearbox, laws, None, **given, progress=stopped_after(8))
     assert read == []
     os.utime(tmp_path / "forces-00001.h5", ns=(0, 0))
-    record_run_up(gearbox, laws, None, **given)
-    assert read == ["forces-00001.h5"]
+    made = record_run_up(gearbox, laws, None, **given)
+    assert read == ["forces-00001.h5", *(path.name for path in made.paths)]  # at the end, for what they state
 
 
 def test_an_hour_in_memory_is_refused_with_a_remedy(make_gearbox, make_laws):

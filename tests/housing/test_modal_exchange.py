@@ -8,6 +8,7 @@ import pytest
 from nvhchain.errors import FileFormatError, InputError
 from nvhchain.fem.faces import boundary_faces
 from nvhchain.fem.solid_model import CORNERS
+from nvhchain.handoff import HousingAccuracy
 from nvhchain.housing import EnginePlane, exported_modes, housing_from_modes
 from nvhchain.housing.imported.modal_results import modal_skin
 from nvhchain.housing.imported.repair import sound_mesh
@@ -66,6 +67,7 @@ def test_vertices_of_a_housing_that_moves_rigidly_keep_its_motion(reduced):
         normal_shapes=(reduced.surface.normals @ motion)[None],
         seat_residual=np.zeros_like(reduced.seat_residual),
         face_residual=np.zeros_like(reduced.face_residual),
+        accuracy=HousingAccuracy(),
     )
     model = exported_modes(rigid)
     assert len(model.frequency) == 1
@@ -88,6 +90,7 @@ def test_housing_without_modes_and_residual_is_not_written(reduced):
         normal_shapes=reduced.normal_shapes[:0],
         seat_residual=np.zeros_like(reduced.seat_residual),
         face_residual=np.zeros_like(reduced.face_residual),
+        accuracy=HousingAccuracy(),
     )
     with pytest.raises(InputError, match="neither modes nor residual flexibility"):
         exported_modes(nothing)

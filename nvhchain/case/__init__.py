@@ -1,4 +1,4 @@
-"""A case file (TOML) → a frozen, validated case: what is asked, never how accurately."""
+"""Case files (TOML) as frozen, validated cases: the question, not its accuracy."""
 
 from nvhchain.case.asked import HEARD, RADIATED, Band, FieldPoint, Operation, Quantity, Ramp, TorqueRamp
 from nvhchain.case.blank_mesh import Mesh

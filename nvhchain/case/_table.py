@@ -1,4 +1,4 @@
-"""Plain tables (parsed TOML) → frozen dataclasses, by field name, with units in the key.
+"""Conversion of plain tables (parsed TOML) to frozen dataclasses, by field name, with units in the key.
 
 A key may end in a unit: `face_width_mm = 22` fills the field `face_width` with 0.022 m. Without a unit it is SI.
 """
@@ -23,8 +23,8 @@ T = TypeVar("T")
 def build(cls: type[T], table: Any, path: str) -> T:
     """Make a `cls` from `table`; `path` names the table in messages.
 
-    Raises InputError, which names all of them, for unknown, repeated or missing fields, wrong types, units that do not
-    fit their field, and for what `cls` itself refuses.
+    InputError lists all unknown, repeated or missing fields, wrong types, and units that do not fit their field. It is
+    also raised for everything that `cls` itself refuses.
     """
     if not isinstance(table, Mapping):
         raise InputError(f"{path} = {table!r} must be a table of fields")
@@ -55,7 +55,7 @@ def build(cls: type[T], table: Any, path: str) -> T:
 
 
 def _field(name: str, hints: Mapping[str, Any], raw: Any, where: str, unit: str | None) -> Any:
-    """The value of one field, in SI.  unit: suffix of its key, or None."""
+    """Return the value of one field in SI; `unit` is the suffix of its key, or None."""
     if name not in hints:
         close = difflib.get_close_matches(name, hints, n=1)
         remedy = f"did you mean {close[0]!r}?" if close else f"known fields: {', '.join(hints)}"
@@ -104,9 +104,10 @@ def _split_unit(key: str, fields: Mapping[str, Any]) -> tuple[str, str | None]:
 
 
 def _convert_union(choices: list[Any], raw: Any, where: str, factor: float) -> Any:
-    """Of several dataclasses the one whose lower-case name `type` gives, the first without; of one choice, that.
+    """Convert a value to one of several types.
 
-    A table is read as one of the dataclasses, anything else as one of the others, where there are both.
+    A table becomes a dataclass, anything else another type. The key `type` of a table holds the lower-case name of its
+    dataclass; without it the first dataclass is taken.
     """
     choices = [c for c in choices if dataclasses.is_dataclass(c) is isinstance(raw, Mapping)] or choices
     if len(choices) == 1 or (isinstance(raw, Mapping) and "type" not in raw):

@@ -1,4 +1,4 @@
-"""What every case asks for: where it is heard, in which band, how the gearbox is driven."""
+"""Parts common to all cases: field points, band, operation and quantities."""
 
 from __future__ import annotations
 
@@ -16,15 +16,23 @@ from nvhchain.kinds import check_fields
 from nvhchain.names import check_name, check_names, folded
 
 FEWEST_LINES = 4
-"""Of a window of a run-up that lie in the band: the main lobe of a Hann window is as wide."""
+"""Smallest number of lines in the band for a window of a run-up: the width of the main lobe of a Hann window."""
 
 MOST_SECONDS = 86400
-"""Of a ramp."""
+"""Longest duration (s) of a ramp."""
 
 
 @dataclass(frozen=True)
 class Band:
-    """low, high: Hz, limits of the lines that are computed.  resolution: Hz, widest admissible line spacing."""
+    """Frequency band of a case.
+
+    Parameters
+    ----------
+    low, high : float
+        Limits of the computed lines (Hz).
+    resolution : float
+        Largest admissible line spacing (Hz).
+    """
 
     low: float
     high: float
@@ -43,11 +51,11 @@ class Band:
 
     @property
     def shortest_record(self) -> float:
-        """s of changing speed that put `FEWEST_LINES` into the band."""
+        """Shortest duration (s) of a record with changing speed: it has `FEWEST_LINES` in the band."""
         return FEWEST_LINES / (self.high - self.low)
 
     def check_record(self, duration: float) -> None:
-        """InputError where a record of changing speed, s, is too short to tell this band."""
+        """Raise InputError where a record of changing speed with `duration` (s) is too short to resolve this band."""
         require(
             duration >= self.shortest_record * (1.0 - 1e-9),
             f"a record of {duration:.3g} s is too short to tell {self.low:g}…{self.high:g} Hz while the speed changes: "
@@ -57,7 +65,15 @@ class Band:
 
 @dataclass(frozen=True)
 class FieldPoint:
-    """A microphone.  position: (x, y, z) m in the frame of the case."""
+    """Microphone.
+
+    Parameters
+    ----------
+    name : str
+        Name in tables and figures.
+    position : tuple of float
+        Position (x, y, z) in the frame of the case (m).
+    """
 
     name: str
     position: tuple[Length, Length, Length]
@@ -73,7 +89,15 @@ class FieldPoint:
 
 @dataclass(frozen=True)
 class Ramp:
-    """A run-up (or run-down): the input speed changes evenly to end_speed, rad/s, within `duration`, s."""
+    """Run-up or run-down with a linear change of the input speed.
+
+    Parameters
+    ----------
+    end_speed : float
+        Input speed at the end (rad/s).
+    duration : float
+        Duration (s).
+    """
 
     end_speed: AngularSpeed
     duration: float
@@ -87,16 +111,20 @@ class Ramp:
         )
 
     def lasting(self, input_speed: float, inertia: float) -> float:
-        """Its duration, s."""
+        """Duration (s)."""
         return self.duration
 
 
 @dataclass(frozen=True)
 class TorqueRamp:
-    """A run-up (or run-down) by torques, which accelerate the train evenly to end_speed, rad/s.
+    """Run-up or run-down by torques, which change the speed linearly.
 
-    torque_unbalance: N m at the input, by which the driving torque exceeds what the output takes, seen from the input;
-    < 0 slows down.
+    Parameters
+    ----------
+    end_speed : float
+        Input speed at the end (rad/s).
+    torque_unbalance : float
+        Excess of the driving torque over the load of the output, seen from the input (N m); < 0 slows down.
     """
 
     end_speed: AngularSpeed
@@ -111,9 +139,9 @@ class TorqueRamp:
         )
 
     def lasting(self, input_speed: float, inertia: float) -> float:
-        """s that torque_unbalance takes from input_speed, rad/s, to end_speed.
+        """Return the duration (s) from `input_speed` (rad/s) to end_speed.
 
-        inertia: of the train, kg m², seen from the input.
+        `inertia` is that of the train at the input (kg m²).
         """
         duration = (self.end_speed - input_speed) * inertia / self.torque_unbalance
         turning = f"torque_unbalance = {self.torque_unbalance:g} N m on a train of {inertia:.4g} kg m² at the input"
@@ -139,14 +167,21 @@ def _check_end(end_speed: float) -> None:
 
 @dataclass(frozen=True)
 class Operation:
-    """input_speed: rad/s, ≥ 0 by the input's sense of rotation; the mean where it fluctuates.
+    """Speed and load of the input.
 
-    input_torque: N m along the input's rotation, mean: > 0 drives, < 0 coasts on the back flanks, 0 lets idle gears
-    rattle.
-    ramp: None at constant speed, else what follows input_speed, over a time or by torques.
-    mesh_torque: N m > 0 at the input for which the mesh laws of idle gears are tabulated, where input_torque does not
-    say it: about that of the hardest impacts.
-    fluctuation: of speed or torque at the input about its mean, as an engine drives it.
+    Parameters
+    ----------
+    input_speed : float
+        Mean speed of the input (rad/s), ≥ 0 in its own sense of rotation; the start speed of a ramp.
+    input_torque : float
+        Mean torque along the input's rotation (N m): > 0 drives, < 0 coasts on the back flanks, 0 lets idle gears
+        rattle.
+    ramp : Ramp or TorqueRamp, optional
+        Run-up from input_speed, over a time or by torques; None at constant speed.
+    mesh_torque : float, optional
+        Input torque > 0 (N m), about that of the hardest impacts, for the range of the mesh laws of idle gears.
+    fluctuation : SpeedHarmonics, TorqueHarmonics, SpeedRecord or TorqueRecord, optional
+        Fluctuation of speed or torque of the input about its mean, as by an engine.
     """
 
     input_speed: AngularSpeed
@@ -189,17 +224,17 @@ class Operation:
 Quantity = Literal[
     "bearing_forces", "surface_velocity", "pressure", "sound_power", "radiation_efficiency", "directivity"
 ]
-"""What a case can ask for; nothing that only the others need is computed."""
+"""Quantity that a case can ask for; steps that none of its quantities needs are not computed."""
 
 HEARD = frozenset({"pressure", "directivity"})
 """Quantities at field points."""
 
 RADIATED = frozenset({"sound_power", "radiation_efficiency", "directivity"})
-"""Quantities that take the sound power."""
+"""Quantities that need the sound power."""
 
 
 def check_quantities(quantities: tuple[Quantity, ...], points: tuple[FieldPoint, ...]) -> None:
-    """At least one, none twice, and sound pressure only with a place where it is heard."""
+    """Refuse (InputError) no quantity, repeated quantities, and sound pressure without field points."""
     require(
         len(set(quantities)) == len(quantities) > 0 and set(quantities) <= set(get_args(Quantity)),
         f"quantities = {list(quantities)}: name at least one and none twice, of {', '.join(get_args(Quantity))}",
@@ -213,13 +248,13 @@ def check_quantities(quantities: tuple[Quantity, ...], points: tuple[FieldPoint,
 
 
 def check_case_name(name: str) -> None:
-    """The name of a case becomes that of its folder, beside one of operators that cases share."""
+    """Refuse (InputError) a name that cannot be a folder beside that of the shared operators."""
     check_name(name, "name")
     require(folded(name) != "operators", f"name = {name!r} is that of a folder beside the case's: choose another name")
 
 
 def check_plane(plane: RigidPlane | None, points: tuple[FieldPoint, ...]) -> None:
-    """All field points lie on the side of the air."""
+    """Refuse (InputError) field points behind the reflecting plane."""
     for point in points if plane is not None else ():
         height = float(plane.height(np.array([point.position]))[0])  # type: ignore[union-attr]
         require(

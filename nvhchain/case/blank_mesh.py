@@ -1,4 +1,4 @@
-"""A gear that another program has meshed."""
+"""Imported mesh of a gear."""
 
 from __future__ import annotations
 
@@ -9,17 +9,25 @@ from nvhchain.errors import require
 from nvhchain.gear import VolumeMesh, read_gear_mesh
 
 UNITS = {"m": 1.0, "mm": 1e-3, "in": 0.0254}
-"""m per unit of length."""
+"""Length in m of every unit."""
 
 
 @dataclass(frozen=True)
 class Mesh:
     """Quadratic tetrahedra or bricks of a whole gear with its teeth, from a file (`nvhchain.fem.mesh_files.FORMATS`).
 
-    Its z axis is that of the shaft, from mid-width, and tooth 0 lies on its x axis there.
-    file: path, beside the case.  units: of length in the file.  bore, flanks: names of the node sets, node arrays or
-    groups of surface cells of the bore, which is held, and of all flanks.
-    symmetry: order of the rotational symmetry of the body, such as its number of slots; 1 for none.
+    The z axis of the mesh is that of the shaft, from mid-width. Tooth 0 lies on its x axis there.
+
+    Parameters
+    ----------
+    file : str
+        Path of the mesh, relative to the case.
+    units : str
+        Unit of length in the file.
+    bore, flanks : str
+        Names of the node sets, node arrays or groups of surface cells of the fixed bore and of all flanks.
+    symmetry : int
+        Order of the rotational symmetry of the body, such as its number of slots; 1 for none.
     """
 
     file: str
@@ -34,6 +42,6 @@ class Mesh:
         require(self.bore != self.flanks, f"bore and flanks are both {self.bore!r}: name two tags")
 
     def read(self) -> VolumeMesh:
-        """The mesh.  Raises FileFormatError and InputError as `read_gear_mesh`."""
+        """Read the mesh; raises FileFormatError and InputError like `read_gear_mesh`."""
         tags = (self.bore, self.flanks)
         return read_gear_mesh(self.file, scale=UNITS[self.units], order=self.symmetry, tags=tags)

@@ -25,18 +25,18 @@ class Extent:
 
     Parameters
     ----------
-    area
-        Radiating surface, m².
-    models
+    area : float
+        Radiating surface (m²).
+    models : str
         Words for the plan.
-    triangles
+    triangles : int
         Number of radiating triangles.
-    unknowns
-        Displacement unknowns of a housing that are solved for; 0 where its modes are imported.
-    surface
-        The surface, where it is read for this; None where it is not made yet.
-    seconds
-        Time (s) that meshing it anew takes.
+    unknowns : float
+        Number of computed displacement unknowns of a housing; 0 for imported modes.
+    surface : Surface, optional
+        Surface of a file; None where it is made later.
+    seconds : float
+        Time (s) of its remeshing.
     """
 
     area: float
@@ -48,25 +48,36 @@ class Extent:
 
 
 class Body(Protocol):
-    """A kind of body that a radiator can have.  folder: of the case.  edge: m, longest that the waves in air admit."""
+    """A kind of body that a radiator can have.
+
+    `folder` is that of the case. `edge` is the largest edge length (m) for the waves in air.
+    """
 
     @property
     def states_surface(self) -> bool:
         """True where the surface comes from a file, with its elements."""
 
     def check_above(self, plane: RigidPlane) -> None:
-        """Raise `InputError` where the body reaches through a reflecting plane, as far as its dimensions tell."""
+        """Raise `InputError` where the known dimensions of the body reach through a reflecting plane."""
 
     def extent(self, folder: Path, edge: float) -> Extent:
         """Return the size of the body; a surface file is read for it, a sphere is not made."""
 
     def solved(self, folder: Path, edge: float) -> Surface:
-        """Return the surface to solve on, meshed anew with a warning where a file has needles."""
+        """Return the surface of the solution; a file with needles is remeshed with a warning."""
 
 
 @dataclass(frozen=True)
 class Sphere:
-    """An icosphere of volume 4/3 π radius³ about `centre`, m."""
+    """Icosphere of volume 4/3 π radius³.
+
+    Parameters
+    ----------
+    radius : float
+        Radius (m) of the sphere of the same volume.
+    centre : tuple of float
+        Centre (m).
+    """
 
     radius: Length
     centre: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
@@ -87,7 +98,7 @@ class Sphere:
         )
 
     def _level(self, edge: float) -> int:
-        """Return the icosphere level whose mean edge is at most `edge`, m; 320 triangles are at least round."""
+        """Return the icosphere level whose mean edge is at most `edge` (m), at least that of 320 triangles."""
         coarsest = self.radius * (16 * pi / (20 * 3**0.5)) ** 0.5
         return max(2, ceil(log(coarsest / edge, 2)))
 
@@ -103,7 +114,15 @@ class Sphere:
 
 @dataclass(frozen=True)
 class SurfaceFile:
-    """A closed surface in a mesh file.  file: path, beside the case.  scale: m per unit of the file."""
+    """Closed surface in a mesh file.
+
+    Parameters
+    ----------
+    file : str
+        Path of the surface, relative to the case.
+    scale : float
+        Length (m) of the file's unit.
+    """
 
     file: str
     scale: float = 1.0
@@ -117,7 +136,7 @@ class SurfaceFile:
         """Refuse nothing: the solver checks the surface itself."""
 
     def extent(self, folder: Path, edge: float) -> Extent:
-        """Read the surface, and mesh it anew where it has needles."""
+        """Read the surface, and remesh it where it has needles."""
         given = self.read(folder)
         remeshed = without_needles(given, edge)
         surface = given if remeshed is None else remeshed.surface
@@ -127,7 +146,7 @@ class SurfaceFile:
         return Extent(float(surface.areas.sum()), models, count, surface=surface, seconds=seconds)
 
     def solved(self, folder: Path, edge: float) -> Surface:
-        """Return the surface, meshed anew with a warning where it has needles (`without_needles`)."""
+        """Return the surface; one with needles is remeshed with a warning (`without_needles`)."""
         given = self.read(folder)
         remeshed = without_needles(given, edge)
         if remeshed is None:
@@ -136,7 +155,7 @@ class SurfaceFile:
         return remeshed.surface
 
     def read(self, folder: Path) -> Surface:
-        """Return the surface as it is.  Raises InputError for a file that is not there or not closed."""
+        """Return the unchanged surface; InputError where the file is missing or the surface open."""
         path = folder / self.file
         require(path.is_file(), f"{path}: no such surface file")
         mesh = read_nastran_faces(path) if path.suffix.lower() in NASTRAN_ENDINGS else read_mesh(path)

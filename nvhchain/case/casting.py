@@ -1,4 +1,4 @@
-"""A cast housing, described by its dimensions."""
+"""Cast housing, described by its dimensions."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from nvhchain.case.gearbox import GearboxCase
 
 SEAT_TOLERANCE = 1e-5
-"""m, between a bearing and the centre of its bore."""
+"""Largest distance (m) of a bearing from the centre of its bore."""
 
 # Estimates, fitted to the runs in docs/measured/chain/plan.md and docs/measured/chain/plan_knobs.md.
 _UNKNOWNS_PER_AREA = 1.3e3
@@ -31,15 +31,15 @@ _EDGES_OF_PLAIN_WALLS, _EDGES_OF_RIBBED_WALLS = 4.3, 6.6
 
 
 class Casting(housing.Casting, Housing):
-    """A cast housing that a gearbox runs in (fields of `nvhchain.housing.Casting`)."""
+    """Cast housing of a gearbox (fields of `nvhchain.housing.Casting`)."""
 
     @property
     def unused_knobs(self) -> frozenset[str]:
-        """None: all knobs act on a casting."""
+        """Empty: all knobs affect a casting."""
         return frozenset()
 
     def check(self, case: GearboxCase) -> None:
-        """Raise `InputError` for field points inside, bearings beside their bores and walls behind the floor."""
+        """Raise `InputError` for field points inside, bearings outside their bores and walls behind the floor."""
         for point in case.field_points:
             require(
                 not housing.encloses(self, point.position),
@@ -58,7 +58,7 @@ class Casting(housing.Casting, Housing):
         require(not unused, f"housing.bores: {', '.join(unused)} carry no bearing: remove them or add the bearing")
 
     def _check_floor(self, case: GearboxCase) -> None:
-        """Refuse gear spaces that reach through the reflecting plane; all else is checked on the surface."""
+        """Refuse gear spaces that reach through the reflecting plane; the rest is checked on the surface."""
         plane = case.reflecting_plane
         for number, space in enumerate(self.gear_spaces if plane is not None else ()):
             assert plane is not None
@@ -112,13 +112,16 @@ class Casting(housing.Casting, Housing):
             )
 
     def face_size(self, wanted: float) -> float:
-        """Return `wanted` (m), or less where the shape takes smaller triangles."""
+        """Return `wanted` (m), or less where the shape needs smaller triangles."""
         return housing.face_size(self, wanted)
 
     def modes_in_reach(self, case: GearboxCase, knobs: HousingFidelity) -> float:
-        """Estimate the modes of a plate of the outer walls' area.
+        """Estimate the modes of a plate with the area of the outer walls.
 
-        H. Weyl 1911: π A/λ², less in proportion to the length of the held edges over the wavelength.
+        Notes
+        -----
+        Source: H. Weyl 1911. The number is π A/λ², less a part in proportion to the length of the fixed edges over the
+        wavelength.
         """
         free = pi * housing.envelope_area(self) / bending_wavelength(self, knobs.mode_ratio * case.band.high) ** 2
         ribbed = self.side_ribs > 0 or self.spokes > 0

@@ -1,4 +1,4 @@
-"""Gears, shafts and the casting around them must fit into each other, but for the rounding of a drawing."""
+"""Check that gears, shafts and the casting fit into each other, within the rounding of a drawing."""
 
 from __future__ import annotations
 
@@ -15,15 +15,29 @@ if TYPE_CHECKING:
     from nvhchain.case.gearbox import Gear, GearboxCase
 
 ROUNDING = 1e-4
-"""m, by which bodies may overlap on a drawing in tenths of a millimetre."""
+"""Largest accepted overlap (m): the rounding of a drawing in tenths of a millimetre."""
 
 _EXACT = 1e-9
-"""m, below which nothing overlaps but by the rounding of numbers."""
+"""Largest overlap (m) that counts as none: the rounding of numbers."""
 
 
 @dataclass(frozen=True)
 class _Ring:
-    """A body of revolution.  part: its field.  axis: (x, y) m.  start, end: along z.  inner, outer: radii, m."""
+    """Body of revolution.
+
+    Parameters
+    ----------
+    part : str
+        Field of the case.
+    shaft : str
+        Shaft of the body.
+    axis : tuple of float
+        Position (x, y) of its axis (m).
+    start, end : float
+        Ends along z (m).
+    inner, outer : float
+        Radii (m).
+    """
 
     part: str
     shaft: str
@@ -35,10 +49,10 @@ class _Ring:
 
 
 def check_fit(case: GearboxCase) -> None:
-    """Refuse (InputError), all in one message, what cannot be built: bodies in each other's place, bores smaller than
-    what passes through them, gears outside their room.
+    """Refuse a case that cannot be built, with one InputError for all mistakes.
 
-    What overlaps by `ROUNDING` at most passes with an `AccuracyWarning`.
+    They are overlapping bodies, bores smaller than their shafts, and gears outside their room. Overlaps up to
+    `ROUNDING` pass with an `AccuracyWarning`.
     """
     shafts = {shaft.name: shaft for shaft in case.shafts}
     found = [*_bores(case.gears, shafts), *_overlaps(case, shafts), *case.housing.overlaps(case)]
@@ -49,7 +63,7 @@ def check_fit(case: GearboxCase) -> None:
 
 
 def _bores(gears: Iterable[Gear], shafts: Mapping[str, Shaft]) -> Iterator[tuple[float, str]]:
-    """(overlap, message) of every gear's bore with the shaft in it; a sleeve around the bore is no shaft in it."""
+    """Yield (overlap, message) of every gear's bore with its shaft; a sleeve around the bore does not count."""
     for gear in gears:
         bore = gear.geometry.bore_radius
         through = radius_at(shafts[gear.shaft], gear.z, within=bore)
@@ -61,13 +75,13 @@ def _bores(gears: Iterable[Gear], shafts: Mapping[str, Shaft]) -> Iterator[tuple
 
 
 def radius_at(shaft: Shaft, z: float, within: float) -> float:
-    """Largest outer radius of the segments at `z` that begin within a radius."""
+    """Largest outer radius (m) of the segments at `z` (m) whose inner radius is less than `within` (m)."""
     there = [piece for piece in shaft.segments if piece.start < z < piece.end and piece.inner_diameter < 2 * within]
     return max((0.5 * piece.outer_diameter for piece in there), default=0.0)
 
 
 def _overlaps(case: GearboxCase, shafts: Mapping[str, Shaft]) -> Iterator[tuple[float, str]]:
-    """Of gears and shafts with each other, but for gears in mesh and for a gear with its own shaft."""
+    """Yield (overlap, message) of gears and shafts with each other, except for meshing gears and a gear's own shaft."""
     axes = {name: shaft.axis for name, shaft in shafts.items()}
     pieces = [
         _Ring(
@@ -100,7 +114,10 @@ def _wheel(gear: Gear, axis: tuple[float, float]) -> _Ring:
 
 
 def _overlap(first: _Ring, second: _Ring) -> tuple[float, str]:
-    """Least way, m, along or across the axes, that takes two bodies apart; negative with a gap between them."""
+    """Return the smallest shift (m), along or across the axes, that separates two bodies, and its message.
+
+    A gap between them is negative.
+    """
     apart = hypot(first.axis[0] - second.axis[0], first.axis[1] - second.axis[1])
     beside = first.outer + second.outer - apart
     nested = min(apart + first.outer - second.inner, apart + second.outer - first.inner)

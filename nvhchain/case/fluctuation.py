@@ -17,9 +17,16 @@ from nvhchain.kinds import check_fields
 
 @dataclass(frozen=True)
 class TorqueHarmonic:
-    """amplitude × cos(order × angle of the input + phase).
+    """Harmonic of the input torque: amplitude × cos(order × angle of the input + phase).
 
-    order: cycles per turn of the input, such as 2 of a four-cylinder engine.  amplitude: N m.  phase: rad.
+    Parameters
+    ----------
+    order : float
+        Cycles per turn of the input, such as 2 of a four-cylinder engine.
+    amplitude : float
+        Amplitude (N m).
+    phase : float
+        Phase (rad).
     """
 
     order: float
@@ -32,15 +39,22 @@ class TorqueHarmonic:
 
     @property
     def as_drive(self) -> Harmonic:
-        """The same as the dynamics takes it."""
+        """Harmonic in the form of the dynamics."""
         return Harmonic(self.order, self.amplitude, self.phase)
 
 
 @dataclass(frozen=True)
 class SpeedHarmonic:
-    """amplitude × cos(order × angle of the input + phase).
+    """Harmonic of the input speed: amplitude × cos(order × angle of the input + phase).
 
-    order: cycles per turn of the input, such as 2 of a four-cylinder engine.  amplitude: rad/s.  phase: rad.
+    Parameters
+    ----------
+    order : float
+        Cycles per turn of the input, such as 2 of a four-cylinder engine.
+    amplitude : float
+        Amplitude (rad/s).
+    phase : float
+        Phase (rad).
     """
 
     order: float
@@ -53,15 +67,18 @@ class SpeedHarmonic:
 
     @property
     def as_drive(self) -> Harmonic:
-        """The same as the dynamics takes it."""
+        """Harmonic in the form of the dynamics."""
         return Harmonic(self.order, self.amplitude, self.phase)
 
 
 @dataclass(frozen=True)
 class SpeedHarmonics:
-    """Speed of the input about its mean, whatever the gears do, by orders of the input.
+    """Prescribed speed of the input about its mean, by orders of the input.
 
-    harmonics: one or more.
+    Parameters
+    ----------
+    harmonics : tuple of SpeedHarmonic
+        One or more harmonics.
     """
 
     harmonics: tuple[SpeedHarmonic, ...]
@@ -72,7 +89,7 @@ class SpeedHarmonics:
 
     @property
     def as_drive(self) -> Fluctuation:
-        """The same as the dynamics takes it."""
+        """Fluctuation in the form of the dynamics."""
         return Fluctuation("speed", tuple(one.as_drive for one in self.harmonics))
 
 
@@ -80,7 +97,10 @@ class SpeedHarmonics:
 class TorqueHarmonics:
     """Torque of the input about its mean, by orders of the input; all other torques stay constant.
 
-    harmonics: one or more.
+    Parameters
+    ----------
+    harmonics : tuple of TorqueHarmonic
+        One or more harmonics.
     """
 
     harmonics: tuple[TorqueHarmonic, ...]
@@ -91,18 +111,25 @@ class TorqueHarmonics:
 
     @property
     def as_drive(self) -> Fluctuation:
-        """The same as the dynamics takes it."""
+        """Fluctuation in the form of the dynamics."""
         return Fluctuation("torque", tuple(one.as_drive for one in self.harmonics))
 
 
 @dataclass(frozen=True)
 class SpeedRecord:
-    """Speed of the input about its mean, whatever the gears do, from a record; followed in time, by a ramp.
+    """Prescribed speed of the input about its mean, from a record in time, along a ramp.
 
-    file: beside the case: CSV, MAT, HDF5 or UFF 58, at least as long as the ramp; its mean is taken off.
-    channel: of the file.
-    unit: of the channel.
-    time_channel: of the file, in s; not read where the file gives a time axis.
+    Parameters
+    ----------
+    file : str
+        Path of a CSV, MAT, HDF5 or UFF 58 file, relative to the case, at least as long as the ramp; its mean is
+        removed.
+    channel : str
+        Channel of the file.
+    unit : str
+        Unit of the channel.
+    time_channel : str
+        Channel of the time (s); not used where the file has a time axis.
     """
 
     file: str
@@ -116,7 +143,7 @@ class SpeedRecord:
 
     @cached_property
     def as_drive(self) -> Fluctuation:
-        """The same as the dynamics takes it."""
+        """Fluctuation in the form of the dynamics."""
         record = read_record(Path(self.file))
         record.check_unit(self.channel, self.unit)
         return _of_record(self, "speed", record, pi / 30.0 if self.unit == "rpm" else 1.0)
@@ -124,11 +151,17 @@ class SpeedRecord:
 
 @dataclass(frozen=True)
 class TorqueRecord:
-    """Torque of the input about its mean, from a record; followed in time, by a ramp.
+    """Torque of the input about its mean, from a record in time, along a ramp.
 
-    file: beside the case: CSV, MAT, HDF5 or UFF 58, at least as long as the ramp; its mean is taken off.
-    channel: of the file, N m.
-    time_channel: of the file, in s; not read where the file gives a time axis.
+    Parameters
+    ----------
+    file : str
+        Path of a CSV, MAT, HDF5 or UFF 58 file, relative to the case, at least as long as the ramp; its mean is
+        removed.
+    channel : str
+        Channel of the file (N m).
+    time_channel : str
+        Channel of the time (s); not used where the file has a time axis.
     """
 
     file: str
@@ -141,7 +174,7 @@ class TorqueRecord:
 
     @cached_property
     def as_drive(self) -> Fluctuation:
-        """The same as the dynamics takes it."""
+        """Fluctuation in the form of the dynamics."""
         record = read_record(Path(self.file))
         stated = record.units.get(self.channel, "N m")
         require(

@@ -1,4 +1,4 @@
-"""A gearbox in its housing."""
+"""Case of a gearbox in its housing."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ from nvhchain.kinds import check_fields
 from nvhchain.names import check_name, check_names
 
 _CENTRE_TOLERANCE = 1e-5
-"""m, between a stage's centre distance and the distance of its shafts."""
+"""Largest difference (m) of a stage's centre distance and the distance of its shafts."""
 
 _TRIANGLES_PER_AREA = 2.83
 _TRIANGLES_PER_BORE = 100
@@ -63,11 +63,26 @@ _TRIANGLES_PER_BORE = 100
 
 @dataclass(frozen=True)
 class Gear:
-    """A gear on its shaft.  z: m, mid-plane of its face width in the gearbox frame.
+    """Gear on its shaft.
 
-    blank: below the teeth, or a mesh of the whole gear, whose teeth must be those of the geometry.
-    loose: turns freely on its shaft, as the idle gear of a shifted gearbox.
-    drag_torque: N m, friction of a loose gear against its motion relative to the shaft.
+    Parameters
+    ----------
+    name : str
+        Name.
+    shaft : str
+        Name of its shaft.
+    z : float
+        Mid-plane of its face width in the gearbox frame (m).
+    geometry : GearGeometry
+        Teeth.
+    blank : Solid, ThinRim, Holes, Slots, Differential or Mesh
+        Body below the teeth, or a mesh of the whole gear, whose teeth must be those of the geometry.
+    material : Material
+        Material.
+    loose : bool
+        True for a gear that turns freely on its shaft, such as the idle gear of a shifted gearbox.
+    drag_torque : float
+        Friction of a loose gear against its motion relative to the shaft (N m).
     """
 
     name: str
@@ -94,27 +109,36 @@ class Gear:
 
     @property
     def rotor(self) -> str:
-        """Name of what turns with it: its shaft, or itself where it is loose."""
+        """Name of the rotating part: the shaft, or the gear itself where it is loose."""
         return self.name if self.loose else self.shaft
 
     @cached_property
     def rigid_body(self) -> RigidBody:
-        """Its mass and inertia."""
+        """Mass and inertia of the gear."""
         own = mass_properties(self.body)
         return RigidBody(self.z + own.centre, own.mass, own.polar_inertia, own.transverse_inertia)
 
     @cached_property
     def body(self) -> GearBody:
-        """The gear as the contact stage sees it."""
+        """Gear body for the contact problem."""
         blank = self.blank.read() if isinstance(self.blank, BlankMesh) else self.blank
         return GearBody(self.geometry, blank, self.material)
 
 
 @dataclass(frozen=True)
 class Stage:
-    """Two gears in mesh.  pinion, wheel: gear names, the pinion drives.  centre_distance: m.
+    """Two gears in mesh.
 
-    misalignment: angles between the axes in the mesh; the dynamics has them parallel.
+    Parameters
+    ----------
+    name : str
+        Name.
+    pinion, wheel : str
+        Names of the gears; the pinion drives.
+    centre_distance : float
+        Centre distance (m).
+    misalignment : Misalignment
+        Angles between the axes in the mesh (rad); the axes are parallel in the dynamics.
     """
 
     name: str
@@ -129,14 +153,44 @@ class Stage:
 
 @dataclass(frozen=True)
 class GearboxCase:
-    """A gearbox in its housing at constant or changing speed.
+    """Gearbox in its housing at constant or changing speed.
 
-    input_rotation: +1 where the input turns by the right-hand rule about +z, else −1.
-    quantities: what is asked for: `bearing_forces`, `surface_velocity`, `pressure`, `sound_power`,
-    `radiation_efficiency`, `directivity`.
-    engine: of the boundary elements, `fused` or `bempp`.
-    reflecting_plane: a rigid plane beside the housing, such as the floor; without one the field is free.
-    options: of the dynamics, such as friction, beside the plain model.
+    Parameters
+    ----------
+    name : str
+        Name, also of its folder.
+    operation : Operation
+        Speed and load.
+    band : Band
+        Frequency band.
+    gears : tuple of Gear
+        Gears.
+    stages : tuple of Stage
+        Gear stages.
+    shafts : tuple of Shaft
+        Shafts.
+    bearings : tuple of Bearing
+        Bearings.
+    input_shaft, output_shaft : str
+        Names of the shafts.
+    housing : Casting, HousingModel or ModalResults
+        Housing.
+    field_points : tuple of FieldPoint
+        Microphones.
+    input_rotation : int
+        +1 where the input turns by the right-hand rule about +z, else −1.
+    quantities : tuple of str
+        `bearing_forces`, `surface_velocity`, `pressure`, `sound_power`, `radiation_efficiency`, `directivity`.
+    air : Air
+        Air around the housing.
+    engine : str
+        Boundary element engine, `fused` or `bempp`.
+    reflecting_plane : RigidPlane, optional
+        Rigid plane beside the housing, such as the floor; without one the field is free.
+    options : Options
+        Additions to the plain dynamic model, such as friction.
+    folder : str
+        Folder of the case file.
     """
 
     name: str
@@ -245,7 +299,7 @@ class GearboxCase:
 
     @cached_property
     def ramp(self) -> SpeedRamp | None:
-        """The change of speed, prescribed or by the torques that accelerate the train; None at constant speed."""
+        """Change of speed, prescribed or by the torques that accelerate the train; None at constant speed."""
         asked, start = self.operation.ramp, self.operation.input_speed
         if asked is None:
             return None
@@ -269,7 +323,7 @@ class GearboxCase:
 
     @property
     def limits(self) -> tuple[float, float]:
-        """Lowest and highest line, Hz."""
+        """Lowest and highest line (Hz)."""
         return self.band.low, self.band.high
 
     @property
@@ -280,7 +334,7 @@ class GearboxCase:
     def extent(self, fidelity: Fidelity, *, driven: bool) -> Extent:
         """Return the size of the housing, whose file is read and checked.
 
-        driven: the gears drive it, so that something must hold it.
+        If `driven`, the gears drive the housing and something must hold it.
         """
         size = self.housing.face_size(acoustics.required_element_size(self.band.high, self.air, fidelity.acoustics))
         extent = self.housing.extent(self, fidelity.housing, driven=driven)
@@ -294,13 +348,13 @@ class GearboxCase:
 
     @property
     def seats(self) -> dict[str, tuple[float, float, float]]:
-        """Bearing → centre of its seat, m."""
+        """Bearing → centre of its seat (m)."""
         axes = {shaft.name: shaft.axis for shaft in self.shafts}
         return {bearing.name: (*axes.get(bearing.shaft, (0.0, 0.0)), bearing.z) for bearing in self.bearings}
 
     @cached_property
     def pairs(self) -> tuple[GearPair, ...]:
-        """The gear pair of every stage."""
+        """Gear pair of every stage."""
         gears = {gear.name: gear for gear in self.gears}
         try:
             return tuple(
@@ -318,7 +372,7 @@ class GearboxCase:
 
     @cached_property
     def gearbox(self) -> Gearbox:
-        """Shafts, bearings and meshes as the dynamics sees them, without the inertia of the gears."""
+        """Dynamic model of shafts, bearings and meshes, without the inertia of the gears."""
         gears = {gear.name: gear for gear in self.gears}
         meshes = tuple(
             Mesh(gears[s.pinion].rotor, gears[s.wheel].rotor, 0.5 * (gears[s.pinion].z + gears[s.wheel].z))
@@ -385,8 +439,10 @@ class GearboxCase:
 
     @property
     def mesh_forces(self) -> tuple[float, ...]:
-        """Nominal force of every stage along the flank normal, N, < 0 on back flanks, from the input torque; of idle
-        gears from `mesh_torque`."""
+        """Nominal force (N) of every stage along the flank normal, < 0 on back flanks.
+
+        It follows from the input torque, or from `mesh_torque` for idle gears.
+        """
         gears = {gear.name: gear for gear in self.gears}
         turns = [self.shaft_orders[gears[stage.pinion].rotor] for stage in self.stages]
         driving, idle = self.operation.input_torque, self.operation.mesh_torque or 0.0
@@ -397,7 +453,7 @@ class GearboxCase:
 
     @property
     def straight_laws(self) -> tuple[MeshLaw, ...]:
-        """Geometry of every pair with one constant stiffness, for statics in which the law does not matter."""
+        """Mesh laws with one constant stiffness, for statics that do not depend on the law."""
         reach = np.array([-1e-3, 1e-3])
         stiffness = 2e6 * max(1.0, *map(abs, self.mesh_forces)) * reach[None, :]
         return tuple(tabulated(pair, np.zeros(1), reach, stiffness) for pair in self.pairs)

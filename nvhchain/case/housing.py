@@ -1,4 +1,4 @@
-"""The protocol of a housing: every kind reads, reduces, measures and checks itself."""
+"""Protocol of housings: every kind reads, reduces, measures and checks itself."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from nvhchain.case.gearbox import GearboxCase
 
 ELEMENT_KNOBS = frozenset({"element_size", "elements_per_turn"})
-"""Knobs of the finite elements that are made here."""
+"""Knobs of the finite elements of a casting."""
 
 _MODES_AT_6_KHZ = 60
 """Estimate of the modes below 6.25 kHz, fitted to the runs in docs/measured/chain/plan.md."""
@@ -37,14 +37,14 @@ class Housing(Protocol):
         """Raise `InputError` where the housing does not fit the rest of the case; a file is read later, by `extent`."""
 
     def overlaps(self, case: GearboxCase) -> Iterable[tuple[float, str]]:
-        """Return overlaps (m) of gears and shafts with the housing, each with its message; a file tells none."""
+        """Return overlaps (m) of gears and shafts with the housing, each with its message; none by default."""
         return ()
 
     def check_knobs(self, case: GearboxCase, knobs: HousingFidelity) -> None:
         """Raise `InputError`, or warn, where the knobs are too coarse for the band."""
 
     def check_held(self, case: GearboxCase) -> None:
-        """Raise `InputError` where nothing holds the driven housing, as far as the case shows."""
+        """Raise `InputError` where the case shows that nothing holds the driven housing."""
 
     def face_size(self, wanted: float) -> float:
         """Return the edge length (m) of the radiating triangles; `wanted` is enough for the waves in air."""
@@ -57,7 +57,7 @@ class Housing(Protocol):
     def extent(self, case: GearboxCase, knobs: HousingFidelity, *, driven: bool) -> Extent:
         """Return the size of the housing; its file is read and checked against the case.
 
-        driven: the gears drive the housing, so that something must hold it.
+        If `driven`, the gears drive the housing and something must hold it.
         """
 
     def read(self, case: GearboxCase, face_size: float) -> tuple[Any, ...]:

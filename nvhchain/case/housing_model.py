@@ -1,4 +1,4 @@
-"""Imported housings: finite elements, or normal modes, from a file of another program."""
+"""Imported housings: finite elements or normal modes in a file."""
 
 from __future__ import annotations
 
@@ -25,10 +25,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Seat:
-    """Where a bearing sits.
+    """Nodes of a bearing seat.
 
-    name: of the bearing.  nodes: name of a rigid set (RBE2, coupling), number of its reference node, or name of a node
-    group, which is made rigid.
+    Parameters
+    ----------
+    name : str
+        Name of the bearing.
+    nodes : str
+        Name of a rigid set (RBE2, coupling), number of its reference node, or name of a node group, which is made
+        rigid.
     """
 
     name: str
@@ -39,14 +44,26 @@ class Seat:
 class HousingModel(Housing):
     """Solid elements from a file: Nastran bulk data or Abaqus input, in the frame of the case.
 
-    file: path, beside the case.  units: of the file.  modal_damping: fraction of critical, of every mode, or a curve
-    that is read at its natural frequency.  structural_damping: whether the damping is hysteretic at the lines of a
-    spectrum, a loss factor of twice modal_damping; in time it is viscous, the same at a mode's resonance.
-    engine_plane: rigid plane that closes the housing, or None where it is closed.  opening: m, diameter of the largest
-    hole in the radiating surface that counts as closed; None: one radiating face.
-    seats: of bearings whose rigid set's reference point is not at the bearing.
-    spc: number of the set of single-point constraints that holds a Nastran model; None: the one that its case control
-    selects, or the only one.
+    Parameters
+    ----------
+    file : str
+        Path of the model, relative to the case.
+    units : str
+        Units of the file.
+    modal_damping : float or DampingCurve
+        Fraction of critical damping of every mode, or a curve over its natural frequency.
+    engine_plane : EnginePlane, optional
+        Rigid plane that closes the housing; None for a closed one.
+    opening : float, optional
+        Diameter (m) of the largest hole in the radiating surface that counts as closed; None: one radiating face.
+    seats : tuple of Seat
+        Seats of bearings that do not lie at the reference point of their rigid set.
+    structural_damping : bool
+        True for hysteretic damping at the lines of a spectrum, with a loss factor of twice modal_damping. In time it is
+        viscous, with the same value at a mode's resonance.
+    spc : int, optional
+        Number of the set of single-point constraints that holds a Nastran model. None: the set that its case control
+        selects, or the only one.
     """
 
     file: str
@@ -81,7 +98,7 @@ class HousingModel(Housing):
         return Extent(area, f"the mesh in {self.file}", unknowns=unknowns)
 
     def read(self, case: GearboxCase, face_size: float) -> tuple[Any, ...]:
-        """Return the model, of the file and those that it includes, and the seats of the case."""
+        """Return the model of the file and its includes, and the seats of the case."""
         return self.model(case), case.seats
 
     def reduce(
@@ -105,7 +122,15 @@ class HousingModel(Housing):
 
 @dataclass(frozen=True)
 class SeatNode:
-    """Where a bearing sits.  name: of the bearing.  node: number of the file's node that moves as the seat."""
+    """Node of a bearing seat.
+
+    Parameters
+    ----------
+    name : str
+        Name of the bearing.
+    node : int
+        Number of the file's node that moves as the seat.
+    """
 
     name: str
     node: int
@@ -115,12 +140,27 @@ class SeatNode:
 class ModalResults(Housing):
     """Normal modes from a file: universal file (55, 2414) or HDF5, in the frame of the case.
 
-    file: path, beside the case.  units: of a universal file without dataset 164; None: those of the file, or SI.
-    seats: of bearings; those that are not named have a node at their place.
-    surface: the radiating surface, closed, in the frame of the case; None: the envelope of the file's skin.
-    residual_vectors: true where the uppermost modes are residual vectors of unit forces at the seats, which make the
-    static flexibility complete.
-    modal_damping: in place of the file's.  structural_damping, engine_plane, opening: as for a `housing_model`.
+    Parameters
+    ----------
+    file : str
+        Path of the modes, relative to the case.
+    units : str, optional
+        Units of a universal file without dataset 164; None: those of the file, or SI.
+    seats : tuple of SeatNode
+        Seats of bearings; others have a node at their place.
+    surface : SurfaceFile, optional
+        Radiating surface, closed, in the frame of the case; None: the envelope of the file's skin.
+    residual_vectors : bool
+        True where the uppermost modes are residual vectors of unit forces at the seats, which complete the static
+        flexibility.
+    modal_damping : float or DampingCurve, optional
+        Damping in place of the file's, as for a `housing_model`.
+    structural_damping : bool
+        As for a `housing_model`.
+    engine_plane : EnginePlane, optional
+        As for a `housing_model`.
+    opening : float, optional
+        As for a `housing_model`.
     """
 
     file: str
@@ -135,7 +175,7 @@ class ModalResults(Housing):
 
     @property
     def unused_knobs(self) -> frozenset[str]:
-        """Knobs of elements and of the number of modes."""
+        """Knobs of finite elements and of the number of modes."""
         return ELEMENT_KNOBS | {"truncation_tolerance_db"}
 
     def __post_init__(self) -> None:
@@ -146,7 +186,7 @@ class ModalResults(Housing):
 
     @property
     def states_surface(self) -> bool:
-        """True where a file gives the radiating surface."""
+        """True where a file contains the radiating surface."""
         return self.surface is not None
 
     def model(self, case: GearboxCase) -> ModalModel:

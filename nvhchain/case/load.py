@@ -1,4 +1,4 @@
-"""A case file (TOML) → a case."""
+"""Reader of case files (TOML)."""
 
 from __future__ import annotations
 
@@ -21,9 +21,22 @@ NAMES[RadiatorCase] = "a RadiatorCase, as load_case returns them"
 
 
 def load_channels(path: str | Path) -> ForceChannels:
-    """Read what the channels of a foreign record of bearing forces mean (TOML).
+    """Read the meaning of the channels of an imported record of bearing forces (TOML).
 
-    Raises InputError with file, field, value, limit and remedy.
+    Parameters
+    ----------
+    path : str or Path
+        TOML file.
+
+    Returns
+    -------
+    ForceChannels
+        Meaning of every channel.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be used; the message states file, field, value, limit and remedy.
     """
     path = Path(path)
     return build(ForceChannels, _read(path, ()), str(path))
@@ -33,8 +46,24 @@ def load_channels(path: str | Path) -> ForceChannels:
 def load_case(path: str | Path) -> Case:
     """Read and validate a case file.
 
-    A file may name another as its `base` and state only what differs; lists of named tables are merged by name.
-    Raises InputError with file, field, value, limit and remedy.
+    Parameters
+    ----------
+    path : str or Path
+        TOML file.
+
+    Returns
+    -------
+    Case
+        Gearbox or radiator.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be used; the message states file, field, value, limit and remedy.
+
+    Notes
+    -----
+    A file may name another as its `base` and contain only the differences. Lists of named tables are merged by name.
     """
     path = Path(path)
     table = _read(path, ())
@@ -54,7 +83,7 @@ def load_case(path: str | Path) -> Case:
 
 
 def _place_meshes(gears: Any, folder: Path) -> None:
-    """Meshes of gears lie beside the case."""
+    """Make the paths of gear meshes relative to the folder of the case."""
     for gear in gears if isinstance(gears, list) else []:
         blank = gear.get("blank") if isinstance(gear, Mapping) else None
         if isinstance(blank, dict) and blank.get("type") == "mesh" and isinstance(blank.get("file"), str):
@@ -62,7 +91,7 @@ def _place_meshes(gears: Any, folder: Path) -> None:
 
 
 def _place_records(operation: Any, folder: Path) -> None:
-    """Records of a fluctuating drive lie beside the case."""
+    """Make the path of a fluctuating drive's record relative to the folder of the case."""
     given = operation.get("fluctuation") if isinstance(operation, Mapping) else None
     if isinstance(given, dict) and isinstance(given.get("file"), str):
         given["file"] = str(folder / given["file"])
@@ -100,7 +129,7 @@ def _check_texts(value: Any, where: str) -> None:
 
 
 def _merge(base: Mapping[str, Any], change: Mapping[str, Any], where: str) -> dict[str, Any]:
-    """`base` with `change` over it; a table with another `type` replaces the base's."""
+    """Return `base` with `change` merged into it; a table with another `type` replaces that of the base."""
     merged = dict(base)
     for key, value in change.items():
         old = merged.get(key)

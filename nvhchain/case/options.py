@@ -1,4 +1,4 @@
-"""What the dynamics of a gearbox can take in beside the plain model: nothing is on, or computed, unless asked for."""
+"""Options of the dynamics beyond the plain model; all are off by default."""
 
 from __future__ import annotations
 
@@ -9,23 +9,35 @@ from nvhchain.errors import require
 from nvhchain.kinds import check_fields
 
 TILT_POINTS = 2
-"""Across the face, of a mesh that tilts: as many as give slices side by side their exact resistance; with three the
-forces differ by 0.01 dB (docs/measured/dynamics/options.md)."""
+"""Points across the face of a mesh that tilts.
+
+Two give slices side by side their exact resistance. With three the forces differ by 0.01 dB
+(docs/measured/dynamics/options.md).
+"""
 
 
 @dataclass(frozen=True)
 class Options:
-    """What each does to the example gearbox is measured in docs/measured/dynamics/options.md.
+    """Additions to the plain dynamic model; docs/measured/dynamics/options.md has their effects on the example gearbox.
 
-    friction: coefficient of the flanks under their nominal force; usual is 0.05; 0: none.
-    shuttling: the centre of every mesh's load moves along the face.
-    tilt: meshes carry at several points across the face and so resist, and follow, the tilt of their gears.
-    loaded_misalignment: mesh laws are those of gears tilted by the load at standstill, on top of the stage's own
-    misalignment; not together with tilt, which holds that tilt already.
-    flexible_shafts: shafts bend and twist.
-    gyroscopic: the shafts' spin turns their tilting.
-    rigid_housing: the seats of the bearings stand still in the gearbox; the housing then moves under the forces that
-    act on it, but not with the shafts. Bearing forces alone then need no housing.
+    Parameters
+    ----------
+    friction : float
+        Coefficient of friction of the flanks under their nominal force, usually 0.05; 0: none.
+    shuttling : bool
+        The centre of every mesh's load moves along the face.
+    tilt : bool
+        Meshes act at several points across the face. They resist the tilt of their gears and follow it.
+    loaded_misalignment : bool
+        Mesh laws are those of gears tilted by the static load, in addition to the stage's own misalignment. Not
+        together with tilt, which includes that tilt.
+    flexible_shafts : bool
+        Shafts bend and twist.
+    gyroscopic : bool
+        Shafts have gyroscopic moments.
+    rigid_housing : bool
+        The seats of the bearings are fixed in the gearbox. The housing then moves under the forces on it, but without
+        feedback on the shafts. Bearing forces alone then need no housing.
     """
 
     friction: float = 0.0
@@ -54,5 +66,5 @@ class Options:
 
     @property
     def load_distribution(self) -> bool:
-        """Whether forces beside those of the mesh laws act, for which it takes where the flanks carry."""
+        """True where friction or shuttling needs the place of the load on the flanks."""
         return self.friction > 0.0 or self.shuttling

@@ -1,4 +1,4 @@
-"""A body with a given surface velocity."""
+"""Case of a body with a given surface velocity."""
 
 from __future__ import annotations
 
@@ -19,20 +19,40 @@ from nvhchain.handoff import RigidPlane, SurfaceVelocity
 from nvhchain.kinds import check_fields
 
 HIGHEST_FREQUENCY = 1e5
-"""Hz, beyond which a frequency is taken for a mistake in the unit."""
+"""Upper limit (Hz) of frequencies; larger values are mistakes in the unit."""
 
 FASTEST = 100.0
-"""m/s, beyond which sound is far from linear."""
+"""Upper limit (m/s) of velocities; sound is far from linear beyond it."""
 
 
 @dataclass(frozen=True)
 class RadiatorCase:
-    """A body with a given surface velocity.
+    """Body with a given surface velocity.
 
-    velocity: (3,) m/s peak, the body moves as a whole; pulsation: m/s peak, outward everywhere.
-    frequencies: (n_f,) Hz.  quantities: what is asked for, `surface_velocity`, `pressure`, `sound_power`,
-    `radiation_efficiency`, `directivity`.
-    reflecting_plane: a rigid plane beside the body, or None in a free field.
+    Parameters
+    ----------
+    name : str
+        Name, also of its folder.
+    body : Sphere or SurfaceFile
+        Body.
+    frequencies : tuple of float
+        Lines (Hz), (n_f,).
+    field_points : tuple of FieldPoint
+        Microphones.
+    pulsation : float
+        Outward velocity everywhere (m/s, peak).
+    velocity : tuple of float
+        Velocity of the body as a whole, (3,) (m/s, peak).
+    quantities : tuple of str
+        `surface_velocity`, `pressure`, `sound_power`, `radiation_efficiency`, `directivity`.
+    air : Air
+        Air around the body.
+    engine : str
+        Boundary element engine, `fused` or `bempp`.
+    reflecting_plane : RigidPlane, optional
+        Rigid plane beside the body; without one the field is free.
+    folder : str
+        Folder of the case file.
     """
 
     name: str
@@ -78,7 +98,7 @@ class RadiatorCase:
 
     @property
     def limits(self) -> tuple[float, float]:
-        """Lowest and highest line, Hz."""
+        """Lowest and highest line (Hz)."""
         return self.frequencies[0], self.frequencies[-1]
 
     @property

@@ -1,4 +1,4 @@
-"""Gears under load: misalignment at standstill, and flank compliances that several steps take."""
+"""Gears under load: static misalignment, and flank compliances that several steps need."""
 
 from __future__ import annotations
 
@@ -13,10 +13,13 @@ from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import ReducedHousing
 
 ANGLE_DIGITS = 9
-"""Of tilts in rad: 1 nrad, 0.04 nm at the ends of a face; what rounding changes makes no other gear pair of it."""
+"""Decimal digits of tilts in rad: 1 nrad, 0.04 nm at the ends of a face.
+
+Differences from rounding then give the same gear pair, and so the same cached results.
+"""
 
 Compliances = Callable[[Progress], tuple[Any, Any]]
-"""Flank compliances of a pair, computed at the first call."""
+"""Function that returns the flank compliances of a pair, computed at the first call."""
 
 
 def compliances(case: GearboxCase, fidelity: Fidelity) -> tuple[Compliances, ...]:
@@ -36,12 +39,10 @@ def _lazily(pair: gear.GearPair, fidelity: Fidelity) -> Compliances:
 
 
 def under_load(case: GearboxCase, housing: ReducedHousing | None, fidelity: Fidelity) -> GearboxCase:
-    """Return the case with its stages misaligned by the tilt of the gears under load, where it asks for that.
+    """Return the case with its stages misaligned by the tilt of the gears under load, if its options ask for that.
 
-    housing: None for rigid seats.
-
-    The tilt is that of shafts, bearings and housing under the nominal mesh forces at mid-width, which the torques fix:
-    the teeth do not enter.
+    The tilt is that of shafts, bearings and housing (None for rigid seats) under the nominal mesh forces at mid-width.
+    The torques determine these forces, independent of the teeth.
     """
     if not case.options.loaded_misalignment:
         return case

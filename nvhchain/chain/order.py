@@ -1,7 +1,7 @@
 """Runs: every step of the table that a case needs, in its order.
 
-A spine of signals (mesh force → bearing force → surface velocity → pressure) runs past load-independent operators
-(mesh laws, reduced housing, transfer vectors), which are computed once and cached.
+A spine of signals leads from mesh force over bearing force and surface velocity to pressure. Load-independent operators
+(mesh laws, reduced housing, transfer vectors) are computed once and cached.
 """
 
 from __future__ import annotations
@@ -52,24 +52,37 @@ def run(
     executor: Executor | None = None,
     watcher: Watcher | None = None,
 ) -> Result:
-    """Compute the quantities that a case asks for, and all that they take.
+    """Compute the quantities that a case asks for, with all steps that they need.
 
     Parameters
     ----------
-    case
-        A gearbox or a radiator.
-    fidelity
+    case : Case
+        Gearbox or radiator.
+    fidelity : Fidelity
         Knobs of all steps.
-    out
-        Folder for the hand-offs; steps whose inputs have not changed are cached there.
-    operators
+    out : str or Path, optional
+        Folder for the hand-offs; steps with unchanged inputs are cached there.
+    operators : str or Path, optional
         Folder for mesh laws, housing and transfer vectors, which several cases may share (default: `out`).
-    mesh_laws, load_distributions, bearing_forces, force_spectrum, housing, surface_velocity, transfer_vectors
-        Supplied hand-offs. Each is used as it is; steps that only it needs are not computed.
-    executor
-        Takes mesh-law blocks and frequency bands.
-    watcher
-        Follows the steps as they begin, advance and end.
+    mesh_laws : sequence of MeshLaw, optional
+        Supplied hand-offs, one per stage. A supplied hand-off is used unchanged; steps that only it needs are not
+        computed.
+    load_distributions : sequence of LoadDistribution, optional
+        Supplied hand-offs, one per stage.
+    bearing_forces : BearingForces, optional
+        Supplied hand-off.
+    force_spectrum : ForceSpectrum, optional
+        Supplied hand-off.
+    housing : ReducedHousing, optional
+        Supplied hand-off.
+    surface_velocity : SurfaceVelocity, optional
+        Supplied hand-off.
+    transfer_vectors : TransferVectors, optional
+        Supplied hand-off.
+    executor : concurrent.futures.Executor, optional
+        Executor of mesh-law blocks and frequency bands.
+    watcher : Watcher, optional
+        Receives begin, progress and end of the steps.
 
     Returns
     -------
@@ -79,9 +92,9 @@ def run(
     Raises
     ------
     InputError
-        For what cannot be used.
+        If the input cannot be used.
     SolverError
-        For a step that did not reach its residual.
+        If a step does not reach its residual.
     """
     handed_in: dict[Step[Any], Any] = {
         table.MESH_LAWS: mesh_laws,
@@ -114,10 +127,44 @@ def record(
     executor: Executor | None = None,
     watcher: Watcher | None = None,
 ) -> Recording:
-    """Compute bearing forces of a run-up of any length into files of `out`/bearing_forces.
+    """Compute the bearing forces of a run-up of any length into files of `out`/bearing_forces.
 
-    Memory does not grow with the length. Stopped, the same call continues from the last file. Other arguments and
-    errors are those of `run`; of the case's quantities only the bearing forces are computed.
+    Parameters
+    ----------
+    case : GearboxCase
+        Gearbox with a ramp. Only its bearing forces are computed.
+    fidelity : Fidelity
+        Knobs of all steps.
+    out : str or Path
+        Folder for the hand-offs and the files.
+    operators : str or Path, optional
+        As for `run`.
+    mesh_laws : sequence of MeshLaw, optional
+        As for `run`.
+    load_distributions : sequence of LoadDistribution, optional
+        As for `run`.
+    housing : ReducedHousing, optional
+        As for `run`.
+    executor : concurrent.futures.Executor, optional
+        As for `run`.
+    watcher : Watcher, optional
+        As for `run`.
+
+    Returns
+    -------
+    Recording
+        Files of the record.
+
+    Raises
+    ------
+    InputError
+        If the case has no run-up, or the input cannot be used.
+    SolverError
+        If a step does not reach its residual.
+
+    Notes
+    -----
+    The memory does not grow with the length. After an interruption the same call continues from the last file.
     """
     if not case.running_up:
         raise InputError(f"{case.name} has no run-up to record: give its operation a ramp, or use `run`")
@@ -146,7 +193,7 @@ def _started(
     *,
     in_files: bool = False,
 ) -> Run:
-    """Start a run whose case, fidelity and supplied hand-offs (None: not supplied) are checked."""
+    """Start a run with checked case, fidelity and supplied hand-offs (None: not supplied)."""
     hand_offs = {
         step: tuple(value) if step.per_stage else value for step, value in handed_in.items() if value is not None
     }

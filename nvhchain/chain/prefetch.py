@@ -1,5 +1,7 @@
-"""The operators of a gearbox on both cores: its mesh laws are made in a process of their own, `python -m` this, while
-its housing is reduced here on one thread. Neither takes anything of the other, and a second thread gains either little.
+"""Operators of gearboxes on two cores: mesh laws in a separate process, housings in this one.
+
+This module is the separate process (`python -m`). Mesh laws and housing are independent, and a second thread speeds up
+neither much.
 """
 
 from __future__ import annotations
@@ -27,7 +29,7 @@ from nvhchain.scene import Scene, planned_steps, preflight
 from nvhchain.scene.steps import HOUSING, MESH_LAWS
 
 _WORTH = 5.0
-"""Processor seconds, of the laws and of the housing, below which a second process costs more than it saves."""
+"""Smallest processor time (s) of laws and of housings for which a second process saves time."""
 
 _ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "MKL", "OPENBLAS", "NUMBA")}
 
@@ -53,11 +55,29 @@ class _OnlyComputed(Unwatched):
 def operators_ahead(
     cases: Sequence[Case], fidelity: Fidelity, operators: Path, watcher: Watcher | None = None
 ) -> Iterator[None]:
-    """Have the housings of `cases` on the shelf in `operators`, their mesh laws under way, and what is next compiled.
+    """Compute housings and mesh laws of `cases` in advance, and compile the code of the next steps.
 
-    What the other process has begun a run in here waits for at the shelf; what it has not, or could not, the run makes
-    itself. Nothing happens with one core, with less work than a process is worth, in less memory than both take, and
-    for options whose laws take more than the gears.  Raises what a run would refuse.
+    Parameters
+    ----------
+    cases : sequence of Case
+        Cases that will run with the same operators.
+    fidelity : Fidelity
+        Fidelity of the runs.
+    operators : Path
+        Folder of the shared operators.
+    watcher : Watcher, optional
+        Receives the progress of the housings.
+
+    Raises
+    ------
+    InputError, ResourceError
+        If a run would be refused.
+
+    Notes
+    -----
+    A run inside this context waits at the shelf for a law that the other process has begun. It computes the others
+    itself. Nothing is done in advance with one core, too little work, too little memory for both processes, or options
+    whose laws need more than the gears.
     """
     gearboxes = [case for case in cases if isinstance(case, GearboxCase) and _apart(case)]
     if len(gearboxes) < len(cases) or not _worth_it(gearboxes, fidelity):
@@ -78,7 +98,7 @@ def operators_ahead(
 
 @contextmanager
 def _laws_under_way(cases: Sequence[GearboxCase], fidelity: Fidelity, operators: Path) -> Iterator[None]:
-    """Another process works at the mesh laws; what fails there is silent, and fails again where it is needed."""
+    """Compute the mesh laws in another process; errors there are silent and recur where the law is needed."""
     with processes.start_python(
         "-m", "nvhchain.chain.prefetch", stdin=processes.PIPE, environment=_ONE_THREAD
     ) as process:
@@ -90,16 +110,17 @@ def _laws_under_way(cases: Sequence[GearboxCase], fidelity: Fidelity, operators:
             yield
         finally:
             with suppress(BrokenPipeError):
-                process.stdin.close()  # which ends it
+                process.stdin.close()  # this ends the process
 
 
 def _apart(case: GearboxCase) -> bool:
-    """True where the mesh laws take nothing but the gears, and no other step needs the gears' compliance."""
+    """Return True where the mesh laws need only the gears, and no other step needs the gears' compliance."""
     options = case.options
     return not (options.tilt or options.load_distribution or options.loaded_misalignment)
 
 
 def _worth_it(cases: Sequence[GearboxCase], fidelity: Fidelity) -> bool:
+    """Return True if a second process saves time and the memory is enough for both."""
     planned = [one for case in cases for one in planned_steps(Scene(case, fidelity))]
     kinds = [[one for one in planned if one.step is step] for step in (HOUSING, MESH_LAWS)]
     seconds = min(sum(one.seconds for one in kind) for kind in kinds)
@@ -108,14 +129,14 @@ def _worth_it(cases: Sequence[GearboxCase], fidelity: Fidelity) -> bool:
 
 
 def _end_with_caller() -> None:
-    """The caller closes its end when it needs no more, or is gone."""
+    """End this process when the caller closes its end of the pipe or has ended."""
     sys.stdin.buffer.read()
     processes.end_here()
 
 
 def main() -> None:
-    """Mesh laws of all cases."""
-    signal(SIGINT, default_int_handler)  # what a script runs in the background ignores it otherwise
+    """Compute the mesh laws of all cases."""
+    signal(SIGINT, default_int_handler)  # background jobs of a script ignore it otherwise
     signal(SIGTERM, default_int_handler)
     cases, fidelity, operators = pickle.load(sys.stdin.buffer)
     with suppress(KeyboardInterrupt):

@@ -29,14 +29,49 @@ from nvhchain.handoff import (
 )
 
 _MADE_OF = {"radiation_efficiency": ("sound_power",), "directivity": ("pressure", "sound_power")}
-"""Quantities without a band of their own → those that they are made of."""
+"""Quantities without confidence limits of their own → the quantities from which they inherit them."""
 
 
 @dataclass(frozen=True)
 class Result:
-    """Hand-offs that a run computed or was supplied with; those that the case does not need are None (or empty).
+    """Hand-offs that a run computed or was supplied with; those that the case does not need are None or empty.
 
-    Its fields are the names of the step table (`nvhchain.scene.steps`).  supplied: names of supplied hand-offs.
+    Parameters
+    ----------
+    case : Case
+        Case of the run.
+    fidelity : Fidelity
+        Fidelity of the run.
+    mesh_laws : tuple of MeshLaw
+        One per stage.
+    load_distributions : tuple of LoadDistribution
+        One per stage.
+    bearing_forces : BearingForces, optional
+        Hand-off of its step (`nvhchain.scene.steps`).
+    force_spectrum : ForceSpectrum, optional
+        Hand-off of its step.
+    housing : ReducedHousing, optional
+        Hand-off of its step.
+    surface_velocity : SurfaceVelocity, optional
+        Hand-off of its step.
+    transfer_vectors : TransferVectors, optional
+        Hand-off of its step.
+    pressure : FieldPressure, optional
+        Hand-off of its step.
+    noise_transfer_functions : NoiseTransferFunctions, optional
+        Hand-off of its step.
+    pressure_history : PressureHistory, optional
+        Hand-off of its step.
+    radiation_resistance : RadiationResistance, optional
+        Hand-off of its step.
+    sound_power : SoundPower, optional
+        Hand-off of its step.
+    radiation_efficiency : RadiationEfficiency, optional
+        Hand-off of its step.
+    directivity : Directivity, optional
+        Hand-off of its step.
+    supplied : tuple of str
+        Names of supplied hand-offs.
     """
 
     case: Case
@@ -59,8 +94,10 @@ class Result:
 
     @property
     def overall(self) -> FloatArray:
-        """Level (n_point,) in dB(A) at the field points, over the lines or over the record of a run-up; InputError
-        without a sound pressure."""
+        """Level (n_point,) in dB(A) at the field points, over the lines or over the record of a run-up.
+
+        InputError without a sound pressure.
+        """
         self._check_heard()
         if self.pressure_history is not None:
             time = self.pressure_history.time
@@ -73,7 +110,7 @@ class Result:
     def error_band(self) -> ErrorBand | RunUpBand:
         """Confidence limits of the sound pressure (`nvhchain.error_band`): per line, or over the speed, and overall.
 
-        Supplied mesh laws, forces and housings count as exact.  InputError without a sound pressure.
+        Supplied mesh laws, forces and housings count as exact. InputError without a sound pressure.
         """
         self._check_heard()
         return BANDS["pressure"](self)

@@ -1,4 +1,4 @@
-"""A run on its way: the hand-offs that it has, and where it keeps them."""
+"""Run in progress: its hand-offs and their folders."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ class Run:
 
     Parameters
     ----------
-    scene
-        Case, fidelity and names of supplied hand-offs.
-    spine
+    scene : Scene
+        Case, fidelity and supplied hand-offs.
+    spine : Shelf
         Shelf of the load case.
-    shared
+    shared : Shelf
         Shelf of load-independent operators.
-    executor
-        Takes mesh-law blocks and frequency bands.
-    hand_offs
+    executor : concurrent.futures.Executor, optional
+        Executor of mesh-law blocks and frequency bands.
+    hand_offs : dict of Step to object
         Step → its hand-off; supplied ones from the start.
     """
 
@@ -45,17 +45,17 @@ class Run:
     hand_offs: dict[Step[Any], Any] = field(default_factory=dict)
 
     def __getitem__(self, step: Step[H]) -> H:
-        """The hand-off of a step."""
+        """Return the hand-off of a step."""
         made: H = self.hand_offs[step]
         return made
 
     def get(self, step: Step[H]) -> H | None:
-        """The hand-off of a step, or None where this run does not have it."""
+        """Return the hand-off of a step, or None where this run does not have it."""
         return self.hand_offs.get(step)
 
     @cached_property
     def loaded(self) -> GearboxCase:
-        """The gearbox with the misalignment that its load brings, where it asks for that."""
+        """Gearbox with the misalignment by its load, if its options ask for that."""
         case = self.gearbox
         return under_load(case, self.housing_in_loop, self.fidelity) if case.options.loaded_misalignment else case
 
@@ -66,19 +66,22 @@ class Run:
 
     @property
     def housing_in_loop(self) -> ReducedHousing | None:
-        """The housing that moves with the shafts; None where the seats are rigid."""
+        """Housing that moves with the shafts; None where the seats are rigid."""
         return None if self.gearbox.options.rigid_housing else self[HOUSING]
 
     @property
     def case(self) -> Case:
+        """Case of the run."""
         return self.scene.case
 
     @property
     def gearbox(self) -> GearboxCase:
+        """Case of a gearbox run."""
         return self.scene.gearbox
 
     @property
     def fidelity(self) -> Fidelity:
+        """Fidelity of the run."""
         return self.scene.fidelity
 
     def cached(
@@ -89,9 +92,10 @@ class Run:
         *,
         stage: str = "",
     ) -> Any:
-        """The hand-off of a step: cached on disk where nothing that went into it has changed, else computed.
+        """Return the hand-off of a step: cached on disk if its inputs have not changed, else computed.
 
-        stage: name of the gear stage, of steps that make one hand-off for each.
+        `stage` is the name of the gear stage for steps with one hand-off each. `remind` repeats warnings for a cached
+        hand-off.
         """
         shelf, name = self._place(step, stage)
         return shelf.stage(name, step.kind, step.code, inputs, compute, fidelity=self.scene.knobs(step))
@@ -99,10 +103,11 @@ class Run:
     def cached_in_parts(
         self, step: Step[Any], inputs: Sequence[Any], compute: Callable[[Progress, Path | None], Any]
     ) -> Any:
-        """As `cached`; `compute` also takes a folder for finished parts."""
+        """Return the hand-off of a step like `cached`; `compute` also takes a folder for checkpoints."""
         shelf, name = self._place(step)
         return shelf.stage_in_parts(name, step.kind, step.code, inputs, compute, fidelity=self.scene.knobs(step))
 
     def _place(self, step: Step[Any], stage: str = "") -> tuple[Shelf, str]:
+        """Shelf and file name of a step's hand-off."""
         name = step.file_of(stage)
         return (self.shared, f"{name}-{{key}}") if step.shared else (self.spine, name)

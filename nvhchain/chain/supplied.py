@@ -1,4 +1,4 @@
-"""Supplied hand-offs that a run starts from: their arguments, and checks against the case."""
+"""Supplied hand-offs of a run: their arguments, and checks against the case."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def arguments(hand_offs: Iterable[HandOff]) -> dict[str, Any]:
 
 
 def check_argument_names(given: Collection[str]) -> None:
-    """Raise `InputError` unless `run` calls hand-offs so."""
+    """Raise `InputError` unless all names are hand-off arguments of `run`."""
     known = [step.name for step in _STEP_OF.values()]
     unknown = sorted(set(given) - set(known))
     require(not unknown, f"given = {', '.join(unknown)}: a run starts from {', '.join(known)}, by these names")
@@ -81,7 +81,10 @@ def warn(run: Run) -> None:
 
 
 def _check_distributions(case: GearboxCase, distributions: Sequence[LoadDistribution], *, ratios: bool) -> None:
-    """One per stage, over whole mesh periods of it, and taken by an option.  ratios: whether tilt takes them too."""
+    """Refuse load distributions that no option needs, or that do not fit the stages.
+
+    There must be one per stage, over whole mesh periods. If `ratios`, tilt needs them, too.
+    """
     require(
         case.options.load_distribution or (case.options.tilt and ratios),
         f"load distributions are given, but {case.name} takes none: switch on options.friction, shuttling or "

@@ -1,8 +1,8 @@
-"""Supplied bearing forces, records or spectra, against the case: seats, speed, whole periods, mean forces.
+"""Checks of supplied bearing forces against the case: seats, speed, whole periods, mean forces.
 
-The torques of the case fix the forces of its gears, and so the mean forces that the bearings of a shaft carry together,
-whatever bends or tilts: a wrong sign, unit or axis shows there. All of it is warned of and nothing refused: forces of
-one newton, of another frame's origin or of another speed are sometimes wanted.
+The torques of the case determine the forces of its gears. They so determine the sum of the mean forces at the bearings
+of a shaft, independent of deformation. A wrong sign, unit or axis changes this sum. All checks warn and none refuses:
+forces of one newton, with another origin or at another speed may be intended.
 """
 
 from __future__ import annotations
@@ -17,20 +17,25 @@ from nvhchain.errors import warn_caller
 from nvhchain.handoff import BearingForces, ComplexArray, FloatArray, ForceSpectrum
 
 SPEED_OFF = 0.05
-"""Of the highest speed of the case: a driving motor under load slips by less."""
+"""Admissible speed difference over the highest speed of the case; a driving motor under load slips by less."""
 CYCLES_OFF = 0.02, 5e-5
-"""Meshes, and of all meshes of the record, that a periodic one may be off a whole number: lines leak by -34 dB then;
-and what rounding leaves of a stated speed."""
+"""Admissible distance of a periodic record from whole mesh periods: absolute, and per mesh of the record.
+
+The first makes lines leak by -34 dB. The second is the rounding of a stated speed.
+"""
 MEAN_OFF = 20.0
-"""Times the largest static force, or so many times less: no other load, but another unit."""
+"""Largest ratio of mean and static force, either way; beyond it the unit differs, not the load."""
 NO_MEAN = 0.02
-"""Of the largest static force: a record whose means are below was taken without them."""
+"""Smallest mean force over the largest static force; smaller means indicate a record without means."""
 SHAFT_OFF = 0.2
-"""Of the largest static force of a shaft: more than friction, drag and inertia change."""
+"""Admissible difference of a shaft's mean force over its largest static force.
+
+Friction, drag and inertia change the force by less.
+"""
 
 
 def warn_of_forces(case: GearboxCase, forces: BearingForces) -> None:
-    """AccuracyWarning where `forces` can hardly be those of the case."""
+    """Issue an AccuracyWarning where `forces` hardly fit the case."""
     if not _moves(forces.force):
         return
     _check_seats(case, forces)
@@ -42,7 +47,7 @@ def warn_of_forces(case: GearboxCase, forces: BearingForces) -> None:
 
 
 def warn_of_spectrum(case: GearboxCase, spectrum: ForceSpectrum) -> None:
-    """AccuracyWarning where `spectrum` can hardly be that of the case: its speed where it has one, its line at 0 Hz."""
+    """Issue an AccuracyWarning where speed, if any, or the line at 0 Hz of `spectrum` hardly fit the case."""
     if not _moves(spectrum.force):
         return
     if spectrum.input_speed > 0.0:
@@ -54,6 +59,7 @@ def warn_of_spectrum(case: GearboxCase, spectrum: ForceSpectrum) -> None:
 
 
 def _moves(force: FloatArray | ComplexArray) -> bool:
+    """Return True for forces that are not all zero; warn of zeros."""
     _told(
         bool(force.any()),
         "all of them are exactly zero: nothing moves the housing and the run is silent; look at the channels of the "
@@ -63,7 +69,7 @@ def _moves(force: FloatArray | ComplexArray) -> bool:
 
 
 def _check_seats(case: GearboxCase, forces: BearingForces) -> None:
-    """No nearer to another bearing's seat than half the way from the own one there; the farthest off is told."""
+    """Warn of the most distant force that acts more than half the way to the next seat from its own."""
     off = [dist(case.seats[name], at) for name, at in zip(forces.names, forces.positions.tolist(), strict=True)]
     name = forces.names[int(np.argmax(off))]
     limit = 0.5 * min(
@@ -77,7 +83,7 @@ def _check_seats(case: GearboxCase, forces: BearingForces) -> None:
 
 
 def _check_speed(case: GearboxCase, found: FloatArray) -> None:
-    """The case's, from the first sample to the last (n,) rad/s."""
+    """Warn of a speed (n,) rad/s at the first and last sample that differs from that of the case."""
     first, ramp = case.operation.input_speed, case.operation.ramp
     highest = max(first, ramp.end_speed if ramp else first)
     if ramp is None:
@@ -95,7 +101,7 @@ def _check_speed(case: GearboxCase, found: FloatArray) -> None:
 
 
 def _check_periods(case: GearboxCase, forces: BearingForces) -> None:
-    """A periodic record covers whole mesh periods of every stage, else its lines leak."""
+    """Warn of a periodic record without whole mesh periods of every stage: its lines leak."""
     turns = len(forces.time) / forces.sample_rate * float(forces.input_speed.mean()) / (2.0 * pi)
     for stage, order in case.mesh_orders.items():
         meshes = float(order) * turns
@@ -109,16 +115,16 @@ def _check_periods(case: GearboxCase, forces: BearingForces) -> None:
 
 
 def _check_means(case: GearboxCase, means: FloatArray, moving: float) -> None:
-    """What the bearings carry on average (3 n_bearing,) N against statics under the torque of the case, on rigid seats.
+    """Compare mean bearing forces (3 n_bearing,) N with statics on rigid seats under the torque of the case.
 
-    moving: N, largest RMS of what swings about the means.
+    `moving` is the largest RMS value (N) about the means.
     """
     static = static_bearing_forces(
         case.gearbox_with_gears, case.straight_laws, None, input_torque=case.operation.input_torque
     )
     largest = float(np.linalg.norm(static, axis=1).max())
     if largest == 0.0:
-        return  # nothing is known without load
+        return  # no reference without load
     mean = means.reshape(-1, 3)
     found = float(np.linalg.norm(mean, axis=1).max())
     if found <= NO_MEAN * largest and found <= moving:
@@ -147,7 +153,7 @@ def _check_means(case: GearboxCase, means: FloatArray, moving: float) -> None:
 
 
 def _check_shafts(case: GearboxCase, mean: FloatArray, static: FloatArray) -> None:
-    """The bearings of the shaft that are farthest from balance with its gears."""
+    """Warn of the shaft whose bearings are farthest from equilibrium with its gears."""
     of_shaft = np.array([[bearing.shaft == shaft.name for bearing in case.bearings] for shaft in case.shafts], float)
     off = np.linalg.norm(of_shaft @ (mean - static), axis=1)
     limit = SHAFT_OFF * float(np.linalg.norm(of_shaft @ static, axis=1).max())
@@ -162,5 +168,6 @@ def _check_shafts(case: GearboxCase, mean: FloatArray, static: FloatArray) -> No
 
 
 def _told(holds: bool, message: str) -> None:
+    """Warn unless the condition holds."""
     if not holds:
         warn_caller(f"bearing forces: {message}")

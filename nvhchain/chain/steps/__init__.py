@@ -1,4 +1,4 @@
-"""The function of every step: each takes a run on its way and returns its hand-off."""
+"""Function of every step: each takes a run in progress and returns its hand-off."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ def bearing_forces(run: Run) -> BearingForces:
 
 
 def recording(run: Run, folder: Path) -> dynamics.Recording:
-    """Bearing forces of a run-up of any length in files of `folder`; a stopped recording is continued."""
+    """Write bearing forces of a run-up of any length to files of `folder`; an interrupted recording is continued."""
     name, watcher = BEARING_FORCES.file_of(), run.spine.watcher
     watcher.begin(name)
     with concerning(name):
@@ -67,7 +67,7 @@ def _operation(run: Run) -> dict[str, Any]:
 
 
 def _contact_forces(run: Run) -> list[dynamics.ContactForce] | None:
-    """The contact problem of every mesh, for the mesh level that solves it in the time loop."""
+    """Return the contact problem of every mesh, for the mesh level that solves it in the time loop."""
     if run.fidelity.dynamics.mesh_level != "contact":
         return None
     return [
@@ -77,7 +77,7 @@ def _contact_forces(run: Run) -> list[dynamics.ContactForce] | None:
 
 
 def _gearbox(run: Run) -> dynamics.Gearbox:
-    """The gearbox with the inertia of its gears, and friction and shuttling where its options have them."""
+    """Return the gearbox with the inertia of its gears, and with friction and shuttling if its options have them."""
     gearbox, options = run.loaded.gearbox_with_gears, run.loaded.options
     if not options.load_distribution:
         return gearbox

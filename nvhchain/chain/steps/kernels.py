@@ -1,4 +1,4 @@
-"""Compiled code that the stages of a case will call."""
+"""Compiled code for the steps of a case."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from nvhchain.fidelity import Fidelity
 
 
 def compile_kernels(case: GearboxCase, fidelity: Fidelity) -> None:
-    """Have it compiled, or read from disk, while there is time to."""
+    """Compile the code in advance, or read it from disk."""
     dynamics.compile_time_loop()
     if {*HEARD, *RADIATED}.intersection(case.quantities):
         acoustics.compile_kernels(case.engine, fidelity.acoustics)

@@ -33,7 +33,7 @@ def force_spectrum(run: Run) -> ForceSpectrum:
 
 
 def surface_velocity(run: Run) -> SurfaceVelocity:
-    """Velocity that the case states, kept where it is asked for; else the forced response of the housing."""
+    """Velocity stated in the case, cached if it is asked for; else the forced response of the housing."""
     if isinstance(run.case, RadiatorCase):
         stated = run.case.surface_velocity(run.fidelity.acoustics)
         asked = "surface_velocity" in run.case.quantities

@@ -23,7 +23,7 @@ from nvhchain.scene.steps import (
 def radiation_resistance(run: Run) -> RadiationResistance:
     """Radiation resistance of the housing in its modal coordinates, over the band and the lines of the forces.
 
-    The residual motion is that of loaded bearings and axes only.
+    Its residual shapes are those of loaded bearings and axes only.
     """
     where, reduced, forces = surroundings(run), run[HOUSING], run[FORCE_SPECTRUM]
     low, high = band_of(run.case, forces.frequency)

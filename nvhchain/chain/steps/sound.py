@@ -29,10 +29,10 @@ from nvhchain.scene.steps import (
 )
 
 _FEW_LINES = 16
-"""So many lines are solved as they are: masters between which they could be interpolated would hardly be fewer."""
+"""Largest number of lines that are solved directly; interpolation would need about as many masters."""
 
 ROUNDING = 1e-9
-"""Relative; lines of a Fourier transform that pass the band's edge by less share the transfer vectors of the band."""
+"""Relative tolerance of the band: lines of a Fourier transform this far outside use its transfer vectors."""
 
 
 def surroundings(run: Run) -> dict[str, Any]:
@@ -41,13 +41,13 @@ def surroundings(run: Run) -> dict[str, Any]:
 
 
 def speed_of(run: Run) -> float:
-    """Input speed (rad/s) of the forces that move the surface; 0 where none are known."""
+    """Input speed (rad/s) of the forces that move the surface; 0 without forces."""
     forces = run.get(FORCE_SPECTRUM)
     return forces.input_speed if forces is not None else 0.0
 
 
 def band_of(case: Case, lines: FloatArray | None) -> tuple[float, float]:
-    """Band (Hz) of the masters: that of the case, or of lines that pass it by more than rounding."""
+    """Band (Hz) of the masters: that of the case, or that of lines more than rounding outside."""
     low, high = case.limits
     if lines is None or (lines[0] > low * (1 - ROUNDING) and lines[-1] < high * (1 + ROUNDING)):
         return low, high
@@ -55,7 +55,7 @@ def band_of(case: Case, lines: FloatArray | None) -> tuple[float, float]:
 
 
 def transfer_vectors(run: Run) -> TransferVectors:
-    """Transfer vectors to the field points: at few lines themselves, else at master frequencies of the band."""
+    """Transfer vectors to the field points: at the lines if they are few, else at master frequencies of the band."""
     points, where, lines = _points(run.case), surroundings(run), None
     if run.case.running_up:
         surface = run[HOUSING].surface
@@ -91,7 +91,7 @@ def _points(case: Case) -> FloatArray:
 def pressure(run: Run) -> FieldPressure:
     """Sound pressure at the lines of the surface velocity.
 
-    At the level of the equivalent radiated power it has no phase and is spread evenly.
+    The equivalent radiated power gives a pressure without phase, the same in all directions.
     """
     velocity, speed = run[SURFACE_VELOCITY], speed_of(run)
     made: FieldPressure
@@ -117,7 +117,7 @@ def pressure(run: Run) -> FieldPressure:
 
 
 def noise_transfer_functions(run: Run) -> NoiseTransferFunctions:
-    """Pressure per bearing force over the band, at lines as close as the housing's decay asks for."""
+    """Pressure per bearing force over the band, at a line spacing that the housing's decay requires."""
     vectors, reduced, band = run[TRANSFER_VECTORS], run[HOUSING], run.gearbox.band
     decay = acoustics.decay_time(reduced, band.high)
     lines = acoustics.convolution_lines(run[BEARING_FORCES].sample_rate, band.high, decay)

@@ -76,8 +76,8 @@ def operators_ahead(
     Notes
     -----
     A run inside this context waits at the shelf for a law that the other process has begun. It computes the others
-    itself. Nothing is done in advance with one core, too little work, too little memory for both processes, or options
-    whose laws need more than the gears.
+    itself. Nothing is done in advance with one core, or with too little work or memory for two processes. The same
+    holds for options whose laws need more than the gears.
     """
     gearboxes = [case for case in cases if isinstance(case, GearboxCase) and _apart(case)]
     if len(gearboxes) < len(cases) or not _worth_it(gearboxes, fidelity):

@@ -1,4 +1,4 @@
-"""One process at a time in a folder; what killed processes left is told from what others are at by its lock."""
+"""Locks for one process at a time in a folder; an unlocked unfinished file belongs to a killed process."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ _log = logging.getLogger(__name__)
 
 @contextmanager
 def alone_in(folder: Path) -> Iterator[None]:
-    """Hold a folder that exists; wait for the process that holds it, with a line that says which it is.
+    """Hold an existing folder; wait for the process that holds it, and log which it is.
 
-    The system ends the hold with the process, and nothing is left in the folder.  File systems without locks, such as
-    some on networks, do not hold.
+    The system ends the hold with the process, and nothing remains in the folder. The hold has no effect on file systems
+    without locks, such as some on networks.
     """
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
@@ -36,22 +36,25 @@ def alone_in(folder: Path) -> Iterator[None]:
 
 
 def remove_left(folder: Path, pattern: str) -> None:
-    """Remove files of `folder` whose makers held a lock on them and have ended; others stay, as where locks fail."""
+    """Remove files of `folder` whose makers held a lock on them and have ended; the others stay.
+
+    On file systems without locks all files stay.
+    """
     for path in folder.glob(pattern):
         with suppress(OSError):
             descriptor = os.open(path, os.O_RDWR)
             try:
                 fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                if os.fstat(descriptor).st_nlink:  # else the name is another file's by now
+                if os.fstat(descriptor).st_nlink:  # else the name belongs to another file by now
                     path.unlink()
             finally:
                 os.close(descriptor)
 
 
 def say_waiting(place: Path, held: Path | None = None) -> None:
-    """Log which process `place` is waited for, unless this one started it.
+    """Log the process that `place` is waited for, unless this process started it.
 
-    held: locked file or folder, `place` by default.
+    `held` is the locked file or folder, by default `place`.
     """
     try:
         holder = psutil.Process(_holder(held or place))
@@ -65,7 +68,7 @@ def say_waiting(place: Path, held: Path | None = None) -> None:
 
 
 def _holder(locked: Path) -> int:
-    """Identifier of the process that holds a file or folder.  ValueError where the system does not list it."""
+    """Return the identifier of the process that holds a file or folder; ValueError if the system does not list it."""
     inode = str(locked.stat().st_ino)
     for line in Path("/proc/locks").read_text(encoding="ascii").splitlines():
         *_, pid, place, _, _ = line.split()

@@ -1,7 +1,7 @@
-"""HDF5 save and load of any hand-off: schema version, units, provenance; files appear whole or not at all.
+"""HDF5 files of all hand-offs: schema version, units, provenance; files appear whole or not at all.
 
-Axes have dimension scales, so that xarray, netCDF and MATLAB name them.  Complex arrays have a trailing axis (re, im).
-The user block, which readers skip, holds a checksum of all that follows: HDF5 crashes or hangs on some damaged files.
+Axes have dimension scales with the names for xarray, netCDF and MATLAB. Complex arrays have a trailing axis (re, im).
+The user block, which readers skip, holds a checksum of the rest: HDF5 crashes or hangs on some damaged files.
 """
 
 from __future__ import annotations
@@ -26,29 +26,32 @@ from nvhchain.handoff.base import Declared
 from nvhchain.handoff.declared import LABELS, Quantity
 
 SCHEMA_VERSION = 3
-"""2: accuracy stood in the provenance, from which it is taken once (`typed`).  1: axes had labels and no scales; a
-surface velocity was not stored as its factors.  Both are read."""
+"""Version of the file layout; older files are read, too.
+
+In version 2 the provenance contained the accuracy (`typed`). In version 1 axes had labels and no scales, and a surface
+velocity was not stored as its factors.
+"""
 TYPED_ACCURACY = 3
 """First version whose accuracy is a group of its own."""
 CONVENTIONS = "e^{+j omega t}; outward normals; single-sided peak amplitudes; SI; frequency axes in Hz"
 
 _BLOCK_BYTES = 512
-"""User block, the least that HDF5 knows."""
+"""Length of the user block, the smallest of HDF5."""
 _BEGIN = b"nvhchain hand-off: HDF5 after these 512 bytes, its SHA-256 "
 _HDF5 = b"\x89HDF\r\n\x1a\n"
-"""Begin of files without a user block, as hand-offs were saved before; of those a checksum of the arrays is held."""
+"""Begin of older files without a user block; they contain a checksum of their arrays."""
 
 H = TypeVar("H", bound=HandOff)
 A = TypeVar("A", bound=Accuracy)
 
 
 def writable_folder(folder: str | Path, called: str) -> Path:
-    """The folder, made where there is none.  InputError where it cannot take files: now, not when something is done."""
+    """Return the folder, made if it is missing; InputError before any work if no files can be written in it."""
     place = Path(folder)
     try:
         place.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=place).close()
-    except (OSError, ValueError) as error:  # a NUL
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         raise InputError(
             f"{called} = {str(folder)!r} cannot take files ({getattr(error, 'strerror', error)}): name another folder"
         ) from error
@@ -61,7 +64,25 @@ def write_text(path: Path, text: str) -> None:
 
 
 def save(hand_off: HandOff, path: str | Path) -> Path:
-    """Write `hand_off` to `path`, whole or not at all.  Raises WriteError where the disk is full."""
+    """Write a hand-off to a file, whole or not at all.
+
+    Parameters
+    ----------
+    hand_off : HandOff
+        Hand-off to save.
+    path : str or Path
+        HDF5 file; its folder is made if it is missing.
+
+    Returns
+    -------
+    Path
+        Path of the file.
+
+    Raises
+    ------
+    WriteError
+        If the disk is full or refuses the file.
+    """
     path = Path(path)
 
     def write(memory: BytesIO) -> None:
@@ -77,9 +98,24 @@ def save(hand_off: HandOff, path: str | Path) -> Path:
 
 
 def load(path: str | Path, kind: type[H] = HandOff) -> H:  # type: ignore[assignment]
-    """Read the hand-off in `path`; its checksum and, if given, its `kind` are checked.
+    """Read the hand-off in a file; its checksum and, if given, its kind are checked.
 
-    Raises FileFormatError for a file that is missing, truncated, foreign, newer than this version or altered.
+    Parameters
+    ----------
+    path : str or Path
+        HDF5 file.
+    kind : type of HandOff
+        Required class.
+
+    Returns
+    -------
+    HandOff
+        Hand-off of this class.
+
+    Raises
+    ------
+    FileFormatError
+        If the file is missing, truncated, altered, newer than this version, or not an nvhchain file.
     """
     path = Path(path)
     sealed = _check_bytes(path)
@@ -106,9 +142,28 @@ def load(path: str | Path, kind: type[H] = HandOff) -> H:  # type: ignore[assign
 
 
 def stated(path: str | Path, kind: type[HandOff], of: type[A]) -> A:
-    """Return the accuracy, an `of`, that the hand-off of this kind in `path` states, without reading its arrays.
+    """Return the accuracy of the hand-off in a file, without its arrays.
 
-    Raises FileFormatError for a file that is not a whole hand-off of this version.
+    Parameters
+    ----------
+    path : str or Path
+        HDF5 file.
+    kind : type of HandOff
+        Required class of the hand-off.
+    of : type of Accuracy
+        Class of its accuracy.
+
+    Returns
+    -------
+    Accuracy
+        Accuracy of this class.
+
+    Raises
+    ------
+    InputError
+        If the file holds another kind of hand-off.
+    FileFormatError
+        If the file is no whole hand-off of this version.
     """
     path = Path(path)
     require(record(path)[0] == kind.__name__, f"{path}: holds no {kind.__name__}")
@@ -117,9 +172,24 @@ def stated(path: str | Path, kind: type[HandOff], of: type[A]) -> A:
 
 
 def record(path: str | Path) -> tuple[str, dict[str, Any]]:
-    """What the hand-off in `path` is and how it was made: the name of its class, its provenance.
+    """Return kind and provenance of the hand-off in a file.
 
-    Raises FileFormatError for a file that is not a whole hand-off.
+    Parameters
+    ----------
+    path : str or Path
+        HDF5 file.
+
+    Returns
+    -------
+    kind : str
+        Name of its class.
+    provenance : dict
+        Record of its making.
+
+    Raises
+    ------
+    FileFormatError
+        If the file is no whole hand-off.
     """
     _check_bytes(Path(path))
     try:
@@ -133,7 +203,7 @@ def record(path: str | Path) -> tuple[str, dict[str, Any]]:
 
 
 def _check_bytes(path: Path) -> bool:
-    """Raise `FileFormatError` unless the bytes of a file are those that were saved; False where nothing tells."""
+    """Raise `FileFormatError` unless a file has the saved bytes; return False for a file without such a checksum."""
     if not path.is_file():
         raise FileFormatError(f"{path}: no such file")
     try:
@@ -154,12 +224,12 @@ def _check_bytes(path: Path) -> bool:
 
 
 def _user_block(digest: str) -> bytes:
-    """First bytes of a file whose other bytes have this SHA-256."""
+    """Return the first bytes of a file whose other bytes have this SHA-256."""
     return (_BEGIN + digest.encode() + b"\n").ljust(_BLOCK_BYTES, b"\0")
 
 
 def _write(group: Any, what: Declared) -> None:
-    """Write an object into a group; scales of its axes stand in the root, once for it and the objects inside."""
+    """Write an object to a group; scales of its axes are in the root, shared with the objects inside."""
     group.attrs["kind"] = type(what).__name__
     group.attrs["content_hash"] = what.content_hash
     if isinstance(what, HandOff):
@@ -197,7 +267,7 @@ def _write_array(group: Any, quantity: Quantity, value: Any) -> None:
 
 
 def _scale(group: Any, axis: str, length: int, labels: Sequence[str] | None) -> Any:
-    """Return the scale of an axis; one that is not there is written into the root, with its labels if it has any."""
+    """Return the scale of an axis; a missing one is written to the root, with its labels if it has any."""
     place = group if axis in group else group.file
     if axis not in place and labels is not None:
         place.create_dataset(axis, data=labels, dtype=h5py.string_dtype()).make_scale(axis)
@@ -208,7 +278,7 @@ def _scale(group: Any, axis: str, length: int, labels: Sequence[str] | None) -> 
 
 
 def _read(group: Any, path: Path, untyped: bool = False) -> HandOff:
-    """Read a hand-off.  untyped: its accuracy stands in the provenance, as older versions wrote it."""
+    """Read a hand-off; if `untyped`, the provenance contains its accuracy, as in older versions."""
     kind = group.attrs["kind"]
     if kind not in HAND_OFFS:
         raise FileFormatError(f"{path}: unknown hand-off kind {str(kind)[:60]!r}")
@@ -229,7 +299,7 @@ def _read(group: Any, path: Path, untyped: bool = False) -> HandOff:
 
 
 def _fields(group: Any, kind: type[Declared], path: Path, untyped: bool = False) -> dict[str, Any]:
-    """Read the declared fields of a kind that a group holds."""
+    """Read the declared fields of a kind from a group."""
     return {
         name: _read_field(group[name], quantity, path, untyped)
         for name, quantity in kind.declared.items()

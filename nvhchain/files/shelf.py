@@ -1,4 +1,4 @@
-"""Finished stages are found on disk by the hash of everything that went into them, so that work resumes."""
+"""Cache of finished steps on disk, by the hash of all their inputs, so that interrupted work resumes."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ H = TypeVar("H", bound=HandOff)
 
 
 def fingerprint(*inputs: Any) -> str:
-    """SHA-256 over the content of numbers, strings, arrays, hand-offs and (nested) dataclasses or containers."""
+    """Return the SHA-256 over the content of numbers, texts, arrays, hand-offs, dataclasses and their containers."""
     digest = hashlib.sha256()
     for item in inputs:
         digest.update(_bytes(item))
@@ -50,14 +50,14 @@ def _bytes(item: Any) -> bytes:
 
 
 _USED = {"gear": ("fem",), "housing": ("fem", "interop"), "acoustics": ("fem",)}
-"""Packages whose code the results of another one depend on."""
+"""Package → other packages whose code its results depend on."""
 
 
 @cache
 def code_version(package: str) -> str:
-    """Package version and a digest of the source of `package` and its basis, with the version of the files.
+    """Return the package version with a digest of the source of `package` and its basis, and of the version of files.
 
-    Old results do not survive new code, nor another form of files.
+    New code, or another form of files, so invalidates old results.
     """
     root = Path(__file__).parents[1]
     source = root / package
@@ -69,7 +69,7 @@ def code_version(package: str) -> str:
 
 
 def found(path: Path, kind: type[H], key: str) -> H | None:
-    """The hand-off in `path` if it is whole, of this kind and made under `key` (in its provenance), else None."""
+    """Return the hand-off in `path` if it is whole, of this kind and has this `key` in its provenance, else None."""
     if not path.exists():
         return None
     try:
@@ -86,7 +86,7 @@ def made_as(hand_off: HandOff) -> tuple[str, str] | None:
 
 
 def key_in(path: Path) -> str | None:
-    """Key under which a stage left its result in a file; None in a damaged one, or where none did."""
+    """Return the cache key in a file; None for a damaged file or one without a key."""
     try:
         return hdf5.record(path)[1].get("key")
     except FileFormatError:
@@ -94,12 +94,12 @@ def key_in(path: Path) -> str | None:
 
 
 _PATIENCE = 2.0
-"""s before a stage says that it waits for another process."""
+"""Time (s) before a waiting step logs that it waits for another process."""
 
 
 @contextmanager
 def _alone(path: Path | None) -> Iterator[None]:
-    """Of a user's processes on this machine one at a time looks for what belongs in `path`, or makes it."""
+    """Let one of a user's processes on this machine at a time look for, or make, the content of `path`."""
     if path is None:
         yield
         return
@@ -116,37 +116,54 @@ def _alone(path: Path | None) -> Iterator[None]:
     try:
         yield
     finally:
-        lock.unlink(missing_ok=True)  # whoever waits notices, and locks a new one
+        lock.unlink(missing_ok=True)  # waiting processes notice, and lock a new file
         hold.release()
 
 
 @runtime_checkable
 class Watcher(Protocol):
-    """What follows a run: stages begin, advance and end."""
+    """Observer of a run: steps begin, advance and end."""
 
-    def begin(self, stage: str) -> None: ...
+    def begin(self, stage: str) -> None:
+        """Receive the begin of a step."""
+        ...
 
-    def step(self, stage: str, done: int, total: int) -> None: ...
+    def step(self, stage: str, done: int, total: int) -> None:
+        """Receive the progress of a step: `done` of `total` parts are finished."""
+        ...
 
-    def end(self, stage: str, how: str) -> None: ...
+    def end(self, stage: str, how: str) -> None:
+        """Receive the end of a step; `how` is `computed` or `cached`."""
+        ...
 
 
 class Unwatched:
-    """Follows nothing."""
+    """Watcher without effect."""
 
     def begin(self, stage: str) -> None:
+        """Do nothing."""
         pass
 
     def step(self, stage: str, done: int, total: int) -> None:
+        """Do nothing."""
         pass
 
     def end(self, stage: str, how: str) -> None:
+        """Do nothing."""
         pass
 
 
 @dataclasses.dataclass(frozen=True)
 class Shelf:
-    """Where finished stages are kept; without a folder everything is computed and nothing is kept."""
+    """Store of finished steps; without a folder everything is computed and nothing is kept.
+
+    Parameters
+    ----------
+    folder : Path, optional
+        Folder of the files.
+    watcher : Watcher
+        Receives the progress of the steps.
+    """
 
     folder: Path | None
     watcher: Watcher = dataclasses.field(default_factory=Unwatched)
@@ -161,11 +178,33 @@ class Shelf:
         *,
         fidelity: Any,
     ) -> H:
-        """The result of a stage: from disk if `inputs`, `fidelity` and code are unchanged, else computed and kept.
+        """Return the result of a step: cached if inputs, fidelity and code are unchanged, else computed and kept.
 
-        A damaged file is computed again; what another process is just computing is waited for.  name: file name without
-        suffix; `{key}` in it is replaced by the input hash, so that several variants live side by side.  A result from
-        disk repeats the warnings of its accuracy.
+        Parameters
+        ----------
+        name : str
+            File name without suffix. `{key}` in it is replaced by the hash of the inputs, so that several variants
+            coexist.
+        kind : type of HandOff
+            Class of the result.
+        package : str
+            Package whose code makes the result.
+        inputs : sequence
+            Inputs of the step.
+        compute : callable
+            Function of a progress callback that returns the result.
+        fidelity : dataclass, optional
+            Knobs of the step.
+
+        Returns
+        -------
+        HandOff
+            Result with key, step, version and knobs in its provenance.
+
+        Notes
+        -----
+        A damaged file is computed again. If another process is computing the result, it is waited for. A cached result
+        repeats the warnings of its accuracy.
         """
         version = code_version(package)
         key, stage, path = self._place(name, version, inputs, fidelity)
@@ -199,7 +238,10 @@ class Shelf:
         *,
         fidelity: Any,
     ) -> H:
-        """As `stage`; `compute` also gets a folder for finished parts, which goes once the whole is on the shelf."""
+        """Return the result of a step like `stage`; `compute` also takes a folder for checkpoints.
+
+        The folder is removed when the result is on the shelf.
+        """
         key, stage, path = self._place(name, code_version(package), inputs, fidelity)
         parts = path.with_name(f"{stage}-{key[:10]}.parts") if path else None
         whole = self.stage(name, kind, package, inputs, lambda progress: compute(progress, parts), fidelity=fidelity)
@@ -208,7 +250,7 @@ class Shelf:
         return whole
 
     def _place(self, name: str, version: str, inputs: Sequence[Any], fidelity: Any) -> tuple[str, str, Path | None]:
-        """(key, name, file) of a stage."""
+        """Return (key, name, file) of a step."""
         key = fingerprint(name, version, fidelity, *inputs)
         path = self.folder / f"{name.replace('{key}', key[:10])}.h5" if self.folder else None
         return key, name.split("-{key}")[0], path

@@ -1,4 +1,4 @@
-"""Accuracy of files of schema 1 and 2, which stood in their provenance: taken from there once, when they are read."""
+"""Accuracy of files of schema 1 and 2, which is taken from their provenance when they are read."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _LINES = {
 
 
 def typed(provenance: dict[str, Any], kind: type[HandOff]) -> tuple[dict[str, Any], dict[str, Accuracy]]:
-    """Return the history without what states accuracy, and the accuracy by the name of its field.
+    """Return the history without entries of accuracy, and the accuracy by the name of its field.
 
     Parameters
     ----------
@@ -36,10 +36,17 @@ def typed(provenance: dict[str, Any], kind: type[HandOff]) -> tuple[dict[str, An
     kind : type
         Class of the hand-off.
 
+    Returns
+    -------
+    history : dict
+        Rest of the provenance.
+    accuracy : dict of str to Accuracy
+        Empty for hand-offs without accuracy.
+
     Raises
     ------
     ValueError, TypeError, KeyError, AttributeError
-        For entries of another form.
+        If an entry has another form.
     """
     if "accuracy" not in kind.declared:
         return provenance, {}

@@ -1,7 +1,7 @@
-"""The one way to write a file: it appears whole and as it was meant, or the failure is an error.
+"""Files that appear whole and verified, or fail with an error.
 
-Libraries swallow what fails while they close a file: h5py does, and leaves zeros or nothing.  Writers therefore make
-their content in memory (`in_memory`) or piece by piece, and `write_whole` takes it to the disk.
+Libraries hide errors at the closing of a file: h5py leaves zeros or nothing. Writers therefore make their content in
+memory (`in_memory`) or piece by piece, and `write_whole` writes it to the disk.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Content: TypeAlias = bytes | bytearray | memoryview
 """Bytes of a file, or of a piece of one."""
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
-"""Failures of the disk, not of the name that was given."""
+"""Error numbers of the disk, not of the given name."""
 
 _REMEDIES = {
     errno.ENOSPC: "make room there or name another folder",
@@ -38,17 +38,17 @@ _PIECE = 1 << 20
 
 
 def in_memory(write: Callable[[BytesIO], object]) -> memoryview:
-    """Return what `write` writes into a file in memory."""
+    """Return everything that `write` writes to a file in memory."""
     file = BytesIO()
     write(file)
     return file.getbuffer()
 
 
 def write_whole(path: Path, content: Content | Iterable[Content]) -> Path:
-    """Write `content` under a name of its own beside `path`, read it back from the disk, and rename it.
+    """Write `content` under a temporary name beside `path`, read it back from the disk, and rename it.
 
-    Unfinished files of killed processes in the folder are removed.  Raises WriteError where the system refuses or the
-    disk returns something else; `path` is then what it was before.
+    Unfinished files of killed processes in the folder are removed. WriteError is raised if the system refuses or the
+    disk returns something else; `path` is then unchanged.
     """
     pieces = [content] if isinstance(content, Content) else content
     remove_left(path.parent, ".nvhchain-*.part")
@@ -72,10 +72,10 @@ def write_whole(path: Path, content: Content | Iterable[Content]) -> Path:
 
 
 def write_output(path: Path, content: Content | Iterable[Content]) -> Path:
-    """Write `content` to a `path` that a user has named, whole or not at all.
+    """Write `content` to a `path` from a user, whole or not at all.
 
-    Raises InputError where there is no folder for it, one in its place, or the system lets nothing be written;
-    WriteError where the disk is full or fails.
+    InputError is raised where its folder is missing, a folder has its name, or the system refuses. WriteError is raised
+    where the disk is full or fails.
     """
     try:
         folder = path.absolute().parent
@@ -90,25 +90,27 @@ def write_output(path: Path, content: Content | Iterable[Content]) -> Path:
 
 
 def _held(part: Path) -> BinaryIO:
-    """A new file with a lock that ends with this process: `remove_left` leaves it alone until then."""
+    """Return a new file with a lock that ends with this process; `remove_left` ignores it until then."""
     while True:
         file = part.open("xb")
-        with suppress(OSError):  # no locks on this file system: nothing is removed there
+        with suppress(OSError):  # file systems without locks: `remove_left` removes nothing there
             fcntl.flock(file.fileno(), fcntl.LOCK_EX)
         if os.fstat(file.fileno()).st_nlink:
             return file
-        file.close()  # another process took it for one that was left
+        file.close()  # another process removed it as a remainder
 
 
 def _write(file: BinaryIO, part: Path, pieces: Iterable[Content]) -> None:
-    """Take the pieces to the disk and compare what it returns with them."""
+    """Write the pieces to the disk, and compare them with the data read back."""
     size = digest = 0
     for piece in pieces:
         file.write(piece)
         size, digest = size + memoryview(piece).nbytes, crc32(piece, digest)
     file.flush()
     os.fsync(file.fileno())
-    os.posix_fadvise(file.fileno(), 0, 0, os.POSIX_FADV_DONTNEED)  # else memory answers for the disk
+    os.posix_fadvise(
+        file.fileno(), 0, 0, os.POSIX_FADV_DONTNEED
+    )  # else the read-back comes from memory, not from the disk
     found_size = found_digest = 0
     for piece in _read(part):
         found_size, found_digest = found_size + len(piece), crc32(piece, found_digest)
@@ -123,7 +125,7 @@ def _read(path: Path) -> Iterator[bytes]:
 
 
 def _sync_folder(folder: Path) -> None:
-    """Have the new name on the disk, where the file system syncs folders."""
+    """Force the new name to the disk, where the file system syncs folders."""
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
         os.fsync(descriptor)

@@ -1,6 +1,7 @@
-"""The frozen objects that cross the borders between stages; each checks itself when it is made.
+"""Frozen objects between the steps of the chain; each checks itself when it is made.
 
-Leading axis frequency or time, C-contiguous float64/complex128 arrays, SI units (Hz on frequency axes).
+The leading axis is frequency or time. Arrays are C-contiguous float64 or complex128, in SI units (Hz on frequency
+axes).
 """
 
 from nvhchain.handoff.accuracy import (

@@ -1,4 +1,4 @@
-"""The door to xarray: a hand-off as a data set with named axes."""
+"""Conversion of a hand-off to an xarray data set with named axes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,10 @@ if TYPE_CHECKING:
 
 
 def dataset(hand_off: Declared) -> xarray.Dataset:
-    """Return the fields of an object, and those inside, as variables; values and labels of axes as coordinates."""
+    """Return an object, and those inside, as a data set.
+
+    Fields are variables; values and labels of axes are coordinates.
+    """
     check_installed("xarray")
     import xarray
 
@@ -25,7 +28,7 @@ def dataset(hand_off: Declared) -> xarray.Dataset:
     variables: dict[str, Any] = {}
     coordinates: dict[str, Any] = {}
     for quantity in hand_off.declared.values():
-        given = getattr(hand_off, quantity.name)  # also one that is made of others
+        given = getattr(hand_off, quantity.name)  # also a computed one
         about = {"units": quantity.unit, "long_name": quantity.meaning}
         if hasattr(given, "to_xarray"):
             inside.append(given.to_xarray())

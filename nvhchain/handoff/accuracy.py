@@ -1,7 +1,7 @@
-"""Stated accuracy of hand-offs: errors with unit and meaning, what was asked for, and the warnings that follow.
+"""Stated accuracy of hand-offs: errors with unit and meaning, requested limits, and the resulting warnings.
 
-Each class is one kind of accuracy.  A step states it when it makes a hand-off; later steps compute with its fields.
-docs/developers/add_an_accuracy_field.md shows how to add a field.
+Each class is one kind of accuracy. A step states it for its hand-off; later steps compute with its fields.
+docs/developers/add_an_accuracy_field.md explains how to add a field.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from nvhchain.handoff.base import Accuracy, Doubt, FloatArray, HandOff
 from nvhchain.handoff.declared import Label, array, value
 
 CONTACT_LOSS = "contact loss"
-"""Kind of the warning of flanks that part."""
+"""Kind of the warning of contact loss."""
 
 
 def warn_of(stated: Accuracy | HandOff) -> None:
-    """Turn a stated accuracy into warnings.
+    """Issue the warnings of a stated accuracy.
 
     Parameters
     ----------
     stated : Accuracy or HandOff
-        Accuracy, or a hand-off whose accuracies count, those of hand-offs inside too.
+        Accuracy, or a hand-off, whose accuracies and those of hand-offs inside count.
 
     Warns
     -----
@@ -143,11 +143,11 @@ class ForceAccuracy(Accuracy):
 
 
 class SolverRecord(Accuracy):
-    """How boundary element systems were solved.
+    """Solvers and residuals of boundary element systems.
 
     Notes
     -----
-    `direct`, `iterative` and `compressed` are the solvers.  Records add up to that of all systems.
+    `direct`, `iterative` and `compressed` are the solvers. The sum of records is that of all systems.
     """
 
     solvers: tuple[str, ...] | None = array("", "solver", "solvers that were used", default=None)
@@ -167,7 +167,7 @@ class SolverRecord(Accuracy):
 
     @property
     def provenance(self) -> dict[str, Any]:
-        """The record as history of a result."""
+        """Record in the form of a provenance."""
         history: dict[str, Any] = {"solver": ", ".join(self.solvers)} if self.solvers else {}
         if self.tolerance:
             history |= {"solver_tolerance": self.tolerance, "solver_residual": self.residual}
@@ -177,11 +177,11 @@ class SolverRecord(Accuracy):
 
 
 class SoundAccuracy(Accuracy):
-    """Accuracy of radiated sound and of the operators that it is made with.
+    """Accuracy of radiated sound and of its operators.
 
     Notes
     -----
-    An error of e dB means a factor 10^(e/20) of the amplitude in either direction.  Errors of a mesh hold at the upper
+    An error of e dB means a factor 10^(e/20) of the amplitude in either direction. Errors of a mesh hold at the upper
     frequency, at the loudest field points.
     """
 
@@ -236,7 +236,7 @@ class SoundAccuracy(Accuracy):
     interpolation_error_db: float | None = value("dB", "largest error of interpolation of a line", default=None)
     interpolation_frequency: float | None = value("Hz", "line of this error", default=None)
     asked_interpolation_error_db: float | None = value("dB", "error of interpolation asked for", default=None)
-    # motions whose parts cancel
+    # cancelling parts of motions
     cancellation_error_db: float | None = value("dB", "largest error where parts of a motion cancel", default=None)
     cancellation_frequency: float | None = value("Hz", "line of this error", default=None)
     cancellation_lines: int | None = value("1", "lines whose error exceeds what was asked for", default=None)
@@ -262,7 +262,7 @@ class SoundAccuracy(Accuracy):
     array_sampling_db: float | None = value("dB", "standard error of the mean over the array", default=None)
 
     def doubts(self) -> Iterator[Doubt]:
-        """Yield warnings of every error that exceeds what was asked for."""
+        """Yield warnings of every error above its requested limit."""
         yield from self._of_mesh()
         yield from self._of_resonances()
         yield from self._of_lines()

@@ -1,4 +1,4 @@
-"""The base of all hand-offs: declared fields, identity by content, record of their making."""
+"""Base of all hand-offs: declared fields, identity by content, accuracy, record of their making."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ ComplexArray = NDArray[np.complex128]
 IntArray = NDArray[np.int64]
 
 HAND_OFFS: dict[str, type[HandOff]] = {}
-"""Every hand-off by name, as files state it; a class enters by its definition."""
+"""Every hand-off by its name in files; the definition of a class adds it."""
 
 ACCURACIES: dict[str, type[Accuracy]] = {}
-"""Every kind of accuracy by name; a class enters by its definition."""
+"""Every kind of accuracy by its name; the definition of a class adds it."""
 
 
 @dataclass_transform(frozen_default=True, eq_default=False, field_specifiers=(array, value, field))
@@ -35,8 +35,8 @@ ACCURACIES: dict[str, type[Accuracy]] = {}
 class Declared:
     """A frozen object of declared fields, which are checked when it is made.
 
-    A subclass declares its fields with `array` and `value` and checks their relations in `_check`.  It becomes a frozen
-    dataclass; its checks, its file, its documentation and `to_xarray` follow from the declarations.
+    A subclass declares its fields with `array` and `value` and checks their relations in `_check`. It becomes a frozen
+    dataclass. Its checks, file, documentation and `to_xarray` follow from the declarations.
 
     Attributes
     ----------
@@ -85,10 +85,10 @@ class Declared:
         self._check()
 
     def _check(self) -> None:
-        """Check what concerns several fields; a subclass raises InputError."""
+        """Check relations of several fields; a subclass raises InputError."""
 
     def given(self) -> Iterator[tuple[Quantity, Any]]:
-        """Yield declaration and value of every field that is present; those made of others are not."""
+        """Yield declaration and value of every field that is present; computed fields are excluded."""
         for name, quantity in self.declared.items():
             given = vars(self).get(name)
             if given is not None and not (isinstance(given, Accuracy) and not given.is_stated):
@@ -99,9 +99,9 @@ class Declared:
 
     @cached_property
     def content_hash(self) -> str:
-        """SHA-256 over names, shapes and bytes of every declared field, the stated accuracy among them.
+        """SHA-256 over names, shapes and bytes of every declared field, including the stated accuracy.
 
-        An absent field does not count: objects made before it existed keep their identity.
+        An absent field does not count: objects of versions without it keep their identity.
         """
         digest = hashlib.sha256(type(self).__name__.encode())
         for quantity, given in self.given():
@@ -116,19 +116,24 @@ class Declared:
         return digest.hexdigest()
 
     def replace(self, **changes: Any) -> Self:
-        """Return a new object with some fields changed and checked again."""
+        """Return a new, checked object with some fields changed."""
         kept = {name: vars(self).get(name) for name in self.declared}
         return type(self)(**{**kept, **changes})
 
     def to_xarray(self) -> xarray.Dataset:
-        """Return all fields as an `xarray.Dataset` with named axes and units, complex numbers as such.
+        """Return all fields as an `xarray.Dataset` with named axes and units; complex numbers stay complex.
 
-        Fields of objects inside, such as the surface, are among them.  Needs the package xarray.
+        Fields of objects inside, such as the surface, are included.
+
+        Returns
+        -------
+        xarray.Dataset
+            Fields as variables.
 
         Raises
         ------
         InputError
-            Where xarray is not installed.
+            If xarray is not installed.
         """
         from nvhchain.handoff._xarray import dataset
 
@@ -136,11 +141,11 @@ class Declared:
 
 
 class Accuracy(Declared):
-    """Stated accuracy of a hand-off: errors, what was asked for, and what later steps compute errors with.
+    """Stated accuracy of a hand-off: errors, requested limits, and inputs of later error estimates.
 
     Notes
     -----
-    Every field is optional: None where nothing is stated.  Two accuracies are equal if they state the same.
+    Every field is optional: None where nothing is stated. Two accuracies with the same statements are equal.
     """
 
     def __init_subclass__(cls) -> None:
@@ -153,11 +158,11 @@ class Accuracy(Declared):
         return next(self.given(), None) is not None
 
     def doubts(self) -> Iterator[Doubt]:
-        """Yield what a user is warned of; a subclass compares its errors with what was asked for."""
+        """Yield the warnings for users; a subclass compares its errors with the requested limits."""
         return iter(())
 
     def check_sizes(self, called: str, sizes: Sizes) -> None:
-        """Raise InputError unless axes have the lengths that the owner's have; add those that it lacks."""
+        """Raise InputError for axes with another length than the owner's; add axes that the owner lacks."""
         for axis, length in self.sizes.items():
             wanted = sizes.setdefault(axis, length)
             require(
@@ -166,11 +171,11 @@ class Accuracy(Declared):
             )
 
     def __or__(self, other: Self) -> Self:
-        """Return both statements; where both state a field, that of `other` counts."""
+        """Return both statements; a field of `other` has priority."""
         return self.replace(**{quantity.name: given for quantity, given in other.given()})
 
     def without(self, *names: str) -> Self:
-        """Return the accuracy with some fields not stated."""
+        """Return the accuracy without some of its fields."""
         return self.replace(**dict.fromkeys(names))
 
     def __eq__(self, other: object) -> bool:
@@ -189,7 +194,7 @@ class Doubt(NamedTuple):
     Parameters
     ----------
     kind : str
-        Kind of the warning, such as "surface mesh": a run shows one line of each.
+        Kind of the warning, such as "surface mesh"; a run ends with one line of each.
     text : str
         Value, limit and remedy.
     """
@@ -204,8 +209,8 @@ class HandOff(Declared):
     Attributes
     ----------
     provenance : dict
-        History: how the object was made (package version, stage, fidelity).  Stored, not part of its identity, and
-        nothing computes from it; numbers that later steps need are fields, errors are those of its accuracy.
+        History of the object's making (package version, step, fidelity). It is stored, not part of the identity, and no
+        computation uses it. Numbers for later steps are fields, and errors are those of the accuracy.
     """
 
     provenance: dict[str, Any] = field(default_factory=dict, kw_only=True)
@@ -223,12 +228,12 @@ class HandOff(Declared):
                 yield given
 
     def replace(self, **changes: Any) -> Self:
-        """Return a new object with some fields changed and checked again."""
+        """Return a new, checked object with some fields changed."""
         return super().replace(**{"provenance": self.provenance, **changes})
 
 
 class _Made:
-    """Attribute that is made of others at the first reading, and kept."""
+    """Attribute that is computed from others at the first access, and cached."""
 
     def __init__(self, name: str, make: Any) -> None:
         self.place, self.make = f"_made_{name}", make

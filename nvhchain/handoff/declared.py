@@ -1,4 +1,7 @@
-"""Fields of hand-offs: one line declares unit, axes and meaning; checks, stored attributes and tables follow."""
+"""Declaration of hand-off fields: one line states unit, axes and meaning.
+
+Checks, stored attributes and tables follow from it.
+"""
 
 from __future__ import annotations
 
@@ -25,18 +28,29 @@ LABELS: dict[str, tuple[str, ...]] = {
 """Axes of fixed length, with the labels of their entries."""
 
 Sizes = dict[str, int]
-"""Length by name of axis."""
+"""Length of every axis by its name."""
 
 
 class Label(str):
-    """Text that labels an entry; unlike a name it need be neither distinct nor short."""
+    """Text that labels an entry; unlike names, labels may repeat and be long."""
 
 
 @dataclass(frozen=True)
 class Quantity:
     """Declaration of a field.
 
-    Parameters are those of `array`; axes are (name, source of the length).
+    Parameters
+    ----------
+    unit, meaning, default, at_least, fewest, spread, made_by
+        As for `array`.
+    axes : tuple of (str, str)
+        Name of every axis, and of the axis that sets its length.
+    owner : str
+        Name of the hand-off.
+    name : str
+        Name of the field.
+    kind : type
+        Annotation without None.
     """
 
     unit: str
@@ -63,7 +77,7 @@ class Quantity:
 
     @property
     def is_text(self) -> bool:
-        """True for a text, or several."""
+        """True for one or several texts."""
         return self.kind is str or get_args(self.kind)[:1] in ((str,), (Label,))
 
     @property
@@ -82,7 +96,7 @@ class Quantity:
         return _element(self.kind)
 
     def absent(self, value: Any) -> bool:
-        """Return True for a value that stands for nothing: None, or an empty array that is the default."""
+        """Return True for an absent value: None, or an empty array that is the default."""
         return value is None or (self.default == () and np.size(value) == 0)
 
     def checked(self, value: Any, sizes: Sizes) -> Any:
@@ -91,14 +105,14 @@ class Quantity:
         Parameters
         ----------
         value : object
-            As given to the hand-off.
+            Value given to the hand-off.
         sizes : dict of str to int
-            Axes known so far; those that this field sets are added.
+            Known lengths of axes; those that this field sets are added.
 
         Raises
         ------
         InputError
-            For another kind of value, another shape, values that are not finite or below the limit.
+            If the value has another kind or shape, is not finite, or lies below the limit.
         """
         called = f"{self.owner}.{self.name}"
         if self.dtype is not None:
@@ -144,13 +158,13 @@ class Quantity:
 
     @property
     def kind_name(self) -> str:
-        """Kind of value in words: "array of float"."""
+        """Kind of value in words, such as "array of float"."""
         if self.dtype is not None:
             return {"f": "array of float", "c": "array of complex", "i": "array of int"}[self.dtype.kind]
         return f"tuple of {get_args(self.kind)[0].__name__}" if get_args(self.kind) else str(self.kind.__name__)
 
     def described(self) -> str:
-        """Entry of a numpydoc section: name, kind, axes, unit, meaning."""
+        """Return the numpydoc entry: name, kind, axes, unit, meaning."""
         shape = f" ({', '.join(self.dims)})" if self.dims else ""
         unit = {"": "", "1": ", dimensionless"}.get(self.unit, f", {self.unit}")
         optional = "" if self.default is MISSING and self.made_by is None else ", optional"
@@ -170,27 +184,27 @@ def array(
     spread: bool = False,
     made_by: Callable[[Any], Any] | None = None,
 ) -> Any:
-    """Declare a field with axes: an array, whose element type the annotation states, or a tuple.
+    """Declare a field with axes: a tuple, or an array whose element type is in the annotation.
 
     Parameters
     ----------
     unit : str
         Unit as stored: "Hz"; "1" for ratios and counts, "" where none applies.
     axes : str
-        Names of the axes, separated by commas.  An axis has one length in all fields of a hand-off and of those inside
-        it.  `loaded_bearing=bearing` names an axis with the length of another one.
+        Names of the axes, separated by commas. An axis has one length in all fields of a hand-off and of those inside
+        it. `loaded_bearing=bearing` names an axis with the length of another one.
     meaning : str
         Noun phrase; appears in files, tables and documentation.
     default : object, optional
         None or () where the field may be absent.
     at_least : float, optional
-        Least value.
+        Smallest value.
     fewest : int, optional
-        Least length of the first axis.
+        Smallest length of the first axis.
     spread : bool, optional
-        A scalar is accepted and spread over the axes.
+        Accept a scalar and spread it over the axes.
     made_by : callable, optional
-        Computes the field from the hand-off, at the first reading, where None is given.
+        Function that computes the field from the hand-off at the first access, if None is given.
     """
     pairs = [
         (name.strip(), (source or name).strip()) for name, _, source in (a.partition("=") for a in axes.split(","))
@@ -202,7 +216,16 @@ def array(
 def value(unit: str, meaning: str, *, default: Any = MISSING, at_least: float | None = None) -> Any:
     """Declare a field without axes: a number, a text, a truth value, or an object such as another hand-off.
 
-    Parameters are those of `array`.
+    Parameters
+    ----------
+    unit : str
+        As for `array`.
+    meaning : str
+        As for `array`.
+    default : object, optional
+        As for `array`.
+    at_least : float, optional
+        As for `array`.
     """
     return field(default=default, metadata={"declared": Quantity(unit, (), meaning, default, at_least)})
 
@@ -218,12 +241,12 @@ def resolved(quantity: Quantity, owner: str, name: str, hint: Any) -> Quantity:
 def checked_array(called: str, given: Any, dtype: Any, shape: tuple[int | None, ...]) -> NDArray[Any]:
     """Return a read-only, finite, C-contiguous array of `dtype` and `shape` (None: any length).
 
-    A read-only array that owns its memory, such as another hand-off's, is kept as it is; all else is copied.
+    A read-only array that owns its memory, such as that of another hand-off, is not copied.
 
     Raises
     ------
     InputError
-        For values that are not numeric, complex or fractional where they must not be, of another shape or not finite.
+        If values are not numeric, not real or not whole as required, not finite, or have another shape.
     """
     wanted = np.dtype(dtype)
     if np.iscomplexobj(given) and wanted.kind != "c":

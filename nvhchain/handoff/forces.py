@@ -14,13 +14,13 @@ from nvhchain.handoff.declared import array, value
 
 
 class BearingForces(HandOff):
-    """Bearing force histories, as they act on the housing.
+    """Histories of bearing forces on the housing.
 
     Notes
     -----
-    A transmission error is r_bP φ_P − r_bG φ_G along the transverse line of action, > 0 under a driving torque; each φ
-    is counted from the nominal rotation in its gear's running direction.  The output lag, likewise > 0, is the output
-    shaft's lag behind the input's angle times the speed ratio.
+    A transmission error is r_bP φ_P − r_bG φ_G along the transverse line of action, > 0 under a driving torque. Each φ
+    is counted from the nominal rotation in its gear's running direction. The output lag is the lag of the output shaft
+    behind the input's angle times the speed ratio. It is > 0 under a driving torque, too.
     """
 
     time: FloatArray = array("s", "time", "time, uniform", fewest=2)
@@ -44,13 +44,21 @@ class BearingForces(HandOff):
 
     @property
     def sample_rate(self) -> float:
-        """Samples per second, Hz."""
+        """Sample rate (Hz)."""
         return float((len(self.time) - 1) / (self.time[-1] - self.time[0]))
 
     def recorded(self, quantity: str) -> FloatArray:
-        """(n_t, …) `force`, `mesh_deflection`, `transmission_error` or `output_lag`: what spectra and waterfalls take.
+        """Return a recorded quantity (n_t, …), the input of spectra and waterfalls.
 
-        Raises InputError for another name and where the record does not hold it.
+        Parameters
+        ----------
+        quantity : str
+            `force`, `mesh_deflection`, `transmission_error` or `output_lag`.
+
+        Raises
+        ------
+        InputError
+            If the name is unknown, or the record does not contain the quantity.
         """
         known = {
             "force": self.force,
@@ -67,7 +75,7 @@ class BearingForces(HandOff):
         return history
 
     def in_order(self, names: tuple[str, ...]) -> FloatArray:
-        """Force (n_t, 3 n_bearing) N with the bearings in the order of `names`, which must be the same ones."""
+        """Return the force (n_t, 3 n_bearing) N with the bearings in the order of `names`, which must be the same."""
         return np.asarray(_in_order(self.force, self.names, names).reshape(len(self.time), -1))
 
 
@@ -86,12 +94,12 @@ class ForceSpectrum(HandOff):
         )
 
     def in_order(self, names: tuple[str, ...]) -> ComplexArray:
-        """Force (n_f, 3 n_bearing) N with the bearings in the order of `names`, which must be the same ones."""
+        """Return the force (n_f, 3 n_bearing) N with the bearings in the order of `names`, which must be the same."""
         return _in_order(self.force, self.names, names).reshape(len(self.frequency), -1)
 
 
 def _in_order(force: Any, given: tuple[str, ...], names: tuple[str, ...]) -> Any:
-    """Forces (n, n_bearing, 3) of the bearings `given` in the order of `names`."""
+    """Sort the forces (n, n_bearing, 3) of the bearings `given` in the order of `names`."""
     require(
         isinstance(names, Sequence) and all(isinstance(name, str) for name in names),
         f"{names!r} are no names of bearings: give a sequence of texts",

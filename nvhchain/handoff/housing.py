@@ -1,4 +1,4 @@
-"""The housing and the motion of its surface."""
+"""Hand-offs of the housing and the motion of its surface."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ LINES_PER_PRODUCT = 512
 """Frequency lines per matrix product."""
 
 _AT_RESONANCE = 1e-9
-"""Relative distance of ω² and ω_r² below which an undamped response is nothing but the rounding of either."""
+"""Relative distance of ω² and ω_r² below which an undamped response is pure rounding error."""
 
 
 class ReducedHousing(HandOff):
@@ -24,8 +24,8 @@ class ReducedHousing(HandOff):
 
     Notes
     -----
-    Shapes are mass-normalised; those of faces are outward.  Structural damping is a loss factor of twice the fraction
-    of critical at the lines of a spectrum; in time all damping is viscous.
+    Shapes are mass-normalised; those of faces are outward. Structural damping is a loss factor of twice the fraction of
+    critical at the lines of a spectrum. In time all damping is viscous.
     """
 
     natural_frequency: FloatArray = array("Hz", "mode", "natural frequency, rising", at_least=0.0)
@@ -62,12 +62,26 @@ class ReducedHousing(HandOff):
     def receptance(
         self, frequency: FloatArray, *, structural: bool | None = None, damping: FloatArray | None = None
     ) -> ComplexArray:
-        """Modal coordinate per modal force (n_f, n_mode) s² at `frequency` (n_f,) Hz.
+        """Return the modal coordinate per modal force (n_f, n_mode) s².
 
-        1/(ω_r² − ω² + 2jζω_rω), or 1/(ω_r²(1 + 2jζ) − ω²) with `structural` damping of loss factor 2ζ, by default as
-        `structural_damping` says.  damping: ratio (n_f,) of all modes at every line, in place of `modal_damping`.
+        Parameters
+        ----------
+        frequency : (n_f,) array
+            Frequency (Hz).
+        structural : bool, optional
+            Structural instead of viscous damping; by default `structural_damping`.
+        damping : (n_f,) array, optional
+            Damping ratio of all modes at every line, in place of `modal_damping`.
 
-        Raises InputError for a mode without damping that is driven at its resonance (a rigid one at 0 Hz too).
+        Raises
+        ------
+        InputError
+            If a mode without damping is driven at its resonance (a rigid one at 0 Hz, too).
+
+        Notes
+        -----
+        The receptance is 1/(ω_r² − ω² + 2jζω_rω). With structural damping of loss factor 2ζ it is 1/(ω_r²(1 + 2jζ) −
+        ω²).
         """
         structural = bool(self.structural_damping) if structural is None else structural
         omega = 2 * np.pi * np.asarray(frequency)[:, None]
@@ -86,7 +100,10 @@ class ReducedHousing(HandOff):
         return np.asarray(1.0 / (stiff + 1j * loss))
 
     def residual_gain(self, *, structural: bool | None = None) -> complex:
-        """Factor of both residual flexibilities at a line: 1/(1 + jη) of the highest mode with structural damping."""
+        """Return the factor of both residual flexibilities at a line.
+
+        It is 1/(1 + jη) of the highest mode for structural damping, and 1 for viscous damping.
+        """
         structural = bool(self.structural_damping) if structural is None else structural
         if not structural or len(self.modal_damping) == 0:
             return 1.0
@@ -102,7 +119,7 @@ def times_real(left: ComplexArray, right: FloatArray) -> ComplexArray:
 
 
 def _superposed(velocity: SurfaceVelocity) -> ComplexArray:
-    """Return the normal velocity (n_f, n_face) m/s of coordinates and shapes."""
+    """Return the normal velocity (n_f, n_face) m/s from coordinates and shapes."""
     assert velocity.coordinates is not None
     assert velocity.shapes is not None
     normal = np.empty((len(velocity.frequency), velocity.shapes.shape[1]), dtype=complex)
@@ -118,7 +135,7 @@ class SurfaceVelocity(HandOff):
 
     Notes
     -----
-    A superposition keeps and stores its two factors; `normal_velocity` is multiplied out at the first reading.
+    A superposition stores its two factors; `normal_velocity` is computed at the first access.
     """
 
     frequency: FloatArray = array("Hz", "frequency", "frequency", at_least=0.0)
@@ -139,12 +156,14 @@ class SurfaceVelocity(HandOff):
 
         Parameters
         ----------
-        frequency : (n_f,) array of float, Hz
-        coordinates : (n_f, n_shape) array of complex
+        frequency : (n_f,) array
+            Frequency (Hz).
+        coordinates : (n_f, n_shape) complex array
             Displacement per unit of a shape, peak.
-        shapes : (n_shape, n_face) array of float
+        shapes : (n_shape, n_face) array
             Outward shapes of the faces.
         surface : Surface
+            Radiating surface.
         """
         return cls(frequency, None, surface, coordinates, shapes)  # type: ignore[arg-type]
 
@@ -157,7 +176,7 @@ class SurfaceVelocity(HandOff):
         )
 
     def replace(self, **changes: Any) -> Self:
-        """Return a new object with some fields changed and checked again; a new velocity replaces both factors."""
+        """Return a new, checked object with some fields changed; a new velocity replaces both factors."""
         if changes.get("normal_velocity") is not None:
             changes = {"coordinates": None, "shapes": None, **changes}
         return super().replace(**changes)

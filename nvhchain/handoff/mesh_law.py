@@ -1,4 +1,4 @@
-"""What a gear mesh hands to the gearbox: its force, and where along the flanks it is carried."""
+"""Hand-offs of a gear mesh to the gearbox: its force, and the place of the load on the flanks."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ class MeshLaw(HandOff):
 
     Notes
     -----
-    Angles cover one body period from 0 without its end point.  The deflection δ = (r_bP φ_P − r_bG φ_G) cos β_b is > 0
-    where it closes the drive flank, and need not be uniform.  The force is > 0 on the drive flank, 0 in the backlash
-    gap, < 0 on the back flank, and never falls with δ; beyond the table the end slope continues.  Resistance
-    to tilt is that in the plane of action, over slices of the same stiffness; absent where unknown.
+    Angles cover one body period from 0 without its end point. The deflection δ = (r_bP φ_P − r_bG φ_G) cos β_b is > 0
+    where it closes the drive flank. Its steps need not be uniform. The force is > 0 on the drive flank, 0 in the
+    backlash gap, < 0 on the back flank, and never falls with δ. Beyond the table the end slope continues. Resistance to
+    tilt is that in the plane of action, over slices of the same stiffness; absent where unknown.
     """
 
     angle: FloatArray = array("rad", "angle", "wheel angle", at_least=0.0)
@@ -56,8 +56,8 @@ class LoadDistribution(HandOff):
 
     Notes
     -----
-    Angles cover one body period from 0 without its end point.  Means are weighted with the force; distances
-    run along the line of action.
+    Angles cover one body period from 0 without its end point. Means are weighted with the force. Distances are measured
+    along the line of action.
     """
 
     angle: FloatArray = array("rad", "angle", "wheel angle", at_least=0.0)

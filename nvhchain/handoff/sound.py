@@ -1,4 +1,4 @@
-"""Sound: pressure in the field and on the surface, and power."""
+"""Hand-offs of sound: pressure in the field and on the surface, power, efficiency and directivity."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class SoundPower(HandOff):
 
 
 class RadiationEfficiency(HandOff):
-    """Radiation efficiency of a moving surface, at the lines at which it moves."""
+    """Radiation efficiency of a moving surface at the lines of its motion."""
 
     frequency: FloatArray = array("Hz", "frequency", "frequency", at_least=0.0)
     efficiency: FloatArray = array("1", "frequency", "sound power over that of plane waves from every face, ρcS⟨v²⟩")
@@ -56,7 +56,7 @@ class RadiationEfficiency(HandOff):
 
 
 class Directivity(HandOff):
-    """Directivity of a source, at the lines at which it radiates."""
+    """Directivity of a source at the lines of its sound."""
 
     frequency: FloatArray = array("Hz", "frequency", "frequency", at_least=0.0)
     points: FloatArray = array("m", "point, axis", "field points")

@@ -1,4 +1,4 @@
-"""The radiating surface."""
+"""Hand-off of the radiating surface."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from nvhchain.handoff.declared import array, value
 
 
 def bodies_of(triangles: IntArray) -> IntArray:
-    """Number (n_face,) of the connected body every triangle (n_face, 3) belongs to."""
+    """Return the number (n_face,) of the connected body of every triangle (n_face, 3)."""
     edges = triangles[:, [0, 1, 1, 2]].reshape(-1, 2).T
     count = int(triangles.max()) + 1
     link = sp.coo_matrix((np.ones(edges.shape[1], dtype=bool), edges), shape=(count, count))
@@ -23,7 +23,7 @@ def bodies_of(triangles: IntArray) -> IntArray:
 
 
 class Surface(HandOff):
-    """A closed triangulated surface with outward normals: of one or more bodies, none of them a cavity in another."""
+    """A closed triangulated surface with outward normals, of one or more bodies, none of them a cavity in another."""
 
     vertices: FloatArray = array("m", "vertex, axis", "vertices")
     triangles: IntArray = array("1", "face, corner", "vertex indices, counter-clockwise from outside")
@@ -70,7 +70,7 @@ class Surface(HandOff):
         )
 
     def _check_outward(self) -> None:
-        """Every body encloses a positive volume: the wall of a closed cavity, which does not, gives off no sound."""
+        """Refuse bodies without a positive volume, such as the wall of a closed cavity, which radiates no sound."""
         body = bodies_of(self.triangles)
         first = np.unique(body, return_index=True)[1]
         origin = self.vertices[self.triangles[first, 0]][body]
@@ -90,27 +90,27 @@ class Surface(HandOff):
 
     @cached_property
     def areas(self) -> FloatArray:
-        """(n_face,) m²."""
+        """Areas (n_face,) m²."""
         return np.asarray(0.5 * np.linalg.norm(self._cross, axis=1))
 
     @cached_property
     def normals(self) -> FloatArray:
-        """(n_face, 3) outward unit normals."""
+        """Outward unit normals (n_face, 3)."""
         return np.asarray(self._cross / (2.0 * self.areas[:, None]))
 
     @cached_property
     def centroids(self) -> FloatArray:
-        """(n_face, 3) m."""
+        """Centroids (n_face, 3) m."""
         return np.asarray(self.vertices[self.triangles].mean(axis=1))
 
     @cached_property
     def longest_edges(self) -> FloatArray:
-        """(n_face,) m, the longest edge of every triangle."""
+        """Longest edge (n_face,) m of every triangle."""
         corners = self.vertices[self.triangles]
         return np.asarray(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1))
 
     @cached_property
     def volume(self) -> float:
-        """Enclosed volume, m³; positive for outward normals."""
+        """Enclosed volume (m³), positive for outward normals."""
         centre = self.vertices.mean(axis=0)
         return float(np.einsum("ij,ij->", self._cross, self.centroids - centre) / 6.0)

@@ -1,4 +1,4 @@
-"""What turns surface motion into sound pressure."""
+"""Hand-offs that convert surface motion to sound pressure or power."""
 
 from __future__ import annotations
 
@@ -19,9 +19,14 @@ from nvhchain.handoff.surface import Surface
 
 @dataclass(frozen=True)
 class RigidPlane:
-    """A rigid plane that reflects all sound; bodies and field points lie on the side its normal points to.
+    """Rigid plane that reflects all sound; bodies and field points lie on the side of its normal.
 
-    point: m, any point of the plane.  normal: any length, into the air; kept with unit length.
+    Parameters
+    ----------
+    point : tuple of float
+        Any point of the plane (m).
+    normal : tuple of float
+        Direction into the air, of any length; stored with unit length.
     """
 
     point: tuple[Length, Length, Length]
@@ -37,19 +42,19 @@ class RigidPlane:
             if name == "normal":
                 length = float(np.linalg.norm(value))
                 require(length > 0, "rigid plane normal has no length: give the direction into the air")
-                value = value if abs(length - 1.0) < 1e-14 else value / length  # stored planes come back bit for bit
+                value = value if abs(length - 1.0) < 1e-14 else value / length  # stored planes keep their bits
             object.__setattr__(self, name, tuple(value.tolist()))
 
     def height(self, points: FloatArray) -> FloatArray:
-        """Distance (n,) m of points (n, 3) m from the plane, positive on the side of the air."""
+        """Return the distance (n,) m of points (n, 3) m from the plane, positive on the side of the air."""
         return np.asarray((points - np.asarray(self.point)) @ np.asarray(self.normal))
 
     def mirror(self, points: FloatArray) -> FloatArray:
-        """Mirror images (n, 3) m of points (n, 3) m."""
+        """Return the mirror images (n, 3) m of points (n, 3) m."""
         return np.asarray(points - 2.0 * self.height(points)[:, None] * np.asarray(self.normal))
 
     def mirror_direction(self, vectors: NDArray[Any]) -> NDArray[Any]:
-        """Mirror images (n, 3) of directions (n, 3): the component along the normal changes its sign."""
+        """Return the mirror images (n, 3) of directions (n, 3): the component along the normal changes its sign."""
         normal = np.asarray(self.normal)
         return np.asarray(vectors - 2.0 * (vectors @ normal)[:, None] * normal)
 
@@ -59,8 +64,8 @@ class TransferVectors(HandOff):
 
     Notes
     -----
-    Image vectors are the part of the vectors that reaches the points by way of the plane, as if it went to their mirror
-    images; their phase is that of the longer path.
+    Image vectors are the part of the vectors with reflection at the plane: sound to the mirror images of the points.
+    Their phase is that of the longer path.
     """
 
     frequency: FloatArray = array("Hz", "frequency", "master frequency", at_least=0.0)
@@ -83,10 +88,10 @@ class TransferVectors(HandOff):
         )
 
     def unfolded(self) -> TransferVectors:
-        """The same vectors without a plane, to the points and then to their mirror images (2 n_point in all).
+        """Return the vectors without a plane, to the points and then to their mirror images (2 n_point in all).
 
-        The pressure at a point is the sum of both. Each part has the one phase of its own path, which interpolation
-        between masters removes. Without a plane: the vectors themselves.
+        The pressure at a point is the sum of both. Each part has the phase of its own path only, which interpolation
+        between masters removes. Without a plane the vectors themselves are returned.
         """
         if self.plane is None or self.image_vectors is None:
             return self
@@ -94,7 +99,7 @@ class TransferVectors(HandOff):
         both = np.empty((len(self.frequency), 2 * points, self.vectors.shape[2]), dtype=complex)
         np.subtract(self.vectors, self.image_vectors, out=both[:, :points])
         both[:, points:] = self.image_vectors
-        both.flags.writeable = False  # and so it is taken without another copy
+        both.flags.writeable = False  # read-only arrays are not copied
         return TransferVectors(
             self.frequency,
             np.concatenate([self.points, self.plane.mirror(self.points)]),
@@ -137,11 +142,13 @@ class RadiationResistance(HandOff):
 
     Notes
     -----
-    P = ½ |waves q̇|², so that the radiation resistance matrix R = Re(wavesᴴ waves) is positive semidefinite; rows beyond
-    those that count at a frequency are zero.  The plane wave resistance is ρc ∫ φ_i φ_j dS, the limit of R at high
-    frequency.  ½ q̇ᴴ cancellation q̇, hermitian, is a power that bounds the mesh's error where parts of a motion cancel
-    each other.  Wall waves are ρc ∫ (h ∇φ_i/2π)·(h ∇φ_j/2π) dS with the mean edge h: their form over that of the plane
-    waves is the square of mean edges to a wave on the walls.
+    P = ½ |waves q̇|², so that the radiation resistance matrix R = Re(wavesᴴ waves) is positive semidefinite. Rows
+    without significance at a frequency are zero. The plane wave resistance is ρc ∫ φ_i φ_j dS, the limit of R at high
+    frequency.
+
+    ½ q̇ᴴ cancellation q̇, hermitian, is a power that bounds the mesh's error where parts of a motion cancel each other.
+    Wall waves are ρc ∫ (h ∇φ_i/2π)·(h ∇φ_j/2π) dS with the mean edge h. Their ratio to the plane waves is the square of
+    mean edges per wave on the walls.
     """
 
     frequency: FloatArray = array("Hz", "frequency", "master frequency", at_least=0.0)
@@ -172,13 +179,13 @@ class RadiationResistance(HandOff):
     accuracy: SoundAccuracy = value("", "stated accuracy", default=SoundAccuracy())
 
     def waves_at(self, master: int) -> ComplexArray:
-        """The waves (n_row, n_column) of a master without the rows that are zero at its end."""
+        """Return the waves (n_row, n_column) of a master without the zero rows at its end."""
         used = np.flatnonzero(self.waves[master].any(axis=1))
         return self.waves[master, : used[-1] + 1 if len(used) else 0]
 
 
 class SolvedBand(HandOff):
-    """Values of a step at a few consecutive frequencies, kept until the step is done."""
+    """Values of a step at a few consecutive frequencies: a checkpoint that is kept until the step is done."""
 
     frequency: FloatArray = array("Hz", "frequency", "frequency", at_least=0.0)
     values: ComplexArray = array("", "frequency, value", "values of a step, one row a frequency")

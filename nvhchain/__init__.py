@@ -1,6 +1,6 @@
 """nvhchain: from gear geometry to the sound pressure of a gearbox.
 
-The names below are loaded when they are first used, so that `import nvhchain` stays quick.
+The names below are imported at their first use, so that `import nvhchain` is fast.
 """
 
 from importlib import import_module
@@ -20,6 +20,7 @@ _HOMES = {"load_case": "case", "plan": "scene", "record": "chain", "run": "chain
 
 
 def __getattr__(name: str) -> Any:
+    """Import a name of `__all__` at its first use."""
     if name in _HOMES:
         return getattr(import_module(f"nvhchain.{_HOMES[name]}"), name)
     raise AttributeError(f"module 'nvhchain' has no attribute {name!r}")

@@ -60,7 +60,7 @@ class Air:
 
     @property
     def impedance(self) -> float:
-        """Characteristic impedance ρc, Pa s/m."""
+        """Characteristic impedance ρc (Pa s/m)."""
         return self.density * self.speed_of_sound
 
 

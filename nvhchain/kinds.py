@@ -1,6 +1,6 @@
-"""Arguments of the wrong kind, refused by what their annotations say: numbers, texts, arrays, sequences, hand-offs.
+"""Refusal of arguments of the wrong kind, by the annotations: numbers, texts, arrays, sequences, hand-offs.
 
-What a value of the right kind may be (its range, its shape, whether it is whole or finite) is for the function to say.
+Each function checks the range, shape, wholeness and finiteness of its values itself.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
     def checking(*args: P.args, **kwargs: P.kwargs) -> R:
         try:
             given = signature.bind(*args, **kwargs).arguments
-        except TypeError:  # the function itself says what is missing or unexpected
+        except TypeError:  # the function itself names missing and unexpected arguments
             return function(*args, **kwargs)
         for name, hint in _hints(function).items():
             if get_origin(hint) is Unpack:
@@ -52,7 +52,7 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def check_fields(owner: Any) -> None:
-    """InputError where a field of the dataclass `owner` does not fit its annotation."""
+    """Raise InputError for a field of the dataclass `owner` that does not fit its annotation."""
     of_type: Any = type(owner)
     for name, hint in _hints(of_type).items():
         _check(type(owner).__name__, name, getattr(owner, name), hint)
@@ -64,7 +64,7 @@ def _hints(of: Hashable) -> dict[str, Any]:
 
 
 def _check_named(where: str, named: Mapping[str, Any], kinds: Any) -> None:
-    """Arguments taken by name as a TypedDict says; TypeError, as for any other function, where it says otherwise."""
+    """Check keyword arguments against a TypedDict; TypeError, as in any function, for missing and unexpected ones."""
     hints = _hints(kinds)
     marked = get_type_hints(kinds, include_extras=True)
     optional = {name for name, hint in marked.items() if get_origin(hint) is NotRequired}
@@ -107,7 +107,7 @@ def _fits(value: Any, hint: Any) -> bool:
 
 
 def _either(kinds: tuple[Any, ...]) -> list[Any]:
-    """The kinds of a union, those that make up `ArrayLike` as one."""
+    """Return the kinds of a union, with those of `ArrayLike` joined."""
     for typing in _loaded("numpy.typing"):
         array = set(get_args(typing.ArrayLike))
         if array <= set(kinds):
@@ -122,12 +122,12 @@ def _is_array(hint: Any) -> bool:
 
 
 def _loaded(module: str) -> list[Any]:
-    """The module, or nothing where nobody has imported it: no annotation then speaks of it, and it takes a while."""
+    """Return the module, or nothing if it is not imported: no annotation refers to it then, and an import is slow."""
     return [sys.modules[module]] if module in sys.modules else []
 
 
 def _several(value: Any, origin: Any, inner: tuple[Any, ...]) -> bool:
-    """Sequences of any type but texts; what can be gone through once only is not looked into."""
+    """Return True for sequences of any type except texts; iterators are not inspected."""
     if isinstance(value, str | bytes | Mapping) or not isinstance(value, Iterable):
         return False
     if not isinstance(value, Sized):
@@ -147,7 +147,7 @@ def _numeric(value: Any, kinds: str) -> bool:
 
 
 def _called(hint: Any) -> str:
-    """The kind in words."""
+    """Return the kind in words."""
     origin, inner = get_origin(hint), get_args(hint)
     if _is_array(hint):
         return "numbers, as an array or a list"

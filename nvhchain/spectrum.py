@@ -18,16 +18,24 @@ from nvhchain.handoff import BearingForces, ComplexArray, FloatArray, ForceSpect
 from nvhchain.kinds import checked
 
 BAND_MARGIN = 2.56
-"""Least ratio of sampling rate to highest frequency. The limit of the sampling theorem is 2. Signal analysers usually
-take 2.56, which leaves room between the band and the aliased frequencies."""
+"""Smallest ratio of sampling rate to highest frequency.
+
+The limit of the sampling theorem is 2. Signal analysers usually take 2.56, which leaves room between the band and the
+aliased frequencies.
+"""
 
 SPLINE_DEGREE = 7
-"""Degree of the interpolation from equal times to equal angles. The amplitude error is below 1e-4 at five samples per
-period, the least that a run-up keeps, and below 1e-6 at ten (tests)."""
+"""Degree of the interpolation from equal times to equal angles.
+
+The amplitude error is below 1e-4 at five samples per period, the smallest number of a run-up, and below 1e-6 at ten
+(tests).
+"""
 
 ANGLE_OVERSAMPLING = 2.0
-"""Ratio of samples in angle to samples in time, mean over a window. No aliasing occurs while the input speed stays
-above half its mean over the window."""
+"""Ratio of samples in angle to samples in time, mean over a window.
+
+No aliasing occurs while the input speed stays above half its mean over the window.
+"""
 
 
 @checked

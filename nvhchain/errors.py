@@ -107,7 +107,18 @@ _CONCERNED: ContextVar[tuple[str, ...]] = ContextVar("concerned", default=())
 
 @contextmanager
 def concerning(name: str) -> Iterator[None]:
-    """Let warnings state what they concern, such as the name of a case and, inside, that of a step."""
+    """Add a name to the subject of warnings, such as that of a case and, inside, that of a step.
+
+    Parameters
+    ----------
+    name : str
+        Case or step in progress.
+
+    Yields
+    ------
+    None
+        Warnings inside the context carry the name.
+    """
     token = _CONCERNED.set((*_CONCERNED.get(), name))
     try:
         yield
@@ -135,7 +146,18 @@ def warn_caller(message: str, category: type[Warning] = AccuracyWarning, *, kind
 
 
 def printable(text: str) -> str:
-    """Return the text with characters that move a cursor or turn the reading escaped; line ends and tabs stay."""
+    """Escape characters that move a cursor or reverse the reading direction; line ends and tabs stay.
+
+    Parameters
+    ----------
+    text : str
+        Text from anywhere.
+
+    Returns
+    -------
+    str
+        Text that a terminal prints safely.
+    """
     if text.isprintable():
         return text
     return "".join(letter if _shown(letter) else letter.encode("unicode_escape").decode() for letter in text)
@@ -146,23 +168,69 @@ def _shown(letter: str) -> bool:
 
 
 def require(condition: bool, message: str) -> None:
-    """Raise `InputError` with `message` unless `condition` holds."""
+    """Raise `InputError` unless a condition holds.
+
+    Parameters
+    ----------
+    condition : bool
+        Condition.
+    message : str
+        Text of the error.
+
+    Raises
+    ------
+    InputError
+        If the condition does not hold.
+    """
     if not condition:
         raise InputError(message)
 
 
 def mistakes(error: InputError) -> list[str]:
-    """Return the text of every mistake of an error."""
+    """Return the text of every mistake of an error.
+
+    Parameters
+    ----------
+    error : InputError
+        Error, for one mistake or several.
+
+    Returns
+    -------
+    list of str
+        One text per mistake.
+    """
     return error.each if isinstance(error, Mistakes) else [str(error)]
 
 
 def require_all(wrong: Iterable[str]) -> None:
-    """Raise `Mistakes` if there is any text of a mistake."""
+    """Raise one error for all mistakes.
+
+    Parameters
+    ----------
+    wrong : iterable of str
+        Text of every mistake.
+
+    Raises
+    ------
+    Mistakes
+        If there is any text.
+    """
     each = list(wrong)
     if each:
         raise Mistakes(each)
 
 
 def is_whole(value: object) -> bool:
-    """Return True if `value` is a whole number, of any numeric type."""
+    """Return True for a whole number of any numeric type.
+
+    Parameters
+    ----------
+    value : object
+        Value to check.
+
+    Returns
+    -------
+    bool
+        False for other numbers and other kinds of values.
+    """
     return isinstance(value, Real) and float(value).is_integer()

@@ -35,12 +35,33 @@ def decibel(amplitude: ArrayLike, reference: float = REFERENCE_PRESSURE) -> Floa
 
 
 def power_level(power: ArrayLike) -> FloatArray:
-    """Return the sound power level (dB re 1 pW) of powers (W): 10 log10(P / 1e-12)."""
+    """Return the sound power level: 10 log10(P / 1 pW).
+
+    Parameters
+    ----------
+    power : array_like
+        Powers (W).
+
+    Returns
+    -------
+    array
+        Levels (dB re 1 pW), shape of `power`.
+    """
     return np.asarray(10.0 * np.log10(np.maximum(power, _FLOOR) / REFERENCE_POWER))
 
 
 def a_weighting(frequency: ArrayLike) -> FloatArray:
-    """Return the A-weighting (dB) at frequencies (Hz); 0 dB at 1 kHz.
+    """Return the A-weighting, 0 dB at 1 kHz.
+
+    Parameters
+    ----------
+    frequency : array_like
+        Frequencies (Hz).
+
+    Returns
+    -------
+    array
+        Weights (dB), shape of `frequency`.
 
     Notes
     -----

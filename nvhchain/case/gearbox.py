@@ -292,7 +292,7 @@ class GearboxCase:
         return self.operation.ramp is not None
 
     def _idles(self, stage: Stage) -> bool:
-        """True for a stage that ends in a loose gear."""
+        """Return True for a stage that ends in a loose gear."""
         of = {gear.name: gear for gear in self.gears}
         ends = [end for other in self.stages for end in (other.pinion, other.wheel)]
         return any(of[end].loose and ends.count(end) == 1 for end in (stage.pinion, stage.wheel) if end in of)

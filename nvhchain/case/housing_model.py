@@ -154,13 +154,13 @@ class ModalResults(Housing):
         True where the uppermost modes are residual vectors of unit forces at the seats, which complete the static
         flexibility.
     modal_damping : float or DampingCurve, optional
-        Damping in place of the file's, as for a `housing_model`.
+        Damping in place of the file's, as in `HousingModel`.
     structural_damping : bool
-        As for a `housing_model`.
+        As in `HousingModel`.
     engine_plane : EnginePlane, optional
-        As for a `housing_model`.
+        As in `HousingModel`.
     opening : float, optional
-        As for a `housing_model`.
+        As in `HousingModel`.
     """
 
     file: str

@@ -138,17 +138,17 @@ def record(
     out : str or Path
         Folder for the hand-offs and the files.
     operators : str or Path, optional
-        As for `run`.
+        As in `run`.
     mesh_laws : sequence of MeshLaw, optional
-        As for `run`.
+        As in `run`.
     load_distributions : sequence of LoadDistribution, optional
-        As for `run`.
+        As in `run`.
     housing : ReducedHousing, optional
-        As for `run`.
+        As in `run`.
     executor : concurrent.futures.Executor, optional
-        As for `run`.
+        As in `run`.
     watcher : Watcher, optional
-        As for `run`.
+        As in `run`.
 
     Returns
     -------

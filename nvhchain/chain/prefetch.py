@@ -35,7 +35,7 @@ _ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "MKL", "OPEN
 
 
 class _OnlyComputed(Unwatched):
-    """Pass on the progress of what is computed; the run itself reports what is cached."""
+    """Watcher that passes on the progress of computed steps; the run itself reports cached ones."""
 
     def __init__(self, watcher: Watcher | None) -> None:
         self._watcher = watcher or Unwatched()

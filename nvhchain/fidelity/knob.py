@@ -116,7 +116,18 @@ def knob(
 
 
 def declared(of: Field[Any]) -> Declared:
-    """Return the declaration of a knob's field."""
+    """Return the declaration of a knob's field.
+
+    Parameters
+    ----------
+    of : dataclasses.Field
+        Field made by `knob`.
+
+    Returns
+    -------
+    Declared
+        Its declaration.
+    """
     found: Declared = of.metadata["knob"]
     return found
 
@@ -124,8 +135,8 @@ def declared(of: Field[Any]) -> Declared:
 class Knobs:
     """Base of the frozen dataclasses with the knobs of one part of the chain; it checks every value at construction.
 
-    The class argument `stage` is the name of this part in messages.  `moved` gives the options of a case by the names
-    of the knobs that they once were.
+    The class argument `stage` is the name of this part in messages. `moved` maps names of former knobs to the options
+    of a case that replace them.
     """
 
     stage: ClassVar[str]

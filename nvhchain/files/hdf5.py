@@ -46,7 +46,25 @@ A = TypeVar("A", bound=Accuracy)
 
 
 def writable_folder(folder: str | Path, called: str) -> Path:
-    """Return the folder, made if it is missing; InputError before any work if no files can be written in it."""
+    """Return a folder for files, made if it is missing.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Folder.
+    called : str
+        Name of the argument in the message.
+
+    Returns
+    -------
+    Path
+        Same folder.
+
+    Raises
+    ------
+    InputError
+        If no files can be written in it; it is raised before any work.
+    """
     place = Path(folder)
     try:
         place.mkdir(parents=True, exist_ok=True)
@@ -59,7 +77,15 @@ def writable_folder(folder: str | Path, called: str) -> Path:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write text as UTF-8, whole or not at all."""
+    """Write text as UTF-8, whole or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        File.
+    text : str
+        Content.
+    """
     write_whole(path, text.encode())
 
 

@@ -42,7 +42,7 @@ class Quantity:
     Parameters
     ----------
     unit, meaning, default, at_least, fewest, spread, made_by
-        As for `array`.
+        As in `array`.
     axes : tuple of (str, str)
         Name of every axis, and of the axis that sets its length.
     owner : str
@@ -219,13 +219,13 @@ def value(unit: str, meaning: str, *, default: Any = MISSING, at_least: float | 
     Parameters
     ----------
     unit : str
-        As for `array`.
+        As in `array`.
     meaning : str
-        As for `array`.
+        As in `array`.
     default : object, optional
-        As for `array`.
+        As in `array`.
     at_least : float, optional
-        As for `array`.
+        As in `array`.
     """
     return field(default=default, metadata={"declared": Quantity(unit, (), meaning, default, at_least)})
 

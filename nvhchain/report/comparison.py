@@ -70,8 +70,8 @@ def compare(
     Raises
     ------
     InputError
-        If there are no cases, if cases share a name or have no pressure, if run-ups are mixed with constant speeds, or
-        if the input of a run is bad.
+        If there are no cases, if cases share a name or have no pressure, or if run-ups are mixed with constant speeds.
+        If the input of a run is bad.
 
     Notes
     -----

@@ -81,7 +81,7 @@ def check_knobs(case: Case, fidelity: Fidelity, supplied: Collection[str] = ()) 
     fidelity : Fidelity
         Fidelity of the run.
     supplied : collection of str, or mapping of str to hand-off
-        As for `preflight`.
+        As in `preflight`.
 
     Raises
     ------
@@ -97,7 +97,18 @@ def check_knobs(case: Case, fidelity: Fidelity, supplied: Collection[str] = ()) 
 
 
 def check_case(case: Case) -> None:
-    """Refuse (InputError) a gearbox without drive or fixed housing, or whose housing's file does not fit it."""
+    """Refuse a gearbox that cannot run at any fidelity.
+
+    Parameters
+    ----------
+    case : Case
+        Case to check.
+
+    Raises
+    ------
+    InputError
+        If nothing drives the gearbox or holds its housing, or if the housing's file does not fit it.
+    """
     _apply(_OF_THE_CASE, Scene(case, STANDARD))
     if not case.states_velocity:
         case.extent(STANDARD, driven=True)

@@ -66,7 +66,18 @@ def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
 
 
 def planned_steps(scene: Scene) -> tuple[PlannedStep, ...]:
-    """Return the costs of the steps that a run computes; an imported housing whose surface is supplied is not read."""
+    """Return the costs of the steps that a run computes.
+
+    Parameters
+    ----------
+    scene : Scene
+        Scene of the run. An imported housing whose surface is supplied is not read.
+
+    Returns
+    -------
+    tuple of PlannedStep
+        Steps in their order.
+    """
     sized = _Sized(scene)
     return tuple(planned for step in scene.steps if step in COSTS for planned in COSTS[step](sized))
 

@@ -153,7 +153,7 @@ def variants(case: Case, base: Fidelity, names: Sequence[str] | None = None) -> 
     base : Fidelity
         Base of the sweep.
     names : sequence of str, optional
-        As for `knobs_of`.
+        As in `knobs_of`.
 
     Returns
     -------
@@ -179,7 +179,7 @@ def records(case: Case, names: Sequence[str] | None = None) -> tuple[tuple[str, 
     case : Case
         Case to run. Its line spacing sets the length at constant speed, its duration that of a run-up.
     names : sequence of str, optional
-        As for `knobs_of`.
+        As in `knobs_of`.
 
     Returns
     -------

@@ -202,7 +202,7 @@ def base_error(sweep: Tradeoff, *cases: Case, given: Collection[str] = ()) -> fl
     *cases : Case
         Cases to which the laws of the error band extrapolate the errors.
     given : collection of str
-        As for `cheapest`.
+        As in `cheapest`.
 
     Returns
     -------

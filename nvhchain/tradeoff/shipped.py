@@ -12,5 +12,11 @@ SHIPPED = Path(__file__).with_name("single-stage.json")
 
 
 def shipped_sweep() -> Tradeoff:
-    """Read the sweep that comes with the package."""
+    """Read the sweep that comes with the package.
+
+    Returns
+    -------
+    Tradeoff
+        Sweep of every knob around `reference`.
+    """
     return from_json(SHIPPED)

@@ -30,7 +30,18 @@ _HEADINGS = (
 
 
 def markdown(sweep: Tradeoff) -> str:
-    """Return a Markdown table for docs/measured: one row per variant, errors against the base."""
+    """Return a Markdown table for docs/measured: one row per variant, errors against the base.
+
+    Parameters
+    ----------
+    sweep : Tradeoff
+        Measured sweep.
+
+    Returns
+    -------
+    str
+        Text of the table.
+    """
     lines = ["| " + " | ".join(_HEADINGS) + " |", "|---|---|---:|---:|---:|---:|---:|---:|"]
     lines += ["| " + " | ".join(_row(sweep, item)) + " |" for item in sweep.measurements]
     if any((item.knob, item.value) in BEYOND for item in sweep.measurements):
@@ -39,7 +50,18 @@ def markdown(sweep: Tradeoff) -> str:
 
 
 def comma_separated(sweep: Tradeoff) -> str:
-    """Return a CSV table: seconds and MB of every step, errors overall, at the worst line and of every harmonic."""
+    """Return a CSV table: costs of every step, errors overall, at the worst line and of every mesh harmonic.
+
+    Parameters
+    ----------
+    sweep : Tradeoff
+        Measured sweep.
+
+    Returns
+    -------
+    str
+        Text of the table, with seconds and MB of every step.
+    """
     stages = _union(item.stages for item in sweep.measurements)
     orders = sorted(_union(item.deviation.orders for item in sweep.measurements if item.deviation))
     head = ["knob", "value", "seconds", "processor seconds", "megabytes"]
@@ -60,7 +82,18 @@ def comma_separated(sweep: Tradeoff) -> str:
 
 
 def as_json(sweep: Tradeoff) -> str:
-    """Return the whole sweep as JSON; `from_json` reads it."""
+    """Return the whole sweep as JSON; `from_json` reads it.
+
+    Parameters
+    ----------
+    sweep : Tradeoff
+        Measured sweep.
+
+    Returns
+    -------
+    str
+        JSON text.
+    """
     record: dict[str, Any] = {"case": sweep.case, "base": sweep.base, "provenance": sweep.provenance}
     if sweep.yardstick is not None:
         heard = sweep.yardstick

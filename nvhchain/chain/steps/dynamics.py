@@ -36,7 +36,20 @@ def bearing_forces(run: Run) -> BearingForces:
 
 
 def recording(run: Run, folder: Path) -> dynamics.Recording:
-    """Write bearing forces of a run-up of any length to files of `folder`; an interrupted recording is continued."""
+    """Write bearing forces of a run-up of any length to files; an interrupted recording is continued.
+
+    Parameters
+    ----------
+    run : Run
+        Run in progress.
+    folder : Path
+        Folder of the files.
+
+    Returns
+    -------
+    Recording
+        Files of the record.
+    """
     name, watcher = BEARING_FORCES.file_of(), run.spine.watcher
     watcher.begin(name)
     with concerning(name):

@@ -15,7 +15,18 @@ from nvhchain.scene.steps import LOAD_DISTRIBUTIONS, MESH_LAWS, Step
 
 
 def mesh_laws(run: Run) -> tuple[MeshLaw, ...]:
-    """Mesh law of every stage, with its resistance to tilt where the meshes follow the tilt of their gears."""
+    """Mesh law of every stage, with its resistance to tilt where the meshes follow the tilt of their gears.
+
+    Parameters
+    ----------
+    run : Run
+        Run in progress.
+
+    Returns
+    -------
+    tuple of MeshLaw
+        One per stage.
+    """
     laws: tuple[MeshLaw, ...] = _per_stage(run, MESH_LAWS, gear.mesh_law)
     if not run.gearbox.options.tilt:
         return laws

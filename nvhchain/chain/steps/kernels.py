@@ -8,7 +8,15 @@ from nvhchain.fidelity import Fidelity
 
 
 def compile_kernels(case: GearboxCase, fidelity: Fidelity) -> None:
-    """Compile the code in advance, or read it from disk."""
+    """Compile the code in advance, or read it from disk.
+
+    Parameters
+    ----------
+    case : GearboxCase
+        Case of a later run.
+    fidelity : Fidelity
+        Fidelity of this run.
+    """
     dynamics.compile_time_loop()
     if {*HEARD, *RADIATED}.intersection(case.quantities):
         acoustics.compile_kernels(case.engine, fidelity.acoustics)

@@ -10,7 +10,18 @@ from nvhchain.scene.steps import BEARING_FORCES, FORCE_SPECTRUM, HOUSING, SURFAC
 
 
 def reduced_housing(run: Run) -> ReducedHousing:
-    """Reduce the housing to its seats and the radiating surface."""
+    """Reduce the housing to its seats and the radiating surface.
+
+    Parameters
+    ----------
+    run : Run
+        Run in progress.
+
+    Returns
+    -------
+    ReducedHousing
+        Modes and residual flexibility.
+    """
     case, knobs = run.gearbox, run.fidelity.housing
     size = acoustics.required_element_size(case.band.high, case.air, run.fidelity.acoustics)
     contents = case.housing.read(case, size)

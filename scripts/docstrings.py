@@ -9,8 +9,9 @@ import inspect
 import pkgutil
 import sys
 from collections.abc import Iterator
+from dataclasses import is_dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, is_typeddict
 
 from numpydoc.docscrape import get_doc_object
 from numpydoc.hooks.validate_docstrings import parse_config
@@ -18,6 +19,7 @@ from numpydoc.validate import Validator, validate
 
 import nvhchain
 from nvhchain.fidelity.knob import Knobs
+from nvhchain.handoff import HandOff
 
 ROOT = Path(__file__).parents[1]
 
@@ -44,10 +46,16 @@ class Docstring(Validator):
 
     @property
     def signature_parameters(self) -> tuple[str, ...]:
-        """Parameters to document, without `provenance` of hand-offs and the fields of knobs, which are declared."""
-        if vars(self.obj).get("_is_protocol") or (inspect.isclass(self.obj) and issubclass(self.obj, Knobs)):
+        """Parameters to document: without declared fields of knobs and those of a base that has its own docstring."""
+        if not inspect.isclass(self.obj):
+            return tuple(super().signature_parameters)
+        own = vars(self.obj).get("__annotations__", {})
+        if is_typeddict(self.obj):
+            return tuple(own)
+        if vars(self.obj).get("_is_protocol") or issubclass(self.obj, Knobs) or (is_dataclass(self.obj) and not own):
             return ()
-        return tuple(name for name in super().signature_parameters if name != "provenance")
+        declared = {"provenance"} if issubclass(self.obj, HandOff) else set()
+        return tuple(name for name in super().signature_parameters if name not in declared)
 
     def parameter_type(self, param: str) -> str:
         """Type of a parameter; those described "As in `another_function`." need not repeat it."""

@@ -18,7 +18,7 @@ import numpy as np
 import nvhchain as nvh
 from benchmarks.publish import publish
 from nvhchain.acoustics import sphere, transfer_vectors
-from nvhchain.acoustics.accuracy.mesh_error import BESIDE, beside_ratio
+from nvhchain.acoustics.accuracy.mesh_error import BESIDE, neighbour_edge_ratio
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning
 from nvhchain.handoff import ComplexArray, Surface
@@ -52,7 +52,7 @@ def main() -> None:
     found = []
     for radius, off in BALLS:
         balls = [sphere(radius, 2, (x, y, 0.5 * SIDE + off + 1.01 * radius)) for x, y in PLACES]
-        assert beside_ratio([fine, balls[0]]) <= 1.0
+        assert neighbour_edge_ratio([fine, balls[0]]) <= 1.0
         exact = [sounds(fine, ball) for ball in balls]
         for step, cube in cubes.items():
             errors = [
@@ -60,7 +60,7 @@ def main() -> None:
                 for ball, true in zip(balls, exact, strict=True)
             ]
             pulsating, towards, along = 100 * np.max(errors, axis=0)
-            ratio = beside_ratio([cube, balls[0]])
+            ratio = neighbour_edge_ratio([cube, balls[0]])
             stated = 100 * BESIDE * max(ratio**2 - 1.0, 0.0)
             if stated > 0:
                 found.append(stated / towards)

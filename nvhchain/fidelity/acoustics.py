@@ -23,9 +23,9 @@ class AcousticsFidelity(Knobs, stage="acoustics"):
     quadrature_order: int = knob(2, low=1, high=20, sweep=(1, 2, 3),
         meaning="least Gauss order of well separated triangle pairs")
     quadrature_error: float = knob(2e-3, low=1e-9, high=1.0, sweep=(1e-1, 1e-2),
-        meaning="relative error of the mean of a plane wave over one triangle, to which the order rises with the "
-                "frequency (engine `fused` alone); that of the pressure is 0.4 to ten times as large (0.002 to 1.5 by "
-                "well separated pairs on bodies of 0.2 m: docs/measured/acoustics/quadrature.md)")
+        meaning="relative error of the mean of a plane wave over one triangle, which the order keeps at any frequency "
+                "(engine `fused` alone). The error of the pressure is 0.4 to ten times as large. Separated pairs on "
+                "bodies of 0.2 m have 0.002 to 1.5 times (docs/measured/acoustics/quadrature.md)")
     close_distances: tuple[float, ...] = knob((1.5, 3.0),
         sweep=Sweep((((1.5,), (3,)), ((1.5, 3.0), (4, 3)), ((1.5, 3.0), (6, 4))), ("close_distances", "close_orders")),
         meaning="distances of centroids below which pairs take close_orders, in longest edges of the larger triangle")
@@ -38,8 +38,8 @@ class AcousticsFidelity(Knobs, stage="acoustics"):
     singular_order: int = knob(4, low=1, high=20, sweep=(2, 3, 4),
         meaning="Gauss order per direction of pairs that share a corner, an edge or all")
     needle_aspect: float = knob(5.0, low=2.5, high=1e6, sweep=(20.0,),
-        meaning="triangles longer than this multiple of their height take twice that order, beyond its square thrice, "
-                "but for needles that meet at their tips and point apart, as those of a fan do")
+        meaning="triangles longer than this multiple of their height take twice that order, beyond its square thrice. "
+                "Needles that meet at their tips and point apart, as in a fan, are excepted")
     precision: str = knob("double", choices=("double", "single"), sweep=("single",),
         meaning="of the matrices and of well separated pairs: `double` or `single` (half the memory)")
     field_near_ratio: float = knob(0.5, low=0.01, high=2.0, sweep=(2.0,),

@@ -50,6 +50,6 @@ class DynamicsFidelity(Knobs, stage="dynamics", moved=_MOVED):
     shaft_frequency: float = knob(10e3, high=1e6, unit="Hz", sweep="of flexible shafts only",
         meaning="upper limit of the kept modes of free flexible shafts; beyond it their statics is kept")
     bent_ways: bool = knob(False, sweep=Sweep((True,), beyond=True),
-        meaning="fourth-order correction of the mesh force, for contact loss: errors fall by ten and more, but energy "
-                "is no longer exact, so that steps are refused in which small motions would grow")
+        meaning="fourth-order correction of the mesh force, for contact loss. Errors fall by ten and more, but energy "
+                "is no longer exact. Steps in which small motions would grow are refused")
     # fmt: on

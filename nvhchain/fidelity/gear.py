@@ -32,8 +32,8 @@ class GearFidelity(Knobs, stage="gear"):
     far_pattern_tolerance: float = knob(3e-2, high=0.5, sweep=(0.1, 0.03),
         meaning="part of these forces with the same effect at all teeth of a sector, relative")
     bodies: str = knob("elements", choices=("elements", "analytic"), sweep=("analytic",),
-        meaning="compliance of teeth and blanks: `elements` or, for a first look, `analytic` (Weber–Banaschek beam on "
-                "Sainsot–Velex ring; no holes or slots, and of a web its twist alone)")
+        meaning="compliance of teeth and blanks: `elements` or, for a first look, `analytic`. The latter is a "
+                "Weber–Banaschek beam on a Sainsot–Velex ring, without holes or slots, and of a web its twist alone")
     corner_gap: float = knob(60e-6, high=0.1, unit="m", sweep=(30e-6,),
         meaning="unloaded gap up to which contact of tip edges beyond the path of contact is sought; 0: none. Where it "
                 "is too small for the load (`gear.closing_edges`) the approach of the flanks is taken instead")

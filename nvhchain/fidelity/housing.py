@@ -29,8 +29,8 @@ class HousingFidelity(Knobs, stage="housing"):
         sweep="a limit, beyond which an imported housing is warned of",
         meaning="difference of sound power between radiating faces and skin beyond which a warning is given")
     truncation_tolerance_db: float = knob(0.0, high=20.0, unit="dB", sweep=(1.0, 0.3),
-        meaning="loss of surface velocity by excluded modes, in the mean over the upper three octaves and at the four "
-                "lines of its accuracy, by the housing's own estimate. The fewest modes that keep to it are taken, "
+        meaning="estimated loss of surface velocity by excluded modes. It counts in the mean over the upper three "
+                "octaves and at the four lines of the housing's accuracy. The fewest modes that keep to it are taken, "
                 "never fewer than the band holds; 0: mode_ratio alone decides")
     residual_flexibility: bool = knob(True, sweep=(False,), meaning="excluded modes move statically, or not at all")
     # fmt: on

@@ -5,6 +5,7 @@ Every field of a step's knobs is also part of the cache key of that step's resul
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields
 from math import inf
@@ -152,7 +153,7 @@ class Knobs:
         cls.stage, cls.moved = stage, moved
         entries = [(name, of.metadata["knob"]) for name, of in vars(cls).items() if isinstance(of, Field)]
         lines = [f"{name}: {one.unit + ', ' if one.unit else ''}{one.meaning}" for name, one in entries]
-        cls.__doc__ = "\n".join([cls.__doc__ or "", "", *lines])
+        cls.__doc__ = "\n".join([inspect.cleandoc(cls.__doc__ or ""), "", *lines, ""])
 
     def __post_init__(self) -> None:
         check_fields(self)

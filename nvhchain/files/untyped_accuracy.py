@@ -17,7 +17,7 @@ _MESHES = {
 }
 """Entry by mesh → its numbers → their fields."""
 
-_LABELS = {"beyond_mesh_law": "beyond_law", "parted_flanks": "parted"}
+_LABELS = {"beyond_mesh_law": "law_exceeded", "parted_flanks": "parted"}
 
 _LINES = {
     "truncation_error_at_db": "truncation_frequency",

@@ -97,7 +97,7 @@ class HousingAccuracy(Accuracy):
 class ForceAccuracy(Accuracy):
     """Accuracy of bearing force histories: deflections beyond a mesh law, and contact loss."""
 
-    beyond_law: tuple[Label, ...] | None = array(
+    law_exceeded: tuple[Label, ...] | None = array(
         "", "mesh_beyond_law", "meshes whose deflections leave their mesh law", default=None
     )
     lowest_deflection: FloatArray | None = array(
@@ -118,7 +118,7 @@ class ForceAccuracy(Accuracy):
     def doubts(self) -> Iterator[Doubt]:
         """Yield warnings of meshes beyond their laws, and of contact loss under long steps."""
         ends = (self.lowest_deflection, self.highest_deflection, self.table_lowest, self.table_highest)
-        for mesh, *of in zip(self.beyond_law or (), *(() if end is None else 1e6 * end for end in ends), strict=True):
+        for mesh, *of in zip(self.law_exceeded or (), *(() if end is None else 1e6 * end for end in ends), strict=True):
             lowest, highest, low, high = of
             yield Doubt(
                 "deflection beyond the mesh law",
@@ -198,7 +198,7 @@ class SoundAccuracy(Accuracy):
     expected_error_beside_db: float | None = value(
         "dB", "part of it from long triangles beside a small body", default=None
     )
-    beside_ratio: float | None = value("1", "longest edge beside a small body over its distance", default=None)
+    neighbour_edge_ratio: float | None = value("1", "longest edge beside a small body over its distance", default=None)
     remeshing_error_db: float | None = value("dB", "part of it from meshing the surface anew", default=None)
     clearance: float | None = value("1", "distance of the nearest field point, element edges", default=None)
     expected_error_nearest_db: float | None = value("dB", "expected error at the nearest field point", default=None)
@@ -280,8 +280,8 @@ class SoundAccuracy(Accuracy):
         if _exceeds(self.expected_error_beside_db, asked):
             yield Doubt(
                 "mesh beside a small body",
-                f"a small body lies beside triangles {self.beside_ratio:.2g} times as long as they are away from its "
-                f"middle: expect errors of about {self.expected_error_beside_db:.2g} dB of its sound at any frequency; "
+                f"a small body lies beside triangles {self.neighbour_edge_ratio:.2g} times as long as they are away from "
+                f"its middle: expect errors of about {self.expected_error_beside_db:.2g} dB of its sound at any frequency; "
                 "refine them as many times there",
             )
         least = self.coarsest_elements_per_wavelength

@@ -174,7 +174,7 @@ class Accuracy(Declared):
         """Return both statements; a field of `other` has priority."""
         return self.replace(**{quantity.name: given for quantity, given in other.given()})
 
-    def without(self, *names: str) -> Self:
+    def cleared(self, *names: str) -> Self:
         """Return the accuracy without some of its fields."""
         return self.replace(**dict.fromkeys(names))
 

@@ -10,7 +10,7 @@ import numpy as np
 from nvhchain.errors import InputError, require
 from nvhchain.handoff.accuracy import ForceAccuracy
 from nvhchain.handoff.base import ComplexArray, FloatArray, HandOff
-from nvhchain.handoff.declared import array, value
+from nvhchain.handoff.declared import Label, array, value
 
 
 class BearingForces(HandOff):
@@ -33,6 +33,9 @@ class BearingForces(HandOff):
     transmission_error: FloatArray | None = array("m", "time, mesh", "transmission error of every mesh", default=None)
     output_lag: FloatArray | None = array("rad", "time", "transmission error, input to output", default=None)
     accuracy: ForceAccuracy = value("", "stated accuracy", default=ForceAccuracy())
+    error_names: tuple[Label, ...] | None = array(
+        "", "ends", "shafts of every mesh, then input and output", default=None
+    )
 
     def _check(self) -> None:
         step = np.diff(self.time)

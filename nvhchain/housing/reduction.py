@@ -85,7 +85,7 @@ def reduce_housing(
     -------
     ReducedHousing
         Reduced housing. Its accuracy states the estimated truncation error (dB of surface velocity,
-        `truncation_error`) and the error of the sound power due to the mapping onto the radiating faces.
+        `truncation_error`). It also states the error of the sound power due to the mapping onto the radiating faces.
 
     Raises
     ------
@@ -165,7 +165,7 @@ def with_residual(housing: ReducedHousing, fidelity: HousingFidelity) -> Reduced
         housing,
         seat_residual=np.zeros_like(housing.seat_residual),
         face_residual=np.zeros_like(housing.face_residual),
-        accuracy=housing.accuracy.without(
+        accuracy=housing.accuracy.cleared(
             "residual_mass", "truncation_error_db", "truncation_frequency", "truncation_error_at_db"
         ),
     )

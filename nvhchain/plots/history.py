@@ -78,7 +78,7 @@ def mesh_names(record: BearingForces) -> tuple[list[str], str]:
     """
     errors = record.mesh_deflection if record.transmission_error is None else record.transmission_error
     count = errors.shape[1] if errors.ndim == 2 else 0
-    named = record.provenance.get("transmission_errors", [])
+    named = record.error_names or ()
     if len(named) == count + 1:
         return list(named[:-1]), str(named[-1])
     return [f"of mesh {number}" for number in range(1, count + 1)], "from input to output"

@@ -28,7 +28,7 @@ def test_deflections_beyond_the_mesh_law_are_warned_of_and_recorded(
     with warnings.catch_warnings():
         warnings.simplefilter("error", AccuracyWarning)
         whole = run_up(gearbox, make_laws(), None, fidelity=fidelity, **operation)
-        assert whole.accuracy.beyond_law is None
+        assert whole.accuracy.law_exceeded is None
     first = make_law(0)
     lowest, highest = whole.mesh_deflection[:, 0].min(), whole.mesh_deflection[:, 0].max()
     grid = np.linspace(lowest + 0.25 * (highest - lowest), 80e-6, 12)
@@ -40,11 +40,11 @@ def test_deflections_beyond_the_mesh_law_are_warned_of_and_recorded(
     with pytest.warns(AccuracyWarning, match=said):
         warn_of(found)
     beyond = found.accuracy
-    assert beyond.beyond_law == ("A–B",)
+    assert beyond.law_exceeded == ("A–B",)
     assert beyond.lowest_deflection[0] == found.mesh_deflection[:, 0].min() < beyond.table_lowest[0] == grid[0]
     assert beyond.lowest_deflection[0] == pytest.approx(lowest, rel=1e-2)
     with pytest.warns(AccuracyWarning, match="leave the mesh law"):
-        assert bearing_forces(gearbox, laws, None, fidelity=fidelity, **steady).accuracy.beyond_law
+        assert bearing_forces(gearbox, laws, None, fidelity=fidelity, **steady).accuracy.law_exceeded
     monkeypatch.setattr(recording, "PIECE", 1024)
     for _ in range(2):  # run, and found ready
         with pytest.warns(AccuracyWarning, match=said):
@@ -85,7 +85,7 @@ def test_each_flank_is_judged_by_the_deflection_at_which_it_asks_the_law(make_ge
         found = run_up(gearbox, laws, housing, **operation | given)
     if torque < 0:  # the drive rows, which carry nothing, are below the table
         assert (found.mesh_deflection.min(axis=0) < [law.deflection[0] for law in laws]).all()
-    assert found.accuracy.beyond_law is None
+    assert found.accuracy.law_exceeded is None
     model = simulation(gearbox, laws, housing, input_torque=torque, time_step=1e-5, fidelity=given["fidelity"])
     still = np.array([at_rest(model, np.full(2, phase)).state for phase in np.arange(24) / 24])
     asked = still @ (model.deflection_output if torque > 0 else model.back_output)[0]
@@ -97,7 +97,7 @@ def test_each_flank_is_judged_by_the_deflection_at_which_it_asks_the_law(make_ge
     with pytest.warns(AccuracyWarning, match=r"mesh A–B: .* leave the mesh law"):
         told = run_up(gearbox, (laws[0].replace(deflection=grid, force=force), laws[1]), housing, **slow | given)
     beyond = told.accuracy
-    assert beyond.beyond_law == ("A–B",)
+    assert beyond.law_exceeded == ("A–B",)
     if torque > 0:
         assert beyond.highest_deflection[0] == told.mesh_deflection[:, 0].max() > end
     else:

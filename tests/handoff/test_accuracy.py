@@ -54,7 +54,7 @@ def test_a_housing_states_an_error_for_each_of_its_modes():
 def test_later_statements_count_and_earlier_ones_stay():
     both = SoundAccuracy(clearance=0.1, expected_error_db=1.0) | SoundAccuracy(expected_error_db=2.0)
     assert both == SoundAccuracy(clearance=0.1, expected_error_db=2.0)
-    assert both.without("clearance") == SoundAccuracy(expected_error_db=2.0)
+    assert both.cleared("clearance") == SoundAccuracy(expected_error_db=2.0)
     assert SolverRecord(("direct",)) + SolverRecord(("iterative",), 1e-7, 1e-6) == SolverRecord(
         ("direct", "iterative"), 1e-7, 1e-6
     )

@@ -47,7 +47,7 @@ def _record(**changes):
 
 
 def test_errors_over_the_angle_of_the_input_are_called_by_their_shafts():
-    named = _record(provenance={"transmission_errors": ["A–B", "B–C", "A–C"]})
+    named = _record(error_names=("A–B", "B–C", "A–C"))
     axes = transmission_error_history({"solid": named, "slotted": named})
     assert [ax.get_title(loc="left") for ax in axes] == [f"transmission error {ends}" for ends in ("A–B", "B–C", "A–C")]
     angle, error = axes[1].lines[0].get_data()

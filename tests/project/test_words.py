@@ -15,7 +15,7 @@ NOT_CLEAN = parse_config(ROOT)["exclude"] or re.compile("(?!)")
 FIRST = r"(What|Of|Where|Whether|That|Those|As|So|How|From|On|With|To|By|In|Between|Beside|Behind)\b"
 PREPOSITION = r"(above|across|after|along|as|at|before|behind|below|beside|between|beyond|by|for|from|in|inside|into|"
 PREPOSITION += r"near|of|on|outside|over|per|through|to|under|until|with|within|without)(_|$)"
-CONVERSIONS = "HandOff.to_xarray as_json from_json"  # named as in pandas and xarray
+CONVERSIONS = "HandOff.to_xarray as_json from_json SoundAccuracy.near_field_db"  # as in pandas and xarray; a noun
 TO_RENAME = """
 BearingForces.in_order Carried.between Casting.on_engine_side Cylinder.as_body DampingCurve.at Engagement.at_angles
 FlankCompliance.of_teeth ForceSpectrum.in_order Gearbox.with_bodies Knob.at Knob.beyond MeshFile.of

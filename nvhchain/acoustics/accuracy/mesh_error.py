@@ -91,7 +91,7 @@ def expected_accuracy(
     faceting_error_db : float
         Error of facets in place of round faces. Triangles that meet at more than 40° form an edge of the body.
     expected_error_beside_db : float
-        Error of coarse triangles beside a small body (`beside_ratio`).
+        Error of coarse triangles beside a small body (`neighbour_edge_ratio`).
     remeshing_error_db : float
         Error of a remeshed surface.
     expected_error_patch_db, coarse_share, coarse_elements_per_wavelength : float
@@ -142,7 +142,7 @@ def expected_accuracy(
     worst = int(np.argmax(shapes))
     faceting, coarse = facets[worst], shapes[worst]
     quadrature = _quadrature_accuracy(surface, fidelity, engine)
-    ratio = beside_ratio(bodies)
+    ratio = neighbour_edge_ratio(bodies)
     beside = min(BESIDE * max(ratio**2 - 1.0, 0.0), 1.0)
     remeshing = surface.accuracy.remeshing_error or 0.0
     low = coarse + beside + remeshing + QUADRATURE_GROWTH * (quadrature.quadrature_error or 0.0)
@@ -161,7 +161,7 @@ def expected_accuracy(
         shape_error_db=_decibel(coarse),
         faceting_error_db=_decibel(faceting) if faceting > 0 else None,
         expected_error_beside_db=_decibel(beside) if beside > 0 else None,
-        beside_ratio=ratio if beside > 0 else None,
+        neighbour_edge_ratio=ratio if beside > 0 else None,
         remeshing_error_db=_decibel(remeshing) if remeshing > 0 else None,
         resonance_shift=resonance_shift(surface, plane) or None,
     )
@@ -184,7 +184,7 @@ def needle_seconds(surface: Surface, fidelity: AcousticsFidelity) -> tuple[float
     return seconds, once
 
 
-def beside_ratio(bodies: Sequence[Surface]) -> float:
+def neighbour_edge_ratio(bodies: Sequence[Surface]) -> float:
     """Return the largest ratio of a triangle's edge to its distance from the middle of another body.
 
     If it is larger, the radius of the sphere of that body's area replaces the distance. The area counts as much of the

@@ -54,7 +54,7 @@ def joined(parts: Sequence[ForceAccuracy]) -> ForceAccuracy:
         whole |= part
         ends = (part.lowest_deflection, part.highest_deflection, part.table_lowest, part.table_highest)
         rows = (() if end is None else end.tolist() for end in ends)
-        for mesh, *of in zip(part.beyond_law or (), *rows, strict=True):
+        for mesh, *of in zip(part.law_exceeded or (), *rows, strict=True):
             lowest, highest, low, high = of
             before = beyond.get(mesh, of)
             beyond[mesh] = [min(before[0], lowest), max(before[1], highest), low, high]

@@ -84,8 +84,7 @@ def record(
         run.sample_time,
     )
     beyond = excursions(gearbox, mesh_laws, made.mesh_deflection, sampled.back, fidelity)
-    named = {"transmission_errors": gearbox.transmission_error_names}
-    return made.replace(accuracy=beyond | parted, provenance=made.provenance | named)
+    return made.replace(accuracy=beyond | parted, error_names=gearbox.transmission_error_names)
 
 
 @checked
@@ -136,7 +135,7 @@ def run_up(
     It is reproducible bit for bit on one machine.
 
     If a recorded deflection leaves its mesh law, or flanks separate, there is an AccuracyWarning. The accuracy then
-    states `beyond_law` or `parted`.
+    states `law_exceeded` or `parted`.
     """
     return run_up_with_error(gearbox, mesh_laws, housing, progress=progress, **operation)[0]
 

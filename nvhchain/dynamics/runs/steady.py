@@ -104,7 +104,7 @@ def bearing_forces(
     repeats to rounding.
 
     If a deflection leaves its mesh law, or flanks separate, there is an AccuracyWarning. The accuracy then states
-    `beyond_law` or `parted`.
+    `law_exceeded` or `parted`.
     """
     require(
         isfinite(input_speed) and input_speed > 0,
@@ -171,8 +171,7 @@ def bearing_forces(
     )
     parted = parted_flanks(model, drive, back, cycle.phases_at, model.step.step)
     accuracy = excursions(gearbox, mesh_laws, made.mesh_deflection, back, fidelity) | parted
-    named = {"transmission_errors": gearbox.transmission_error_names}
-    made = made.replace(accuracy=accuracy, provenance=made.provenance | named)
+    made = made.replace(accuracy=accuracy, error_names=gearbox.transmission_error_names)
     warn_or_refuse(made.accuracy)
     return made
 

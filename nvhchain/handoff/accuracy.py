@@ -280,9 +280,9 @@ class SoundAccuracy(Accuracy):
         if _exceeds(self.expected_error_beside_db, asked):
             yield Doubt(
                 "mesh beside a small body",
-                f"a small body lies beside triangles {self.neighbour_edge_ratio:.2g} times as long as they are away from "
-                f"its middle: expect errors of about {self.expected_error_beside_db:.2g} dB of its sound at any frequency; "
-                "refine them as many times there",
+                f"a small body lies beside triangles {self.neighbour_edge_ratio:.2g} times as long as they are away "
+                f"from its middle: expect errors of about {self.expected_error_beside_db:.2g} dB of its sound at any "
+                "frequency; refine them as many times there",
             )
         least = self.coarsest_elements_per_wavelength
         if _exceeds(least, self.coarse_elements_per_wavelength):

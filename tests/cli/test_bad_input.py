@@ -21,7 +21,7 @@ SPHERE = "cases/sphere/pulsating.toml"
 
 @pytest.fixture
 def refused(tmp_path, capsys, request):
-    """Runs a command that must be refused and returns its one line."""
+    """Run a command that must be refused; return its lines, one for every mistake."""
     root = request.config.rootpath
 
     def run(base, change, *, replace=None, arguments=()):
@@ -35,10 +35,11 @@ def refused(tmp_path, capsys, request):
         assert main(["run", str(case), "--fidelity", "draft", "--out", str(out), *arguments]) == 2
         captured = capsys.readouterr()
         lines = captured.err.strip().splitlines()
-        assert len(lines) == 1, captured.err
+        assert 0 < len(lines) < 4, captured.err
+        assert all(line.startswith("nvhchain: ") for line in lines), captured.err
         assert captured.out == ""
         assert not out.exists() or not list(out.rglob("*"))
-        return lines[0]
+        return " ".join(lines)
 
     return run
 

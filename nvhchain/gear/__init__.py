@@ -1,4 +1,4 @@
-"""Gears: drawings, finite elements, compliance, contact, mesh laws and root strain."""
+"""Gears: drawings, finite elements, compliance, contact, mesh laws, root strain, displacement and stress."""
 
 from nvhchain.gear.compliance.analytic import SliceCompliance, slice_compliance
 from nvhchain.gear.compliance.flank_compliance import FlankCompliance, flank_compliance
@@ -16,6 +16,7 @@ from nvhchain.gear.drawing.volume_mesh import VolumeMesh
 from nvhchain.gear.elements.gear_mesh import bricks_over_even
 from nvhchain.gear.elements.mesh_files import read_gear_mesh, write_gear_mesh
 from nvhchain.gear.elements.whole_mesh import whole_mesh
+from nvhchain.gear.field.gear_field import gear_field
 from nvhchain.gear.laws.iso6336 import IsoStiffness, iso_stiffness
 from nvhchain.gear.laws.load_distribution import load_distribution
 from nvhchain.gear.laws.mesh_law import engaged, mesh_law, pair_compliances, tabulated
@@ -64,6 +65,7 @@ __all__ = [
     "engaged",
     "engaged_reach",
     "flank_compliance",
+    "gear_field",
     "iso_stiffness",
     "lever_arms",
     "load_distribution",

@@ -14,6 +14,7 @@ from nvhchain.handoff.accuracy import (
 )
 from nvhchain.handoff.base import ACCURACIES, HAND_OFFS, Accuracy, ComplexArray, FloatArray, HandOff, IntArray
 from nvhchain.handoff.forces import BearingForces, ForceSpectrum
+from nvhchain.handoff.gear_field import GearField
 from nvhchain.handoff.housing import ReducedHousing, SurfaceVelocity
 from nvhchain.handoff.mesh_law import LoadDistribution, MeshLaw
 from nvhchain.handoff.sound import (
@@ -45,6 +46,7 @@ __all__ = [
     "FloatArray",
     "ForceAccuracy",
     "ForceSpectrum",
+    "GearField",
     "HandOff",
     "HousingAccuracy",
     "IntArray",

@@ -1,4 +1,4 @@
-"""Surfaces with modes or operating shapes for ParaView: VTKHDF with one step per mode or line, VTU for a single state.
+"""Surfaces and gears for ParaView: VTKHDF with one step per mode or line, VTU for a single state.
 
 VTKHDF is HDF5 of a fixed layout (VTK File Formats, "VTKHDF", version 2.2) and is written here through h5py.
 """
@@ -18,7 +18,7 @@ from nvhchain.errors import require
 from nvhchain.fem import mesh_files
 from nvhchain.fem.mesh_files import MeshFile
 from nvhchain.files.whole import in_memory, write_output
-from nvhchain.handoff import FloatArray, ReducedHousing, Surface, SurfaceVelocity
+from nvhchain.handoff import FloatArray, GearField, ReducedHousing, Surface, SurfaceVelocity
 from nvhchain.interop.common.surface_motion import vertex_motion
 from nvhchain.levels import decibel
 
@@ -108,6 +108,35 @@ def write_vtu(
     """
     mesh = MeshFile(surface.vertices, [("triangle", surface.triangles)])
     return write_output(Path(path), mesh_files.vtu_content(mesh, points=points, cells=cells))
+
+
+def write_gear_field_vtu(field: GearField, path: str | Path) -> Path:
+    """Write displacement and stress of a gear.
+
+    Parameters
+    ----------
+    field : GearField
+        Displacement and stress.
+    path : str or Path
+        VTU file.
+
+    Returns
+    -------
+    Path
+        Path of the file.
+
+    Notes
+    -----
+    Points hold the vectors displacement (m) for Warp By Vector, von_mises (Pa), and force (N), the sum of the slice
+    forces at the nearest node.  Cells are the quadratic elements.
+    """
+    nearest = [int(((field.nodes - point) ** 2).sum(axis=1).argmin()) for point in field.slice_point]
+    force = np.zeros(field.nodes.shape)
+    np.add.at(force, nearest, field.slice_force)
+    kind = {"hex20": "hexahedron20", "tet10": "tetra10"}[field.kind]
+    points = {"displacement": field.displacement, "von_mises": field.von_mises, "force": force}
+    content = mesh_files.vtu_content(MeshFile(field.nodes, [(kind, field.elements)]), points=points)
+    return write_output(Path(path), content)
 
 
 def _write(

@@ -19,6 +19,7 @@ from nvhchain.handoff import (
     FieldPressure,
     ForceAccuracy,
     ForceSpectrum,
+    GearField,
     LoadDistribution,
     MeshLaw,
     ModalTransferVectors,
@@ -47,6 +48,10 @@ EXAMPLES = [
         [0.0, 0.1], [0.0, 1e-5], [[0.0, 5.0], [0.0, 6.0]], 0.2, (20, 50), [0.025, 0.06], 0.16, 0.35, 0.09, 0.022, 1.65
     ),
     LoadDistribution([0.0, 0.1], 0.2, [0.5, -0.2], [0.01, 0.02], [1e-3, -1e-3], 5e3, 1.65),
+    GearField(
+        np.eye(10, 3), np.arange(10)[None], np.full((10, 3), 1e-6), np.arange(10.0), "wheel", 0.1, 2e-3, 0.05, [3],
+        [[0.06, 0, 0]], [[0.0, -9.0, 1.0]], [1e-6], 0.3,
+    ),
     BearingForces(
         [0.0, 1.0, 2.0], np.arange(9.0).reshape(3, 1, 3), ("A1",), [[0.0, 1, 2]], 261.8,
         transmission_error=np.ones((3, 2)), output_lag=np.ones(3),

@@ -8,9 +8,10 @@ from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
 from nvhchain.conventions import REFERENCE_VELOCITY
 from nvhchain.errors import InputError
-from nvhchain.handoff import ReducedHousing, Surface, SurfaceVelocity
+from nvhchain.handoff import GearField, ReducedHousing, Surface, SurfaceVelocity
 from nvhchain.interop.common.surface_motion import vertex_motion
-from nvhchain.interop.vtk_files import write_modes_vtkhdf, write_velocity_vtkhdf, write_vtu
+from nvhchain.interop.vtk_files import write_gear_field_vtu, write_modes_vtkhdf, write_velocity_vtkhdf, write_vtu
+from nvhchain.testing.elements import brick
 
 OCTAHEDRON = Surface(
     np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=float),
@@ -95,3 +96,24 @@ def test_single_state_as_vtu(tmp_path):
 def test_vertices_of_a_pulsating_octahedron_move_outward():
     motion = vertex_motion(OCTAHEDRON, np.ones(8))
     assert motion == pytest.approx(OCTAHEDRON.vertices / np.sqrt(3))
+
+
+def test_displacement_and_stress_of_a_gear_lie_at_the_nodes_of_its_elements(tmp_path):
+    nodes, elements = brick((1, 1, 1), (2.0, 1.0, 1.0))
+    moved = 1e-6 * nodes[:, ::-1]
+    point, force = [[2.0, 1.0, 0.9], [2.0, 1.0, 1.1]], [[1.0, 2.0, 3.0], [3.0, 2.0, 1.0]]
+    field = GearField(
+        nodes, elements, moved, np.arange(20.0), "wheel", 0.0, 2e-3, 0.0, [0, 0], point, force, [0.0, 0.0]
+    )
+    reader = vtkXMLUnstructuredGridReader()
+    reader.SetFileName(str(write_gear_field_vtu(field, tmp_path / "gear.vtu")))
+    reader.Update()
+    grid = reader.GetOutput()
+    assert grid.GetCellType(0) == 25  # quadratic hexahedron
+    assert [grid.GetCell(0).GetPointId(j) for j in range(20)] == elements[0].tolist()
+    arrays = {name: vtk_to_numpy(grid.GetPointData().GetArray(name)) for name in ("displacement", "von_mises", "force")}
+    assert arrays["displacement"] == pytest.approx(moved)
+    assert arrays["von_mises"] == pytest.approx(np.arange(20.0))
+    corner = int(np.flatnonzero((nodes == [2.0, 1.0, 1.0]).all(axis=1))[0])
+    assert arrays["force"][corner].tolist() == [4.0, 4.0, 4.0]
+    assert np.abs(arrays["force"]).sum() == 12.0

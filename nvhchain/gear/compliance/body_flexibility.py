@@ -28,6 +28,8 @@ class HeldBody:
     ----------
     unknowns : (teeth, 3 n_i) int array
         Unknowns of the shared nodes of each tooth, in the order of `CondensedTooth.stiffness`.
+    blank : (3 n,) int array
+        Unknowns of the blank's nodes, −1 on the bore.
 
     Raises
     ------
@@ -41,6 +43,7 @@ class HeldBody:
         place = np.full(3 * int(nodes.max() + 1), -1)
         place[free] = np.arange(len(free))
         self.unknowns = np.stack([place[unknowns(n)] for n in nodes])
+        self.blank = place[: 3 * len(mesh.blank_solid.nodes)]
         self._factor = factorize(_assembled(mesh, tooth, material, self.unknowns, sector, place), upper=True)
 
     def solve(self, loads: Sequence[Mapping[int, FloatArray]]) -> FloatArray:

@@ -181,6 +181,26 @@ class GearPair:
         p, w = (2 * r * float(g.half_tooth_angle(r)) for g, r in zip(self.geometries, radii, strict=True))
         return p, w
 
+    def tooth_angles(self, angle: float) -> tuple[float, float]:
+        """Return where tooth 0 of pinion and wheel stands at a wheel angle, drive flanks in touch.
+
+        Parameters
+        ----------
+        angle : float
+            Wheel angle (rad).
+
+        Returns
+        -------
+        tuple of 2 float
+            Angles of the centre lines at mid-width (rad), counter-clockwise from the direction to the mating axis.
+        """
+        half_p, half_w = (
+            thickness / 2 * cos(self.working_pressure_angle) / float(base)
+            for thickness, base in zip(self.working_thickness, self.base_radius, strict=True)
+        )
+        ratio = self.wheel.geometry.teeth / self.pinion.geometry.teeth
+        return self.sense * (ratio * angle - half_p), -self.sense * (angle + half_w)
+
     @cached_property
     def backlash(self) -> float:
         """Normal backlash j_bn (m), the travel of δ between the two flanks."""

@@ -9,7 +9,8 @@ from scipy.spatial import cKDTree
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.drawing.body import GearBody
 from nvhchain.gear.drawing.volume_mesh import VolumeMesh
-from nvhchain.gear.elements.gear_mesh import gear_mesh
+from nvhchain.gear.elements.gear_mesh import GearMesh, gear_mesh
+from nvhchain.handoff import IntArray
 
 _SAME = 1e-6
 """Distance (normal modules) within which nodes of neighbouring parts are merged."""
@@ -35,7 +36,27 @@ def whole_mesh(body: GearBody, fidelity: GearFidelity) -> VolumeMesh:
     InputError
         If the gear has an imported mesh, or the fidelity is too coarse for the blank.
     """
-    gear, mesh = body.geometry, gear_mesh(body, fidelity)
+    return joined_mesh(body, gear_mesh(body, fidelity))[0]
+
+
+def joined_mesh(body: GearBody, mesh: GearMesh) -> tuple[VolumeMesh, IntArray]:
+    """Join the blank and all teeth of a divided mesh.
+
+    Parameters
+    ----------
+    body : GearBody
+        Gear.
+    mesh : GearMesh
+        Its divided mesh.
+
+    Returns
+    -------
+    mesh : VolumeMesh
+        Undivided mesh.
+    label : (n,) int array
+        Its node for every node of the blank, then of the pitches of teeth 0, 1, ….
+    """
+    gear = body.geometry
     pitch, blank = mesh.pitch_solid, mesh.blank_solid
     points, bricks, flanks = [blank.nodes], [blank.elements], []
     for tooth in range(gear.teeth):
@@ -50,7 +71,7 @@ def whole_mesh(body: GearBody, fidelity: GearFidelity) -> VolumeMesh:
     count, label = sp.csgraph.connected_components(joined)
     place = np.empty((count, 3))
     place[label] = nodes
-    return VolumeMesh(
+    whole = VolumeMesh(
         nodes=place,
         elements=label[np.vstack(bricks)].astype(np.int64),
         kind="hex20",
@@ -58,3 +79,4 @@ def whole_mesh(body: GearBody, fidelity: GearFidelity) -> VolumeMesh:
         flanks=np.unique(label[np.concatenate(flanks)]).astype(np.int64),
         order=max(body.blank.symmetry, 1) if body.sector > 1 else gear.teeth,
     )
+    return whole, label.astype(np.int64)

@@ -23,14 +23,14 @@ from nvhchain.errors import InputError, is_whole, require
 from nvhchain.fem._sparse import BLOCK, factorize
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.compliance.body_flexibility import HeldBody
-from nvhchain.gear.compliance.flank_forces import flank_loads, point_forces
+from nvhchain.gear.compliance.flank_forces import flank_loads
 from nvhchain.gear.compliance.flank_splines import LocalBasis, local_basis, point_weights
 from nvhchain.gear.compliance.tooth_compliance import CondensedTooth, condensed_tooth, cylindrical_stiffness, unknowns
-from nvhchain.gear.contact.friction import check_coefficient, sliding_sense
+from nvhchain.gear.contact.friction import check_coefficient
 from nvhchain.gear.drawing.body import GearBody
-from nvhchain.gear.drawing.pair import DRIVE, GearPair
-from nvhchain.gear.elements.gear_mesh import GearMesh, SolidMesh, gear_mesh
-from nvhchain.gear.elements.pitch_mesh import PitchMesh
+from nvhchain.gear.drawing.pair import GearPair
+from nvhchain.gear.elements.gear_mesh import GearMesh, gear_mesh
+from nvhchain.gear.laws.slice_loads import nodal_forces
 from nvhchain.gear.laws.transmission_error import LoadedMesh
 from nvhchain.gear.root_strain.places import RootPlace
 from nvhchain.gear.root_strain.submodel import RootSubmodel, root_submodel
@@ -190,11 +190,11 @@ def nodal_force_strain(
     with HeldBody(mesh, tooth, body.material, body.sector) as held:
         for start in range(0, len(loaded), BLOCK):
             block = loaded[start : start + BLOCK]
-            nodal = [_nodal_forces(pair, gear, (mesh.pitch, mesh.pitch_solid), m, friction) for m in block]
+            nodal = [nodal_forces(pair, gear, (mesh.pitch, mesh.pitch_solid), m, friction) for m in block]
             moved = held.solve(
                 [{t: (probed.passed @ f[probed.loaded])[:, None] for t, f in forces.items()} for forces in nodal]
             )
-            near = [_nodal_forces(pair, gear, probed.submodel.tooth, m, friction) for m in block]
+            near = [nodal_forces(pair, gear, probed.submodel.tooth, m, friction) for m in block]
             for i, t in enumerate(np.asarray(teeth) % count):
                 rows = (probed.shared @ moved[held.unknowns[t]]).T
                 for row, coarse, fine in zip(rows, nodal, near, strict=True):
@@ -209,26 +209,6 @@ def _of(pair: GearPair, gear: int, teeth: Sequence[int]) -> GearBody:
     require(gear in (PINION, WHEEL), f"gear = {gear}: PINION ({PINION}) or WHEEL ({WHEEL}) is needed")
     require(all(is_whole(t) for t in teeth), f"teeth = {tuple(teeth)}: whole numbers are needed")
     return (pair.pinion, pair.wheel)[gear]
-
-
-def _nodal_forces(
-    pair: GearPair, gear: int, tooth: tuple[PitchMesh, SolidMesh], contact: LoadedMesh, friction: float
-) -> dict[int, FloatArray]:
-    """Return the forces on the unknowns of the pitch `tooth` (N) for each tooth in contact, by its number 0 … z − 1."""
-    lines, geometry = contact.lines, (pair.pinion, pair.wheel)[gear].geometry
-    # friction pushes both flanks towards their tips where the pinion's flank slides ahead of the wheel's
-    along = friction * sliding_sense(pair, lines) * (1.0 if lines.flank == DRIVE else -1.0)
-    number = lines.tooth[gear] % geometry.teeth
-    forces = {}
-    for t in np.unique(number):
-        on = (number == t) & (contact.force > 0)
-        flank = np.full(int(on.sum()), lines.side)
-        normal, slid = (
-            point_forces(geometry, tooth, flank, lines.radius[gear][on], lines.axial[on], along_profile=a)
-            for a in (False, True)
-        )
-        forces[int(t)] = normal @ contact.force[on] + slid @ (along[on] * contact.force[on])
-    return forces
 
 
 @dataclass(frozen=True, eq=False)

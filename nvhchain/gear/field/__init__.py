@@ -1,0 +1,1 @@
+"""Displacement and stress of a whole loaded gear."""

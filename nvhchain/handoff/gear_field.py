@@ -17,7 +17,7 @@ class GearField(HandOff):
     Frame of the gear: z along the shaft from mid-width, tooth 0 on the x axis at z = 0.  Teeth count counter-clockwise.
 
     The displacement is that of the linear finite elements.  It holds the dents under the point forces of the slices,
-    which depend on the mesh, but not the local deflection of the contact (Weber–Banaschek), which is given apart.
+    which depend on the mesh.  The local deflection of the contact (Weber–Banaschek) is given apart.
     Within an element of the contact lines neither displacement nor stress converges.
     """
 

@@ -86,15 +86,15 @@ def test_what_the_file_says_is_in_the_key_of_the_mesh_law(folder):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('units = "mm"', 'units = "cm"', r"gears\[1\].blank.units = 'cm': choose one of 'm', 'mm', 'in'"),
-        ('units = "mm"\n', "", r"gears\[1\].blank: required field 'units' is missing"),
-        ('units = "mm"', 'units = "m"', r"gears\[1\]: the mesh reaches to r = 4.* m, the drawn tip circle"),
+        ('units = "mm"', 'units = "cm"', r"gears\[1\] \(wheel\).blank.units = 'cm': choose one of 'm', 'mm', 'in'"),
+        ('units = "mm"\n', "", r"gears\[1\] \(wheel\).blank: required field 'units' is missing"),
+        ('units = "mm"', 'units = "m"', r"gears\[1\] \(wheel\): the mesh reaches to r = 4.* m, the drawn tip circle"),
         ('"wheel.inp"', '"none.inp"', r"none.inp: cannot be read \(No such file or directory\)"),
-        ('"wheel.inp"', "3", r"gears\[1\].blank.file = 3 must be of type str"),
+        ('"wheel.inp"', "3", r"gears\[1\] \(wheel\).blank.file = 3 must be of type str"),
         ('bore = "shaft seat"', 'bore = "Bore"', r"no tag 'Bore' among flanks, shaft seat: name the nodes of the bore"),
         ('bore = "shaft seat"', 'bore = "Flanks"', r"bore and flanks are both 'Flanks': name two tags"),
         ("symmetry = 30", "symmetry = 0", r"symmetry = 0 must be at least 1"),
-        ("symmetry = 30", "slots = 3", r"gears\[1\].blank.slots: unknown field"),
+        ("symmetry = 30", "slots = 3", r"gears\[1\] \(wheel\).blank.slots: unknown field"),
     ],
 )
 def test_meshes_of_a_case_that_cannot_be_used_are_refused_with_the_field(folder, old, new, message):

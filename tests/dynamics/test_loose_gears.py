@@ -65,14 +65,16 @@ def swinging(share):
 
 
 def parted(record):
-    return record.provenance.get("parted_flanks", {})
+    """Time (s) without contact by mesh."""
+    stated = record.accuracy
+    return dict(zip(stated.parted or (), () if stated.parted_time is None else stated.parted_time, strict=True))
 
 
 def test_it_rattles_above_the_published_threshold_and_not_below():
     """J (z_P/z_G) α = T_d (Singh, Xie, Comparin 1989): within 2 % here, on bearings of the example gearbox."""
     quiet, loud = (driven(neutral(), swinging(share)) for share in (0.98, 1.02))
     assert not parted(quiet)
-    assert parted(loud)["A–wheel"]["seconds"] > 0.0
+    assert parted(loud)["A–wheel"] > 0.0
     deep = driven(neutral(), swinging(1.5))
     assert deep.transmission_error.min() < -80e-6
     forces = [np.ptp(record.force, axis=0).max() for record in (quiet, loud, deep)]

@@ -133,6 +133,10 @@ class Casting(housing.Casting, Housing):
         unknowns = _UNKNOWNS_PER_AREA * area / knobs.element_size**_UNKNOWNS_EXPONENT
         return Extent(area, f"{1e3 * knobs.element_size:g} mm elements", unknowns=unknowns)
 
+    def shape(self, case: GearboxCase, knobs: HousingFidelity) -> housing.HousingShape:
+        """Return the surface with seats and bolts, for pictures."""
+        return housing.casting_shape(self, knobs)
+
     def read(self, case: GearboxCase, face_size: float) -> tuple[Any, ...]:
         """Return nothing: a casting has no files."""
         return ()

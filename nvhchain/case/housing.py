@@ -9,6 +9,7 @@ from nvhchain.case.bodies import Extent
 from nvhchain.errors import require
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import ReducedHousing
+from nvhchain.housing import HousingShape
 
 if TYPE_CHECKING:
     from nvhchain.case.gearbox import GearboxCase
@@ -59,6 +60,9 @@ class Housing(Protocol):
 
         If `driven`, the gears drive the housing and something must hold it.
         """
+
+    def shape(self, case: GearboxCase, knobs: HousingFidelity) -> HousingShape:
+        """Return the surface with seats and supports, for pictures."""
 
     def read(self, case: GearboxCase, face_size: float) -> tuple[Any, ...]:
         """Return the contents of all files of the housing, which `reduce` takes."""

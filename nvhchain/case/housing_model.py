@@ -97,6 +97,10 @@ class HousingModel(Housing):
         area, unknowns = housing.model_extent(model)
         return Extent(area, f"the mesh in {self.file}", unknowns=unknowns)
 
+    def shape(self, case: GearboxCase, knobs: HousingFidelity) -> housing.HousingShape:
+        """Return the surface with seats and supports, for pictures."""
+        return housing.model_shape(self.model(case), case.seats, self._nodes)
+
     def read(self, case: GearboxCase, face_size: float) -> tuple[Any, ...]:
         """Return the model of the file and its includes, and the seats of the case."""
         return self.model(case), case.seats
@@ -206,6 +210,10 @@ class ModalResults(Housing):
         require_held(case, f"{modes.source} has a rigid motion", held)
         top = knobs.mode_ratio * case.band.high
         return Extent(housing.modal_extent(modes), f"the modes to {top:g} Hz in {self.file}")
+
+    def shape(self, case: GearboxCase, knobs: HousingFidelity) -> housing.HousingShape:
+        """Return the surface with seats and supports, for pictures."""
+        return housing.modes_shape(self.model(case), case.seats, self._nodes)
 
     def read(self, case: GearboxCase, face_size: float) -> tuple[Any, ...]:
         """Return the modes, the radiating surface where it has a file of its own, and the seats of the case."""

@@ -2,17 +2,20 @@
 
 from nvhchain.housing.casting.casting import Bore, Casting, GearSpace
 from nvhchain.housing.casting.extent import encloses, envelope_area, face_size, room_around
+from nvhchain.housing.casting.shape import casting_shape
 from nvhchain.housing.exchange.craig_bampton import CraigBampton, craig_bampton
 from nvhchain.housing.exchange.exported_modes import exported_modes
 from nvhchain.housing.exchange.modal_model import modal_model
 from nvhchain.housing.imported.modal_results import check_modes, has_rigid_motion, housing_from_modes, modal_extent
 from nvhchain.housing.imported.seats import bearing_seats, seat_rows
+from nvhchain.housing.imported.shape import model_shape, modes_shape
 from nvhchain.housing.imported.solid_model import model_extent, reduce_model
 from nvhchain.housing.modes.damping import DampingCurve
 from nvhchain.housing.modes.engine_plane import EnginePlane
 from nvhchain.housing.modes.response import respond
 from nvhchain.housing.modes.truncation import TruncationError, truncation_error, truncation_errors
 from nvhchain.housing.reduction import reduce_housing
+from nvhchain.housing.skin.shape import HousingShape
 
 __all__ = [
     "Bore",
@@ -21,8 +24,10 @@ __all__ = [
     "DampingCurve",
     "EnginePlane",
     "GearSpace",
+    "HousingShape",
     "TruncationError",
     "bearing_seats",
+    "casting_shape",
     "check_modes",
     "craig_bampton",
     "encloses",
@@ -34,6 +39,8 @@ __all__ = [
     "modal_extent",
     "modal_model",
     "model_extent",
+    "model_shape",
+    "modes_shape",
     "reduce_housing",
     "reduce_model",
     "respond",

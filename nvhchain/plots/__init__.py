@@ -1,5 +1,9 @@
 """Figures of hand-offs as matplotlib axes; `axes[0].figure.savefig("spectrum.png")` writes a figure."""
 
+from nvhchain.plots.bodies.gear_field import gear_field
+from nvhchain.plots.bodies.gearbox import gearbox
+from nvhchain.plots.bodies.gears import gear_mesh, gear_pair
+from nvhchain.plots.bodies.scene import View
 from nvhchain.plots.bodies.shapes import animate, mode_shapes, operating_shape
 from nvhchain.plots.bodies.surface import rendered_surface, strongest_line, surface_velocity
 from nvhchain.plots.contributions import contribution_bars, modal_assurance_table
@@ -20,10 +24,15 @@ __all__ = [
     "backbone_curves",
     "bearing_force_spectra",
     "contribution_bars",
+    "View",
     "difference_table",
     "directivity_polar",
     "directivity_spectrum",
     "efficiency_spectrum",
+    "gear_field",
+    "gear_mesh",
+    "gear_pair",
+    "gearbox",
     "levels_over_speed",
     "mesh_law_map",
     "mesh_names",

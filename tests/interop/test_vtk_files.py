@@ -103,7 +103,7 @@ def test_displacement_and_stress_of_a_gear_lie_at_the_nodes_of_its_elements(tmp_
     moved = 1e-6 * nodes[:, ::-1]
     point, force = [[2.0, 1.0, 0.9], [2.0, 1.0, 1.1]], [[1.0, 2.0, 3.0], [3.0, 2.0, 1.0]]
     field = GearField(
-        nodes, elements, moved, np.arange(20.0), "wheel", 0.0, 2e-3, 0.0, [0, 0], point, force, [0.0, 0.0]
+        nodes, elements, moved, np.arange(20.0), "wheel", 0.0, 18, 2e-3, 0.0, 0.0, [0, 0], point, force, [0.0, 0.0]
     )
     reader = vtkXMLUnstructuredGridReader()
     reader.SetFileName(str(write_gear_field_vtu(field, tmp_path / "gear.vtu")))

@@ -1,0 +1,55 @@
+"""Shape of an imported housing for pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from nvhchain.fem.faces import boundary_faces, flat_triangles, six_node_facets
+from nvhchain.fem.modal_model import ModalModel
+from nvhchain.fem.solid_model import CORNERS, EDGES, SolidModel
+from nvhchain.handoff import IntArray
+from nvhchain.housing.imported.seats import bearing_seats, seat_rows
+from nvhchain.housing.skin.shape import HousingShape
+
+
+def model_shape(
+    model: SolidModel, positions: Mapping[str, Sequence[float]], names: Mapping[str, str] | None = None
+) -> HousingShape:
+    """Return the surface of imported elements with bearing seats and held nodes.
+
+    Parameters
+    ----------
+    model : SolidModel
+        Imported model.
+    positions, names
+        As in `bearing_seats`.
+
+    Returns
+    -------
+    HousingShape
+        Surface; held nodes and every held rigid set are supports.
+    """
+    elements = []
+    for block in model.blocks:
+        missing = CORNERS[block.shape] + len(EDGES[block.shape]) - block.nodes.shape[1]
+        elements.append((block.shape, np.pad(block.nodes, ((0, 0), (0, missing)), constant_values=-1)))
+    facets, centres = six_node_facets(boundary_faces(elements, model.labels, model.source), len(model.nodes))
+    held = np.flatnonzero(model.held.any(axis=1))
+    supports = [rigid.nodes for rigid in model.rigid_sets if rigid.held.any()]
+    return HousingShape(
+        np.vstack([model.nodes, centres @ model.nodes]),
+        flat_triangles(facets),
+        {seat.name: seat.nodes for seat in bearing_seats(model, positions, names)},
+        tuple([*supports, held] if len(held) else supports),
+    )
+
+
+def modes_shape(
+    modes: ModalModel, positions: Mapping[str, Sequence[float]], labels: Mapping[str, int] | None = None
+) -> HousingShape:
+    """Return the skin of imported modes with the node of every bearing seat; parameters as in `seat_rows`."""
+    rows = seat_rows(modes, positions, labels)
+    seats: dict[str, IntArray] = {name: rows[[i]] for i, name in enumerate(positions)}
+    return HousingShape(modes.nodes, flat_triangles(modes.triangles), seats)

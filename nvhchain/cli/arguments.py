@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from math import inf, isfinite
 from pathlib import Path
 from typing import NoReturn
 
@@ -28,6 +29,16 @@ def _folder(name: str) -> str:
     if is_file:
         raise argparse.ArgumentTypeError(f"{name} is a file: name a folder, which need not exist")
     return name
+
+
+def _degrees(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = inf
+    if not isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text}: give an angle in degrees")
+    return value
 
 
 def parser() -> argparse.ArgumentParser:
@@ -96,14 +107,26 @@ def parser() -> argparse.ArgumentParser:
     compare.add_argument("--out", metavar="DIR", type=_folder, default="out", help="folder for results (default: out)")
     compare.set_defaults(action=commands.compare)
 
-    plot = verbs.add_parser("plot", help="draw hand-offs of one kind into one figure")
-    plot.add_argument("files", metavar="FILE", nargs="+", type=Path, help="hand-offs (HDF5)")
+    mesh = _Parser(add_help=False)
+    mesh.add_argument("--stage", metavar="NAME", help="stage of the case: both gears, teeth in contact marked")
+    mesh.add_argument(
+        "--wheel-angle", metavar="DEG", type=_degrees, default=0.0, help="angle of the stage's wheel (default: 0)"
+    )
+
+    plot = verbs.add_parser(
+        "plot", parents=[mesh], help="draw hand-offs of one kind into one figure, or the gears and housing of a case"
+    )
+    plot.add_argument("files", metavar="FILE", nargs="+", type=Path, help="hand-offs (HDF5), or one case (TOML)")
+    plot.add_argument("--gear", metavar="NAME", help="gear of the case, with its finite elements")
+    plot.add_argument(
+        "--fidelity", choices=list(PRESETS), default="draft", help="finite elements of a case (default: draft)"
+    )
     plot.add_argument("--orders", action="store_true", help="records against order of the input, not frequency")
     plot.add_argument(
         "--quantity",
-        choices=["force", "transmission_error", "mesh_deflection", "output_lag"],
+        choices=["force", "transmission_error", "mesh_deflection", "output_lag", "displacement"],
         default="force",
-        help="of records of bearing forces",
+        help="of records of bearing forces; `displacement`: colours of a gear, instead of its stress",
     )
     plot.add_argument(
         "--angle", action="store_true", help="transmission errors against the angle of the input, its first turn"
@@ -120,9 +143,18 @@ def parser() -> argparse.ArgumentParser:
         "--out",
         metavar="FILE",
         type=Path,
-        help="figure (PNG, default: beside the first file), or motion of a housing: .gif, .vtu, .vtkhdf, .unv, .csv",
+        help="figure (PNG, default: beside the first file), motion of a housing (.gif, .vtu, .vtkhdf, .unv, .csv), or "
+        "a gear for ParaView (.vtu)",
     )
     plot.set_defaults(action=commands.plot)
+
+    field = verbs.add_parser(
+        "gear-field", parents=[common, mesh], help="compute displacement and stress of a loaded gear at one angle"
+    )
+    field.add_argument("case", metavar="CASE")
+    field.add_argument("--gear", metavar="NAME", required=True, help="gear of the case")
+    field.add_argument("--out", metavar="FILE", type=Path, required=True, help="hand-off (HDF5), for `plot`")
+    field.set_defaults(action=commands.gear_field)
 
     parts = verbs.add_parser(
         "contributions", parents=[common], help="what modes and panels of the housing add to the sound"

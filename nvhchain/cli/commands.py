@@ -7,7 +7,7 @@ from collections.abc import Collection, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
-from math import inf
+from math import inf, radians
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -174,12 +174,44 @@ def compare(options: argparse.Namespace) -> int:
 
 
 def plot(options: argparse.Namespace) -> int:
-    """Draw hand-offs."""
-    from nvhchain.report import draw
+    """Draw hand-offs, or a case."""
+    from nvhchain.report import draw, draw_case
 
     picture = options.out or options.files[0].with_suffix(".png")
+    angle = radians(options.wheel_angle)
+    if options.files[0].suffix == ".toml":
+        if len(options.files) > 1:
+            raise InputError(f"{len(options.files)} files: a figure shows one case")
+        fidelity = PRESETS[options.fidelity]
+        draw_case(options.files[0], picture, fidelity, stage=options.stage, gear_name=options.gear, angle=angle)
+        show(picture)
+        return 0
+    if options.stage or options.gear or angle:
+        raise InputError(f"{options.files[0]}: --stage, --gear and --wheel-angle belong to a case (.toml)")
     draw(options.files, picture, orders=options.orders, at=options.at, quantity=options.quantity, angle=options.angle)
     show(picture)
+    return 0
+
+
+def gear_field(options: argparse.Namespace) -> int:
+    """Write displacement and stress of a gear."""
+    from nvhchain.case import GearboxCase, load_case
+    from nvhchain.files import hdf5
+    from nvhchain.report import loaded_gear
+
+    case = load_case(options.case)
+    if not isinstance(case, GearboxCase):
+        raise InputError(f"{options.case}: {case.name} is a radiator: it has no gears")
+    fidelity, angle = _fidelity(options, [case]), radians(options.wheel_angle)
+    made = loaded_gear(case, fidelity, options.gear, stage=options.stage, angle=angle)
+    hdf5.save(made, options.out)
+    teeth = ", ".join(str(tooth) for tooth in made.loaded_teeth)
+    moved = 1e6 * float((made.displacement**2).sum(axis=1).max()) ** 0.5
+    stress = 1e-6 * float(made.stress_away_from_contact().max())
+    show(
+        f"{options.out}: {options.gear}, teeth {teeth} loaded, displacement up to {moved:.3g} µm, "
+        f"von Mises stress up to {stress:.3g} MPa away from the contact"
+    )
     return 0
 
 

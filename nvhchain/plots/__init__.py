@@ -20,11 +20,11 @@ from nvhchain.plots.waterfall import waterfall_maps
 __all__ = [
     "OrderMarks",
     "Table",
+    "View",
     "animate",
     "backbone_curves",
     "bearing_force_spectra",
     "contribution_bars",
-    "View",
     "difference_table",
     "directivity_polar",
     "directivity_spectrum",

@@ -4,6 +4,17 @@ from nvhchain.report.comparison import OPERATORS, check_comparable, compare
 from nvhchain.report.contributions import contributions
 from nvhchain.report.drawing import draw
 from nvhchain.report.exchange import export_craig_bampton
+from nvhchain.report.gear_pictures import draw_case, loaded_gear
 from nvhchain.report.page import write_page
 
-__all__ = ["OPERATORS", "check_comparable", "compare", "contributions", "draw", "export_craig_bampton", "write_page"]
+__all__ = [
+    "OPERATORS",
+    "check_comparable",
+    "compare",
+    "contributions",
+    "draw",
+    "draw_case",
+    "export_craig_bampton",
+    "loaded_gear",
+    "write_page",
+]

@@ -19,6 +19,7 @@ from nvhchain.handoff import (
     Directivity,
     FieldPressure,
     ForceSpectrum,
+    GearField,
     HandOff,
     MeshLaw,
     PressureHistory,
@@ -27,6 +28,7 @@ from nvhchain.handoff import (
     SoundPower,
     SurfaceVelocity,
 )
+from nvhchain.interop import write_gear_field_vtu
 from nvhchain.names import printable
 from nvhchain.plots.files import save
 from nvhchain.report.housing_pictures import SUFFIXES, draw_housings, draw_velocities, write_motion
@@ -71,14 +73,15 @@ def draw(
         HDF5 files, all of one kind.
     picture : Path
         PNG to write. A path that ends in .gif, .vtu, .vtkhdf, .unv or .csv holds the motion of a housing or surface
-        (`write_motion`).
+        (`write_motion`). The suffix .vtu also holds displacement and stress of a gear.
     orders : bool
         Draw maps of records against order of the input instead of frequency. Steady records of several speeds then
         make one map.
     at : sequence of float
         Frequencies (Hz) of the modes or lines to draw.
     quantity : str
-        Quantity of records of bearing forces, one of `RECORDED`.
+        Quantity of records of bearing forces, one of `RECORDED`; of a gear, "displacement" colours it by its
+        displacement instead of its stress.
     angle : bool
         Draw transmission errors of records over the angle of the input, over its first turn.
 
@@ -95,12 +98,18 @@ def draw(
         not at or kind in (ReducedHousing, SurfaceVelocity, Directivity),
         f"{kind.__name__} is drawn whole: leave `at` out",
     )
-    require(quantity == "force" or kind is BearingForces, f"{kind.__name__} has no {quantity}: leave `quantity` out")
+    require(
+        quantity == "force" or kind is (GearField if quantity == "displacement" else BearingForces),
+        f"{kind.__name__} has no {quantity}: leave `quantity` out",
+    )
     require(
         not angle or (kind is BearingForces and quantity in ("transmission_error", "output_lag")),
         "`angle` is for transmission errors of records of bearing forces: give quantity = transmission_error with it, "
         "or leave it out",
     )
+    if kind is GearField and picture.suffix == ".vtu":
+        write_gear_field_vtu(_single(hand_offs)[1], picture)
+        return
     if picture.suffix in SUFFIXES:
         write_motion(hand_offs, picture, at)
         return
@@ -110,6 +119,7 @@ def draw(
             plots.transmission_error_history(of) if angle else _bearing_forces(of, orders, quantity)
         ),
         ForceSpectrum: lambda of, _: plots.bearing_force_spectra(of),
+        GearField: lambda of, _: _gear_field(of, quantity),
         ReducedHousing: lambda of, _: draw_housings(of, at),
         SurfaceVelocity: lambda of, _: draw_velocities(of, at),
         FieldPressure: lambda of, _: plots.pressure_spectrum(of),
@@ -121,6 +131,18 @@ def draw(
     if kind not in known:
         raise InputError(f"{kind.__name__} has no figure: choose from {', '.join(k.__name__ for k in known)}")
     save(known[kind](hand_offs, orders), picture)
+
+
+def _gear_field(fields: Mapping[str, GearField], quantity: str) -> list[Axes]:
+    """Draw one gear."""
+    name, field = _single(fields)
+    return plots.gear_field(field, name=name, quantity="displacement" if quantity == "displacement" else "von_mises")
+
+
+def _single(fields: Mapping[str, Any]) -> tuple[str, Any]:
+    """Return name and field of the only gear."""
+    require(len(fields) == 1, f"{len(fields)} gears: a figure shows one")
+    return next(iter(fields.items()))
 
 
 def _names(files: list[Path]) -> list[str]:

@@ -10,7 +10,6 @@ from nvhchain import gear, plots
 from nvhchain.case import GearboxCase, load_case
 from nvhchain.errors import InputError, require
 from nvhchain.fidelity import Fidelity
-from nvhchain.gear.contact.closing_edges import with_closing_edges
 from nvhchain.handoff import GearField
 from nvhchain.plots.files import save
 
@@ -88,16 +87,14 @@ def loaded_gear(
     )
     engagement = gear.Engagement(pair, gear.pair_compliances(pair, fidelity.gear), fidelity.gear)
     loaded = gear.loaded_mesh(engagement, angle, force, guess=1e-9 * force)
-    closing = with_closing_edges(engagement, loaded.deflection)
+    closing = gear.with_closing_edges(engagement, loaded.deflection)
     if closing is not engagement:
         loaded = gear.loaded_mesh(closing, angle, force, guess=loaded.deflection)
     end = gear.PINION if of.pinion == gear_name else gear.WHEEL
     return gear.gear_field(pair, end, loaded, fidelity.gear)
 
 
-def _drawn(
-    case: GearboxCase, fidelity: Fidelity, stage: str | None, gear_name: str | None, angle: float
-) -> list[Axes]:
+def _drawn(case: GearboxCase, fidelity: Fidelity, stage: str | None, gear_name: str | None, angle: float) -> list[Axes]:
     """Return the figure of a stage, a gear or the whole gearbox."""
     names = [item.name for item in case.stages]
     if stage is not None:

@@ -202,7 +202,7 @@ def at_the_root(of, tooth, flank):
 
 
 def test_stress_at_the_root_converges_to_that_of_the_submodel():
-    """13 to 38 % too low with four elements across the tooth, 6 to 10 % with eight, within 2 % with sixteen."""
+    """13 to 38 % too low with four elements across the tooth, 6 to 10 % with eight, within 3 % with sixteen."""
     loaded, places = contact(), [StrainGauge(flank, length=1e-6, width=1e-6) for flank in (0, 1)]
     fine = dataclasses.replace(COARSE, root_refinement=6)
     exact = von_mises(nodal_force_strain(pair(), WHEEL, places, (0, 1), [loaded], fine)[0], STEEL)

@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.lines import Line2D
+from scipy.spatial import cKDTree
 
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray, GearField, IntArray
@@ -137,8 +138,10 @@ def _loaded_elements(field: GearField) -> IntArray:
 def _contact_lines(field: GearField, rest: FloatArray, bent: FloatArray) -> list[FloatArray]:
     """Return the points (n, 3) of the line of contact of every loaded tooth, m, on the displaced flanks."""
     places = _turned(field.slice_point, np.pi / 2 - field.mate_direction)
-    nearest = [int(((rest - place) ** 2).sum(axis=1).argmin()) for place in places]
-    moved = places + bent[nearest] - rest[nearest]
+    distance, nearest = cKDTree(rest).query(places, k=8)
+    weight = 1.0 / np.maximum(distance, 1e-9) ** 2
+    share = weight / weight.sum(axis=1, keepdims=True)
+    moved = places + np.einsum("sk,ska->sa", share, (bent - rest)[nearest])
     carrying = np.abs(field.slice_force).max(axis=1) > 0
     lines = []
     for tooth in field.loaded_teeth:

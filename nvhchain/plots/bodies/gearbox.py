@@ -124,7 +124,9 @@ def _shaft(shaft: Shaft) -> Part:
         profile = np.array([[inner, segment.start], [outer, segment.start], [outer, segment.end], [inner, segment.end]])
         edges = [(0, 1), (1, 2), (2, 3), (3, 0)] if inner > 0 else [(0, 1), (1, 2), (2, 3)]
         for i, j in edges:  # short ones, so that they can be sorted by depth
-            cuts = np.linspace(profile[i], profile[j], 1 + ceil(float(np.ptp(profile[[i, j]], axis=0).max()) / _LONGEST))
+            cuts = np.linspace(
+                profile[i], profile[j], 1 + ceil(float(np.ptp(profile[[i, j]], axis=0).max()) / _LONGEST)
+            )
             pieces += [_revolved(*ends) for ends in pairwise(cuts)]
     triangles = np.concatenate(pieces) + np.append(shaft.axis, 0.0)
     return Part(triangles, np.tile(to_rgb(SHAFT), (len(triangles), 1)))

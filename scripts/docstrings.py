@@ -1,6 +1,6 @@
 """List docstrings of public names that numpydoc's validation refuses, as `file:line: name: code message`.
 
-Checks and excluded names stand in `[tool.numpydoc_validation]` of pyproject.toml. numpydoc's own hook reads files with
+Checks stand in `[tool.numpydoc_validation]` of pyproject.toml. numpydoc's own hook reads files with
 their private names, and takes a dataclass for a class without parameters.
 """
 
@@ -18,7 +18,6 @@ from numpydoc.hooks.validate_docstrings import parse_config
 from numpydoc.validate import Validator, validate
 
 import nvhchain
-from nvhchain.fidelity.knob import Knobs
 from nvhchain.handoff import HandOff
 
 ROOT = Path(__file__).parents[1]
@@ -46,13 +45,13 @@ class Docstring(Validator):
 
     @property
     def signature_parameters(self) -> tuple[str, ...]:
-        """Parameters to document: without declared fields of knobs and those of a base that has its own docstring."""
+        """Parameters to document: without those of a base that has its own docstring."""
         if not inspect.isclass(self.obj):
             return tuple(super().signature_parameters)
         own = vars(self.obj).get("__annotations__", {})
         if is_typeddict(self.obj):
             return tuple(own)
-        if vars(self.obj).get("_is_protocol") or issubclass(self.obj, Knobs) or (is_dataclass(self.obj) and not own):
+        if vars(self.obj).get("_is_protocol") or (is_dataclass(self.obj) and not own):
             return ()
         declared = {"provenance"} if issubclass(self.obj, HandOff) else set()
         return tuple(name for name in super().signature_parameters if name not in declared)
@@ -67,8 +66,6 @@ def mistakes() -> Iterator[str]:
     """Yield one line for every mistake."""
     config = parse_config(ROOT)
     for name, value in public():
-        if config["exclude"] and config["exclude"].search(name):
-            continue
         result = validate(name, Docstring, value=value)
         for code, message in result["errors"]:
             if code in config["checks"]:

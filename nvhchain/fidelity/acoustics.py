@@ -17,9 +17,9 @@ class AcousticsFidelity(Knobs, stage="acoustics"):
     elements_per_wavelength: float = knob(low=1.0, high=100.0, step="surface",
         sweep=Sweep(((2.5, 2.0), (3.0, 2.0), (4.0, 2.0)),
                     ("elements_per_wavelength", "coarsest_elements_per_wavelength")),
-        meaning="of a radiating surface made here, at the upper band limit")
+        meaning="elements per wavelength of a radiating surface made here, at the upper band limit")
     masters: int = knob(low=1, high=10_000, sweep="the most masters that master_tolerance_db may take",
-        meaning="master frequencies over the band; the most of them where they are chosen by `master_tolerance_db`")
+        meaning="master frequencies over the band; their largest number where `master_tolerance_db` chooses them")
     quadrature_order: int = knob(2, low=1, high=20, sweep=(1, 2, 3),
         meaning="least Gauss order of well separated triangle pairs")
     quadrature_error: float = knob(2e-3, low=1e-9, high=1.0, sweep=(1e-1, 1e-2),
@@ -38,27 +38,27 @@ class AcousticsFidelity(Knobs, stage="acoustics"):
     singular_order: int = knob(4, low=1, high=20, sweep=(2, 3, 4),
         meaning="Gauss order per direction of pairs that share a corner, an edge or all")
     needle_aspect: float = knob(5.0, low=2.5, high=1e6, sweep=(20.0,),
-        meaning="triangles longer than this multiple of their height take twice that order, beyond its square thrice. "
-                "Needles that meet at their tips and point apart, as in a fan, are excepted")
+        meaning="triangles longer than this multiple of their height take twice singular_order, beyond its square "
+                "thrice. Needles that meet at their tips and point apart, as in a fan, are excepted")
     precision: str = knob("double", choices=("double", "single"), sweep=("single",),
-        meaning="of the matrices and of well separated pairs: `double` or `single` (half the memory)")
+        meaning="number format of the matrices and of well separated pairs: `double` or `single` (half the memory)")
     field_near_ratio: float = knob(0.5, low=0.01, high=2.0, sweep=(2.0,),
         meaning="a triangle longer than this multiple of its distance from a field point is subdivided")
     coarsest_elements_per_wavelength: float = knob(2.0, low=1.0, high=100.0,
-        meaning="of any surface, below which it is refused")
+        meaning="fewest elements per wavelength of any surface; a coarser one is refused")
     solver: str = knob("auto", choices=("auto", "direct", "iterative", "compressed"),
         sweep=Sweep((("iterative", 1e-3), ("iterative", 1e-6), ("direct", 1e-10)), ("solver", "solver_residual")),
-        meaning="of the systems: `direct` (LU factors), `iterative` (GMRES), `compressed` (GMRES on compressed "
-                "matrices), or `auto`, the cheapest that fits into memory")
+        meaning="solution of the systems: `direct` (LU factors), `iterative` (GMRES), `compressed` (GMRES on "
+                "compressed matrices), or `auto`, the cheapest that fits into memory")
     solver_residual: float = knob(1e-10, low=1e-13, high=1e-2,
-        meaning="of an iterative solution, relative to the right-hand side; a tenth of compression_error is enough for "
-                "compressed matrices")
+        meaning="admissible residual of an iterative solution, relative to the right-hand side; a tenth of "
+                "compression_error is enough for compressed matrices")
     solver_iterations: int = knob(200, low=1, high=10_000, sweep="a limit, beyond which the run is refused",
         meaning="most iterations to that residual")
     compression_error: float = knob(1e-5, low=1e-7, high=1e-2,
         sweep=Sweep((("compressed", 1e-3, 1e-4), ("compressed", 1e-5, 1e-6)),
                     ("solver", "compression_error", "solver_residual")),
-        meaning="of the compressed matrices, relative (Frobenius norm, in every group of rows)")
+        meaning="relative error of the compressed matrices (Frobenius norm, in every group of rows)")
     multipole_digits: float = knob(4.0, low=1.0, high=12.0, step="sound power", sweep="of sound power only",
         meaning="decimal digits to which sound power resolves the spherical waves that leave the surface")
     radiation: str = knob("boundary_elements",

@@ -20,6 +20,8 @@ _MOVED = {
 class DynamicsFidelity(Knobs, stage="dynamics", moved=_MOVED):
     """Time integration of the gearbox.
 
+    Notes
+    -----
     Steps of 10 µs keep errors below 1e-4 of the peak while flanks stay in contact at the usual speeds (4e-4 at 10 000
     rpm). Flanks that separate and strike under load need 1 µs, or 5 µs with bent_ways. Lightly loaded flanks that
     separate far need 0.25 µs, or 2 µs with bent_ways (docs/measured/dynamics/cuts.md).
@@ -28,7 +30,7 @@ class DynamicsFidelity(Knobs, stage="dynamics", moved=_MOVED):
     time_step: float = knob(low=1e-9, high=1e-2, unit="s", sweep=(30e-6, 20e-6, 10e-6),
         meaning="largest step of the integrator")
     settle_level: float = knob(1e-6, low=1e-12, high=0.5, sweep=(1e-2, 1e-4),
-        meaning="rest of the start when recording begins, relative to the swing of the bearing forces")
+        meaning="start-up transient left when recording begins, relative to the swing of the bearing forces")
     settle_time: float = knob(20.0, high=1e5, unit="s", sweep=_LIMIT, meaning="time allowed to settle")
     samples_per_period: float = knob(8.0, low=2.0, high=1e4, sweep=_LIMIT,
         meaning="fewest steps in the shortest period of the band")
@@ -40,9 +42,9 @@ class DynamicsFidelity(Knobs, stage="dynamics", moved=_MOVED):
     stored_samples_per_period: float = knob(5.0, low=2.56, high=1e4, step="run-up", sweep=(2.56, 3.5),
         meaning="fewest samples of a run-up's record in the shortest period of the band")
     stopband_attenuation: float = knob(100.0, low=20.0, high=200.0, unit="dB", step="run-up", sweep=(40.0, 60.0),
-        meaning="attenuation of what would fold back into the band, before a run-up is thinned out")
+        meaning="attenuation of signals that would alias into the band when a run-up is decimated")
     mesh_level: str = knob("table", choices=("table", "contact"), sweep=Sweep(("contact",), beyond=True, hours=True),
-        meaning="`table`: the mesh law F(θ, δ); `contact`: the contact problem in every step, its slow yardstick")
+        meaning="`table`: the mesh law F(θ, δ); `contact`: the contact problem in every step, its slow reference")
     gyroscopic_speeds: int = knob(16, low=1, high=1000, step="run-up", sweep="of a run-up with gyroscopic terms only",
         meaning="speeds of a run-up at which modes with gyroscopic terms are taken")
     shaft_element: float = knob(10e-3, low=1e-4, high=1.0, unit="m", sweep="of flexible shafts only",

@@ -42,7 +42,7 @@ class GearFidelity(Knobs, stage="gear"):
     back_reach: float = knob(1.5, low=0.1, high=100.0, sweep=(0.5,),
         meaning="largest mesh-law force on the back flank, times the nominal force")
     root_refinement: int = knob(4, low=1, high=16, step="root strain", sweep="of root strains only",
-        meaning="as transverse_refinement, for the mesh of one tooth in which root strain is read")
+        meaning="transverse_refinement of the mesh of one tooth in which root strain is read")
     # fmt: on
 
     def __post_init__(self) -> None:

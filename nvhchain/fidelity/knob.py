@@ -67,6 +67,11 @@ class Declared:
     step: str
     sweep: Sweep | str
 
+    def described(self, name: str, kind: str) -> str:
+        """Return the numpydoc entry: name, kind, unit, meaning."""
+        unit = f", {self.unit}" if self.unit else ""
+        return f"{name} : {kind}{unit}\n    {self.meaning[:1].upper()}{self.meaning[1:]}."
+
     def check(self, name: str, value: Any) -> None:
         """Raise InputError for a value outside the limits or not among the choices."""
         if self.choices:
@@ -138,12 +143,17 @@ class Knobs:
 
     The class argument `stage` is the name of this part in messages. `moved` maps names of former knobs to the options
     of a case that replace them.
+
+    Parameters
+    ----------
+    *values, **given : object
+        Values of the fields.
     """
 
     stage: ClassVar[str]
     moved: ClassVar[Mapping[str, str]]
 
-    def __new__(cls, *_: Any, **given: Any) -> Self:
+    def __new__(cls, *values: Any, **given: Any) -> Self:
         """Refuse (InputError) knobs that have become options of a case."""
         for name in cls.moved.keys() & given.keys():
             require(False, f"{cls.stage} {name} is no knob: set it in the case, {cls.moved[name]}")
@@ -151,9 +161,10 @@ class Knobs:
 
     def __init_subclass__(cls, stage: str, moved: Mapping[str, str] = MappingProxyType({})) -> None:
         cls.stage, cls.moved = stage, moved
-        entries = [(name, of.metadata["knob"]) for name, of in vars(cls).items() if isinstance(of, Field)]
-        lines = [f"{name}: {one.unit + ', ' if one.unit else ''}{one.meaning}" for name, one in entries]
-        cls.__doc__ = "\n".join([inspect.cleandoc(cls.__doc__ or ""), "", *lines, ""])
+        kinds = cls.__annotations__
+        entries = [declared(of).described(name, kinds[name]) for name, of in vars(cls).items() if isinstance(of, Field)]
+        summary, _, notes = inspect.cleandoc(cls.__doc__ or cls.__name__).partition("\n\n")
+        cls.__doc__ = "\n".join([summary, "", "Parameters", "----------", *entries, "", notes]).rstrip() + "\n"
 
     def __post_init__(self) -> None:
         check_fields(self)

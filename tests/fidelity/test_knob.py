@@ -56,7 +56,7 @@ def test_a_knob_without_a_default_has_to_be_given():
 
 
 def test_meanings_are_in_the_docstring():
-    assert "step: s, largest step\n" in Made.__doc__
+    assert "step : float, s\n    Largest step.\n" in Made.__doc__
 
 
 @pytest.mark.parametrize("stage", ["gear", "dynamics", "housing", "acoustics"])

@@ -11,7 +11,7 @@ import types
 import typing
 
 from docutils import nodes
-from plain_docstrings import ENTRY, SPLIT, fields
+from plain_docstrings import fields as meanings
 from sphinx.util.docutils import SphinxDirective
 
 from nvhchain import case, dimensions
@@ -19,30 +19,10 @@ from nvhchain.fidelity import PRESETS, declared
 from nvhchain.handoff import ACCURACIES, HAND_OFFS
 
 
-def meanings(cls):
-    """Return field name → its text in the docstring of `cls`, as numpydoc or as entries `name: text`."""
-    if documented := fields(cls):
-        return documented
-    found, name = {}, None
-    for line in (cls.__doc__ or "").splitlines():
-        for piece in SPLIT.split(line.strip()):
-            entry = ENTRY.match(piece)
-            if entry:
-                name = entry["name"]
-                found[name] = entry["text"]
-            elif name and piece:
-                found[name] += " " + piece
-            else:
-                name = None
-    return {part.strip(): text for names, text in found.items() for part in names.split(",")}
-
-
 def summary(cls):
-    """First paragraph of the docstring without its field entries; empty for a generated docstring."""
+    """First paragraph of the docstring; empty for a generated docstring."""
     text = (cls.__doc__ or "").split("\n\n")[0]
-    if text.startswith(f"{cls.__name__}("):
-        return ""
-    return " ".join(p for line in text.splitlines() for p in SPLIT.split(line.strip())[:1] if not ENTRY.match(p))
+    return "" if text.startswith(f"{cls.__name__}(") else " ".join(text.split())
 
 
 def shown(value):

@@ -63,11 +63,12 @@ def listed(lines):
 
 
 def fields(cls):
-    """Return field name → meaning of the numpydoc entries in the docstring of `cls`."""
+    """Return field name → meaning of the numpydoc entries in the docstrings of `cls` and its bases."""
     found = {}
-    for title, lines in sections(cleandoc(cls.__doc__ or "").splitlines()):
-        if title in ("Parameters", "Attributes"):
-            found |= {name: text for names, _, text in listed(lines) for name in names.split(", ")}
+    for base in reversed(cls.__mro__):
+        for title, lines in sections(cleandoc(base.__doc__ or "").splitlines()):
+            if title in ("Parameters", "Attributes"):
+                found |= {name: text for names, _, text in listed(lines) for name in names.split(", ")}
     return found
 
 

@@ -31,12 +31,22 @@ def pages(tmp_path_factory):
     return {path.relative_to(folder).with_suffix("").as_posix(): path.read_text() for path in folder.rglob("*.txt")}
 
 
+def rows_of(page):
+    """First lines of the rows of all tables: their first four cells."""
+    return [[cell.strip() for cell in line.split("|")[1:5]] for line in page.splitlines() if "|" in line]
+
+
 def test_every_fidelity_knob_is_listed_with_its_three_values(pages):
-    cells = [[cell.strip() for cell in line.split("|")[1:5]] for line in pages["fidelity"].splitlines() if "|" in line]
-    rows = {row[0].strip('"'): row[1:] for row in cells if row}
+    rows = {row[0].strip('"'): row[1:] for row in rows_of(pages["fidelity"])}
     stages = [getattr(PRESETS["draft"], field.name) for field in fields(PRESETS["draft"]) if field.name != "name"]
     assert {knob.name for stage in stages for knob in fields(stage)} <= set(rows)
     assert rows["masters"] == [str(preset.acoustics.masters) for preset in PRESETS.values()]
+
+
+def test_every_field_of_a_case_is_listed_with_its_meaning(pages):
+    rows = [row for row in rows_of(pages["cases"]) if re.match(r'"[a-z]', row[0])]
+    assert len(rows) > 150
+    assert [row[0] for row in rows if not row[3]] == []
 
 
 PACKAGES = [

@@ -276,9 +276,11 @@ def surface_pressure(
     ----------
     surface_velocity : SurfaceVelocity
         Normal velocity at the frequencies to solve.
+    air, fidelity, engine
+        As in `transfer_vectors`.
     incident : IncidentField, optional
         Field that the body scatters in addition; with zero velocity the body is rigid.
-    air, fidelity, engine, plane, executor, progress
+    plane, executor, progress
         As in `transfer_vectors`.
 
     Returns
@@ -321,12 +323,14 @@ def sound_power(
     ----------
     surface_velocity : SurfaceVelocity
         Normal velocity at the frequencies to solve.
+    air, fidelity, engine, plane
+        As in `transfer_vectors`.
     array_radius : float, optional
         Radius (m) of a microphone array, a sphere about the surface's centre or a hemisphere on the plane. The power
         then follows from the pressure at the microphones (`array_points`), as in a measurement.
     array_standard : str
         Standard of the microphone positions.
-    air, fidelity, engine, plane, executor, progress, shards
+    executor, progress, shards
         As in `transfer_vectors`.
 
     Returns

@@ -86,9 +86,11 @@ def record_run_up(
 
     Parameters
     ----------
+    gearbox, mesh_laws, housing
+        As in `run_up`.
     folder : str or Path
         Folder of the files.
-    gearbox, mesh_laws, housing, progress, **operation
+    progress, **operation
         As in `run_up`.
 
     Returns

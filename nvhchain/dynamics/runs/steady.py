@@ -195,10 +195,12 @@ def steady_sweep(
 
     Parameters
     ----------
-    gearbox, mesh_laws, housing, input_torque, f_max, fidelity
+    gearbox, mesh_laws, housing
         As in `bearing_forces`.
     input_speeds : sequence of float
         Speeds of the input (rad/s).
+    input_torque, f_max, fidelity
+        As in `bearing_forces`.
     contact_forces : sequence of ContactForce, optional
         As in `bearing_forces`; other processes take only those that can be pickled.
     executor : Executor, optional

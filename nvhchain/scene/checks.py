@@ -22,8 +22,8 @@ FEWEST_ANGLES = 6
 With five the second harmonic is 2.4 dB off, outside its confidence limits.
 """
 
-MOST_SLICES = 2000
-"""Largest number of slices over a face: at `draft` about 15 minutes of processor time."""
+MOST_SLICES = 1000
+"""Largest number of slices over a face: some 10 minutes of processor time at `draft`, 45 at `reference`."""
 
 _LASTS_LONG = {BEARING_FORCES, SURFACE_VELOCITY, PRESSURE}
 """Steps whose memory grows with the record at constant speed."""
@@ -170,7 +170,7 @@ def _check_reach(scene: Scene) -> None:
 
 
 def _check_slices(scene: Scene) -> None:
-    """Refuse more slices over a face than computing time and memory, which grow with their square, allow."""
+    """Refuse more slices over a face than computing time, which grows with their cube, allows."""
     knobs = scene.fidelity.gear
     for stage, pair in zip(scene.gearbox.stages, scene.gearbox.pairs, strict=True):
         slices = gear.slice_count(pair, knobs)

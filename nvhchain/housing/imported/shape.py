@@ -49,7 +49,23 @@ def model_shape(
 def modes_shape(
     modes: ModalModel, positions: Mapping[str, Sequence[float]], labels: Mapping[str, int] | None = None
 ) -> HousingShape:
-    """Return the skin of imported modes with the node of every bearing seat; parameters as in `seat_rows`."""
+    """
+    Return the skin of imported modes with the node of every bearing seat.
+
+    Parameters
+    ----------
+    modes : ModalModel
+        Imported modes.
+    positions : mapping of str to sequence of float
+        Position (3,) of every bearing, m.
+    labels : mapping of str to int, optional
+        Node labels of bearings that are named in the file.
+
+    Returns
+    -------
+    HousingShape
+        Nodes, skin and one node for each seat.
+    """
     rows = seat_rows(modes, positions, labels)
     seats: dict[str, IntArray] = {name: rows[[i]] for i, name in enumerate(positions)}
     return HousingShape(modes.nodes, flat_triangles(modes.triangles), seats)

@@ -160,10 +160,10 @@ def printable(text: str) -> str:
     """
     if text.isprintable():
         return text
-    return "".join(letter if _shown(letter) else letter.encode("unicode_escape").decode() for letter in text)
+    return "".join(letter if _is_printable(letter) else letter.encode("unicode_escape").decode() for letter in text)
 
 
-def _shown(letter: str) -> bool:
+def _is_printable(letter: str) -> bool:
     return letter.isprintable() or letter in "\n\t" or unicodedata.category(letter) == "Zs"
 
 

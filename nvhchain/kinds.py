@@ -59,11 +59,11 @@ def check_fields(owner: Any) -> None:
 
 
 @cache
-def _hints(of: Hashable) -> dict[str, Any]:
-    return get_type_hints(of)
+def _hints(function: Hashable) -> dict[str, Any]:
+    return get_type_hints(function)
 
 
-def _check_named(where: str, named: Mapping[str, Any], kinds: Any) -> None:
+def _check_named(place: str, named: Mapping[str, Any], kinds: Any) -> None:
     """Check keyword arguments against a TypedDict; TypeError, as in any function, for missing and unexpected ones."""
     hints = _hints(kinds)
     marked = get_type_hints(kinds, include_extras=True)
@@ -71,14 +71,14 @@ def _check_named(where: str, named: Mapping[str, Any], kinds: Any) -> None:
     missing, unknown = set(hints) - optional - set(named), set(named) - set(hints)
     if missing or unknown:
         which, names = ("missing", missing) if missing else ("unexpected", unknown)
-        raise TypeError(f"{where}() has {which} keyword arguments: {', '.join(sorted(names))}")
+        raise TypeError(f"{place}() has {which} keyword arguments: {', '.join(sorted(names))}")
     for name, value in named.items():
-        _check(where, name, value, hints[name])
+        _check(place, name, value, hints[name])
 
 
-def _check(where: str, name: str, value: Any, hint: Any) -> None:
+def _check(place: str, name: str, value: Any, hint: Any) -> None:
     if not _fits(value, hint):
-        raise InputError(f"{where}: {name} = {repr(value)[:60]} is of the wrong kind: give {_called(hint)}")
+        raise InputError(f"{place}: {name} = {repr(value)[:60]} is of the wrong kind: give {_kind_name(hint)}")
 
 
 def _fits(value: Any, hint: Any) -> bool:
@@ -146,21 +146,21 @@ def _numeric(value: Any, kinds: str) -> bool:
         return False
 
 
-def _called(hint: Any) -> str:
+def _kind_name(hint: Any) -> str:
     """Return the kind in words."""
     origin, inner = get_origin(hint), get_args(hint)
     if _is_array(hint):
         return "numbers, as an array or a list"
     if origin in (Union, UnionType):
-        return " or ".join(_called(each) for each in _either(inner))
+        return " or ".join(_kind_name(each) for each in _either(inner))
     if origin is Literal:
         return " or ".join(repr(each) for each in inner)
     if origin is tuple and inner[-1] is not Ellipsis:
-        return f"{len(inner)} values, each {_called(inner[0])}"
+        return f"{len(inner)} values, each {_kind_name(inner[0])}"
     if origin is Callable:
         return "a function"
     if origin is not None and issubclass(origin, Mapping):
-        return f"a mapping to {_called(inner[1])}"
+        return f"a mapping to {_kind_name(inner[1])}"
     if origin is not None:
-        return f"a sequence, of {_called(inner[0])} each"
+        return f"a sequence, of {_kind_name(inner[0])} each"
     return "None" if hint is type(None) else NAMES.get(hint, f"a {getattr(hint, '__name__', hint)}")

@@ -27,40 +27,40 @@ _DEVICES = frozenset({"CON", "PRN", "AUX", "NUL", *(f"{port}{n}" for port in ("C
 """Names reserved by Windows, with any ending."""
 
 
-def check_name(name: object, what: str) -> None:
+def check_name(name: object, subject: str) -> None:
     """Refuse (InputError) a name that cannot safely become a file, a table cell, a label or a printed line.
 
-    what : thing or field as the message calls it.
+    subject : thing or field as the message calls it.
     """
-    require(isinstance(name, str) and bool(name), f"{what} = {_quoted(name)} must be a text of at least one letter")
+    require(isinstance(name, str) and bool(name), f"{subject} = {_quoted(name)} must be a text of at least one letter")
     assert isinstance(name, str)
     size, most = len(name.encode(errors="replace")), LONGEST * 3 // 2
     require(
         len(name) <= LONGEST and size <= most,
-        f"{what} = {_quoted(name)} has {len(name)} characters in {size} bytes: at most {LONGEST} in {most}",
+        f"{subject} = {_quoted(name)} has {len(name)} characters in {size} bytes: at most {LONGEST} in {most}",
     )
     wrong = sorted({letter for letter in name if not _allowed(letter)})
     require(
         not wrong,
-        f"{what} = {_quoted(name)} holds {', '.join(map(ascii, wrong[:5]))}: "
+        f"{subject} = {_quoted(name)} holds {', '.join(map(ascii, wrong[:5]))}: "
         f"use letters, digits, blanks and {MARKS[1:]}",
     )
     require(
         name[0].isalnum() and name[-1] not in " .",
-        f"{what} = {_quoted(name)} must begin with a letter or digit and not end with a blank or dot",
+        f"{subject} = {_quoted(name)} must begin with a letter or digit and not end with a blank or dot",
     )
-    require(not _device(name), f"{what} = {_quoted(name)} is a device of some systems: choose another name")
+    require(not _device(name), f"{subject} = {_quoted(name)} is a device of some systems: choose another name")
 
 
-def check_names(names: Iterable[object], what: str) -> None:
+def check_names(names: Iterable[object], subject: str) -> None:
     """Apply `check_name` to each name and require distinct ones, even if case and composition are ignored."""
     seen: dict[str, object] = {}
     for name in names:
-        check_name(name, f"{what}: name")
+        check_name(name, f"{subject}: name")
         key = folded(str(name))
         require(
             key not in seen,
-            f"{what}: names must be distinct, also where case is ignored, got {seen.get(key)!r} and {name!r}",
+            f"{subject}: names must be distinct, also where case is ignored, got {seen.get(key)!r} and {name!r}",
         )
         seen[key] = name
 
@@ -86,12 +86,12 @@ def safe_names(names: Iterable[str]) -> list[str]:
     return safe
 
 
-def check_text(text: str, what: str) -> None:
+def check_text(text: str, subject: str) -> None:
     """Refuse (InputError) control characters and excessive length in a text that is no name."""
-    require(len(text) <= LONGEST_TEXT, f"{what} is {len(text)} characters long: at most {LONGEST_TEXT}")
+    require(len(text) <= LONGEST_TEXT, f"{subject} is {len(text)} characters long: at most {LONGEST_TEXT}")
     require(
         printable(text) == text and not set("\n\t") & set(text),
-        f"{what} = {_quoted(text)} holds control characters: remove them",
+        f"{subject} = {_quoted(text)} holds control characters: remove them",
     )
 
 

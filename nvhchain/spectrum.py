@@ -159,7 +159,7 @@ def force_spectrum(
     )
 
 
-def _lines_of(orders: Sequence[float], turns_per_second: float, spacing: float, inside: np.ndarray) -> np.ndarray:
+def _lines_of(orders: Sequence[float], turns_per_second: float, spacing: float, limits: np.ndarray) -> np.ndarray:
     """Return the indices of the lines at `orders` that lie in the band; an order between lines is an InputError."""
     place = np.unique(np.asarray(orders, dtype=float)) * turns_per_second / spacing
     off = np.abs(place - np.round(place))
@@ -170,7 +170,7 @@ def _lines_of(orders: Sequence[float], turns_per_second: float, spacing: float, 
             f"orders): "
             "record whole periods of it"
         )
-    return np.intersect1d(np.round(place).astype(int), inside)
+    return np.intersect1d(np.round(place).astype(int), limits)
 
 
 def _hann(n: int) -> FloatArray:
@@ -190,11 +190,11 @@ class Waterfall:
     input_speed : (n_window,) array
         Mean input speed in each window (rad/s).
     axis : (n_line,) array
-        Frequencies (Hz), or orders of the input if `of_orders`.
+        Frequencies (Hz), or orders of the input if `has_orders`.
     amplitude : (n_window, n_line, …) complex array
         Peak amplitudes, unit of the signal.  The phase refers to e^{jωt} from the window's start, or to e^{j order
         angle} from the input's angle at the record's start.
-    of_orders : bool
+    has_orders : bool
         True if `axis` holds orders.
     """
 
@@ -202,7 +202,7 @@ class Waterfall:
     input_speed: FloatArray
     axis: FloatArray
     amplitude: ComplexArray
-    of_orders: bool
+    has_orders: bool
 
 
 class WindowedRecord(TypedDict):
@@ -277,7 +277,7 @@ def waterfall(signal: FloatArray, **record: Unpack[WindowedRecord]) -> Waterfall
         input_speed=np.array([input_speed[begin : begin + width].mean() for begin in first]),
         axis=np.arange(kept, dtype=float) * (sample_rate / width),
         amplitude=np.array(spectra),
-        of_orders=False,
+        has_orders=False,
     )
 
 
@@ -331,7 +331,7 @@ def order_waterfall(signal: FloatArray, **record: Unpack[WindowedRecord]) -> Wat
         at = np.interp(begin + turns * np.arange(count) / count, turned[moving], time[moving])
         _, amplitude = amplitude_spectrum(np.asarray(curve(at)), count / turns, periodic=False)
         fastest = float(np.interp(at, time, input_speed).max()) / (2.0 * np.pi)
-        amplitude = amplitude[:kept] * _along(np.exp(-2j * np.pi * axis * begin), amplitude.ndim)
+        amplitude = amplitude[:kept] * _broadcastable(np.exp(-2j * np.pi * axis * begin), amplitude.ndim)
         amplitude[axis * fastest > sample_rate / BAND_MARGIN] = 0.0
         spectra.append(amplitude)
         middle.append(0.5 * (edges[0] + edges[1]))
@@ -397,7 +397,7 @@ def sweep_waterfall(records: Sequence[BearingForces], quantity: str = "force", *
         input_speed=speeds,
         axis=np.arange(count) * (repeats[0] / turns[0]),
         amplitude=np.array(amplitudes),
-        of_orders=True,
+        has_orders=True,
     )
 
 
@@ -413,12 +413,12 @@ def _whole_multiples(turns: FloatArray) -> list[int]:
 
 
 @checked
-def order_cut(of: Waterfall, orders: Sequence[float]) -> ComplexArray:
+def order_cut(waterfall: Waterfall, orders: Sequence[float]) -> ComplexArray:
     """Return the amplitudes of single orders along an order waterfall.
 
     Parameters
     ----------
-    of : Waterfall
+    waterfall : Waterfall
         Waterfall of orders.
     orders : sequence of float
         Orders to pick; each must be a line of the waterfall.
@@ -433,17 +433,17 @@ def order_cut(of: Waterfall, orders: Sequence[float]) -> ComplexArray:
     InputError
         If the waterfall has no order axis, or an order is not one of its lines.
     """
-    require(of.of_orders, "an order cut needs a waterfall of orders: make it with order_waterfall")
-    spacing = float(of.axis[1]) if len(of.axis) > 1 else 1.0
-    found = _lines_of(orders, 1.0, spacing, np.arange(len(of.axis)))
+    require(waterfall.has_orders, "an order cut needs a waterfall of orders: make it with order_waterfall")
+    spacing = float(waterfall.axis[1]) if len(waterfall.axis) > 1 else 1.0
+    found = _lines_of(orders, 1.0, spacing, np.arange(len(waterfall.axis)))
     require(
         len(found) == len(np.unique(np.asarray(orders))),
-        f"orders {list(orders)} reach beyond the waterfall's last, {of.axis[-1]:g}: raise its `high`",
+        f"orders {list(orders)} reach beyond the waterfall's last, {waterfall.axis[-1]:g}: raise its `high`",
     )
-    return np.asarray(of.amplitude[:, np.round(np.asarray(orders) / spacing).astype(int)])
+    return np.asarray(waterfall.amplitude[:, np.round(np.asarray(orders) / spacing).astype(int)])
 
 
-def _along(line: ComplexArray, dimensions: int) -> ComplexArray:
+def _broadcastable(line: ComplexArray, dimensions: int) -> ComplexArray:
     """Append axes to `line` (n,) for multiplication along the first axis of an array of `dimensions` axes."""
     return line.reshape((-1,) + (1,) * (dimensions - 1))
 

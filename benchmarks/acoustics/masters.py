@@ -20,7 +20,7 @@ import numpy as np
 
 import nvhchain as nvh
 from benchmarks.publish import publish
-from nvhchain.acoustics import adaptive_transfer_vectors, sphere, transfer_vectors, vectors_at
+from nvhchain.acoustics import adaptive_transfer_vectors, interpolate_vectors, sphere, transfer_vectors
 from nvhchain.acoustics.interpolation.nodes import interpolant
 from nvhchain.handoff import FloatArray, Surface, TransferVectors
 from nvhchain.testing.bodies import box
@@ -88,7 +88,7 @@ def decibel(relative: float) -> float:
 
 def wrong(atv: TransferVectors, truth: TransferVectors) -> float:
     """Return the largest relative error between masters."""
-    difference = vectors_at(atv, truth.frequency, fidelity=FIDELITY).vectors - truth.vectors
+    difference = interpolate_vectors(atv, truth.frequency, fidelity=FIDELITY).vectors - truth.vectors
     return float((np.linalg.norm(difference, axis=2) / np.linalg.norm(truth.vectors, axis=2)).max())
 
 
@@ -98,7 +98,7 @@ def estimate(atv: TransferVectors, truth: TransferVectors) -> float:
     sides = smooth.error_weights(truth.frequency)
     size = np.linalg.norm(truth.vectors, axis=2)
     return max(
-        float((np.linalg.norm(sides @ smooth.at_nodes(point), axis=2) / size[:, point]).max())
+        float((np.linalg.norm(sides @ smooth.node_values(point), axis=2) / size[:, point]).max())
         for point in range(len(atv.points))
     )
 

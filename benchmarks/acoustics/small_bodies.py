@@ -18,7 +18,7 @@ import numpy as np
 import nvhchain as nvh
 from benchmarks.publish import publish
 from nvhchain.acoustics import sphere, transfer_vectors
-from nvhchain.acoustics.accuracy.mesh_error import BESIDE, neighbour_edge_ratio
+from nvhchain.acoustics.accuracy.mesh_error import NEIGHBOUR_ERROR, neighbour_edge_ratio
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning
 from nvhchain.handoff import ComplexArray, Surface
@@ -61,7 +61,7 @@ def main() -> None:
             ]
             pulsating, towards, along = 100 * np.max(errors, axis=0)
             ratio = neighbour_edge_ratio([cube, balls[0]])
-            stated = 100 * BESIDE * max(ratio**2 - 1.0, 0.0)
+            stated = 100 * NEIGHBOUR_ERROR * max(ratio**2 - 1.0, 0.0)
             if stated > 0:
                 found.append(stated / towards)
             lines.append(

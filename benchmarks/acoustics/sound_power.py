@@ -26,7 +26,7 @@ from nvhchain import acoustics, housing
 from nvhchain.acoustics.accuracy.cancellation import CANCELLATION
 from nvhchain.acoustics.surfaces._gmsh import remesh
 from nvhchain.acoustics.surfaces.surface import SHARP_ANGLE, mean_edge, width_to_length
-from nvhchain.acoustics.surfaces.velocity_in_faces import within_faces
+from nvhchain.acoustics.surfaces.velocity_slopes import velocity_within_faces
 from nvhchain.acoustics.systems.engines import FUSED, check_memory, systems
 from nvhchain.acoustics.waves.multipoles import multipole_amplitudes
 from nvhchain.errors import AccuracyWarning
@@ -108,7 +108,7 @@ def cancellation(_: Path) -> dict[str, Any]:
         for ratio in (4.0, 3.0, 2.0):
             body = Surface(*remesh(fine.vertices, fine.triangles, ratio * mean_edge(fine), SHARP_ANGLE))
             shapes = np.cross(np.eye(3)[:, None], body.centroids[None])
-            moving = within_faces(body) @ np.einsum("afx,fx->fa", shapes, body.normals)
+            moving = velocity_within_faces(body) @ np.einsum("afx,fx->fa", shapes, body.normals)
             gradient = -1j * k * AIR.impedance * moving
             ((system,),) = systems(FUSED, body, np.array([k]), fidelity, None, check_memory(body, 1, 0, 0, FUSED))
             pressure = system.solve(system.apply_b(gradient))

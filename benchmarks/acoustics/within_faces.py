@@ -1,4 +1,4 @@
-"""Error of the pressure with velocities constant on every face, and varying within it (`within_faces`).
+"""Error of the pressure with velocities constant on every face, and varying within it (`velocity_within_faces`).
 
     python -m benchmarks within_faces
 
@@ -26,7 +26,7 @@ from nvhchain.acoustics import solve_direct, sphere, transfer_vectors
 from nvhchain.acoustics.surfaces._gmsh import remesh
 from nvhchain.acoustics.surfaces.clearance import winding_numbers
 from nvhchain.acoustics.surfaces.surface import SHARP_ANGLE, mean_edge
-from nvhchain.acoustics.surfaces.velocity_in_faces import within_faces
+from nvhchain.acoustics.surfaces.velocity_slopes import velocity_within_faces
 from nvhchain.acoustics.waves.layer_potentials import RULE_BARYCENTRIC, RULE_WEIGHT
 from nvhchain.case import GearboxCase
 from nvhchain.conventions import Air
@@ -125,7 +125,7 @@ class Heard:
         order = np.argsort(frequency)
         solved = transfer_vectors(surface, points, frequency[order], air=AIR, fidelity=FIDELITY).vectors
         self.surface, self.vectors = surface, solved[np.argsort(order)]
-        self._constant = splu(within_faces(surface).tocsc())
+        self._constant = splu(velocity_within_faces(surface).tocsc())
 
     def pressures(self, at: int, velocity: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
         """Return both pressures at one of the frequencies."""

@@ -202,13 +202,13 @@ def of_run_ups(out: Path) -> list[str]:
             for preset in JUDGED:
                 band = BANDS[quantity](computed(case, preset, out))
                 low, high = np.moveaxis(band.limits, -1, 0)
-                held = (low <= truth.over_speed) & (truth.over_speed <= high)
+                held = (low <= truth.speed_levels) & (truth.speed_levels <= high)
                 inside = (band.overall[:, 0] <= truth.level) & (truth.level <= band.overall[:, 1])
                 all_held.setdefault((QUANTITIES[quantity], preset), []).append(held.ravel())
                 lines.append(
                     f"| {case.name} | {QUANTITIES[quantity]} | {preset} | {held.sum()} of {held.size} | "
-                    f"{np.abs(truth.over_speed - band.over_speed).max():.2f} | "
-                    f"{np.median(high - band.over_speed):.2f} | {inside.sum()} of {inside.size} |"
+                    f"{np.abs(truth.speed_levels - band.speed_levels).max():.2f} | "
+                    f"{np.median(high - band.speed_levels):.2f} | {inside.sum()} of {inside.size} |"
                 )
     for (quantity, preset), each in all_held.items():
         held = np.concatenate(each)

@@ -27,10 +27,10 @@ from nvhchain.fidelity import DRAFT, REFERENCE, AcousticsFidelity, Fidelity
 from nvhchain.handoff import SoundAccuracy, Surface
 from nvhchain.housing import Casting
 from nvhchain.housing.casting.mesh import radiating_surface
-from nvhchain.housing.modes.truncation import without_modes
+from nvhchain.housing.modes.truncation import exclude_modes
 from nvhchain.tradeoff import Measurement, shipped_sweep, variants
 from nvhchain.tradeoff.deviation import Deviation
-from nvhchain.tradeoff.knobs import BEYOND
+from nvhchain.tradeoff.knobs import FINER_SETTINGS
 
 CASE = Path(__file__).parents[2] / "cases" / "small" / "single_stage.toml"
 OF_MASTERS = ("acoustics.masters", "acoustics.master_tolerance_db", "acoustics.interpolation")
@@ -107,7 +107,7 @@ def band_of(run: Result, knob: str, fidelity: Fidelity) -> ErrorBand:
         pressure,
         velocity,
         transfer_vectors=vectors.replace(accuracy=told),
-        housing=without_modes(housing, modes) if modes < len(housing.natural_frequency) else housing,
+        housing=exclude_modes(housing, modes) if modes < len(housing.natural_frequency) else housing,
         force_spectrum=run.force_spectrum,
         mesh_laws=run.mesh_laws,
     )
@@ -142,7 +142,7 @@ def _used(error: float, limits: tuple[float, float]) -> float:
 
 def _errs(row: Measurement) -> bool:
     """What models more than the yardstick does errs by nothing."""
-    return (row.knob, row.value) not in BEYOND
+    return (row.knob, row.value) not in FINER_SETTINGS
 
 
 @cache

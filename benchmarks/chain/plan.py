@@ -24,7 +24,7 @@ from benchmarks.chain.plan_scenes import measure_scenes, publish_scenes
 from benchmarks.publish import publish
 from nvhchain.case import Case
 from nvhchain.fidelity import PRESETS, Fidelity
-from nvhchain.files.shelf import Unwatched
+from nvhchain.files.result_cache import Unwatched
 from nvhchain.tradeoff import shipped_sweep
 from nvhchain.tradeoff.measure import Cost, Ledger, measured_run
 

@@ -16,9 +16,9 @@ import nvhchain as nvh
 from benchmarks.publish import publish
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.fidelity import DRAFT, Fidelity
-from nvhchain.files.shelf import Unwatched
+from nvhchain.files.result_cache import Unwatched
 from nvhchain.scene import PlannedStep, preflight
-from nvhchain.tradeoff.knobs import NOT_SWEPT, STAGES
+from nvhchain.tradeoff.knobs import NOT_SWEPT, PACKAGES
 from nvhchain.tradeoff.measure import Cost, Ledger, measured_run
 
 CASE = "cases/small/single_stage.toml"
@@ -36,7 +36,7 @@ LIMITS = frozenset(name for name, why in NOT_SWEPT.items() if why.startswith("a 
 
 def settings(names: tuple[str, ...]) -> Iterator[tuple[str, Fidelity]]:
     """(knob = value, fidelity) of every number, or of those whose name begins so, turned by every factor."""
-    for stage in STAGES:
+    for stage in PACKAGES:
         knobs = getattr(DRAFT, stage)
         for field in fields(knobs):
             name, value = f"{stage}.{field.name}", getattr(knobs, field.name)

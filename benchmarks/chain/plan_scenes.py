@@ -17,7 +17,7 @@ from benchmarks.chain.plan_knobs import CASE, kept_name
 from benchmarks.publish import publish
 from nvhchain.case import FieldPoint, GearboxCase, Ramp
 from nvhchain.fidelity import DRAFT
-from nvhchain.files.shelf import Unwatched
+from nvhchain.files.result_cache import Unwatched
 from nvhchain.tradeoff.measure import Cost, Ledger, Run, measured_run
 
 POINTS = (1, 10, 100, 1000, 4000)

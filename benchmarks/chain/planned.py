@@ -16,7 +16,7 @@ from pathlib import Path
 import nvhchain as nvh
 from benchmarks.publish import publish
 from nvhchain.files import hdf5
-from nvhchain.files.shelf import Unwatched
+from nvhchain.files.result_cache import Unwatched
 from nvhchain.handoff import FieldPressure
 from nvhchain.tradeoff import cheapest, deviation, shipped_sweep
 from nvhchain.tradeoff.measure import Ledger, measured_run
@@ -44,7 +44,7 @@ def measure(out: Path, tolerance: float) -> None:
     found = deviation(hdf5.load(spine / "pressure.h5", FieldPressure), yardstick, orders)
     rows = recorded(out)
     rows[f"{tolerance:g}"] = {
-        "turned": dict(choice.turned),
+        "turned": dict(choice.settings),
         "expected_db": choice.expected_error_db,
         "found_db": max(abs(found.overall), abs(found.worst_order)),
         "expected_s": choice.expected_seconds,

@@ -65,7 +65,7 @@ def choices(case: Case) -> str:
     rows = []
     for tolerance in TOLERANCES:
         choice = cheapest(case, tolerance)
-        settings = ", ".join(f"{knob} = {value}" for knob, value in choice.turned.items()) or "none"
+        settings = ", ".join(f"{knob} = {value}" for knob, value in choice.settings.items()) or "none"
         costs = f"{choice.expected_seconds:.3g} of {choice.base_seconds:.3g}"
         rows.append([f"{tolerance:g}", settings, f"{choice.expected_error_db:.2g}", costs])
     return table(["tolerance / dB", "turned from `reference`", "expected / dB", "processor s, one run"], rows)

@@ -14,7 +14,14 @@ import nvhchain as nvh
 from benchmarks.dynamics.gears import solid_solvers
 from benchmarks.dynamics.models import ROOT, SPEED, TORQUE, gearbox_of, operators, order_levels, steady, worst
 from nvhchain import dynamics, gear
-from nvhchain.dynamics.time_loop.simulation import Motion, Simulation, advance, at_rest, bearing_force, simulation
+from nvhchain.dynamics.time_loop.simulation import (
+    Motion,
+    Simulation,
+    advance,
+    bearing_force,
+    quasi_static_state,
+    simulation,
+)
 from nvhchain.fidelity import DynamicsFidelity, GearFidelity
 from nvhchain.handoff import FloatArray
 
@@ -79,7 +86,7 @@ def contact(folder: Path) -> dict[str, Any]:
         )
 
     def settled(of: Simulation) -> Motion:
-        motion = at_rest(of, phases[0])
+        motion = quasi_static_state(of, phases[0])
         for _ in range(400):
             motion, _, _ = advance(of, motion, phases, stride=count)
         return motion

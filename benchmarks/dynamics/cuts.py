@@ -1,4 +1,4 @@
-"""Steps where flanks part and strike: shorter throughout, cut only there, or corrected (`bent_ways`).
+"""Steps where flanks part and strike: shorter throughout, cut only there, or corrected (`path_correction`).
 
     python -m benchmarks cuts OPERATORS
 
@@ -19,7 +19,7 @@ from benchmarks.dynamics.models import SPEED, gearbox_of, one_step, operators
 from benchmarks.publish import publish
 from nvhchain.dynamics.time_loop.law_table import force_at, row_at
 from nvhchain.dynamics.time_loop.quasi_static import law_phases
-from nvhchain.dynamics.time_loop.simulation import Motion, Simulation, advance, at_rest, simulation
+from nvhchain.dynamics.time_loop.simulation import Motion, Simulation, advance, quasi_static_state, simulation
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import FloatArray
 
@@ -49,27 +49,27 @@ CUTS: dict[str, Cut] = {
 STEPS = (1e-5, 5e-6, 2e-6, 1e-6, 5e-7, 2.5e-7)
 """s, throughout."""
 BENT = (2e-5, 1e-5, 5e-6, 2e-6, 1e-6)
-"""s, with bent_ways."""
+"""s, with path_correction."""
 RELEASES = ((60.0, 2.5), (60.0, 6.0), (20.0, 10.0))
 """N m at the input, and times the static deflection: drive flanks part; back flanks strike too; flanks fly far."""
 
 
 def measure(folder: Path) -> tuple[dict[str, list[float]], list[float]]:
     """For every release: error of the bearing forces over 20 ms, of the peak, and steps solved over those of 10 µs; ns
-    per step without and with bent_ways, in mesh throughout, and the number of unknowns."""
+    per step without and with path_correction, in mesh throughout, and the number of unknowns."""
     laws, housing = operators(folder)
 
     def model(torque: float, step: float, bent: bool = False) -> Simulation:
         return simulation(
             gearbox_of("slotted"), laws["slotted"], housing, input_torque=torque, time_step=step,
-            fidelity=DynamicsFidelity(step, bent_ways=bent),
+            fidelity=DynamicsFidelity(step, path_correction=bent),
         )  # fmt: skip
 
     rows: dict[str, list[float]] = {}
     for torque, release in RELEASES:
         models = {step: model(torque, step) for step in (*STEPS, STEP / PARTS)}
         reference = model(torque, FINE, bent=True)
-        start = at_rest(reference, law_phases(reference.assembly, laws["slotted"]))
+        start = quasi_static_state(reference, law_phases(reference.assembly, laws["slotted"]))
         motion = Motion(release * start.state, start.excess)
         true = _run(reference, motion)
         peak = np.abs(true).max()
@@ -81,7 +81,7 @@ def measure(folder: Path) -> tuple[dict[str, list[float]], list[float]]:
             rows.setdefault(name, []).extend([float(np.abs(found - true).max() / peak), 1.0 + share * PARTS])
         for step in BENT:
             error = float(np.abs(_run(model(torque, step, bent=True), motion) - true).max() / peak)
-            rows.setdefault(f"{1e6 * step:g} µs, bent_ways", []).extend([error, STEP / step])
+            rows.setdefault(f"{1e6 * step:g} µs, path_correction", []).extend([error, STEP / step])
     # in turns, since others on the machine slow both
     costs = [[one_step(model(60.0, STEP, bent), laws["slotted"]) for bent in (False, True)] for _ in range(5)]
     return rows, [*(min(each) for each in zip(*costs, strict=True)), float(len(reference.assembly.mass))]
@@ -127,9 +127,9 @@ def _forces(model: Simulation, phases: FloatArray, deflections: FloatArray) -> F
 
 
 def longest(rows: dict[str, list[float]], column: int, bent: bool) -> str:
-    """Of the steps throughout, with or without bent_ways."""
+    """Of the steps throughout, with or without path_correction."""
     names = [f"{1e6 * step:g} µs" for step in (BENT if bent else STEPS)]
-    kind = "bent_ways" if bent else "throughout"
+    kind = "path_correction" if bent else "throughout"
     sep = ", " if bent else " "
     held = [name for name in names if rows[f"{name}{sep}{kind}"][2 * column] <= 1e-4]
     return held[0] if held else f"below {names[-1]}"
@@ -143,7 +143,8 @@ def main() -> None:
         "Slotted gearbox, draft mesh laws and housing, 2500 rpm,",
         "released from a multiple of the static deflection: under 60 N m from 2.5 times the drive flanks part and",
         "from 6 times the back flanks strike too; under 20 N m from 10 times they fly far under little load. Error",
-        f"of the bearing forces over 20 ms against {1e6 * FINE:g} µs with bent_ways, of the peak; work: steps solved,",
+        f"of the bearing forces over 20 ms against {1e6 * FINE:g} µs with path_correction, of the peak; work: steps "
+        "solved,",
         "over those of 10 µs.",
         f"A step that is cut is solved whole, to see that it must be cut, and in {PARTS} parts.",
         "",
@@ -159,16 +160,18 @@ def main() -> None:
         "within a step, which is right to second order. Cut only where forces move, steps reach 1e-4 with little",
         "less work than shorter ones throughout, or more; the time loop therefore keeps one step.",
         "",
-        "`bent_ways` adds to the mean force of a step what the bend of its way and its rise within the step leave out",
+        "`path_correction` adds to the mean force of a step what the bend of its way and its rise within the step "
+        "leave out",
         f"(`nvhchain/dynamics/time_loop/_correction.py`). A step at 10 µs with {cost[2]:.0f} unknowns then takes",
         f"{cost[1]:.0f} ns instead of {cost[0]:.0f}, both on the day of this page. It is off by default: the mean",
-        "along a straight way alone keeps energy exactly at a fixed angle, bounded at every step. With bent_ways steps",
+        "along a straight way alone keeps energy exactly at a fixed angle, bounded at every step. With path_correction "
+        "steps",
         "are refused that are long against the meshes, or in which small motions, with flanks open or closed, would",
         "grow by more than 0.1 1/s for want of damping.",
         "",
         "Longest steps of the table within 1e-4 of the peak:",
         "",
-        "| | without | with bent_ways |",
+        "| | without | with path_correction |",
         "|---|---:|---:|",
         *(
             f"| {torque:g} N m, {release:g} times | {longest(rows, column, False)} | {longest(rows, column, True)} |"

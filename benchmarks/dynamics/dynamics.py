@@ -32,7 +32,7 @@ from benchmarks.dynamics.peers import peers
 from benchmarks.publish import MEASURED, publish
 from nvhchain import dynamics
 from nvhchain.dynamics.time_loop.quasi_static import law_phases
-from nvhchain.dynamics.time_loop.simulation import Motion, advance, at_rest, bearing_force, simulation
+from nvhchain.dynamics.time_loop.simulation import Motion, advance, bearing_force, quasi_static_state, simulation
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import BearingForces, MeshLaw, ReducedHousing
 
@@ -134,7 +134,7 @@ def steps(folder: Path) -> list[list[float]]:
         )
         period = np.array([float(p) for p in model.assembly.train.law_period])
         turns = (np.arange(round(0.02 / step))[:, None] + 0.5) * step * SPEED / (2.0 * pi)
-        motion = at_rest(model, law_phases(model.assembly, laws["slotted"]))
+        motion = quasi_static_state(model, law_phases(model.assembly, laws["slotted"]))
         _, states, excesses = advance(model, motion, turns / period)
         every = bearing_force(model, states, motion.excess, excesses)
         force[step] = every[:: max(1, round(1e-3 / step))]
@@ -155,7 +155,7 @@ def impacts(folder: Path) -> list[list[float]]:
         )  # fmt: skip
         period = np.array([float(p) for p in model.assembly.train.law_period])
         turns = (np.arange(round(0.02 / step))[:, None] + 0.5) * step * SPEED / (2.0 * pi)
-        rest, row = at_rest(model, law_phases(model.assembly, laws["slotted"])), [1e6 * step]
+        rest, row = quasi_static_state(model, law_phases(model.assembly, laws["slotted"])), [1e6 * step]
         for release in (2.5, 6.0):
             motion = Motion(release * rest.state, rest.excess)
             _, states, _ = advance(model, motion, turns / period, stride=round(2e-5 / step))

@@ -12,7 +12,7 @@ import numpy as np
 from nvhchain import gear
 from nvhchain.dynamics.time_loop.law_table import deflection_under
 from nvhchain.fidelity import GearFidelity
-from nvhchain.files.shelf import code_version, fingerprint
+from nvhchain.files.result_cache import code_version, fingerprint
 from nvhchain.gear.drawing.blank import SOLID
 from nvhchain.handoff import FloatArray, MeshLaw
 

@@ -11,7 +11,7 @@ import numpy as np
 
 import nvhchain as nvh
 from nvhchain import dynamics
-from nvhchain.dynamics.time_loop.simulation import Simulation, advance, at_rest
+from nvhchain.dynamics.time_loop.simulation import Simulation, advance, quasi_static_state
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.files import hdf5
 from nvhchain.handoff import FloatArray, MeshLaw, ReducedHousing
@@ -58,7 +58,7 @@ def one_step(model: Simulation, laws: list[MeshLaw], steps: int = 32_768) -> flo
     """ns per step of the time loop, every fourth state stored; best of several."""
     turns = (np.arange(steps)[:, None] + 0.5) * 1e-5 * SPEED / (2.0 * pi)
     phases = turns / np.array([float(p) for p in model.assembly.train.law_period])
-    motion = at_rest(model, phases[0])
+    motion = quasi_static_state(model, phases[0])
     best = np.inf
     for _ in range(7):
         begin = time.thread_time()  # the same on a busy machine

@@ -87,7 +87,7 @@ def against_frequency(of: Waterfall) -> Waterfall:
         place = np.floor(of.axis * speed / (2.0 * np.pi) / BIN).astype(int)
         inside = place < count
         np.add.at(row, place[inside], np.abs(lines[inside]) ** 2)
-    return replace(of, axis=(np.arange(count) + 0.5) * BIN, amplitude=np.sqrt(binned), of_orders=False)
+    return replace(of, axis=(np.arange(count) + 0.5) * BIN, amplitude=np.sqrt(binned), has_orders=False)
 
 
 def level(of: Waterfall) -> list[float]:

@@ -141,7 +141,7 @@ def line_load(pair: GearPair, tooth: Tooth, contact: LoadedMesh) -> FloatArray:
     """Nodal forces, N, on the unknowns of the pitch, friction included."""
     lines, geometry = contact.lines, pair.wheel.geometry
     at = (np.full(len(lines.axial), lines.side), lines.radius[WHEEL], lines.axial)
-    normal, slid = (point_forces(geometry, tooth, *at, along_profile=a) for a in (False, True))
+    normal, slid = (point_forces(geometry, tooth, *at, profile_force=a) for a in (False, True))
     total = normal @ contact.force + slid @ (FRICTION * sliding_sense(pair, lines) * contact.force)
     return np.asarray(total)
 
@@ -235,7 +235,7 @@ def of_calculix(model: Model, folder: Path) -> dict[str, Any]:
     bricks = [members[tuple(sorted(own[solid.elements[b]]))] for b in pitch_bricks]
     moved, stress = solved(body, [(own, cartesian(solid, f)) for f in forces], folder / "whole", bricks)
     shared = [drawn.left, drawn.right, drawn.bottom, drawn.centre]
-    clamped = np.unique(np.concatenate([solid.on(line) for line in shared]))
+    clamped = np.unique(np.concatenate([solid.stacked(line) for line in shared]))
     everywhere = np.arange(len(solid.nodes))
     tooth_model = solid_model(solid.nodes, solid.elements, clamped)
     free = ~np.isin(everywhere, clamped)

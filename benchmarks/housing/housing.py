@@ -38,10 +38,10 @@ from nvhchain.fem import factorize
 from nvhchain.handoff import ComplexArray, FloatArray, ReducedHousing, Surface
 from nvhchain.housing import CraigBampton, DampingCurve, craig_bampton, reduce_housing, truncation_error
 from nvhchain.housing.casting.casting import Casting
-from nvhchain.housing.casting.mesh import HousingMesh, mesh_casting, on_engine_plane, radiating_surface
+from nvhchain.housing.casting.mesh import HousingMesh, engine_plane_faces, mesh_casting, radiating_surface
 from nvhchain.housing.modes.response import face_displacement
 from nvhchain.housing.modes.seat_modes import seat_modes, seat_unknowns
-from nvhchain.housing.modes.truncation import without_modes
+from nvhchain.housing.modes.truncation import exclude_modes
 from nvhchain.housing.reduction import held_matrices, reduce_mesh
 from nvhchain.housing.skin.normal_motion import normal_motion
 
@@ -261,7 +261,7 @@ def on_error_mesh() -> tuple[HousingMesh, Casting, Surface, sp.csr_matrix, float
     """A coarse mesh, its casting, a radiating surface, the map onto it, and the upper band limit (Hz)."""
     mesh, casting = meshed(ERROR_SIZE)
     surface = radiating_surface(casting, 0.03)
-    motion = normal_motion(mesh.nodes, mesh.skin, surface, on_engine_plane(surface), 6.0)
+    motion = normal_motion(mesh.nodes, mesh.skin, surface, engine_plane_faces(surface), 6.0)
     return mesh, casting, surface, motion, case().band.high
 
 
@@ -281,7 +281,7 @@ def truncation(out: Path) -> Record:
     weight = surface.areas
     for ratio in (1.0, 1.1, 1.25, 1.4, 1.6):
         keep = int((rich.natural_frequency < ratio * f_max).sum())
-        few = without_modes(rich, keep)
+        few = exclude_modes(rich, keep)
         got = frequency[:, None] * face_displacement(few, frequency, force)
         rows.append([ratio, keep, relative(got, exact, weight), truncation_error(few, f_max).faces])
     return {"rows": rows}

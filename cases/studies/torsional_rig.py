@@ -29,7 +29,7 @@ def main() -> None:
         )
     frequency = np.linspace(10.0, 3000.0, 3000)
     responses = {
-        f"test mesh due to {source} mesh": mesh_cross_response(FITTED_RIG, frequency, at="test", due_to=source)
+        f"test mesh due to {source} mesh": mesh_cross_response(FITTED_RIG, frequency, mesh="test", due_to=source)
         for source in ("test", "reaction")
     }
     rig_responses(frequency, responses)[0].figure.savefig(out / "rig_response.png")

@@ -14,12 +14,12 @@ from nvhchain.acoustics.radiation.efficiency import (
 )
 from nvhchain.acoustics.radiation.microphones import array_points, array_power
 from nvhchain.acoustics.radiation.modal_power import (
-    loaded_seats,
+    loaded_bearings,
     modal_efficiency,
     modal_power,
+    power_from_waves,
     radiation_modes,
     resistance_matrices,
-    waves_power,
 )
 from nvhchain.acoustics.radiation.modal_transfer import (
     modal_pressure,
@@ -27,7 +27,7 @@ from nvhchain.acoustics.radiation.modal_transfer import (
     noise_transfer_functions,
     transfer_pressure,
 )
-from nvhchain.acoustics.radiation.projection import project, vectors_at
+from nvhchain.acoustics.radiation.projection import interpolate_vectors, project
 from nvhchain.acoustics.radiation.radiate import interpolation_error, radiate
 from nvhchain.acoustics.radiation.run_up_sound import convolution_lines, decay_time, run_up_pressure
 from nvhchain.acoustics.solutions.exterior import ExteriorProblem
@@ -43,7 +43,7 @@ from nvhchain.acoustics.solutions.functions import (
 )
 from nvhchain.acoustics.solutions.resistance import SurfaceShapes, housing_shapes
 from nvhchain.acoustics.solutions.work import Adaptive, Work
-from nvhchain.acoustics.surfaces.needles import Remeshed, without_needles
+from nvhchain.acoustics.surfaces.needles import Remeshed, remesh_needles
 from nvhchain.acoustics.surfaces.reflecting_plane import RigidPlane
 from nvhchain.acoustics.surfaces.surface import check_mesh, check_points, required_element_size, sphere
 from nvhchain.acoustics.systems.engines import ENGINES, Bempp, Engine, Fused, compile_kernels, estimate_memory
@@ -84,8 +84,9 @@ __all__ = [
     "estimate_memory",
     "expected_radiation_error",
     "housing_shapes",
+    "interpolate_vectors",
     "interpolation_error",
-    "loaded_seats",
+    "loaded_bearings",
     "master_frequencies",
     "mean_square_velocity",
     "modal_efficiency",
@@ -93,11 +94,13 @@ __all__ = [
     "modal_pressure",
     "modal_transfer_vectors",
     "noise_transfer_functions",
+    "power_from_waves",
     "project",
     "radiate",
     "radiation_efficiency",
     "radiation_modes",
     "radiation_resistance",
+    "remesh_needles",
     "required_element_size",
     "resistance_matrices",
     "run_up_pressure",
@@ -109,7 +112,4 @@ __all__ = [
     "surface_pressure",
     "transfer_pressure",
     "transfer_vectors",
-    "vectors_at",
-    "waves_power",
-    "without_needles",
 ]

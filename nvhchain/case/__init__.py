@@ -1,6 +1,5 @@
 """Case files (TOML) as frozen, validated cases: the question, not its accuracy."""
 
-from nvhchain.case.asked import HEARD, RADIATED, Band, FieldPoint, Operation, Quantity, Ramp, TorqueRamp
 from nvhchain.case.blank_mesh import Mesh
 from nvhchain.case.bodies import Extent, Sphere, SurfaceFile
 from nvhchain.case.casting import Casting
@@ -15,11 +14,21 @@ from nvhchain.case.fluctuation import (
 from nvhchain.case.gearbox import Gear, GearboxCase, Stage
 from nvhchain.case.housing_model import HousingModel, ModalResults, Seat, SeatNode
 from nvhchain.case.load import Case, load_case, load_channels
+from nvhchain.case.operation import (
+    FIELD_POINT_QUANTITIES,
+    RADIATED,
+    Band,
+    FieldPoint,
+    Operation,
+    Quantity,
+    Ramp,
+    TorqueRamp,
+)
 from nvhchain.case.options import Options
 from nvhchain.case.radiator import RadiatorCase
 
 __all__ = [
-    "HEARD",
+    "FIELD_POINT_QUANTITIES",
     "RADIATED",
     "Band",
     "Case",

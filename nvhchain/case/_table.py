@@ -54,44 +54,44 @@ def build(cls: type[T], table: Any, path: str) -> T:
         raise Mistakes([f"{path}: {text}" for text in mistakes(error)]) from None
 
 
-def _field(name: str, hints: Mapping[str, Any], raw: Any, where: str, unit: str | None) -> Any:
+def _field(name: str, hints: Mapping[str, Any], raw: Any, place: str, unit: str | None) -> Any:
     """Return the value of one field in SI; `unit` is the suffix of its key, or None."""
     if name not in hints:
         close = difflib.get_close_matches(name, hints, n=1)
         remedy = f"did you mean {close[0]!r}?" if close else f"known fields: {', '.join(hints)}"
-        raise InputError(f"{where}: unknown field; {remedy}")
+        raise InputError(f"{place}: unknown field; {remedy}")
     if unit is None:
-        return convert(hints[name], raw, where)
+        return convert(hints[name], raw, place)
     of_unit, factor = UNITS[unit]
     needed = si_unit(hints[name])
     if of_unit != needed:
         others = [f"{name}_{other}" for other, (si, _) in UNITS.items() if si == needed]
         takes = f"is in {needed}: {', '.join((name, *others))} will do" if needed else f"takes no unit: write {name}"
-        raise InputError(f"{where}: _{unit} does not fit; {name!r} {takes}")
-    return convert(hints[name], raw, where, factor)
+        raise InputError(f"{place}: _{unit} does not fit; {name!r} {takes}")
+    return convert(hints[name], raw, place, factor)
 
 
-def convert(hint: Any, raw: Any, where: str, factor: float = 1.0) -> Any:
+def convert(hint: Any, raw: Any, place: str, factor: float = 1.0) -> Any:
     """Turn the TOML value `raw` into the type `hint`, numbers multiplied by `factor`."""
     origin, arguments = typing.get_origin(hint), typing.get_args(hint)
     if origin is typing.Annotated:
-        return convert(arguments[0], raw, where, factor)
+        return convert(arguments[0], raw, place, factor)
     if origin in (typing.Union, types.UnionType):
-        return _convert_union([a for a in arguments if a is not type(None)], raw, where, factor)
+        return _convert_union([a for a in arguments if a is not type(None)], raw, place, factor)
     if origin is tuple:
-        return _convert_tuple(arguments, raw, where, factor)
+        return _convert_tuple(arguments, raw, place, factor)
     if origin is typing.Literal:
         if raw not in arguments:
-            raise InputError(f"{where} = {raw!r}: choose one of {', '.join(map(repr, arguments))}")
+            raise InputError(f"{place} = {raw!r}: choose one of {', '.join(map(repr, arguments))}")
         return raw
     if dataclasses.is_dataclass(hint):
-        return build(typing.cast(type, hint), raw, where)
+        return build(typing.cast(type, hint), raw, place)
     if hint is float:
         if isinstance(raw, bool) or not isinstance(raw, int | float) or not isfinite(raw):
-            raise InputError(f"{where} = {raw!r} must be a finite number")
+            raise InputError(f"{place} = {raw!r} must be a finite number")
         return float(raw) * factor
     if isinstance(raw, bool) is not (hint is bool) or not isinstance(raw, hint):
-        raise InputError(f"{where} = {raw!r} must be of type {hint.__name__}")
+        raise InputError(f"{place} = {raw!r} must be of type {hint.__name__}")
     return raw
 
 
@@ -103,7 +103,7 @@ def _split_unit(key: str, fields: Mapping[str, Any]) -> tuple[str, str | None]:
     return key, None
 
 
-def _convert_union(choices: list[Any], raw: Any, where: str, factor: float) -> Any:
+def _convert_union(choices: list[Any], raw: Any, place: str, factor: float) -> Any:
     """Convert a value to one of several types.
 
     A table becomes a dataclass, anything else another type. The key `type` of a table holds the lower-case name of its
@@ -111,28 +111,28 @@ def _convert_union(choices: list[Any], raw: Any, where: str, factor: float) -> A
     """
     choices = [c for c in choices if dataclasses.is_dataclass(c) is isinstance(raw, Mapping)] or choices
     if len(choices) == 1 or (isinstance(raw, Mapping) and "type" not in raw):
-        return convert(choices[0], raw, where, factor)
+        return convert(choices[0], raw, place, factor)
     by_name = {choice.__name__.lower(): choice for choice in choices}
     if not isinstance(raw, Mapping) or str(raw["type"]).replace("_", "") not in by_name:
         given = raw.get("type") if isinstance(raw, Mapping) else raw
-        raise InputError(f"{where}.type = {given!r}: choose one of {', '.join(by_name)}")
+        raise InputError(f"{place}.type = {given!r}: choose one of {', '.join(by_name)}")
     fields = {key: value for key, value in raw.items() if key != "type"}
-    return build(by_name[raw["type"].replace("_", "")], fields, where)
+    return build(by_name[raw["type"].replace("_", "")], fields, place)
 
 
-def _convert_tuple(arguments: tuple[Any, ...], raw: Any, where: str, factor: float) -> tuple[Any, ...]:
+def _convert_tuple(arguments: tuple[Any, ...], raw: Any, place: str, factor: float) -> tuple[Any, ...]:
     if not isinstance(raw, list | tuple):
-        raise InputError(f"{where} = {raw!r} must be a list")
+        raise InputError(f"{place} = {raw!r} must be a list")
     if len(arguments) == 2 and arguments[1] is Ellipsis:
         hints = [arguments[0]] * len(raw)
     elif len(arguments) == len(raw):
         hints = list(arguments)
     else:
-        raise InputError(f"{where} has {len(raw)} entries, but {len(arguments)} are needed")
+        raise InputError(f"{place} has {len(raw)} entries, but {len(arguments)} are needed")
     values, wrong = [], []
     for number, (hint, item) in enumerate(zip(hints, raw, strict=True)):
         try:
-            values.append(convert(hint, item, f"{where}[{number}]{_name_of(item)}", factor))
+            values.append(convert(hint, item, f"{place}[{number}]{_name_of(item)}", factor))
         except InputError as error:
             wrong += mistakes(error)
     if wrong:

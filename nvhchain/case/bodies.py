@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from nvhchain import acoustics
-from nvhchain.acoustics.surfaces.needles import SECONDS, without_needles
+from nvhchain.acoustics.surfaces.needles import SECONDS, remesh_needles
 from nvhchain.dimensions import Length
 from nvhchain.errors import InputError, require, warn_caller
 from nvhchain.fem.mesh_files import read_mesh, triangulated
@@ -138,7 +138,7 @@ class SurfaceFile:
     def extent(self, folder: Path, edge: float) -> Extent:
         """Read the surface, and remesh it where it has needles."""
         given = self.read(folder)
-        remeshed = without_needles(given, edge)
+        remeshed = remesh_needles(given, edge)
         surface = given if remeshed is None else remeshed.surface
         words, seconds = ("", 0.0) if remeshed is None else (f"; {remeshed}", SECONDS)
         count = len(surface.triangles)
@@ -146,9 +146,9 @@ class SurfaceFile:
         return Extent(float(surface.areas.sum()), models, count, surface=surface, seconds=seconds)
 
     def solved(self, folder: Path, edge: float) -> Surface:
-        """Return the surface; one with needles is remeshed with a warning (`without_needles`)."""
+        """Return the surface; one with needles is remeshed with a warning (`remesh_needles`)."""
         given = self.read(folder)
-        remeshed = without_needles(given, edge)
+        remeshed = remesh_needles(given, edge)
         if remeshed is None:
             return given
         warn_caller(str(remeshed))

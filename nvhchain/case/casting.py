@@ -91,7 +91,7 @@ class Casting(housing.Casting, Housing):
         bores = {bore.name: bore for bore in self.bores}
         for bearing in case.bearings:
             bore = bores[bearing.name]
-            through = radius_at(shafts[bearing.shaft], bearing.z, within=bore.radius)
+            through = radius_at(shafts[bearing.shaft], bearing.z, radius=bore.radius)
             yield (
                 through - bore.radius,
                 f"housing.bores: {bore.name}: radius = {1e3 * bore.radius:g} mm is smaller than shaft {bearing.shaft}, "
@@ -103,7 +103,7 @@ class Casting(housing.Casting, Housing):
         check_bending_resolution(self, case.band.high, knobs)
         check_thin_walls(self, knobs)
 
-    def check_held(self, case: GearboxCase) -> None:
+    def check_support(self, case: GearboxCase) -> None:
         """Refuse a casting without bolts."""
         if self.bolts == 0:
             raise InputError(

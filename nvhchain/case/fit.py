@@ -66,7 +66,7 @@ def _bores(gears: Iterable[Gear], shafts: Mapping[str, Shaft]) -> Iterator[tuple
     """Yield (overlap, message) of every gear's bore with its shaft; a sleeve around the bore does not count."""
     for gear in gears:
         bore = gear.geometry.bore_radius
-        through = radius_at(shafts[gear.shaft], gear.z, within=bore)
+        through = radius_at(shafts[gear.shaft], gear.z, radius=bore)
         yield (
             through - bore,
             f"gear {gear.name}: bore_radius = {1e3 * bore:g} mm is smaller than its shaft {gear.shaft}, of "
@@ -74,9 +74,9 @@ def _bores(gears: Iterable[Gear], shafts: Mapping[str, Shaft]) -> Iterator[tuple
         )
 
 
-def radius_at(shaft: Shaft, z: float, within: float) -> float:
-    """Largest outer radius (m) of the segments at `z` (m) whose inner radius is less than `within` (m)."""
-    there = [piece for piece in shaft.segments if piece.start < z < piece.end and piece.inner_diameter < 2 * within]
+def radius_at(shaft: Shaft, z: float, radius: float) -> float:
+    """Largest outer radius (m) of the segments at `z` (m) whose inner radius is less than `radius` (m)."""
+    there = [piece for piece in shaft.segments if piece.start < z < piece.end and piece.inner_diameter < 2 * radius]
     return max((0.5 * piece.outer_diameter for piece in there), default=0.0)
 
 

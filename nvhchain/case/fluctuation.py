@@ -35,10 +35,10 @@ class TorqueHarmonic:
 
     def __post_init__(self) -> None:
         check_fields(self)
-        _ = self.as_drive
+        _ = self.drive
 
     @property
-    def as_drive(self) -> Harmonic:
+    def drive(self) -> Harmonic:
         """Harmonic in the form of the dynamics."""
         return Harmonic(self.order, self.amplitude, self.phase)
 
@@ -63,10 +63,10 @@ class SpeedHarmonic:
 
     def __post_init__(self) -> None:
         check_fields(self)
-        _ = self.as_drive
+        _ = self.drive
 
     @property
-    def as_drive(self) -> Harmonic:
+    def drive(self) -> Harmonic:
         """Harmonic in the form of the dynamics."""
         return Harmonic(self.order, self.amplitude, self.phase)
 
@@ -85,12 +85,12 @@ class SpeedHarmonics:
 
     def __post_init__(self) -> None:
         check_fields(self)
-        _ = self.as_drive
+        _ = self.drive
 
     @property
-    def as_drive(self) -> Fluctuation:
+    def drive(self) -> Fluctuation:
         """Fluctuation in the form of the dynamics."""
-        return Fluctuation("speed", tuple(one.as_drive for one in self.harmonics))
+        return Fluctuation("speed", tuple(one.drive for one in self.harmonics))
 
 
 @dataclass(frozen=True)
@@ -107,12 +107,12 @@ class TorqueHarmonics:
 
     def __post_init__(self) -> None:
         check_fields(self)
-        _ = self.as_drive
+        _ = self.drive
 
     @property
-    def as_drive(self) -> Fluctuation:
+    def drive(self) -> Fluctuation:
         """Fluctuation in the form of the dynamics."""
-        return Fluctuation("torque", tuple(one.as_drive for one in self.harmonics))
+        return Fluctuation("torque", tuple(one.drive for one in self.harmonics))
 
 
 @dataclass(frozen=True)
@@ -139,14 +139,14 @@ class SpeedRecord:
 
     def __post_init__(self) -> None:
         check_fields(self)
-        _ = self.as_drive
+        _ = self.drive
 
     @cached_property
-    def as_drive(self) -> Fluctuation:
+    def drive(self) -> Fluctuation:
         """Fluctuation in the form of the dynamics."""
         record = read_record(Path(self.file))
         record.check_unit(self.channel, self.unit)
-        return _of_record(self, "speed", record, pi / 30.0 if self.unit == "rpm" else 1.0)
+        return _record_drive(self, "speed", record, pi / 30.0 if self.unit == "rpm" else 1.0)
 
 
 @dataclass(frozen=True)
@@ -170,10 +170,10 @@ class TorqueRecord:
 
     def __post_init__(self) -> None:
         check_fields(self)
-        _ = self.as_drive
+        _ = self.drive
 
     @cached_property
-    def as_drive(self) -> Fluctuation:
+    def drive(self) -> Fluctuation:
         """Fluctuation in the form of the dynamics."""
         record = read_record(Path(self.file))
         stated = record.units.get(self.channel, "N m")
@@ -181,10 +181,10 @@ class TorqueRecord:
             stated.replace(" ", "").replace("*", "").replace("·", "") == "Nm",
             f"{self.file}: channel {self.channel!r} is in {stated!r} by the file: convert it to N m",
         )
-        return _of_record(self, "torque", record, 1.0)
+        return _record_drive(self, "torque", record, 1.0)
 
 
-def _of_record(
+def _record_drive(
     given: SpeedRecord | TorqueRecord, quantity: Literal["torque", "speed"], record: Record, factor: float
 ) -> Fluctuation:
     values, time = factor * record.values(given.channel), record.time_of([given.channel])

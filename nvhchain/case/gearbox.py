@@ -12,7 +12,12 @@ from typing import Literal
 import numpy as np
 
 from nvhchain import acoustics
-from nvhchain.case.asked import (
+from nvhchain.case.blank_mesh import Mesh as BlankMesh
+from nvhchain.case.bodies import Extent
+from nvhchain.case.casting import Casting
+from nvhchain.case.fit import check_fit
+from nvhchain.case.housing_model import HousingModel, ModalResults
+from nvhchain.case.operation import (
     RADIATED,
     Band,
     FieldPoint,
@@ -23,16 +28,11 @@ from nvhchain.case.asked import (
     check_plane,
     check_quantities,
 )
-from nvhchain.case.blank_mesh import Mesh as BlankMesh
-from nvhchain.case.bodies import Extent
-from nvhchain.case.casting import Casting
-from nvhchain.case.fit import check_fit
-from nvhchain.case.housing_model import HousingModel, ModalResults
 from nvhchain.case.options import Options
 from nvhchain.conventions import STEEL, Air, Material
 from nvhchain.dimensions import Length
 from nvhchain.dynamics import Bearing, Gearbox, LooseGear, Mesh, RigidBody, Shaft
-from nvhchain.dynamics.model.rigid_train import felt_at_input
+from nvhchain.dynamics.model.rigid_train import input_inertia
 from nvhchain.dynamics.runs.ramp import Ramp as SpeedRamp
 from nvhchain.errors import InputError, require, require_all
 from nvhchain.fidelity import Fidelity
@@ -305,16 +305,16 @@ class GearboxCase:
             return None
         inertia = 0.0
         if isinstance(asked, TorqueRamp):
-            inertia = felt_at_input(self.gearbox_with_gears, self.straight_laws)
+            inertia = input_inertia(self.gearbox_with_gears, self.straight_laws)
         return SpeedRamp(start, asked.end_speed, asked.lasting(start, inertia))
 
     def _check_fluctuation(self) -> None:
         """Refuse a record shorter than the run, and an input that would turn backwards."""
         if self.operation.fluctuation is None:
             return
-        speed, drive = self.operation.input_speed, self.operation.fluctuation.as_drive
+        speed, drive = self.operation.input_speed, self.operation.fluctuation.drive
         run = self.ramp or SpeedRamp(speed, speed, 1.0)
-        inertia = felt_at_input(self.gearbox_with_gears, self.straight_laws)
+        inertia = input_inertia(self.gearbox_with_gears, self.straight_laws)
         _, source = drive.source(self.gearbox, inertia)
         try:
             drive.drive(run.motion, inertia + source, min(run.start_speed, run.end_speed), run.duration)
@@ -399,11 +399,11 @@ class GearboxCase:
         gearbox = self.gearbox
         for item in self.gears:
             if not item.loose:
-                gearbox = gearbox.with_bodies(item.shaft, [item.rigid_body])
+                gearbox = gearbox.add_bodies(item.shaft, [item.rigid_body])
         return gearbox
 
     @cached_property
-    def _turns(self) -> dict[str, Fraction]:
+    def _turns_per_input_turn(self) -> dict[str, Fraction]:
         """Turns of every shaft that turns, and loose gear, about +z per turn of the input in its own sense, exact."""
         gears = {gear.name: gear for gear in self.gears}
         turns = {self.input_shaft: Fraction(self.input_rotation)}
@@ -423,12 +423,12 @@ class GearboxCase:
     @property
     def shaft_orders(self) -> dict[str, Fraction]:
         """Turns of every shaft that turns, and loose gear, per turn of the input, exact and positive."""
-        return {shaft: abs(turns) for shaft, turns in self._turns.items()}
+        return {shaft: abs(turns) for shaft, turns in self._turns_per_input_turn.items()}
 
     @property
     def rotations(self) -> dict[str, int]:
         """+1 where a shaft or loose gear turns by the right-hand rule about +z, else −1."""
-        return {shaft: 1 if turns > 0 else -1 for shaft, turns in self._turns.items()}
+        return {shaft: 1 if turns > 0 else -1 for shaft, turns in self._turns_per_input_turn.items()}
 
     @property
     def mesh_orders(self) -> dict[str, Fraction]:

@@ -44,7 +44,7 @@ class Housing(Protocol):
     def check_knobs(self, case: GearboxCase, knobs: HousingFidelity) -> None:
         """Raise `InputError`, or warn, where the knobs are too coarse for the band."""
 
-    def check_held(self, case: GearboxCase) -> None:
+    def check_support(self, case: GearboxCase) -> None:
         """Raise `InputError` where the case shows that nothing holds the driven housing."""
 
     def face_size(self, wanted: float) -> float:
@@ -73,10 +73,10 @@ class Housing(Protocol):
         """Reduce the housing to its modes at the bearing seats and on the radiating surface."""
 
 
-def require_held(case: GearboxCase, why: str, held: bool) -> None:
+def require_support(case: GearboxCase, why: str, supported: bool) -> None:
     """Raise `InputError` unless the driven housing is held."""
     require(
-        held,
+        supported,
         f"{case.name}: {why}: nothing holds the housing, whose rigid motion no bearing takes: hold it where it is "
         "bolted, or give the run its bearing forces",
     )

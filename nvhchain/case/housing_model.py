@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from nvhchain import housing, interop
 from nvhchain.case.bodies import Extent, SurfaceFile
-from nvhchain.case.housing import ELEMENT_KNOBS, Housing, require_held
+from nvhchain.case.housing import ELEMENT_KNOBS, Housing, require_support
 from nvhchain.dimensions import Length
 from nvhchain.errors import require
 from nvhchain.fem.modal_model import ModalModel
@@ -93,7 +93,7 @@ class HousingModel(Housing):
         model = self.model(case)
         housing.bearing_seats(model, case.seats, self._nodes)
         held = bool(model.held.any()) or any(rigid.held.any() for rigid in model.rigid_sets)
-        require_held(case, f"{model.source} holds no freedom", held or not driven)
+        require_support(case, f"{model.source} holds no freedom", held or not driven)
         area, unknowns = housing.model_extent(model)
         return Extent(area, f"the mesh in {self.file}", unknowns=unknowns)
 
@@ -207,7 +207,7 @@ class ModalResults(Housing):
         housing.seat_rows(modes, case.seats, self._nodes)
         housing.check_modes(modes, case.band.high)
         held = not (driven and housing.has_rigid_motion(modes, case.band.high))
-        require_held(case, f"{modes.source} has a rigid motion", held)
+        require_support(case, f"{modes.source} has a rigid motion", held)
         top = knobs.mode_ratio * case.band.high
         return Extent(housing.modal_extent(modes), f"the modes to {top:g} Hz in {self.file}")
 

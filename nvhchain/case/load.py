@@ -97,8 +97,8 @@ def _place_records(operation: Any, folder: Path) -> None:
         given["file"] = str(folder / given["file"])
 
 
-def _read(path: Path, seen: tuple[Path, ...]) -> dict[str, Any]:
-    require(path.resolve() not in seen, f"{path}: base files refer to each other in a circle")
+def _read(path: Path, open_files: tuple[Path, ...]) -> dict[str, Any]:
+    require(path.resolve() not in open_files, f"{path}: base files refer to each other in a circle")
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
@@ -112,35 +112,35 @@ def _read(path: Path, seen: tuple[Path, ...]) -> dict[str, Any]:
     if base is None:
         return table
     require(isinstance(base, str), f"{path}: base = {base!r} must be the path of a case file")
-    return _merge(_read(path.parent / base, (*seen, path.resolve())), table, f"{path}: ")
+    return _merge(_read(path.parent / base, (*open_files, path.resolve())), table, f"{path}: ")
 
 
-def _check_texts(value: Any, where: str) -> None:
+def _check_texts(value: Any, place: str) -> None:
     """Refuse (InputError) control characters in any text or key."""
     if isinstance(value, Mapping):
         for key, inner in value.items():
-            check_text(key, f"{where}: key")
-            _check_texts(inner, f"{where}.{key}")
+            check_text(key, f"{place}: key")
+            _check_texts(inner, f"{place}.{key}")
     elif isinstance(value, list):
         for number, inner in enumerate(value):
-            _check_texts(inner, f"{where}[{number}]")
+            _check_texts(inner, f"{place}[{number}]")
     elif isinstance(value, str):
-        check_text(value, where)
+        check_text(value, place)
 
 
-def _merge(base: Mapping[str, Any], change: Mapping[str, Any], where: str) -> dict[str, Any]:
+def _merge(base: Mapping[str, Any], change: Mapping[str, Any], place: str) -> dict[str, Any]:
     """Return `base` with `change` merged into it; a table with another `type` replaces that of the base."""
     merged = dict(base)
     for key, value in change.items():
         old = merged.get(key)
         if isinstance(value, Mapping) and isinstance(old, Mapping) and value.get("type") == old.get("type"):
-            merged[key] = _merge(old, value, f"{where}{key}.")
+            merged[key] = _merge(old, value, f"{place}{key}.")
         elif _named(value) and _named(old):
             for items in (old, value):
-                check_names([item["name"] for item in items], f"{where}{key}")  # type: ignore[union-attr]
+                check_names([item["name"] for item in items], f"{place}{key}")  # type: ignore[union-attr]
             by_name = {item["name"]: item for item in old}  # type: ignore[union-attr]
             for item in value:
-                by_name[item["name"]] = _merge(by_name.get(item["name"], {}), item, f"{where}{key}.")
+                by_name[item["name"]] = _merge(by_name.get(item["name"], {}), item, f"{place}{key}.")
             merged[key] = list(by_name.values())
         else:
             merged[key] = value

@@ -10,8 +10,8 @@ from typing import Literal
 import numpy as np
 
 from nvhchain import acoustics
-from nvhchain.case.asked import FieldPoint, Quantity, check_case_name, check_plane, check_quantities
 from nvhchain.case.bodies import Extent, Sphere, SurfaceFile
+from nvhchain.case.operation import FieldPoint, Quantity, check_case_name, check_plane, check_quantities
 from nvhchain.conventions import Air
 from nvhchain.errors import require
 from nvhchain.fidelity import AcousticsFidelity, Fidelity

@@ -38,7 +38,7 @@ def _lazily(pair: gear.GearPair, fidelity: Fidelity) -> Compliances:
     return once
 
 
-def under_load(case: GearboxCase, housing: ReducedHousing | None, fidelity: Fidelity) -> GearboxCase:
+def loaded_case(case: GearboxCase, housing: ReducedHousing | None, fidelity: Fidelity) -> GearboxCase:
     """Return the case with its stages misaligned by the tilt of the gears under load, if its options ask for that.
 
     The tilt is that of shafts, bearings and housing (None for rigid seats) under the nominal mesh forces at mid-width.

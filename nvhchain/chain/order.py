@@ -20,7 +20,7 @@ from nvhchain.dynamics import Recording
 from nvhchain.errors import InputError, concerning
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.files.hdf5 import writable_folder
-from nvhchain.files.shelf import Shelf, Unwatched, Watcher
+from nvhchain.files.result_cache import ResultCache, Unwatched, Watcher
 from nvhchain.handoff import (
     BearingForces,
     ForceSpectrum,
@@ -175,7 +175,7 @@ def record(
     }
     forces_alone = replace(case, quantities=("bearing_forces",))
     with concerning(case.name):
-        started = _started(forces_alone, fidelity, handed_in, out, operators, executor, watcher, in_files=True)
+        started = _started(forces_alone, fidelity, handed_in, out, operators, executor, watcher, record_in_files=True)
         for step in started.scene.steps:
             if step is not table.BEARING_FORCES:
                 started.hand_offs[step] = steps.MADE_BY[step](started)
@@ -191,16 +191,16 @@ def _started(
     executor: Executor | None,
     watcher: Watcher | None,
     *,
-    in_files: bool = False,
+    record_in_files: bool = False,
 ) -> Run:
     """Start a run with checked case, fidelity and supplied hand-offs (None: not supplied)."""
     hand_offs = {
-        step: tuple(value) if step.per_stage else value for step, value in handed_in.items() if value is not None
+        step: tuple(value) if step.repeats_by_stage else value for step, value in handed_in.items() if value is not None
     }
     scene = Scene(case, fidelity, {step.name: value for step, value in hand_offs.items()})
-    preflight(case, fidelity, scene.supplied, in_files=in_files)
+    preflight(case, fidelity, scene.supplied, record_in_files=record_in_files)
     supplied.check(scene, hand_offs)
     watcher = watcher or Unwatched()
-    spine = Shelf(writable_folder(out, "out") if out else None, watcher)
-    shared = Shelf(writable_folder(operators, "operators") if operators else spine.folder, watcher)
+    spine = ResultCache(writable_folder(out, "out") if out else None, watcher)
+    shared = ResultCache(writable_folder(operators, "operators") if operators else spine.folder, watcher)
     return Run(scene, spine, shared, executor, hand_offs)

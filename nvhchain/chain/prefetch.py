@@ -21,14 +21,14 @@ from nvhchain.chain.running import Run
 from nvhchain.errors import concerning
 from nvhchain.fidelity import Fidelity
 from nvhchain.files.hdf5 import writable_folder
-from nvhchain.files.shelf import Shelf, Unwatched, Watcher
+from nvhchain.files.result_cache import ResultCache, Unwatched, Watcher
 from nvhchain.runtime import processes
 from nvhchain.runtime.memory import free_memory
 from nvhchain.runtime.threads import blas_threads
 from nvhchain.scene import Scene, planned_steps, preflight
 from nvhchain.scene.steps import HOUSING, MESH_LAWS
 
-_WORTH = 5.0
+_LEAST_SECONDS = 5.0
 """Smallest processor time (s) of laws and of housings for which a second process saves time."""
 
 _ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "MKL", "OPENBLAS", "NUMBA")}
@@ -40,15 +40,15 @@ class _OnlyComputed(Unwatched):
     def __init__(self, watcher: Watcher | None) -> None:
         self._watcher = watcher or Unwatched()
 
-    def begin(self, stage: str) -> None:
-        self._watcher.begin(stage)
+    def begin(self, step: str) -> None:
+        self._watcher.begin(step)
 
-    def step(self, stage: str, done: int, total: int) -> None:
-        self._watcher.step(stage, done, total)
+    def step(self, step: str, done: int, total: int) -> None:
+        self._watcher.step(step, done, total)
 
-    def end(self, stage: str, how: str) -> None:
-        if how == "computed":
-            self._watcher.end(stage, how)
+    def end(self, step: str, outcome: str) -> None:
+        if outcome == "computed":
+            self._watcher.end(step, outcome)
 
 
 @contextmanager
@@ -75,29 +75,31 @@ def operators_ahead(
 
     Notes
     -----
-    A run inside this context waits at the shelf for a law that the other process has begun. It computes the others
+    A run inside this context waits at the cache for a law that the other process has begun. It computes the others
     itself. Nothing is done in advance with one core, or with too little work or memory for two processes. The same
     holds for options whose laws need more than the gears.
     """
-    gearboxes = [case for case in cases if isinstance(case, GearboxCase) and _apart(case)]
-    if len(gearboxes) < len(cases) or not _worth_it(gearboxes, fidelity):
+    gearboxes = [case for case in cases if isinstance(case, GearboxCase) and _laws_need_gears_alone(case)]
+    if len(gearboxes) < len(cases) or not _second_process_pays(gearboxes, fidelity):
         yield
         return
     for case in cases:
         preflight(case, fidelity, {})
     writable_folder(operators, "operators")
-    with _laws_under_way(gearboxes, fidelity, operators):
+    with _mesh_law_process(gearboxes, fidelity, operators):
         with blas_threads(1):
             for case in gearboxes:
                 with concerning(case.name):
-                    steps.reduced_housing(Run(Scene(case, fidelity), shared=Shelf(operators, _OnlyComputed(watcher))))
+                    steps.reduced_housing(
+                        Run(Scene(case, fidelity), shared=ResultCache(operators, _OnlyComputed(watcher)))
+                    )
         for case in gearboxes:
             steps.compile_kernels(case, fidelity)
         yield
 
 
 @contextmanager
-def _laws_under_way(cases: Sequence[GearboxCase], fidelity: Fidelity, operators: Path) -> Iterator[None]:
+def _mesh_law_process(cases: Sequence[GearboxCase], fidelity: Fidelity, operators: Path) -> Iterator[None]:
     """Compute the mesh laws in another process; errors there are silent and recur where the law is needed."""
     with processes.start_python(
         "-m", "nvhchain.chain.prefetch", stdin=processes.PIPE, environment=_ONE_THREAD
@@ -113,19 +115,19 @@ def _laws_under_way(cases: Sequence[GearboxCase], fidelity: Fidelity, operators:
                 process.stdin.close()  # this ends the process
 
 
-def _apart(case: GearboxCase) -> bool:
+def _laws_need_gears_alone(case: GearboxCase) -> bool:
     """Return True where the mesh laws need only the gears, and no other step needs the gears' compliance."""
     options = case.options
     return not (options.tilt or options.load_distribution or options.loaded_misalignment)
 
 
-def _worth_it(cases: Sequence[GearboxCase], fidelity: Fidelity) -> bool:
+def _second_process_pays(cases: Sequence[GearboxCase], fidelity: Fidelity) -> bool:
     """Return True if a second process saves time and the memory is enough for both."""
     planned = [one for case in cases for one in planned_steps(Scene(case, fidelity))]
     kinds = [[one for one in planned if one.step is step] for step in (HOUSING, MESH_LAWS)]
     seconds = min(sum(one.seconds for one in kind) for kind in kinds)
     megabytes = sum(max((one.megabytes for one in kind), default=0.0) for kind in kinds)
-    return len(sched_getaffinity(0)) > 1 and seconds > _WORTH and 1e6 * megabytes < free_memory()
+    return len(sched_getaffinity(0)) > 1 and seconds > _LEAST_SECONDS and 1e6 * megabytes < free_memory()
 
 
 def _end_with_caller() -> None:
@@ -142,7 +144,7 @@ def main() -> None:
     with suppress(KeyboardInterrupt):
         Thread(target=_end_with_caller, daemon=True).start()
         for case in cases:
-            steps.mesh_laws(Run(Scene(case, fidelity), shared=Shelf(operators)))
+            steps.mesh_laws(Run(Scene(case, fidelity), shared=ResultCache(operators)))
 
 
 if __name__ == "__main__":

@@ -28,7 +28,7 @@ from nvhchain.handoff import (
     TransferVectors,
 )
 
-_MADE_OF = {"radiation_efficiency": ("sound_power",), "directivity": ("pressure", "sound_power")}
+_BANDS_FROM = {"radiation_efficiency": ("sound_power",), "directivity": ("pressure", "sound_power")}
 """Quantities without confidence limits of their own → the quantities from which they inherit them."""
 
 
@@ -98,7 +98,7 @@ class Result:
 
         InputError without a sound pressure.
         """
-        self._check_heard()
+        self._check_field_points()
         if self.pressure_history is not None:
             time = self.pressure_history.time
             rate = (len(time) - 1) / float(time[-1] - time[0])
@@ -112,7 +112,7 @@ class Result:
 
         Supplied mesh laws, forces and housings count as exact. InputError without a sound pressure.
         """
-        self._check_heard()
+        self._check_field_points()
         return BANDS["pressure"](self)
 
     @cached_property
@@ -122,10 +122,10 @@ class Result:
         Radiation efficiency and directivity inherit those of sound power and pressure.
         """
         makers = dict(BANDS) | {"pressure": lambda run: run.error_band}
-        parts = [part for quantity in self.case.quantities for part in _MADE_OF.get(quantity, (quantity,))]
+        parts = [part for quantity in self.case.quantities for part in _BANDS_FROM.get(quantity, (quantity,))]
         return {part: makers[part](self) for part in dict.fromkeys(parts)}
 
-    def _check_heard(self) -> None:
+    def _check_field_points(self) -> None:
         require(
             self.pressure is not None or self.pressure_history is not None,
             f"{self.case.name}: quantities = {list(self.case.quantities)} leave out the sound pressure: take "

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from nvhchain.case import Case, GearboxCase
-from nvhchain.chain.loaded import Compliances, compliances, under_load
+from nvhchain.chain.loaded import Compliances, compliances, loaded_case
 from nvhchain.conventions import Progress
 from nvhchain.fidelity import Fidelity
-from nvhchain.files.shelf import Shelf
+from nvhchain.files.result_cache import ResultCache
 from nvhchain.handoff import ReducedHousing
 from nvhchain.scene.steps import HOUSING, Scene, Step
 
@@ -28,10 +28,10 @@ class Run:
     ----------
     scene : Scene
         Case, fidelity and supplied hand-offs.
-    spine : Shelf
-        Shelf of the load case.
-    shared : Shelf
-        Shelf of load-independent operators.
+    spine : ResultCache
+        Result cache of the load case.
+    shared : ResultCache
+        Result cache of load-independent operators.
     executor : concurrent.futures.Executor, optional
         Executor of mesh-law blocks and frequency bands.
     hand_offs : dict of Step to object
@@ -39,8 +39,8 @@ class Run:
     """
 
     scene: Scene
-    spine: Shelf = field(default_factory=lambda: Shelf(None))
-    shared: Shelf = field(default_factory=lambda: Shelf(None))
+    spine: ResultCache = field(default_factory=lambda: ResultCache(None))
+    shared: ResultCache = field(default_factory=lambda: ResultCache(None))
     executor: Executor | None = None
     hand_offs: dict[Step[Any], Any] = field(default_factory=dict)
 
@@ -57,7 +57,7 @@ class Run:
     def loaded(self) -> GearboxCase:
         """Gearbox with the misalignment by its load, if its options ask for that."""
         case = self.gearbox
-        return under_load(case, self.housing_in_loop, self.fidelity) if case.options.loaded_misalignment else case
+        return loaded_case(case, self.housing_in_loop, self.fidelity) if case.options.loaded_misalignment else case
 
     @cached_property
     def compliances(self) -> tuple[Compliances, ...]:
@@ -90,24 +90,24 @@ class Run:
         inputs: Sequence[Any],
         compute: Callable[[Progress], Any],
         *,
-        stage: str = "",
+        gear_stage: str = "",
     ) -> Any:
         """Return the hand-off of a step: cached on disk if its inputs have not changed, else computed.
 
-        `stage` is the name of the gear stage for steps with one hand-off each. `remind` repeats warnings for a cached
-        hand-off.
+        `gear_stage` is the name of the gear stage for steps with one hand-off each. `remind` repeats warnings for a
+        cached hand-off.
         """
-        shelf, name = self._place(step, stage)
-        return shelf.stage(name, step.kind, step.code, inputs, compute, fidelity=self.scene.knobs(step))
+        cache, name = self._place(step, gear_stage)
+        return cache.cached(name, step.kind, step.code, inputs, compute, fidelity=self.scene.knobs(step))
 
     def cached_in_parts(
         self, step: Step[Any], inputs: Sequence[Any], compute: Callable[[Progress, Path | None], Any]
     ) -> Any:
         """Return the hand-off of a step like `cached`; `compute` also takes a folder for checkpoints."""
-        shelf, name = self._place(step)
-        return shelf.stage_in_parts(name, step.kind, step.code, inputs, compute, fidelity=self.scene.knobs(step))
+        cache, name = self._place(step)
+        return cache.cached_in_parts(name, step.kind, step.code, inputs, compute, fidelity=self.scene.knobs(step))
 
-    def _place(self, step: Step[Any], stage: str = "") -> tuple[Shelf, str]:
-        """Shelf and file name of a step's hand-off."""
-        name = step.file_of(stage)
+    def _place(self, step: Step[Any], gear_stage: str = "") -> tuple[ResultCache, str]:
+        """Return result cache and file name of a step's hand-off."""
+        name = step.file_of(gear_stage)
         return (self.shared, f"{name}-{{key}}") if step.shared else (self.spine, name)

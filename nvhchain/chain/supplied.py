@@ -34,7 +34,7 @@ def arguments(hand_offs: Iterable[HandOff]) -> dict[str, Any]:
         kind = type(hand_off)
         require(kind in _STEP_OF, f"{kind.__name__} is not a hand-off that a run can start from")
         step = _STEP_OF[kind]
-        if step.per_stage:
+        if step.repeats_by_stage:
             sorted_in.setdefault(step.name, []).append(hand_off)
             continue
         require(step.name not in sorted_in, f"{kind.__name__} is given twice: keep one")
@@ -42,10 +42,10 @@ def arguments(hand_offs: Iterable[HandOff]) -> dict[str, Any]:
     return sorted_in
 
 
-def check_argument_names(given: Collection[str]) -> None:
+def check_argument_names(names: Collection[str]) -> None:
     """Raise `InputError` unless all names are hand-off arguments of `run`."""
     known = [step.name for step in _STEP_OF.values()]
-    unknown = sorted(set(given) - set(known))
+    unknown = sorted(set(names) - set(known))
     require(not unknown, f"given = {', '.join(unknown)}: a run starts from {', '.join(known)}, by these names")
 
 

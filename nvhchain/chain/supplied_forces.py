@@ -25,7 +25,7 @@ The first makes lines leak by -34 dB. The second is the rounding of a stated spe
 """
 MEAN_OFF = 20.0
 """Largest ratio of mean and static force, either way; beyond it the unit differs, not the load."""
-NO_MEAN = 0.02
+LEAST_MEAN_RATIO = 0.02
 """Smallest mean force over the largest static force; smaller means indicate a record without means."""
 SHAFT_OFF = 0.2
 """Admissible difference of a shaft's mean force over its largest static force.
@@ -42,7 +42,7 @@ def warn_of_forces(case: GearboxCase, forces: BearingForces) -> None:
     _check_speed(case, forces.input_speed)
     if forces.periodic:
         _check_periods(case, forces)
-    record = forces.in_order(tuple(bearing.name for bearing in case.bearings))
+    record = forces.sort_bearings(tuple(bearing.name for bearing in case.bearings))
     _check_means(case, record.mean(axis=0), float(record.std(axis=0).max()))
 
 
@@ -53,14 +53,14 @@ def warn_of_spectrum(case: GearboxCase, spectrum: ForceSpectrum) -> None:
     if spectrum.input_speed > 0.0:
         _check_speed(case, np.array([spectrum.input_speed]))
     if spectrum.frequency[0] == 0.0:
-        lines = spectrum.in_order(tuple(bearing.name for bearing in case.bearings))
+        lines = spectrum.sort_bearings(tuple(bearing.name for bearing in case.bearings))
         moving = np.sqrt(0.5 * (np.abs(lines[1:]) ** 2).sum(axis=0))
         _check_means(case, lines[0].real, float(moving.max()))
 
 
 def _moves(force: FloatArray | ComplexArray) -> bool:
     """Return True for forces that are not all zero; warn of zeros."""
-    _told(
+    _warn_unless(
         bool(force.any()),
         "all of them are exactly zero: nothing moves the housing and the run is silent; look at the channels of the "
         "record",
@@ -75,26 +75,26 @@ def _check_seats(case: GearboxCase, forces: BearingForces) -> None:
     limit = 0.5 * min(
         (dist(case.seats[name], seat) for other, seat in case.seats.items() if other != name), default=0.1
     )
-    _told(
+    _warn_unless(
         max(off) <= limit,
         f"{name} acts {1e3 * max(off):.4g} mm from its seat in the case (limit {1e3 * limit:.4g} mm, half the way to "
         "the next): give positions in m and in the frame of the case",
     )
 
 
-def _check_speed(case: GearboxCase, found: FloatArray) -> None:
+def _check_speed(case: GearboxCase, forces: FloatArray) -> None:
     """Warn of a speed (n,) rad/s at the first and last sample that differs from that of the case."""
     first, ramp = case.operation.input_speed, case.operation.ramp
     highest = max(first, ramp.end_speed if ramp else first)
     if ramp is None:
-        off = float(np.abs(found - first).max())
+        off = float(np.abs(forces - first).max())
         asked = f"{first * 30 / pi:.5g} rpm"
     else:
-        off = max(abs(float(found[0]) - first), abs(float(found[-1]) - ramp.end_speed))
+        off = max(abs(float(forces[0]) - first), abs(float(forces[-1]) - ramp.end_speed))
         asked = f"{first * 30 / pi:.5g}…{ramp.end_speed * 30 / pi:.5g} rpm"
-    _told(
+    _warn_unless(
         off <= SPEED_OFF * highest,
-        f"the input runs at {found[0] * 30 / pi:.5g}…{found[-1] * 30 / pi:.5g} rpm in the record, but "
+        f"the input runs at {forces[0] * 30 / pi:.5g}…{forces[-1] * 30 / pi:.5g} rpm in the record, but "
         f"the case asks for {asked} (limit {SPEED_OFF * highest * 30 / pi:.3g} rpm off): correct the speed of the "
         "record, or give the case the one it was taken at",
     )
@@ -106,7 +106,7 @@ def _check_periods(case: GearboxCase, forces: BearingForces) -> None:
     for stage, order in case.mesh_orders.items():
         meshes = float(order) * turns
         off = abs(meshes - round(meshes))
-        _told(
+        _warn_unless(
             off <= CYCLES_OFF[0] + CYCLES_OFF[1] * meshes and round(meshes) >= 1,
             f"called periodic, but the record covers {meshes:.5g} mesh periods of stage {stage} (limit "
             f"{CYCLES_OFF[0]:g} off a whole number): cut it to whole periods, correct the speed, or set "
@@ -127,8 +127,8 @@ def _check_means(case: GearboxCase, means: FloatArray, moving: float) -> None:
         return  # no reference without load
     mean = means.reshape(-1, 3)
     found = float(np.linalg.norm(mean, axis=1).max())
-    if found <= NO_MEAN * largest and found <= moving:
-        _told(
+    if found <= LEAST_MEAN_RATIO * largest and found <= moving:
+        _warn_unless(
             False,
             f"the record has no mean forces (at most {found:.3g} N, {largest:.4g} N at standstill under the torque of "
             "the case): their sign and unit cannot be told; give them with their means",
@@ -136,13 +136,13 @@ def _check_means(case: GearboxCase, means: FloatArray, moving: float) -> None:
         return
     along = float((mean * static).sum() / (static**2).sum())
     if not largest / MEAN_OFF <= found <= MEAN_OFF * largest:
-        _told(
+        _warn_unless(
             False,
             f"the largest mean is {found:.3g} N, but {largest:.4g} N at standstill under the torque of the case (limit "
             f"{MEAN_OFF:g} times more or less): correct force_unit, or input_torque of the case",
         )
     elif along <= 0.0:
-        _told(
+        _warn_unless(
             False,
             f"the means point against those at standstill under the torque of the case ({along:.2g} times them along "
             "their direction): correct acts_on (forces act on the housing here), axes or signs, or give "
@@ -159,7 +159,7 @@ def _check_shafts(case: GearboxCase, mean: FloatArray, static: FloatArray) -> No
     limit = SHAFT_OFF * float(np.linalg.norm(of_shaft @ static, axis=1).max())
     worst = int(off.argmax())
     found, wanted = (", ".join(f"{x:.4g}" for x in (of_shaft @ of)[worst]) for of in (mean, static))
-    _told(
+    _warn_unless(
         off[worst] <= limit,
         f"on average the bearings of shaft {case.shafts[worst].name} carry ({found}) N together, but its gears "
         f"({wanted}) N under the torque of the case (limit {limit:.3g} N off): look at signs, axes and names of its "
@@ -167,7 +167,7 @@ def _check_shafts(case: GearboxCase, mean: FloatArray, static: FloatArray) -> No
     )
 
 
-def _told(holds: bool, message: str) -> None:
+def _warn_unless(holds: bool, message: str) -> None:
     """Warn unless the condition holds."""
     if not holds:
         warn_caller(f"bearing forces: {message}")

@@ -11,9 +11,9 @@ from typing import Any
 
 from nvhchain.cli.arguments import parser
 from nvhchain.cli.console import Console, standard_streams
-from nvhchain.cli.doubts import in_lines
 from nvhchain.cli.output import show
 from nvhchain.cli.termination import Terminated, termination_interrupts
+from nvhchain.cli.warning_lines import warning_lines
 from nvhchain.errors import AccuracyWarning, InputError, Mistakes, SolverError
 
 __all__ = ["Console", "main", "parser"]
@@ -78,7 +78,7 @@ def _check_environment() -> None:
 
 @contextmanager
 def _warnings_shown() -> Iterator[None]:
-    """Show warnings as one line each, those of accuracy at the end, one line of each kind (`in_lines`).
+    """Show warnings as one line each, those of accuracy at the end, one line of each kind (`warning_lines`).
 
     They are shown despite `python -W error`, which would also stop at those of other packages.
     """
@@ -101,7 +101,7 @@ def _warnings_shown() -> Iterator[None]:
         try:
             yield
         finally:
-            for line in in_lines(doubts):
+            for line in warning_lines(doubts):
                 _warn(line)
 
 

@@ -21,21 +21,21 @@ if TYPE_CHECKING:
     from nvhchain.handoff import BearingForces
 
 
-def _fidelity(options: argparse.Namespace, cases: Sequence[Case], given: Collection[str] = ()) -> Fidelity:
+def _fidelity(options: argparse.Namespace, cases: Sequence[Case], supplied: Collection[str] = ()) -> Fidelity:
     """Return the preset or the planner's choice, with the requested tolerance of the housing's modes.
 
-    The planner's choice concerns steps that are not `given`. It is printed on stderr.
+    The planner's choice concerns steps that are not `supplied`. It is printed on stderr.
     """
     if options.tolerance_db is None:
-        return _with_mode_tolerance(PRESETS[options.fidelity], options.mode_tolerance_db, cases)
+        return _apply_mode_tolerance(PRESETS[options.fidelity], options.mode_tolerance_db, cases)
     from nvhchain.tradeoff import cheapest
 
-    choice = cheapest(cases, options.tolerance_db, given=given)
+    choice = cheapest(cases, options.tolerance_db, supplied=supplied)
     show(choice, error=True)
-    return _with_mode_tolerance(choice.fidelity, options.mode_tolerance_db, cases)
+    return _apply_mode_tolerance(choice.fidelity, options.mode_tolerance_db, cases)
 
 
-def _with_mode_tolerance(fidelity: Fidelity, tolerance: float | None, cases: Sequence[Case]) -> Fidelity:
+def _apply_mode_tolerance(fidelity: Fidelity, tolerance: float | None, cases: Sequence[Case]) -> Fidelity:
     from nvhchain.case import GearboxCase
 
     if tolerance is None:
@@ -50,7 +50,7 @@ def _with_mode_tolerance(fidelity: Fidelity, tolerance: float | None, cases: Seq
     return replace(fidelity, housing=replace(fidelity.housing, truncation_tolerance_db=tolerance))
 
 
-def _say_wider(tolerance: float | None, name: str, widest: float) -> None:
+def _report_wider_limits(tolerance: float | None, name: str, widest: float) -> None:
     """Report on stderr limits of the run (dB to one side) that are wider than requested."""
     if tolerance is not None and widest > tolerance:
         open_ = f"leaves {widest:.1f} dB open to one side" if widest < inf else "has no lower limit"
@@ -70,7 +70,7 @@ def _executor(options: argparse.Namespace) -> AbstractContextManager[Executor | 
     return cluster.connect(options.scheduler) if options.scheduler else cluster.local_cluster(options.workers)
 
 
-def _foreign_forces(path: Path, case: Case) -> BearingForces:
+def _imported_forces(path: Path, case: Case) -> BearingForces:
     """Return bearing forces from another program's file; the .toml file of the same name describes its channels."""
     from nvhchain.case import GearboxCase, load_channels
     from nvhchain.interop import read_bearing_forces
@@ -92,7 +92,7 @@ def run(options: argparse.Namespace) -> int:
     case = load_case(options.case)
     given = supplied.arguments(hdf5.load(path) for path in options.use)
     if options.forces:
-        given["bearing_forces"] = _foreign_forces(Path(options.forces), case)
+        given["bearing_forces"] = _imported_forces(Path(options.forces), case)
     out = Path(options.out or Path("out") / case.name)
     fidelity, watcher = _fidelity(options, [case], given), Console()
     with (
@@ -102,7 +102,7 @@ def run(options: argparse.Namespace) -> int:
         result = chain.run(case, fidelity=fidelity, out=out, executor=executor, watcher=watcher, **given)
     save_error_bands(result.error_bands, out)
     widths = [float(abs(band.overall - band.level[:, None]).max()) for band in result.error_bands.values()]
-    _say_wider(options.tolerance_db, case.name, max(widths))
+    _report_wider_limits(options.tolerance_db, case.name, max(widths))
     silent = [quantity for quantity in case.quantities if quantity in ("bearing_forces", "surface_velocity")]
     if silent:
         show(f"{case.name}: {', '.join(silent)} in {out}")
@@ -168,7 +168,7 @@ def compare(options: argparse.Namespace) -> int:
     for name, configuration in summary["configurations"].items():
         edges, level = configuration["error_band_dBA"], configuration["overall_dBA"]
         widest = max(inf if edge is None else abs(edge - level) for edge in edges)
-        _say_wider(options.tolerance_db, name, widest)
+        _report_wider_limits(options.tolerance_db, name, widest)
         show(f"{name}: {format_level(level, 'dB(A)', edges)}")
     return 0
 
@@ -188,7 +188,14 @@ def plot(options: argparse.Namespace) -> int:
         return 0
     if options.stage or options.gear or angle:
         raise InputError(f"{options.files[0]}: --stage, --gear and --wheel-angle belong to a case (.toml)")
-    draw(options.files, picture, orders=options.orders, at=options.at, quantity=options.quantity, angle=options.angle)
+    draw(
+        options.files,
+        picture,
+        orders=options.orders,
+        frequency=options.at,
+        quantity=options.quantity,
+        angle=options.angle,
+    )
     show(picture)
     return 0
 
@@ -226,7 +233,7 @@ def contributions(options: argparse.Namespace) -> int:
     given = supplied.arguments(hdf5.load(path) for path in options.use)
     out = Path(options.out or Path("out") / case.name)
     fidelity = _fidelity(options, [case], given)
-    found = contributions(case, fidelity=fidelity, out=out, at=options.at, given=given, watcher=Console())
+    found = contributions(case, fidelity=fidelity, out=out, frequency=options.at, supplied=given, watcher=Console())
     for kind in found:
         show(out / f"contributions-{kind}.csv")
     return 0

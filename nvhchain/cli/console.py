@@ -48,7 +48,7 @@ class _Stream:
         try:
             self._stream.write(plain)
         except OSError as error:
-            self._give_up(error)
+            self._discard_output(error)
         return len(text)
 
     def flush(self) -> None:
@@ -58,9 +58,9 @@ class _Stream:
         try:
             self._stream.flush()
         except OSError as error:
-            self._give_up(error)
+            self._discard_output(error)
 
-    def _give_up(self, error: OSError) -> None:
+    def _discard_output(self, error: OSError) -> None:
         """Send buffered and later text to the null device, as Python itself would try again at its end."""
         with suppress(OSError), open(os.devnull, "wb") as nobody:
             os.dup2(nobody.fileno(), self._stream.fileno())
@@ -102,26 +102,26 @@ class Console:
         self._bar: Any = None
         self._started = 0.0
 
-    def begin(self, stage: str) -> None:
+    def begin(self, step: str) -> None:
         """Begin a step."""
         self._started = time.perf_counter()
         if sys.stderr.isatty():
             from tqdm import tqdm
 
             self._bar = tqdm(
-                desc=printable(stage), total=1, leave=False, bar_format="{desc}: {percentage:3.0f}% |{bar}| {remaining}"
+                desc=printable(step), total=1, leave=False, bar_format="{desc}: {percentage:3.0f}% |{bar}| {remaining}"
             )
 
-    def step(self, stage: str, done: int, total: int) -> None:
+    def step(self, step: str, done: int, total: int) -> None:
         """Advance the bar of the step to `done` of `total`."""
         if self._bar is not None:
             self._bar.total, self._bar.n = total, done
             self._bar.refresh()
 
-    def end(self, stage: str, how: str) -> None:
-        """End the step; `how` is its outcome, such as "computed"."""
+    def end(self, step: str, outcome: str) -> None:
+        """End the step; `outcome` is its outcome, such as "computed"."""
         if self._bar is not None:
             self._bar.close()
             self._bar = None
-        seconds = f" in {time.perf_counter() - self._started:.1f} s" if how == "computed" else ""
-        show(f"{stage}: {how}{seconds}", error=True)
+        seconds = f" in {time.perf_counter() - self._started:.1f} s" if outcome == "computed" else ""
+        show(f"{step}: {outcome}{seconds}", error=True)

@@ -7,6 +7,6 @@ import sys
 from nvhchain.names import printable
 
 
-def show(what: object, *, error: bool = False, end: str = "\n") -> None:
+def show(text: object, *, error: bool = False, end: str = "\n") -> None:
     """Print with control characters escaped, on stdout, or on stderr for an `error` or a remark."""
-    print(printable(str(what)), file=sys.stderr if error else sys.stdout, end=end, flush=error)
+    print(printable(str(text)), file=sys.stderr if error else sys.stdout, end=end, flush=error)

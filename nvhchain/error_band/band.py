@@ -16,7 +16,7 @@ from nvhchain.handoff import FloatArray
 COVERAGE = 2.0
 """Width of the band over the estimated error; about 95 % of normally distributed errors lie within two."""
 
-NO_LIMIT = -1000.0
+SILENT_LEVEL = -1000.0
 """Level (dB) below which a value is the logarithm of zero: no sound and no lower limit."""
 
 
@@ -114,7 +114,7 @@ def format_level(level: float, unit: str, limits: Sequence[float | None]) -> str
     Parameters
     ----------
     level : float
-        Level (dB); `NO_LIMIT` or less is silence.
+        Level (dB); `SILENT_LEVEL` or less is silence.
     unit : str
         Unit of the level, such as "dB(A)".
     limits : sequence of float or None
@@ -125,10 +125,10 @@ def format_level(level: float, unit: str, limits: Sequence[float | None]) -> str
     str
         Text such as "65.2 dB(A) (63.0…67.1)".
     """
-    if level > NO_LIMIT:
+    if level > SILENT_LEVEL:
         return f"{level:.1f} {unit} ({format_limits(limits)})"
     upper = limits[1]
-    return "silence" if upper is None or upper <= NO_LIMIT else f"silence ({format_limits([None, upper])} {unit})"
+    return "silence" if upper is None or upper <= SILENT_LEVEL else f"silence ({format_limits([None, upper])} {unit})"
 
 
 def format_limits(limits: Sequence[float | None]) -> str:

@@ -8,7 +8,7 @@ from math import isfinite, pi
 from pathlib import Path
 from typing import Any
 
-from nvhchain.error_band.band import NO_LIMIT, ErrorBand
+from nvhchain.error_band.band import SILENT_LEVEL, ErrorBand
 from nvhchain.error_band.run_up import RunUpBand
 from nvhchain.files.hdf5 import write_text
 from nvhchain.handoff import FloatArray
@@ -16,7 +16,7 @@ from nvhchain.levels import decibel
 
 
 def save_error_bands(bands: Mapping[str, ErrorBand | RunUpBand], out: str | Path) -> None:
-    """Write `error_bands.json`: every band (`as_record`) by the name of its quantity.
+    """Write `error_bands.json`: every band (`band_record`) by the name of its quantity.
 
     Parameters
     ----------
@@ -27,10 +27,10 @@ def save_error_bands(bands: Mapping[str, ErrorBand | RunUpBand], out: str | Path
     """
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
-    write_text(out / "error_bands.json", json.dumps({name: as_record(band) for name, band in bands.items()}) + "\n")
+    write_text(out / "error_bands.json", json.dumps({name: band_record(band) for name, band in bands.items()}) + "\n")
 
 
-def as_record(band: ErrorBand | RunUpBand) -> dict[str, Any]:
+def band_record(band: ErrorBand | RunUpBand) -> dict[str, Any]:
     """Return levels and limits of every place, overall and line by line or speed by speed.
 
     Levels of lines are in dB re `reference` (RMS). Overall levels and levels of speeds are in dB(A) if `weighted`.
@@ -45,7 +45,7 @@ def as_record(band: ErrorBand | RunUpBand) -> dict[str, Any]:
     if isinstance(band, RunUpBand):
         found["over_speed"] = [
             {"speed_rpm": 30 / pi * float(speed), "level": level.tolist(), "limits": [finite(of) for of in edges]}
-            for speed, level, edges in zip(band.input_speed, band.over_speed, band.limits, strict=True)
+            for speed, level, edges in zip(band.input_speed, band.speed_levels, band.limits, strict=True)
         ]
         return found
     level = decibel(band.amplitude, band.reference)
@@ -58,4 +58,4 @@ def as_record(band: ErrorBand | RunUpBand) -> dict[str, Any]:
 
 def finite(edges: FloatArray | Sequence[float]) -> list[float | None]:
     """Return limits for JSON, None in place of no limit."""
-    return [float(edge) if isfinite(edge) and edge > NO_LIMIT else None for edge in edges]
+    return [float(edge) if isfinite(edge) and edge > SILENT_LEVEL else None for edge in edges]

@@ -223,6 +223,6 @@ def _common(orders: Sequence[Fraction]) -> Fraction:
     return Fraction(gcd(*(int(order * denominator) for order in orders)), denominator)
 
 
-def _folded(one: FloatArray, other: FloatArray) -> FloatArray:
+def _folded(first: FloatArray, second: FloatArray) -> FloatArray:
     """Convolve two-sided spectra about their middle, without rounding below zero."""
-    return np.maximum(fftconvolve(one, other, mode="same"), 0.0)
+    return np.maximum(fftconvolve(first, second, mode="same"), 0.0)

@@ -41,14 +41,14 @@ It adds to the effect of moved natural frequencies, because seats are too stiff 
 (benchmarks/chain/error_band.py).
 """
 
-STANDS_STILL = 4.0
+RIGID_ERROR = 4.0
 """Relative error of motion and bearing forces without residual flexibility.
 
 The single stage is 0.8 to 2.4 dB too low overall with 4 to 18 modes and 12 dB with 2, single harmonics 10 and 41 dB.
 With one mode it is 27 dB too low, outside the band.
 """
 
-APART = 0.7
+INDEPENDENT_SHARE = 0.7
 """Share of the errors of single bearing forces that is independent from bearing to bearing.
 
 The surface motions due to these forces cancel to a quarter (median of the single-stage gearboxes); independent errors
@@ -65,19 +65,20 @@ class ModalShares:
     ----------
     modes : (n_f, n_place, n_mode) amplitude of each mode's share.
     residual : (n_f, n_place) amplitude of the residual's share.
-    moved : (n_f, n_mode) relative change of a mode's motion within the error of its frequency.
+    motion_change : (n_f, n_mode) relative change of a mode's motion within the error of its frequency.
     passed_on : (n_f, n_place) effect of the change of the bearing forces.
     frequency : (n_f,) frequencies (Hz).
-    left_out : (n_f,) relative error of the motion due to excluded modes, estimated by the housing; None without
+    excluded_mode_error : (n_f,) relative error of the motion due to excluded modes, estimated by the housing; None
+    without
         estimate.
     """
 
     modes: FloatArray
     residual: FloatArray
-    moved: FloatArray
+    motion_change: FloatArray
     passed_on: FloatArray
     frequency: FloatArray
-    left_out: FloatArray | None
+    excluded_mode_error: FloatArray | None
 
     @property
     def size(self) -> FloatArray:
@@ -89,24 +90,24 @@ class ModalShares:
 
         Without a residual flexibility the error exceeds the motion.
         """
-        change = np.sqrt(((self.modes * self.moved[:, None, :]) ** 2).sum(axis=2))
+        change = np.sqrt(((self.modes * self.motion_change[:, None, :]) ** 2).sum(axis=2))
         cut = (1.0 + TRUNCATION_SHARE) * self._missed(case, fidelity)
-        cut = cut if fidelity.housing.residual_flexibility else STANDS_STILL * self.size
+        cut = cut if fidelity.housing.residual_flexibility else RIGID_ERROR * self.size
         return {"housing": np.hypot(change, self.passed_on), "modes left out": cut}
 
-    def seen_by_forces(self, case: GearboxCase, fidelity: Fidelity) -> dict[str, FloatArray]:
+    def force_errors(self, case: GearboxCase, fidelity: Fidelity) -> dict[str, FloatArray]:
         """Return relative errors (n_f, 1) of the bearing forces, from those of the housing's motion at one place."""
-        change = np.sqrt(((self.modes * self.moved[:, None, :]) ** 2).sum(axis=(1, 2)))
+        change = np.sqrt(((self.modes * self.motion_change[:, None, :]) ** 2).sum(axis=(1, 2)))
         size = np.sqrt((self.size**2).sum(axis=1))
         size = np.where(size > 0, size, 1.0)[:, None]
         cut = TRUNCATION_SHARE * np.sqrt((self._missed(case, fidelity) ** 2).sum(axis=1))[:, None] / size
-        cut = cut if fidelity.housing.residual_flexibility else np.full(cut.shape, STANDS_STILL)
+        cut = cut if fidelity.housing.residual_flexibility else np.full(cut.shape, RIGID_ERROR)
         return {"housing": SEAT_SHARE * change[:, None] / size, "modes left out": cut}
 
     def _missed(self, case: GearboxCase, fidelity: Fidelity) -> FloatArray:
         """Return the error (n_f, n_place) of the motion due to excluded modes."""
-        if self.left_out is not None:
-            return np.asarray(self.left_out[:, None] * self.size)
+        if self.excluded_mode_error is not None:
+            return np.asarray(self.excluded_mode_error[:, None] * self.size)
         top = fidelity.housing.mode_ratio * case.band.high
         return np.asarray(self.residual * (self.frequency / top)[:, None] ** 2)
 
@@ -114,13 +115,13 @@ class ModalShares:
 def transfer_vectors(
     vectors: TransferVectors, housing: ReducedHousing, lines: FloatArray, fidelity: Fidelity
 ) -> ModalTransferVectors:
-    """Return modal transfer vectors at lines (n_f,) Hz, for `of_pressure`, without repeating the run's warnings."""
+    """Return modal transfer vectors at lines (n_f,) Hz, for `pressure_shares`, without repeating the run's warnings."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", AccuracyWarning)
         return modal_transfer_vectors(vectors, housing, lines, fidelity=fidelity.acoustics)
 
 
-def of_pressure(
+def pressure_shares(
     housing: ReducedHousing,
     forces: ForceSpectrum,
     modal: ModalTransferVectors,
@@ -141,14 +142,14 @@ def of_pressure(
     return ModalShares(
         np.abs(modal.modes * motion[:, None, :]),
         still,
-        _moved(housing, lines),
+        _motion_change(housing, lines),
         passed,
         lines,
-        _left_out(housing, lines),
+        _excluded_mode_error(housing, lines),
     )
 
 
-def of_velocity(housing: ReducedHousing, forces: ForceSpectrum, change: ForceSpectrum | None = None) -> ModalShares:
+def velocity_shares(housing: ReducedHousing, forces: ForceSpectrum, change: ForceSpectrum | None = None) -> ModalShares:
     """Return shares (m/s) of the root mean square velocity of the surface, as one place.
 
     change : change of the forces, at their lines.
@@ -162,14 +163,14 @@ def of_velocity(housing: ReducedHousing, forces: ForceSpectrum, change: ForceSpe
     return ModalShares(
         np.abs(motion)[:, None, :] * mode,
         residual[:, None],
-        _moved(housing, lines),
+        _motion_change(housing, lines),
         _surface_motion(housing, change, lines) if change is not None else np.zeros((len(lines), 1)),
         lines,
-        _left_out(housing, lines),
+        _excluded_mode_error(housing, lines),
     )
 
 
-def of_bearings(housing: ReducedHousing, forces: ForceSpectrum) -> FloatArray:
+def bearing_velocity(housing: ReducedHousing, forces: ForceSpectrum) -> FloatArray:
     """Return the root mean square surface velocity (n_f, 1) m/s: motions by each bearing's force, in quadrature."""
     lines = forces.frequency
     rate = _rate(housing, forces, lines)
@@ -183,7 +184,7 @@ def of_bearings(housing: ReducedHousing, forces: ForceSpectrum) -> FloatArray:
     return np.sqrt(np.maximum(squares, 0.0))[:, None]
 
 
-def of_power(
+def power_shares(
     housing: ReducedHousing,
     forces: ForceSpectrum,
     resistance: RadiationResistance,
@@ -210,10 +211,10 @@ def of_power(
     return ModalShares(
         (np.abs(motion) * each[:, :modes])[:, None, :],
         residual[:, None],
-        _moved(housing, lines),
+        _motion_change(housing, lines),
         passed,
         lines,
-        _left_out(housing, lines),
+        _excluded_mode_error(housing, lines),
     )
 
 
@@ -225,7 +226,7 @@ def _motion(housing: ReducedHousing, forces: ForceSpectrum, lines: FloatArray) -
 
 def _rate(housing: ReducedHousing, forces: ForceSpectrum, lines: FloatArray) -> ComplexArray:
     rows = np.searchsorted(0.5 * (forces.frequency[1:] + forces.frequency[:-1]), lines)
-    return np.asarray(2j * np.pi * lines[:, None] * forces.in_order(housing.names)[rows])
+    return np.asarray(2j * np.pi * lines[:, None] * forces.sort_bearings(housing.names)[rows])
 
 
 def _modal_velocity(housing: ReducedHousing, rate: ComplexArray, lines: FloatArray) -> ComplexArray:
@@ -233,7 +234,7 @@ def _modal_velocity(housing: ReducedHousing, rate: ComplexArray, lines: FloatArr
     return np.asarray((rate @ seats.T) * housing.receptance(lines))
 
 
-def _left_out(housing: ReducedHousing, lines: FloatArray) -> FloatArray | None:
+def _excluded_mode_error(housing: ReducedHousing, lines: FloatArray) -> FloatArray | None:
     return truncation_errors(housing, lines) if housing.accuracy.residual_mass is not None else None
 
 
@@ -259,7 +260,7 @@ def lowered(housing: ReducedHousing) -> ReducedHousing | None:
     return moved
 
 
-def _moved(housing: ReducedHousing, lines: FloatArray) -> FloatArray:
+def _motion_change(housing: ReducedHousing, lines: FloatArray) -> FloatArray:
     """Return the relative change (n_f, n_mode) of a mode's motion if its frequency is lowered by its error.
 
     It is zero for a housing without an estimate, such as an imported one.

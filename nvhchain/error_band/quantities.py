@@ -93,13 +93,13 @@ def error_band(
     if housing is not None and force_spectrum is not None and transfer_vectors is not None:
         assert isinstance(case, GearboxCase)
         vectors = modal.transfer_vectors(transfer_vectors, housing, lines, fidelity)
-        change = force_change(case, fidelity, housing, mesh_laws, force_spectrum).of(force_spectrum)
-        shares = modal.of_pressure(housing, force_spectrum, vectors, change)
+        change = force_change(case, fidelity, housing, mesh_laws, force_spectrum).apply(force_spectrum)
+        shares = modal.pressure_shares(housing, force_spectrum, vectors, change)
         scale = np.maximum(size, shares.size)
         sources |= shares.errors(case, fidelity)
     sources |= times(force_sources(case, fidelity, mesh_laws, laws_are_exact, lines, pressure.input_speed, size), size)
-    told = transfer_vectors.accuracy if transfer_vectors is not None else SoundAccuracy()
-    sources |= times(radiation_error(velocity.surface, lines, case, fidelity.acoustics, told), scale)
+    accuracy = transfer_vectors.accuracy if transfer_vectors is not None else SoundAccuracy()
+    sources |= times(radiation_error(velocity.surface, lines, case, fidelity.acoustics, accuracy), scale)
     if transfer_vectors is not None and len(transfer_vectors.frequency) > 2:
         estimate = acoustics.interpolation_error(transfer_vectors, velocity, fidelity=fidelity.acoustics)
         sources["masters"] = MASTER_MARGIN * estimate / COVERAGE
@@ -145,9 +145,9 @@ def force_band(
     scale = np.maximum(size, np.sqrt((size**2).mean(axis=1, keepdims=True)))
     sources = force_sources(case, fidelity, mesh_laws, laws_are_exact, lines, speed, scale, width)
     if housing is not None and mesh_laws:
-        sources |= modal.of_velocity(housing, force_spectrum).seen_by_forces(case, fidelity)
+        sources |= modal.velocity_shares(housing, force_spectrum).force_errors(case, fidelity)
         change = change or force_change(case, fidelity, housing, mesh_laws, force_spectrum)
-        moved = np.sqrt((np.abs(change.of(force_spectrum).force) ** 2).sum(axis=2))
+        moved = np.sqrt((np.abs(change.apply(force_spectrum).force) ** 2).sum(axis=2))
         sources["housing"] = np.hypot(sources["housing"], moved / np.where(scale > 0, scale, 1.0))
     return ErrorBand(lines, size, times(sources, scale), reference=REFERENCE_FORCE, weighted=False)
 
@@ -185,13 +185,13 @@ def velocity_band(
     sources = dict[str, FloatArray]()
     if housing is not None and force_spectrum is not None:
         assert isinstance(case, GearboxCase)
-        loaded = _at(force_spectrum, velocity.frequency)
-        change = force_change(case, fidelity, housing, mesh_laws, loaded).of(loaded)
-        shares = modal.of_velocity(housing, loaded, change)
+        loaded = _forces_at_lines(force_spectrum, velocity.frequency)
+        change = force_change(case, fidelity, housing, mesh_laws, loaded).apply(loaded)
+        shares = modal.velocity_shares(housing, loaded, change)
         sources |= shares.errors(case, fidelity)
         if mesh_laws:
-            alone = modal.APART * modal.of_bearings(housing, loaded)
-            seen = shares.seen_by_forces(case, fidelity)
+            alone = modal.INDEPENDENT_SHARE * modal.bearing_velocity(housing, loaded)
+            seen = shares.force_errors(case, fidelity)
             sources |= {name: np.hypot(sources[name], error * alone) for name, error in seen.items()}
     speed = force_spectrum.input_speed if force_spectrum is not None else 0.0
     sources |= times(force_sources(case, fidelity, mesh_laws, laws_are_exact, velocity.frequency, speed, size), size)
@@ -241,12 +241,12 @@ def power_band(
     sources = dict[str, FloatArray]()
     if housing is not None and force_spectrum is not None:
         assert isinstance(case, GearboxCase)
-        loaded = _at(force_spectrum, lines)
-        change = force_change(case, fidelity, housing, mesh_laws, loaded).of(loaded)
+        loaded = _forces_at_lines(force_spectrum, lines)
+        change = force_change(case, fidelity, housing, mesh_laws, loaded).apply(loaded)
         if radiation_resistance is not None:
-            sources |= modal.of_power(housing, loaded, radiation_resistance, change).errors(case, fidelity)
+            sources |= modal.power_shares(housing, loaded, radiation_resistance, change).errors(case, fidelity)
         else:
-            shares = modal.of_velocity(housing, loaded, change)
+            shares = modal.velocity_shares(housing, loaded, change)
             moving = np.where(shares.size > 0, shares.size, 1.0)
             sources |= {name: size * error / moving for name, error in shares.errors(case, fidelity).items()}
     sources |= times(force_sources(case, fidelity, mesh_laws, laws_are_exact, lines, power.input_speed, size), size)
@@ -287,7 +287,7 @@ def force_sources(
     }
 
 
-def _at(spectrum: ForceSpectrum, lines: FloatArray) -> ForceSpectrum:
+def _forces_at_lines(spectrum: ForceSpectrum, lines: FloatArray) -> ForceSpectrum:
     """Return the forces at those of their lines that move something."""
     return spectrum.replace(frequency=lines, force=spectrum.force[np.searchsorted(spectrum.frequency, lines)])
 

@@ -21,22 +21,22 @@ Measured: two to eight (docs/measured/acoustics/quadrature.md).
 
 
 def radiation_error(
-    surface: Surface, lines: FloatArray, case: Case, fidelity: AcousticsFidelity, told: SoundAccuracy
+    surface: Surface, lines: FloatArray, case: Case, fidelity: AcousticsFidelity, accuracy: SoundAccuracy
 ) -> dict[str, FloatArray]:
     """Return source → relative error (n_f, 1) at `lines` (n_f,) Hz.
 
-    Boundary elements: the expected error that a result states (`told`), at the upper frequency, the nearest
+    Boundary elements: the expected error that a result states (`accuracy`), at the upper frequency, the nearest
     point included. At the lowest frequency the error of the body's shape remains. Cheaper levels: the errors of single
     points and motions, at every line.
     """
     if fidelity.radiation != "boundary_elements":
         return {"radiation": relative(level_error(surface, lines, case.air, fidelity.radiation))[:, None]}
-    if told.expected_error_db is None:
-        told = expected_accuracy(surface, None, float(lines[-1]), case.air, fidelity, ENGINES[case.engine])
-    worst = max(told.expected_error_db or 0.0, told.expected_error_nearest_db or 0.0)
+    if accuracy.expected_error_db is None:
+        accuracy = expected_accuracy(surface, None, float(lines[-1]), case.air, fidelity, ENGINES[case.engine])
+    worst = max(accuracy.expected_error_db or 0.0, accuracy.expected_error_nearest_db or 0.0)
     sources = {"surface mesh": np.full((len(lines), 1), relative(worst))}
-    if told.quadrature_error is not None:
-        sources["quadrature"] = np.full((len(lines), 1), QUADRATURE_MARGIN * told.quadrature_error / COVERAGE)
+    if accuracy.quadrature_error is not None:
+        sources["quadrature"] = np.full((len(lines), 1), QUADRATURE_MARGIN * accuracy.quadrature_error / COVERAGE)
     return sources
 
 

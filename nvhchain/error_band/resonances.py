@@ -33,9 +33,9 @@ class ForceChange:
     flanks: ComplexArray
     names: tuple[str, ...]
 
-    def of(self, forces: ForceSpectrum) -> ForceSpectrum:
+    def apply(self, forces: ForceSpectrum) -> ForceSpectrum:
         """Return the change of forces (N), at the lines that it was made for."""
-        moved = self.away @ (self.flanks @ forces.in_order(self.names)[..., None])
+        moved = self.away @ (self.flanks @ forces.sort_bearings(self.names)[..., None])
         return forces.replace(force=moved.reshape(len(moved), -1, 3), names=self.names)
 
 

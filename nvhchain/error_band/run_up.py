@@ -46,7 +46,7 @@ class RunUpBand:
     ----------
     input_speed : (n,) array
         Mean speed of each part (rad/s).
-    over_speed : (n, n_place) array
+    speed_levels : (n, n_place) array
         Levels of the parts, dB(A) or dB.
     limits : (n, n_place, 2) array
         Limits of the levels, in the same unit.
@@ -55,14 +55,14 @@ class RunUpBand:
     """
 
     input_speed: FloatArray
-    over_speed: FloatArray
+    speed_levels: FloatArray
     limits: FloatArray
     bands: tuple[ErrorBand, ...]
 
     @property
     def level(self) -> FloatArray:
         """Levels (n_place,) of the whole record; its parts last equally long."""
-        return _mean_energy(self.over_speed)
+        return _mean_energy(self.speed_levels)
 
     @property
     def overall(self) -> FloatArray:
@@ -180,16 +180,16 @@ def run_up_band(
     instants = list(_instants(case, bearing_forces))
     lines = instants[0].spectrum.frequency
     vectors = modal.transfer_vectors(transfer_vectors, housing, lines, fidelity)
-    told = transfer_vectors.accuracy
-    radiated = radiation_error(housing.surface, lines, case, fidelity.acoustics, told)
+    accuracy = transfer_vectors.accuracy
+    radiated = radiation_error(housing.surface, lines, case, fidelity.acoustics, accuracy)
     heard = [acoustics.modal_pressure(vectors, housing, instant.spectrum) for instant in instants]
-    sounds = [_at_lines(lines, one.frequency, np.abs(one.pressure)) for one in heard]
+    sounds = [_fill_lines(lines, one.frequency, np.abs(one.pressure)) for one in heard]
     loudest = int(np.argmax([np.linalg.norm(sound) for sound in sounds]))
     between = _interpolation(transfer_vectors, housing, instants[loudest].spectrum, fidelity)
     change = force_change(case, fidelity, housing, mesh_laws, _middle(instants))
     bands = []
     for instant, size in zip(instants, sounds, strict=True):
-        shares = modal.of_pressure(housing, instant.spectrum, vectors, change.of(instant.spectrum))
+        shares = modal.pressure_shares(housing, instant.spectrum, vectors, change.apply(instant.spectrum))
         speed = instant.spectrum.input_speed
         sources = force_sources(case, fidelity, mesh_laws, laws_are_exact, lines, speed, size, instant.width)
         errors = {} if housing_is_exact else shares.errors(case, fidelity)
@@ -251,10 +251,10 @@ def _interpolation(
         return {}
     velocity = respond(housing, spectrum)
     estimate = acoustics.interpolation_error(vectors, velocity, fidelity=fidelity.acoustics)
-    return {"masters": MASTER_MARGIN * _at_lines(spectrum.frequency, velocity.frequency, estimate) / COVERAGE}
+    return {"masters": MASTER_MARGIN * _fill_lines(spectrum.frequency, velocity.frequency, estimate) / COVERAGE}
 
 
-def _at_lines(lines: FloatArray, loaded: FloatArray, values: FloatArray) -> FloatArray:
+def _fill_lines(lines: FloatArray, loaded: FloatArray, values: FloatArray) -> FloatArray:
     """Return values (n_f, n_place) at all lines from those at the `loaded` ones; zero where no force acts."""
     everywhere = np.zeros((len(lines), values.shape[1]))
     everywhere[np.searchsorted(lines, loaded)] = values

@@ -177,20 +177,20 @@ def _next_block(
     R = (vector[:, keep] * np.sqrt(value[keep])).T * scale
     others = room - Q.shape[1]
     if others > 0:
-        drawn = _outside(basis, random.standard_normal((len(new), others)), M)
+        drawn = _orthogonal_part(basis, random.standard_normal((len(new), others)), M)
         Q = np.hstack([Q, drawn / np.sqrt(np.einsum("ij,ij->j", drawn, M @ drawn))])
         R = np.vstack([R, np.zeros((others, R.shape[1]))])
     weighted = M @ Q
     if others > 0 or value[0] < _STEEP * value[-1] or left.min() < _FAINT * norm:
         # normalising nearly lost directions has enlarged their rounding remainder in the basis
-        Q = _outside(basis, Q, M)
+        Q = _orthogonal_part(basis, Q, M)
         weighted = M @ Q
     lower = np.linalg.cholesky(Q.T @ weighted)
     normalise = scipy.linalg.solve_triangular(lower, np.eye(len(lower)), lower=True).T
     return Q @ normalise, weighted @ normalise, lower.T @ R
 
 
-def _outside(basis: FloatArray, vectors: FloatArray, M: Any) -> FloatArray:
+def _orthogonal_part(basis: FloatArray, vectors: FloatArray, M: Any) -> FloatArray:
     """Return the part of the vectors that is M-orthogonal to the basis."""
     return np.asarray(vectors - basis @ (basis.T @ (M @ vectors)))
 

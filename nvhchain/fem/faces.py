@@ -37,25 +37,25 @@ def element_faces(elements: Sequence[tuple[str, IntArray]]) -> tuple[IntArray, I
     return np.concatenate(faces), np.concatenate(owners)
 
 
-def boundary_faces(elements: Sequence[tuple[str, IntArray]], labels: IntArray, what: str) -> IntArray:
+def boundary_faces(elements: Sequence[tuple[str, IntArray]], labels: IntArray, subject: str) -> IntArray:
     """Return the outward faces (f, 8) of one element only, laid out as by `element_faces`.
 
     labels : labels of the nodes.
-    what : name of the structure in the message.
+    subject : name of the structure in the message.
 
     Raises InputError for a face of more than two elements, which overlap.
     """
     faces, _ = element_faces(elements)
-    return np.asarray(faces[on_boundary(faces, labels, what)])
+    return np.asarray(faces[boundary_rows(faces, labels, subject)])
 
 
-def on_boundary(faces: IntArray, labels: IntArray, what: str) -> IntArray:
+def boundary_rows(faces: IntArray, labels: IntArray, subject: str) -> IntArray:
     """Return the rows, rising, of the faces (f, 8) that belong to one element only; raises as `boundary_faces`."""
     key = np.sort(faces[:, :4], axis=1)
     _, first, sides = np.unique(key, axis=0, return_index=True, return_counts=True)
     require(
         bool((sides <= 2).all()),
-        f"{what}: {int((sides > 2).sum())} faces belong to more than two elements, first at nodes "
+        f"{subject}: {int((sides > 2).sum())} faces belong to more than two elements, first at nodes "
         f"{labels[key[first[sides > 2]][:1, 1:]].ravel()}: elements overlap; remove those that are twice",
     )
     return np.sort(first[sides == 1])

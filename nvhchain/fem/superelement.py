@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from nvhchain.handoff import FloatArray
 
-_PER_SEAT = 6
+_SEAT_FREEDOMS = 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,4 +40,4 @@ class CraigBampton:
     @property
     def seats(self) -> slice:
         """Unknowns of the seats."""
-        return slice(0, _PER_SEAT * len(self.names))
+        return slice(0, _SEAT_FREEDOMS * len(self.names))

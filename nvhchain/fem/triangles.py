@@ -55,10 +55,10 @@ def planes(corners: FloatArray) -> Planes:
     return Planes(a, axes, np.stack([length, reach, height], axis=1))
 
 
-def squared_distance_to(triangles: Planes, which: IntArray, points: FloatArray) -> FloatArray:
-    """Return the squared distance (p,) (m²) of points (p, 3), each from one triangle of index `which` (p,)."""
-    x, y, z = np.einsum("pia,pa->ip", triangles.axes[which], points - triangles.origin[which])
-    b, c, d = triangles.corner[which].T
+def squared_distance_to(triangles: Planes, triangle: IntArray, points: FloatArray) -> FloatArray:
+    """Return the squared distance (p,) (m²) of points (p, 3), each from one triangle of index `triangle` (p,)."""
+    x, y, z = np.einsum("pia,pa->ip", triangles.axes[triangle], points - triangles.origin[triangle])
+    b, c, d = triangles.corner[triangle].T
     # outside: below the first side, right of the second, or left of the third
     outside = (y < 0) | (d * (x - b) > (c - b) * y) | (d * x < c * y)
     least = (x - (x / b).clip(0, 1) * b) ** 2 + y**2
@@ -68,27 +68,27 @@ def squared_distance_to(triangles: Planes, which: IntArray, points: FloatArray) 
     return np.asarray(np.where(outside, least, 0.0) + z**2)
 
 
-def lying_on(points: FloatArray, corners: FloatArray, beside: float | FloatArray) -> IntArray:
+def lying_on(points: FloatArray, corners: FloatArray, tolerance: float | FloatArray) -> IntArray:
     """Return pairs (q, 2) of points (p, 3) and triangles (k, 3, 3) on which they lie.
 
-    beside : tolerance relative to the size of a triangle, (k,) or one for all.
+    tolerance : tolerance relative to the size of a triangle, (k,) or one for all.
 
     Triangles without area have no points on them.
     """
-    beside = np.broadcast_to(beside, len(corners))
+    tolerance = np.broadcast_to(tolerance, len(corners))
     centre = corners.mean(axis=1)
     size = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1)
-    near = cKDTree(points).query_ball_point(centre, (1 + beside) * size)
+    near = cKDTree(points).query_ball_point(centre, (1 + tolerance) * size)
     owner = np.repeat(np.arange(len(corners)), [len(found) for found in near])
     point = np.concatenate([np.array(found, dtype=np.int64) for found in near])
     a, b, c = corners[owner].transpose(1, 0, 2)
     frame = np.stack([b - a, c - a, np.cross(b - a, c - a)], axis=2)
     area = np.abs(np.linalg.det(frame)) > 1e-12 * size[owner] ** 4
     owner, point, frame, away = owner[area], point[area], frame[area], (points[point] - a)[area]
-    beside = beside[owner]
+    tolerance = tolerance[owner]
     u, v, w = np.linalg.solve(frame, away[:, :, None])[:, :, 0].T
     height = np.abs(w) * np.linalg.norm(frame[:, :, 2], axis=1)
-    on = (np.minimum(u, v) > -beside) & (u + v < 1 + beside) & (height < beside * size[owner])
+    on = (np.minimum(u, v) > -tolerance) & (u + v < 1 + tolerance) & (height < tolerance * size[owner])
     return np.column_stack([point, owner])[on]
 
 

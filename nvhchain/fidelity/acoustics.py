@@ -11,7 +11,7 @@ from nvhchain.fidelity.knob import Knobs, Sweep, knob
 
 # fmt: off
 @dataclass(frozen=True)
-class AcousticsFidelity(Knobs, stage="acoustics"):
+class AcousticsFidelity(Knobs, package="acoustics"):
     """Boundary elements and master frequencies."""
 
     elements_per_wavelength: float = knob(low=1.0, high=100.0, step="surface",

@@ -17,14 +17,14 @@ _MOVED = {
 
 # fmt: off
 @dataclass(frozen=True)
-class DynamicsFidelity(Knobs, stage="dynamics", moved=_MOVED):
+class DynamicsFidelity(Knobs, package="dynamics", moved=_MOVED):
     """Time integration of the gearbox.
 
     Notes
     -----
     Steps of 10 µs keep errors below 1e-4 of the peak while flanks stay in contact at the usual speeds (4e-4 at 10 000
-    rpm). Flanks that separate and strike under load need 1 µs, or 5 µs with bent_ways. Lightly loaded flanks that
-    separate far need 0.25 µs, or 2 µs with bent_ways (docs/measured/dynamics/cuts.md).
+    rpm). Flanks that separate and strike under load need 1 µs, or 5 µs with path_correction. Lightly loaded flanks that
+    separate far need 0.25 µs, or 2 µs with path_correction (docs/measured/dynamics/cuts.md).
     """
 
     time_step: float = knob(low=1e-9, high=1e-2, unit="s", sweep=(30e-6, 20e-6, 10e-6),
@@ -43,7 +43,7 @@ class DynamicsFidelity(Knobs, stage="dynamics", moved=_MOVED):
         meaning="fewest samples of a run-up's record in the shortest period of the band")
     stopband_attenuation: float = knob(100.0, low=20.0, high=200.0, unit="dB", step="run-up", sweep=(40.0, 60.0),
         meaning="attenuation of signals that would alias into the band when a run-up is decimated")
-    mesh_level: str = knob("table", choices=("table", "contact"), sweep=Sweep(("contact",), beyond=True, hours=True),
+    mesh_level: str = knob("table", choices=("table", "contact"), sweep=Sweep(("contact",), finer=True, hours=True),
         meaning="`table`: the mesh law F(θ, δ); `contact`: the contact problem in every step, its slow reference")
     gyroscopic_speeds: int = knob(16, low=1, high=1000, step="run-up", sweep="of a run-up with gyroscopic terms only",
         meaning="speeds of a run-up at which modes with gyroscopic terms are taken")
@@ -51,7 +51,7 @@ class DynamicsFidelity(Knobs, stage="dynamics", moved=_MOVED):
         meaning="largest length of a beam element of flexible shafts")
     shaft_frequency: float = knob(10e3, high=1e6, unit="Hz", sweep="of flexible shafts only",
         meaning="upper limit of the kept modes of free flexible shafts; beyond it their statics is kept")
-    bent_ways: bool = knob(False, sweep=Sweep((True,), beyond=True),
+    path_correction: bool = knob(False, sweep=Sweep((True,), finer=True),
         meaning="fourth-order correction of the mesh force, for contact loss. Errors fall by ten and more, but energy "
                 "is no longer exact. Steps in which small motions would grow are refused")
     # fmt: on

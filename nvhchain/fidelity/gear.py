@@ -10,7 +10,7 @@ from nvhchain.fidelity.knob import Knobs, knob
 
 # fmt: off
 @dataclass(frozen=True)
-class GearFidelity(Knobs, stage="gear"):
+class GearFidelity(Knobs, package="gear"):
     """Finite elements of the bodies, contact slices and the grid of the mesh law."""
 
     profile_elements: int = knob(low=1, high=100, sweep=(2, 4, 6), meaning="quadratic elements along one flank")

@@ -9,7 +9,7 @@ from nvhchain.fidelity.knob import Knobs, knob
 
 # fmt: off
 @dataclass(frozen=True)
-class HousingFidelity(Knobs, stage="housing"):
+class HousingFidelity(Knobs, package="housing"):
     """Mesh of the casting, modes and the transfer of its motion to the radiating surface."""
 
     element_size: float = knob(low=1e-5, high=1.0, unit="m", sweep=(0.02, 0.013, 0.0105),

@@ -26,7 +26,7 @@ class Sweep:
         Values of the field, or tuples of values where several `fields` are turned together.
     fields : tuple of str
         Names of fields that are turned together; empty for one field.
-    beyond : bool
+    finer : bool
         True for a finer model or step than that of any preset; the change is no error of the setting.
     hours : bool
         True for settings that take hours. They are swept only if named with their value, as in
@@ -35,7 +35,7 @@ class Sweep:
 
     values: tuple[Any, ...]
     fields: tuple[str, ...] = ()
-    beyond: bool = False
+    finer: bool = False
     hours: bool = False
 
 
@@ -121,12 +121,12 @@ def knob(
     return field(default=default, metadata={"knob": Declared(meaning, low, high, unit, choices, step, tried)})
 
 
-def declared(of: Field[Any]) -> Declared:
+def declared(field: Field[Any]) -> Declared:
     """Return the declaration of a knob's field.
 
     Parameters
     ----------
-    of : dataclasses.Field
+    field : dataclasses.Field
         Field made by `knob`.
 
     Returns
@@ -134,14 +134,14 @@ def declared(of: Field[Any]) -> Declared:
     Declared
         Its declaration.
     """
-    found: Declared = of.metadata["knob"]
+    found: Declared = field.metadata["knob"]
     return found
 
 
 class Knobs:
     """Base of the frozen dataclasses with the knobs of one part of the chain; it checks every value at construction.
 
-    The class argument `stage` is the name of this part in messages. `moved` maps names of former knobs to the options
+    The class argument `package` is the name of this part in messages. `moved` maps names of former knobs to the options
     of a case that replace them.
 
     Parameters
@@ -150,17 +150,17 @@ class Knobs:
         Values of the fields.
     """
 
-    stage: ClassVar[str]
+    package: ClassVar[str]
     moved: ClassVar[Mapping[str, str]]
 
     def __new__(cls, *values: Any, **given: Any) -> Self:
         """Refuse (InputError) knobs that have become options of a case."""
         for name in cls.moved.keys() & given.keys():
-            require(False, f"{cls.stage} {name} is no knob: set it in the case, {cls.moved[name]}")
+            require(False, f"{cls.package} {name} is no knob: set it in the case, {cls.moved[name]}")
         return super().__new__(cls)
 
-    def __init_subclass__(cls, stage: str, moved: Mapping[str, str] = MappingProxyType({})) -> None:
-        cls.stage, cls.moved = stage, moved
+    def __init_subclass__(cls, package: str, moved: Mapping[str, str] = MappingProxyType({})) -> None:
+        cls.package, cls.moved = package, moved
         kinds = cls.__annotations__
         entries = [declared(of).described(name, kinds[name]) for name, of in vars(cls).items() if isinstance(of, Field)]
         summary, _, notes = inspect.cleandoc(cls.__doc__ or cls.__name__).partition("\n\n")
@@ -169,7 +169,7 @@ class Knobs:
     def __post_init__(self) -> None:
         check_fields(self)
         for one in fields(self):  # type: ignore[arg-type]
-            name, value = f"{self.stage} {one.name}", getattr(self, one.name)
+            name, value = f"{self.package} {one.name}", getattr(self, one.name)
             if isinstance(value, list):
                 value = tuple(value)  # knobs are keys of cached results, and lists cannot be hashed
             declared(one).check(name, value)

@@ -9,7 +9,7 @@ from nvhchain.fidelity.knob import Knobs, knob
 
 # fmt: off
 @dataclass(frozen=True)
-class LumpedFidelity(Knobs, stage="lumped"):
+class LumpedFidelity(Knobs, package="lumped"):
     """Gear pairs with one degree of freedom: time integration and harmonic balance; not part of the chain."""
 
     time_step: float = knob(2e-6, low=1e-12, high=1.0, unit="s", meaning="largest step of the Runge–Kutta integration")

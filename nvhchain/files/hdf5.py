@@ -19,8 +19,8 @@ import h5py
 import numpy as np
 
 from nvhchain.errors import FileFormatError, InputError, require
+from nvhchain.files.atomic_write import content_of, write_atomic
 from nvhchain.files.untyped_accuracy import typed
-from nvhchain.files.whole import in_memory, write_whole
 from nvhchain.handoff import HAND_OFFS, Accuracy, HandOff
 from nvhchain.handoff.base import Declared
 from nvhchain.handoff.declared import LABELS, Quantity
@@ -45,14 +45,14 @@ H = TypeVar("H", bound=HandOff)
 A = TypeVar("A", bound=Accuracy)
 
 
-def writable_folder(folder: str | Path, called: str) -> Path:
+def writable_folder(folder: str | Path, name: str) -> Path:
     """Return a folder for files, made if it is missing.
 
     Parameters
     ----------
     folder : str or Path
         Folder.
-    called : str
+    name : str
         Name of the argument in the message.
 
     Returns
@@ -71,7 +71,7 @@ def writable_folder(folder: str | Path, called: str) -> Path:
         tempfile.TemporaryFile(dir=place).close()
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         raise InputError(
-            f"{called} = {str(folder)!r} cannot take files ({getattr(error, 'strerror', error)}): name another folder"
+            f"{name} = {str(folder)!r} cannot take files ({getattr(error, 'strerror', error)}): name another folder"
         ) from error
     return place
 
@@ -86,7 +86,7 @@ def write_text(path: Path, text: str) -> None:
     text : str
         Content.
     """
-    write_whole(path, text.encode())
+    write_atomic(path, text.encode())
 
 
 def save(hand_off: HandOff, path: str | Path) -> Path:
@@ -117,10 +117,10 @@ def save(hand_off: HandOff, path: str | Path) -> Path:
             file.attrs["conventions"] = CONVENTIONS
             _write(file, hand_off)
 
-    content = in_memory(write)
+    content = content_of(write)
     content[:_BLOCK_BYTES] = _user_block(hashlib.sha256(content[_BLOCK_BYTES:]).hexdigest())
     path.parent.mkdir(parents=True, exist_ok=True)
-    return write_whole(path, content)
+    return write_atomic(path, content)
 
 
 def load(path: str | Path, kind: type[H] = HandOff) -> H:  # type: ignore[assignment]
@@ -167,7 +167,7 @@ def load(path: str | Path, kind: type[H] = HandOff) -> H:  # type: ignore[assign
     return hand_off
 
 
-def stated(path: str | Path, kind: type[HandOff], of: type[A]) -> A:
+def stated(path: str | Path, kind: type[HandOff], stated_class: type[A]) -> A:
     """Return the accuracy of the hand-off in a file, without its arrays.
 
     Parameters
@@ -176,7 +176,7 @@ def stated(path: str | Path, kind: type[HandOff], of: type[A]) -> A:
         HDF5 file.
     kind : type of HandOff
         Required class of the hand-off.
-    of : type of Accuracy
+    stated_class : type of Accuracy
         Class of its accuracy.
 
     Returns
@@ -194,7 +194,7 @@ def stated(path: str | Path, kind: type[HandOff], of: type[A]) -> A:
     path = Path(path)
     require(record(path)[0] == kind.__name__, f"{path}: holds no {kind.__name__}")
     with h5py.File(path, "r") as file:
-        return of(**_fields(file["accuracy"], of, path)) if "accuracy" in file else of()
+        return stated_class(**_fields(file["accuracy"], stated_class, path)) if "accuracy" in file else stated_class()
 
 
 def record(path: str | Path) -> tuple[str, dict[str, Any]]:

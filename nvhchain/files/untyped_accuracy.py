@@ -54,7 +54,7 @@ def typed(provenance: dict[str, Any], kind: type[HandOff]) -> tuple[dict[str, An
     history, fields = dict[str, Any](), dict[str, Any]()
     for key, entry in provenance.items():
         if key in _MESHES and _LABELS[key] in of.declared:
-            fields |= _by_mesh(key, entry)
+            fields |= _mesh_table(key, entry)
         elif key in _LINES and key in of.declared:
             fields |= {_LINES[key]: [float(line.split()[0]) for line in entry], key: list(entry.values())}
         elif key.lower() in of.declared:
@@ -73,7 +73,7 @@ def typed(provenance: dict[str, Any], kind: type[HandOff]) -> tuple[dict[str, An
     return history, {"accuracy": of(**fields)}
 
 
-def _by_mesh(key: str, entry: dict[str, dict[str, float]]) -> dict[str, Any]:
+def _mesh_table(key: str, entry: dict[str, dict[str, float]]) -> dict[str, Any]:
     if not entry:
         return {}
     found: dict[str, Any] = {_LABELS[key]: tuple(entry)}

@@ -2,7 +2,7 @@
 
 from nvhchain.gear.compliance.analytic import SliceCompliance, slice_compliance
 from nvhchain.gear.compliance.flank_compliance import FlankCompliance, flank_compliance
-from nvhchain.gear.contact.closing_edges import with_closing_edges
+from nvhchain.gear.contact.closing_edges import close_edges
 from nvhchain.gear.contact.contact_lines import ContactLines, contact_lines
 from nvhchain.gear.contact.engagement import Engagement, engaged_reach, slice_count
 from nvhchain.gear.contact.friction import lever_arms, sliding_sense
@@ -60,6 +60,7 @@ __all__ = [
     "ThinRim",
     "VolumeMesh",
     "bricks_over_even",
+    "close_edges",
     "contact_lines",
     "deflection_at_force",
     "engaged",
@@ -85,6 +86,5 @@ __all__ = [
     "tabulated",
     "von_mises",
     "whole_mesh",
-    "with_closing_edges",
     "write_gear_mesh",
 ]

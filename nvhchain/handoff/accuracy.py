@@ -98,22 +98,24 @@ class ForceAccuracy(Accuracy):
     """Accuracy of bearing force histories: deflections beyond a mesh law, and contact loss."""
 
     law_exceeded: tuple[Label, ...] | None = array(
-        "", "mesh_beyond_law", "meshes whose deflections leave their mesh law", default=None
+        "", "mesh_exceeding_law", "meshes whose deflections leave their mesh law", default=None
     )
     lowest_deflection: FloatArray | None = array(
-        "m", "mesh_beyond_law", "lowest deflection of its flanks", default=None
+        "m", "mesh_exceeding_law", "lowest deflection of its flanks", default=None
     )
     highest_deflection: FloatArray | None = array(
-        "m", "mesh_beyond_law", "highest deflection of its flanks", default=None
+        "m", "mesh_exceeding_law", "highest deflection of its flanks", default=None
     )
-    table_lowest: FloatArray | None = array("m", "mesh_beyond_law", "lower end of its law", default=None)
-    table_highest: FloatArray | None = array("m", "mesh_beyond_law", "upper end of its law", default=None)
+    table_lowest: FloatArray | None = array("m", "mesh_exceeding_law", "lower end of its law", default=None)
+    table_highest: FloatArray | None = array("m", "mesh_exceeding_law", "upper end of its law", default=None)
     parted: tuple[Label, ...] | None = array("", "parted_mesh", "meshes whose flanks part", default=None)
     parted_time: FloatArray | None = array("s", "parted_mesh", "time without contact", default=None)
     parted_error: float | None = value("1", "expected error of contact loss, relative to the peak force", default=None)
     time_step: float | None = value("s", "time step under contact loss", default=None)
     needed_step: float | None = value("s", "time step that keeps 1e-4 of the peak through contact loss", default=None)
-    needed_step_bent: float | None = value("s", "the same with bent_ways, where they are not taken", default=None)
+    needed_step_corrected: float | None = value(
+        "s", "the same with path_correction, where they are not taken", default=None
+    )
 
     def doubts(self) -> Iterator[Doubt]:
         """Yield warnings of meshes beyond their laws, and of contact loss under long steps."""
@@ -131,8 +133,8 @@ class ForceAccuracy(Accuracy):
         if self.time_step <= self.needed_step * (1.0 + 1e-6):
             return
         remedy = f"{1e6 * self.needed_step:g} µs"
-        if self.needed_step_bent is not None:
-            remedy += f", or {1e6 * self.needed_step_bent:g} µs with bent_ways"
+        if self.needed_step_corrected is not None:
+            remedy += f", or {1e6 * self.needed_step_corrected:g} µs with path_correction"
         for mesh, seconds in zip(self.parted or (), () if self.parted_time is None else self.parted_time, strict=True):
             yield Doubt(
                 CONTACT_LOSS,
@@ -263,13 +265,13 @@ class SoundAccuracy(Accuracy):
 
     def doubts(self) -> Iterator[Doubt]:
         """Yield warnings of every error above its requested limit."""
-        yield from self._of_mesh()
-        yield from self._of_resonances()
-        yield from self._of_lines()
-        yield from self._of_level()
-        yield from self._of_near_field()
+        yield from self._mesh_doubts()
+        yield from self._resonance_doubts()
+        yield from self._line_doubts()
+        yield from self._level_doubts()
+        yield from self._near_field_doubts()
 
-    def _of_mesh(self) -> Iterator[Doubt]:
+    def _mesh_doubts(self) -> Iterator[Doubt]:
         size, asked = 1e3 * (self.element_size or 0.0), self.asked_error_db
         if _exceeds(self.shape_error_db, asked):
             yield Doubt(
@@ -322,7 +324,7 @@ class SoundAccuracy(Accuracy):
                 f"{self.asked_quadrature_error:g} asked, and pressures there err by several times as much: {remedy}",
             )
 
-    def _of_resonances(self) -> Iterator[Doubt]:
+    def _resonance_doubts(self) -> Iterator[Doubt]:
         if _exceeds(self.resonance_shift, self.resonance_shift_limit):
             yield Doubt(
                 "resonances in openings",
@@ -339,7 +341,7 @@ class SoundAccuracy(Accuracy):
                 f"{self.asked_error_db:.2g} dB at {self.resonance_lines} lines; refine the surface in its openings",
             )
 
-    def _of_lines(self) -> Iterator[Doubt]:
+    def _line_doubts(self) -> Iterator[Doubt]:
         error, of = self.interpolation_error_db, ""
         if self.interpolation_error is not None and len(self.interpolation_error):
             error = float(20.0 * np.log10(1.0 + self.interpolation_error.max()))
@@ -359,7 +361,7 @@ class SoundAccuracy(Accuracy):
                 f"{self.cancellation_frequency:.4g} Hz; refine the mesh or raise the lower frequency",
             )
 
-    def _of_level(self) -> Iterator[Doubt]:
+    def _level_doubts(self) -> Iterator[Doubt]:
         if not _exceeds(self.expected_mean_error_db, self.asked_mean_error_db):
             return
         flat = self.shaking_error_db is not None
@@ -375,7 +377,7 @@ class SoundAccuracy(Accuracy):
             "0.11); choose radiation = 'boundary_elements' or raise the lower frequency",
         )
 
-    def _of_near_field(self) -> Iterator[Doubt]:
+    def _near_field_doubts(self) -> Iterator[Doubt]:
         if _exceeds(self.needed_distance, self.nearest_distance):
             yield Doubt(
                 "near field of a point",

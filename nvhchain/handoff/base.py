@@ -60,7 +60,7 @@ class Declared:
                 if not cls.declared[axis].is_axis:
                     raise TypeError(f"{cls.__name__}.{name}: {axis} is an axis and a field: rename one")
             if quantity.made_by is not None:
-                setattr(cls, name, _Made(name, quantity.made_by))
+                setattr(cls, name, _Derived(name, quantity.made_by))
         if not cls.declared:
             return
         entries = "\n".join(quantity.described() for quantity in cls.declared.values())
@@ -232,7 +232,7 @@ class HandOff(Declared):
         return super().replace(**{"provenance": self.provenance, **changes})
 
 
-class _Made:
+class _Derived:
     """Attribute that is computed from others at the first access, and cached."""
 
     def __init__(self, name: str, make: Any) -> None:

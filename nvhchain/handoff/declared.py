@@ -57,7 +57,7 @@ class Quantity:
     axes: tuple[tuple[str, str], ...]
     meaning: str
     default: Any = MISSING
-    at_least: float | None = None
+    lower_limit: float | None = None
     fewest: int = 0
     spread: bool = False
     made_by: Callable[[Any], Any] | None = None
@@ -121,39 +121,39 @@ class Quantity:
             value = _tuple(called, value, get_args(self.kind)[0])
             self._measure(called, (len(value),), sizes)
             return value
-        value = _CONVERSIONS.get(self.kind, _as_given)(called, value, self.kind)
+        value = _CONVERSIONS.get(self.kind, _unconverted)(called, value, self.kind)
         self._check_limit(called, value)
         return value
 
-    def _checked_array(self, called: str, value: Any, sizes: Sizes) -> NDArray[Any]:
+    def _checked_array(self, field_name: str, value: Any, sizes: Sizes) -> NDArray[Any]:
         if self.absent(value):
             value = np.empty([sizes.get(source, 0) for _, source in self.axes])
             sizes = dict(sizes)  # an absent array sets no axis
         elif self.spread and np.ndim(value) == 0:
             value = np.full([sizes[source] for _, source in self.axes], value)
         assert self.dtype is not None
-        array = checked_array(called, value, self.dtype, tuple(sizes.get(source) for _, source in self.axes))
-        self._measure(called, array.shape, sizes)
-        if self.at_least is not None and array.size:
-            self._check_limit(called, array.min())
+        array = checked_array(field_name, value, self.dtype, tuple(sizes.get(source) for _, source in self.axes))
+        self._measure(field_name, array.shape, sizes)
+        if self.lower_limit is not None and array.size:
+            self._check_limit(field_name, array.min())
         if self.is_axis:
-            _check_increasing(called, array)
+            _check_increasing(field_name, array)
         return array
 
-    def _measure(self, called: str, shape: tuple[int, ...], sizes: Sizes) -> None:
+    def _measure(self, field_name: str, shape: tuple[int, ...], sizes: Sizes) -> None:
         for (name, source), length in zip(self.axes, shape, strict=True):
             wanted = sizes.setdefault(source, length)
-            require(length == wanted, f"{called} has {length} values along {name}, but {wanted} are needed")
+            require(length == wanted, f"{field_name} has {length} values along {name}, but {wanted} are needed")
             sizes[name] = length
         fewest = max(self.fewest, 1) if self.is_axis else self.fewest
         if shape and shape[0] < fewest:
             what = "is empty: at least one value is" if fewest == 1 else f"has {shape[0]} values: at least {fewest} are"
-            raise InputError(f"{called} {what} needed")
+            raise InputError(f"{field_name} {what} needed")
 
-    def _check_limit(self, called: str, lowest: Any) -> None:
-        if self.at_least is not None and lowest < self.at_least:
+    def _check_limit(self, field_name: str, lowest: Any) -> None:
+        if self.lower_limit is not None and lowest < self.lower_limit:
             raise InputError(
-                f"{called} = {lowest:g} {self.unit} is below the lowest admissible value {self.at_least:g}"
+                f"{field_name} = {lowest:g} {self.unit} is below the lowest admissible value {self.lower_limit:g}"
             )
 
     @property
@@ -179,7 +179,7 @@ def array(
     meaning: str,
     *,
     default: Any = MISSING,
-    at_least: float | None = None,
+    lower_limit: float | None = None,
     fewest: int = 0,
     spread: bool = False,
     made_by: Callable[[Any], Any] | None = None,
@@ -197,7 +197,7 @@ def array(
         Noun phrase; appears in files, tables and documentation.
     default : object, optional
         None or () where the field may be absent.
-    at_least : float, optional
+    lower_limit : float, optional
         Smallest value.
     fewest : int, optional
         Smallest length of the first axis.
@@ -209,11 +209,11 @@ def array(
     pairs = [
         (name.strip(), (source or name).strip()) for name, _, source in (a.partition("=") for a in axes.split(","))
     ]
-    declared = Quantity(unit, tuple(pairs), meaning, default, at_least, fewest, spread, made_by)
+    declared = Quantity(unit, tuple(pairs), meaning, default, lower_limit, fewest, spread, made_by)
     return field(default=default, metadata={"declared": declared})
 
 
-def value(unit: str, meaning: str, *, default: Any = MISSING, at_least: float | None = None) -> Any:
+def value(unit: str, meaning: str, *, default: Any = MISSING, lower_limit: float | None = None) -> Any:
     """Declare a field without axes: a number, a text, a truth value, or an object such as another hand-off.
 
     Parameters
@@ -224,10 +224,10 @@ def value(unit: str, meaning: str, *, default: Any = MISSING, at_least: float | 
         As in `array`.
     default : object, optional
         As in `array`.
-    at_least : float, optional
+    lower_limit : float, optional
         As in `array`.
     """
-    return field(default=default, metadata={"declared": Quantity(unit, (), meaning, default, at_least)})
+    return field(default=default, metadata={"declared": Quantity(unit, (), meaning, default, lower_limit)})
 
 
 def resolved(quantity: Quantity, owner: str, name: str, hint: Any) -> Quantity:
@@ -238,7 +238,7 @@ def resolved(quantity: Quantity, owner: str, name: str, hint: Any) -> Quantity:
     return Quantity(**{**vars(quantity), "owner": owner, "name": name, "kind": kinds[0]})
 
 
-def checked_array(called: str, given: Any, dtype: Any, shape: tuple[int | None, ...]) -> NDArray[Any]:
+def checked_array(field_name: str, given: Any, dtype: Any, shape: tuple[int | None, ...]) -> NDArray[Any]:
     """Return a read-only, finite, C-contiguous array of `dtype` and `shape` (None: any length).
 
     A read-only array that owns its memory, such as that of another hand-off, is not copied.
@@ -250,53 +250,53 @@ def checked_array(called: str, given: Any, dtype: Any, shape: tuple[int | None, 
     """
     wanted = np.dtype(dtype)
     if np.iscomplexobj(given) and wanted.kind != "c":
-        raise InputError(f"{called} is complex, but must be real: take its real part explicitly")
+        raise InputError(f"{field_name} is complex, but must be real: take its real part explicitly")
     try:
         kind = np.asarray(given).dtype.kind
         if kind in "US":
             raise TypeError("it holds texts")
         array = np.ascontiguousarray(given, dtype=wanted)
     except (TypeError, ValueError) as error:
-        raise InputError(f"{called} is not a numeric array: {error}") from None
+        raise InputError(f"{field_name} is not a numeric array: {error}") from None
     if wanted.kind == "i" and kind not in "iu" and array.size:
-        raise InputError(f"{called} must hold whole numbers: convert it explicitly")
+        raise InputError(f"{field_name} must hold whole numbers: convert it explicitly")
     if array.ndim != len(shape) or any(n is not None and n != m for n, m in zip(shape, array.shape, strict=False)):
         needed = ", ".join("any" if n is None else str(n) for n in shape)
-        raise InputError(f"{called} has shape {array.shape}, but ({needed}) is needed")
+        raise InputError(f"{field_name} has shape {array.shape}, but ({needed}) is needed")
     if wanted.kind in "fc" and not np.isfinite(array).all():
         bad = int(np.argmin(np.isfinite(array)))
-        raise InputError(f"{called} holds a value that is not finite (flat index {bad}): remove or repair it")
+        raise InputError(f"{field_name} holds a value that is not finite (flat index {bad}): remove or repair it")
     if (array is given and array.flags.writeable) or array.base is not None:
         array = array.copy()
     array.flags.writeable = False
     return array
 
 
-def _check_increasing(called: str, axis: NDArray[Any]) -> None:
+def _check_increasing(field_name: str, axis: NDArray[Any]) -> None:
     if len(axis) > 1 and not (np.diff(axis) > 0).all():
         at = int(np.argmin(np.diff(axis) > 0))
         raise InputError(
-            f"{called} must increase strictly, but goes {axis[at]:g} → {axis[at + 1]:g} at index {at}: sort it"
+            f"{field_name} must increase strictly, but goes {axis[at]:g} → {axis[at + 1]:g} at index {at}: sort it"
         )
 
 
-def _tuple(called: str, given: Any, kind: Any) -> tuple[Any, ...]:
+def _tuple(field_name: str, given: Any, kind: Any) -> tuple[Any, ...]:
     """Return distinct names, labels, or whole numbers, as a tuple."""
-    require(isinstance(given, Iterable) and not isinstance(given, str), f"{called} = {given!r} are no names")
+    require(isinstance(given, Iterable) and not isinstance(given, str), f"{field_name} = {given!r} are no names")
     if kind is str:
         names = tuple(given)
-        check_names(names, called)
+        check_names(names, field_name)
         return names
     if kind is Label:
         return tuple(Label(text) for text in given)
     numbers = tuple(given)
-    require(all(is_whole(number) for number in numbers), f"{called} = {numbers} must be whole numbers")
+    require(all(is_whole(number) for number in numbers), f"{field_name} = {numbers} must be whole numbers")
     return tuple(int(number) for number in numbers)
 
 
-def _number(called: str, given: Any, _: Any) -> float:
-    require(isinstance(given, Real) and not isinstance(given, bool), f"{called} = {given!r} must be a number")
-    require(isfinite(given), f"{called} = {given} must be finite")
+def _number(field_name: str, given: Any, _: Any) -> float:
+    require(isinstance(given, Real) and not isinstance(given, bool), f"{field_name} = {given!r} must be a number")
+    require(isfinite(given), f"{field_name} = {given} must be finite")
     return float(given)
 
 
@@ -305,13 +305,13 @@ def _whole(called: str, given: Any, _: Any) -> int:
     return int(given)
 
 
-def _flag(called: str, given: Any, _: Any) -> bool:
-    require(isinstance(given, bool | np.bool_), f"{called} = {given!r} must be True or False")
+def _flag(field_name: str, given: Any, _: Any) -> bool:
+    require(isinstance(given, bool | np.bool_), f"{field_name} = {given!r} must be True or False")
     return bool(given)
 
 
-def _as_given(called: str, given: Any, kind: Any) -> Any:
-    require(isinstance(given, kind), f"{called} = {str(given)[:60]} must be a {kind.__name__}")
+def _unconverted(field_name: str, given: Any, kind: Any) -> Any:
+    require(isinstance(given, kind), f"{field_name} = {str(given)[:60]} must be a {kind.__name__}")
     return given
 
 

@@ -77,15 +77,15 @@ class BearingForces(HandOff):
             )
         return history
 
-    def in_order(self, names: tuple[str, ...]) -> FloatArray:
+    def sort_bearings(self, names: tuple[str, ...]) -> FloatArray:
         """Return the force (n_t, 3 n_bearing) N with the bearings in the order of `names`, which must be the same."""
-        return np.asarray(_in_order(self.force, self.names, names).reshape(len(self.time), -1))
+        return np.asarray(_sort_bearings(self.force, self.names, names).reshape(len(self.time), -1))
 
 
 class ForceSpectrum(HandOff):
     """Bearing force spectra, single-sided complex peak amplitudes under e^{+jωt}."""
 
-    frequency: FloatArray = array("Hz", "frequency", "frequency", at_least=0.0)
+    frequency: FloatArray = array("Hz", "frequency", "frequency", lower_limit=0.0)
     force: ComplexArray = array("N", "frequency, bearing, axis", "bearing force spectrum, peak")
     names: tuple[str, ...] = array("", "bearing", "bearing names")
     input_speed: float = value("rad/s", "speed of the input shaft, 0 where it varies", default=0.0)
@@ -96,21 +96,21 @@ class ForceSpectrum(HandOff):
             f"ForceSpectrum.input_speed = {self.input_speed} rad/s must not be negative: 0 where it varies",
         )
 
-    def in_order(self, names: tuple[str, ...]) -> ComplexArray:
+    def sort_bearings(self, names: tuple[str, ...]) -> ComplexArray:
         """Return the force (n_f, 3 n_bearing) N with the bearings in the order of `names`, which must be the same."""
-        return _in_order(self.force, self.names, names).reshape(len(self.frequency), -1)
+        return _sort_bearings(self.force, self.names, names).reshape(len(self.frequency), -1)
 
 
-def _in_order(force: Any, given: tuple[str, ...], names: tuple[str, ...]) -> Any:
-    """Sort the forces (n, n_bearing, 3) of the bearings `given` in the order of `names`."""
+def _sort_bearings(force: Any, bearings: tuple[str, ...], names: tuple[str, ...]) -> Any:
+    """Sort the forces (n, n_bearing, 3) of the bearings `bearings` in the order of `names`."""
     require(
         isinstance(names, Sequence) and all(isinstance(name, str) for name in names),
         f"{names!r} are no names of bearings: give a sequence of texts",
     )
-    unknown, missing = sorted(set(given) - set(names)), sorted(set(names) - set(given))
+    unknown, missing = sorted(set(bearings) - set(names)), sorted(set(names) - set(bearings))
     require(
         not unknown and not missing,
         f"bearing names differ: the housing has {', '.join(names)}; unknown to it: "
         f"{', '.join(unknown) or 'none'}; without force: {', '.join(missing) or 'none'}",
     )
-    return force[:, [given.index(name) for name in names]]
+    return force[:, [bearings.index(name) for name in names]]

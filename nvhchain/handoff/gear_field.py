@@ -26,20 +26,20 @@ class GearField(HandOff):
         "1", "element, element_node", "nodes of bricks (20) or tetrahedra (10), in the order of VTK", fewest=1
     )
     displacement: FloatArray = array("m", "node, axis", "displacement of the nodes, bore held")
-    von_mises: FloatArray = array("Pa", "node", "equivalent stress (von Mises), averaged at the nodes", at_least=0.0)
+    von_mises: FloatArray = array("Pa", "node", "equivalent stress (von Mises), averaged at the nodes", lower_limit=0.0)
     gear: str = value("", "pinion or wheel")
     angle: float = value("rad", "wheel angle of the pair")
-    teeth: int = value("1", "number of teeth", at_least=1)
-    module: float = value("m", "normal module", at_least=1e-6)
+    teeth: int = value("1", "number of teeth", lower_limit=1)
+    module: float = value("m", "normal module", lower_limit=1e-6)
     twist: float = value("rad/m", "turn of the teeth along z")
     mate_direction: float = value("rad", "direction of the mating gear's axis, counter-clockwise from the x axis")
-    slice_tooth: IntArray = array("1", "slice", "tooth that carries the slice, from 0", at_least=0)
+    slice_tooth: IntArray = array("1", "slice", "tooth that carries the slice, from 0", lower_limit=0)
     slice_point: FloatArray = array("m", "slice, axis", "points of contact on the flanks")
     slice_force: FloatArray = array("N", "slice, axis", "force on the gear, friction included")
     local_deflection: FloatArray = array(
-        "m", "slice", "local deflection of both flanks along their normal, apart from the displacement", at_least=0.0
+        "m", "slice", "local deflection of both flanks along their normal, apart from the displacement", lower_limit=0.0
     )
-    friction: float = value("1", "coefficient of friction in the forces", default=0.0, at_least=0.0)
+    friction: float = value("1", "coefficient of friction in the forces", default=0.0, lower_limit=0.0)
 
     def _check(self) -> None:
         require(self.gear in ("pinion", "wheel"), f"GearField.gear = {self.gear!r}: pinion or wheel")

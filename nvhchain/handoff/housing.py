@@ -15,7 +15,7 @@ from nvhchain.handoff.surface import Surface
 LINES_PER_PRODUCT = 512
 """Frequency lines per matrix product."""
 
-_AT_RESONANCE = 1e-9
+_RESONANCE_DISTANCE = 1e-9
 """Relative distance of ω² and ω_r² below which an undamped response is pure rounding error."""
 
 
@@ -28,7 +28,7 @@ class ReducedHousing(HandOff):
     critical at the lines of a spectrum. In time all damping is viscous.
     """
 
-    natural_frequency: FloatArray = array("Hz", "mode", "natural frequency, rising", at_least=0.0)
+    natural_frequency: FloatArray = array("Hz", "mode", "natural frequency, rising", lower_limit=0.0)
     modal_damping: FloatArray = array("1", "mode", "fraction of critical damping")
     seat_shapes: FloatArray = array("kg-1/2", "mode, bearing, axis", "mode shapes at the seats")
     normal_shapes: FloatArray = array("kg-1/2", "mode, face", "outward mode shapes of the faces")
@@ -89,7 +89,7 @@ class ReducedHousing(HandOff):
         zeta = self.modal_damping if damping is None else damping[:, None]
         stiff = natural**2 - omega**2
         loss = 2 * zeta * natural * (natural if structural else omega)
-        endless = (np.abs(stiff) <= _AT_RESONANCE * natural**2) & (loss <= _AT_RESONANCE * natural**2)
+        endless = (np.abs(stiff) <= _RESONANCE_DISTANCE * natural**2) & (loss <= _RESONANCE_DISTANCE * natural**2)
         if endless.any():
             line, mode = np.argwhere(endless)[0]
             raise InputError(
@@ -138,7 +138,7 @@ class SurfaceVelocity(HandOff):
     A superposition stores its two factors; `normal_velocity` is computed at the first access.
     """
 
-    frequency: FloatArray = array("Hz", "frequency", "frequency", at_least=0.0)
+    frequency: FloatArray = array("Hz", "frequency", "frequency", lower_limit=0.0)
     normal_velocity: ComplexArray = array(
         "m/s", "frequency, face", "outward normal velocity, peak", made_by=_superposed
     )

@@ -20,7 +20,7 @@ class MeshLaw(HandOff):
     tilt is that in the plane of action, over slices of the same stiffness; absent where unknown.
     """
 
-    angle: FloatArray = array("rad", "angle", "wheel angle", at_least=0.0)
+    angle: FloatArray = array("rad", "angle", "wheel angle", lower_limit=0.0)
     deflection: FloatArray = array("m", "deflection", "mesh deflection, > 0 closes the drive flank", fewest=2)
     force: FloatArray = array("N", "angle, deflection", "mesh force along the flank normal")
     period: float = value("rad", "wheel angle after which the law repeats")
@@ -60,7 +60,7 @@ class LoadDistribution(HandOff):
     along the line of action.
     """
 
-    angle: FloatArray = array("rad", "angle", "wheel angle", at_least=0.0)
+    angle: FloatArray = array("rad", "angle", "wheel angle", lower_limit=0.0)
     period: float = value("rad", "wheel angle after which the distribution repeats")
     sliding: FloatArray = array("1", "angle", "mean sense of sliding: 1 where the pinion slides ahead, else −1")
     arm: FloatArray = array("m", "angle", "mean distance from the pinion's base tangent point")

@@ -11,7 +11,7 @@ from nvhchain.handoff.surface import Surface
 class FieldPressure(HandOff):
     """Sound pressure at field points."""
 
-    frequency: FloatArray = array("Hz", "frequency", "frequency", at_least=0.0)
+    frequency: FloatArray = array("Hz", "frequency", "frequency", lower_limit=0.0)
     points: FloatArray = array("m", "point, axis", "field points")
     pressure: ComplexArray = array("Pa", "frequency, point", "sound pressure, peak")
     input_speed: float = value("rad/s", "speed of the input shaft, 0 if there is none", default=0.0)
@@ -31,7 +31,7 @@ class PressureHistory(HandOff):
 class SurfacePressure(HandOff):
     """Sound pressure at the vertices of the radiating surface."""
 
-    frequency: FloatArray = array("Hz", "frequency", "frequency", at_least=0.0)
+    frequency: FloatArray = array("Hz", "frequency", "frequency", lower_limit=0.0)
     pressure: ComplexArray = array("Pa", "frequency, vertex", "sound pressure at the vertices, peak")
     surface: Surface = value("", "radiating surface")
     accuracy: SoundAccuracy = value("", "stated accuracy", default=SoundAccuracy())
@@ -40,7 +40,7 @@ class SurfacePressure(HandOff):
 class SoundPower(HandOff):
     """Time-averaged radiated sound power."""
 
-    frequency: FloatArray = array("Hz", "frequency", "frequency", at_least=0.0)
+    frequency: FloatArray = array("Hz", "frequency", "frequency", lower_limit=0.0)
     power: FloatArray = array("W", "frequency", "radiated sound power, time average")
     input_speed: float = value("rad/s", "speed of the input shaft, 0 if there is none", default=0.0)
     accuracy: SoundAccuracy = value("", "stated accuracy", default=SoundAccuracy())
@@ -49,7 +49,7 @@ class SoundPower(HandOff):
 class RadiationEfficiency(HandOff):
     """Radiation efficiency of a moving surface at the lines of its motion."""
 
-    frequency: FloatArray = array("Hz", "frequency", "frequency", at_least=0.0)
+    frequency: FloatArray = array("Hz", "frequency", "frequency", lower_limit=0.0)
     efficiency: FloatArray = array("1", "frequency", "sound power over that of plane waves from every face, ρcS⟨v²⟩")
     input_speed: float = value("rad/s", "speed of the input shaft, 0 if there is none", default=0.0)
     accuracy: SoundAccuracy = value("", "stated accuracy", default=SoundAccuracy())
@@ -58,7 +58,7 @@ class RadiationEfficiency(HandOff):
 class Directivity(HandOff):
     """Directivity of a source at the lines of its sound."""
 
-    frequency: FloatArray = array("Hz", "frequency", "frequency", at_least=0.0)
+    frequency: FloatArray = array("Hz", "frequency", "frequency", lower_limit=0.0)
     points: FloatArray = array("m", "point, axis", "field points")
     index: FloatArray = array("dB", "frequency, point", "level at a point over that of the same power spread evenly")
     input_speed: float = value("rad/s", "speed of the input shaft, 0 if there is none", default=0.0)

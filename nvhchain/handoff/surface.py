@@ -14,7 +14,7 @@ from nvhchain.handoff.base import FloatArray, HandOff, IntArray
 from nvhchain.handoff.declared import array, value
 
 
-def bodies_of(triangles: IntArray) -> IntArray:
+def body_numbers(triangles: IntArray) -> IntArray:
     """Return the number (n_face,) of the connected body of every triangle (n_face, 3)."""
     edges = triangles[:, [0, 1, 1, 2]].reshape(-1, 2).T
     count = int(triangles.max()) + 1
@@ -71,7 +71,7 @@ class Surface(HandOff):
 
     def _check_outward(self) -> None:
         """Refuse bodies without a positive volume, such as the wall of a closed cavity, which radiates no sound."""
-        body = bodies_of(self.triangles)
+        body = body_numbers(self.triangles)
         first = np.unique(body, return_index=True)[1]
         origin = self.vertices[self.triangles[first, 0]][body]
         volume = np.bincount(body, np.einsum("ij,ij->i", self._cross, self.centroids - origin)) / 6.0

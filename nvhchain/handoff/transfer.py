@@ -68,7 +68,7 @@ class TransferVectors(HandOff):
     Their phase is that of the longer path.
     """
 
-    frequency: FloatArray = array("Hz", "frequency", "master frequency", at_least=0.0)
+    frequency: FloatArray = array("Hz", "frequency", "master frequency", lower_limit=0.0)
     points: FloatArray = array("m", "point, axis", "field points", fewest=1)
     vectors: ComplexArray = array("Pa s/m", "frequency, point, face", "acoustic transfer vectors")
     surface: Surface = value("", "radiating surface")
@@ -114,7 +114,7 @@ class TransferVectors(HandOff):
 class ModalTransferVectors(HandOff):
     """Transfer vectors times the shapes of a reduced housing, at the lines of a load: p = modes · q̇ + residual · Ḟ."""
 
-    frequency: FloatArray = array("Hz", "frequency", "frequency", at_least=0.0)
+    frequency: FloatArray = array("Hz", "frequency", "frequency", lower_limit=0.0)
     points: FloatArray = array("m", "point, axis", "field points")
     modes: ComplexArray = array(
         "Pa s m-1 kg-1/2", "frequency, point, mode", "pressure per velocity of a modal coordinate"
@@ -129,7 +129,7 @@ class ModalTransferVectors(HandOff):
 class NoiseTransferFunctions(HandOff):
     """Sound pressure per bearing force: p = functions · F."""
 
-    frequency: FloatArray = array("Hz", "frequency", "frequency", at_least=0.0)
+    frequency: FloatArray = array("Hz", "frequency", "frequency", lower_limit=0.0)
     points: FloatArray = array("m", "point, axis", "field points")
     functions: ComplexArray = array("Pa/N", "frequency, point, bearing, axis", "pressure per bearing force")
     names: tuple[str, ...] = array("", "bearing", "bearing names")
@@ -151,7 +151,7 @@ class RadiationResistance(HandOff):
     mean edges per wave on the walls.
     """
 
-    frequency: FloatArray = array("Hz", "frequency", "master frequency", at_least=0.0)
+    frequency: FloatArray = array("Hz", "frequency", "master frequency", lower_limit=0.0)
     waves: ComplexArray = array(
         "", "frequency, wave, column", "spherical waves, W^1/2 per unit velocity of a coordinate"
     )
@@ -187,7 +187,7 @@ class RadiationResistance(HandOff):
 class SolvedBand(HandOff):
     """Values of a step at a few consecutive frequencies: a checkpoint that is kept until the step is done."""
 
-    frequency: FloatArray = array("Hz", "frequency", "frequency", at_least=0.0)
+    frequency: FloatArray = array("Hz", "frequency", "frequency", lower_limit=0.0)
     values: ComplexArray = array("", "frequency, value", "values of a step, one row a frequency")
     shape: IntArray = array("1", "dimension", "shape of the values of one frequency")
     record: SolverRecord = value("", "how the systems were solved", default=SolverRecord())

@@ -21,14 +21,14 @@ from nvhchain.fem import frequency_errors, rigid_map, stiffness_and_mass
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, HousingAccuracy, ReducedHousing, Surface, warn_of
 from nvhchain.housing.casting.casting import Casting
-from nvhchain.housing.casting.mesh import HousingMesh, mesh_casting, on_engine_plane, radiating_surface
+from nvhchain.housing.casting.mesh import HousingMesh, engine_plane_faces, mesh_casting, radiating_surface
 from nvhchain.housing.modes.damping import damping_of_modes
 from nvhchain.housing.modes.seat_modes import seat_modes
 from nvhchain.housing.modes.seat_modes import seat_unknowns as seat_unknowns
 from nvhchain.housing.modes.truncation import (
+    exclude_modes,
     fewest_modes,
     truncation_report,
-    without_modes,
     worst_level,
 )
 from nvhchain.housing.skin.mapping_error import skin_sources, stated_mapping_errors
@@ -37,7 +37,7 @@ from nvhchain.housing.skin.thin_walls import stiffening
 
 _STEPS = 6
 
-_AT_EDGES = 0.13
+_EDGE_FACTOR = 0.13
 """Error of a casting's natural frequencies over the estimate from stress jumps, mostly at edges between walls.
 
 Elements of 13 and 10.5 mm against 9 mm: in the mean 0.10 and 0.06 in walls of 5 mm, 0.13 and 0.07 on the gearbox of the
@@ -113,10 +113,10 @@ def reduce_housing(
         mesh = mesh_casting(casting, fidelity)
         tell(1, _STEPS)
         surface = enveloped.result()
-    silent = on_engine_plane(surface)
+    silent = engine_plane_faces(surface)
     motion = normal_motion(mesh.nodes, mesh.skin, surface, silent, fidelity.samples_per_face)
     tell(2, _STEPS)
-    reduce_to = partial(reduce_mesh, mesh, casting, surface, motion, f_max=f_max, tell=lambda n: tell(n + 2, _STEPS))
+    reduce_to = partial(reduce_mesh, mesh, casting, surface, motion, f_max=f_max, report=lambda n: tell(n + 2, _STEPS))
     return finished(accurate(reduce_to, f_max, fidelity), fidelity)
 
 
@@ -131,7 +131,7 @@ def accurate(reduce_to: Callable[[float], ReducedHousing], f_max: float, fidelit
         reduced = reduce_to(f_top)
         keep = fewest_modes(reduced, f_max, tolerance)
         if keep is not None:
-            few = without_modes(reduced, keep)
+            few = exclude_modes(reduced, keep)
             return few.replace(accuracy=few.accuracy | truncation_report(reduced, f_max, modes=keep))
         # the error falls about with the square of f_top
         excess = worst_level(reduced, f_max) / tolerance
@@ -146,10 +146,10 @@ def finished(housing: ReducedHousing, fidelity: HousingFidelity) -> ReducedHousi
     """Return the housing as the fidelity asks for it, with warnings of its stated accuracy."""
     asked = housing.accuracy.replace(mapping_tolerance_db=fidelity.mapping_tolerance_db)
     warn_of(asked)
-    return with_residual(housing.replace(accuracy=asked), fidelity)
+    return apply_residual_knob(housing.replace(accuracy=asked), fidelity)
 
 
-def with_residual(housing: ReducedHousing, fidelity: HousingFidelity) -> ReducedHousing:
+def apply_residual_knob(housing: ReducedHousing, fidelity: HousingFidelity) -> ReducedHousing:
     """Return the housing as it is, or with modes alone if the fidelity has no residual flexibility.
 
     The excluded modes then do not move at all. The stated truncation error no longer holds and is removed.
@@ -212,7 +212,7 @@ def reduce_mesh(
     surface: Surface,
     motion: sp.csr_matrix,
     f_top: float,
-    tell: Any = lambda step: None,
+    report: Any = lambda step: None,
     f_max: float | None = None,
 ) -> ReducedHousing:
     """Reduce a meshed casting to its modes up to f_top (Hz); `motion` maps nodal to normal face displacements.
@@ -222,12 +222,12 @@ def reduce_mesh(
     The accuracy also states the estimated error of every natural frequency due to the elements.
     """
     K, M, T = held_matrices(mesh, casting)
-    tell(1)
+    report(1)
     to_faces, count = sp.csr_matrix(motion @ T), len(casting.bores)
-    tell(2)
+    report(2)
     modes = seat_modes(K, M, count, f_top)
     errors = frequency_errors(mesh.nodes, mesh.elements, casting.material, T @ modes.shapes, modes.frequency)
-    tell(3)
+    report(3)
     reduced = ReducedHousing(
         natural_frequency=modes.frequency,
         modal_damping=damping_of_modes(casting.modal_damping, modes.frequency),
@@ -240,7 +240,7 @@ def reduce_mesh(
         surface=surface,
         structural_damping=casting.structural_damping,
         accuracy=HousingAccuracy(
-            frequency_error=_AT_EDGES * errors, residual_mass=modes.residual_mass.reshape(count, 3, count, 3)
+            frequency_error=_EDGE_FACTOR * errors, residual_mass=modes.residual_mass.reshape(count, 3, count, 3)
         ),
     )
     if f_max is not None:
@@ -249,7 +249,7 @@ def reduce_mesh(
         flux = displaced @ T
         mapped = stated_mapping_errors(reduced, places, flux @ modes.shapes, flux @ modes.residual, f_max)
         reduced = reduced.replace(accuracy=reduced.accuracy | mapped)
-    tell(4)
+    report(4)
     return reduced
 
 

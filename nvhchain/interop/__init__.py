@@ -1,6 +1,5 @@
 """Files of other programs: import and export of hand-offs."""
 
-from nvhchain.interop.common.units import UNIT_SYSTEMS
 from nvhchain.interop.forces.channels import Record
 from nvhchain.interop.forces.force_channels import BearingChannels, ForceChannels
 from nvhchain.interop.forces.forces import read_bearing_forces, read_record, write_bearing_forces
@@ -8,6 +7,7 @@ from nvhchain.interop.models import read_modal_model, read_solid_model
 from nvhchain.interop.modes.modal_hdf5 import read_modal_hdf5, write_modal_hdf5
 from nvhchain.interop.modes.modal_uff import read_modal_uff
 from nvhchain.interop.modes.modal_uff_out import write_modal_uff
+from nvhchain.interop.notation.units import UNIT_SYSTEMS
 from nvhchain.interop.solids.abaqus import read_abaqus
 from nvhchain.interop.solids.nastran import read_nastran
 from nvhchain.interop.solids.writers import write_abaqus, write_nastran

@@ -10,11 +10,11 @@ from scipy.io import savemat
 
 from nvhchain.errors import require
 from nvhchain.fem.superelement import CraigBampton
-from nvhchain.files.whole import in_memory, write_output
+from nvhchain.files.atomic_write import content_of, write_output
 from nvhchain.handoff import FloatArray
 from nvhchain.interop.solids.writers import real16
 
-_PER_SEAT = 6
+_SEAT_FREEDOMS = 6
 _DOUBLE, _SYMMETRIC = 2, 6
 """Type and form of a DMIG matrix: real double precision, symmetric (one triangle is given)."""
 
@@ -49,7 +49,7 @@ def write_craig_bampton(model: CraigBampton, path: str | Path) -> Path:
     check_craig_bampton_path(path)
     if path.suffix == ".mat":
         content = _content(model)
-        return write_output(path, in_memory(lambda file: savemat(file, content, appendmat=False, oned_as="column")))
+        return write_output(path, content_of(lambda file: savemat(file, content, appendmat=False, oned_as="column")))
     return write_output(path, (f"{line}\n".encode() for line in _bulk_data(model)))
 
 
@@ -80,7 +80,7 @@ def _bulk_data(model: CraigBampton) -> Iterator[str]:
         yield f"{'*':8}{z:>16}"
     if modes:
         yield f"{'SPOINT':8}{seats + 1:8d}{'THRU':8}{seats + modes:8d}"
-    points = [(1 + i // _PER_SEAT, 1 + i % _PER_SEAT) for i in range(_PER_SEAT * seats)]
+    points = [(1 + i // _SEAT_FREEDOMS, 1 + i % _SEAT_FREEDOMS) for i in range(_SEAT_FREEDOMS * seats)]
     points += [(seats + i, 0) for i in range(1, modes + 1)]
     yield from _dmig("KHOUSE", model.stiffness, points)
     yield from _dmig("MHOUSE", model.mass, points)

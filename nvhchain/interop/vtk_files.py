@@ -17,9 +17,9 @@ from nvhchain.conventions import REFERENCE_VELOCITY
 from nvhchain.errors import require
 from nvhchain.fem import mesh_files
 from nvhchain.fem.mesh_files import MeshFile
-from nvhchain.files.whole import in_memory, write_output
+from nvhchain.files.atomic_write import content_of, write_output
 from nvhchain.handoff import FloatArray, GearField, ReducedHousing, Surface, SurfaceVelocity
-from nvhchain.interop.common.surface_motion import vertex_motion
+from nvhchain.interop.notation.surface_motion import vertex_motion
 from nvhchain.levels import decibel
 
 TRIANGLE = 5
@@ -171,7 +171,7 @@ def _write(
             for kind, data, size in (("CellData", cells, faces), ("PointData", points, vertices)):
                 _stack(root, time, kind, data, size, count)
 
-    return write_output(Path(path), in_memory(write))
+    return write_output(Path(path), content_of(write))
 
 
 def _stack(root: Any, time: Any, kind: str, data: Mapping[str, FloatArray], size: int, count: int) -> None:

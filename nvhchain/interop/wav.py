@@ -8,7 +8,7 @@ import numpy as np
 from scipy.io import wavfile
 
 from nvhchain.errors import require
-from nvhchain.files.whole import in_memory, write_whole
+from nvhchain.files.atomic_write import content_of, write_atomic
 from nvhchain.handoff import FieldPressure, FloatArray, PressureHistory
 from nvhchain.levels import time_history
 
@@ -78,4 +78,4 @@ def _write(signal: FloatArray, sample_rate: float, path: Path, full_scale: float
     peak = float(np.abs(signal).max())
     require(peak <= full_scale, f"signal peak {peak:g} Pa exceeds full scale {full_scale:g} Pa: raise full_scale")
     samples = np.rint(signal / full_scale * 32767).astype(np.int16)
-    return write_whole(path, in_memory(lambda file: wavfile.write(file, round(sample_rate), samples)))
+    return write_atomic(path, content_of(lambda file: wavfile.write(file, round(sample_rate), samples)))

@@ -108,7 +108,7 @@ def periodic_response(
         isfinite(start) and isfinite(stop) and start > 0 and stop > 0 and start != stop,
         f"{start:g} → {stop:g} Hz: two different frequencies, positive and finite",
     )
-    balance = _Balance.of(pair, fidelity)
+    balance = _Balance.set_up(pair, fidelity)
     towards = float(np.sign(stop - start))
     u = np.zeros(2 * balance.harmonics + 2)
     u[0], u[-1] = 1.0 + pair.half_backlash / balance.length, start / balance.unit
@@ -163,7 +163,7 @@ class _Balance:
     projection: FloatArray
 
     @classmethod
-    def of(cls, pair: GearPair, fidelity: LumpedFidelity) -> _Balance:
+    def set_up(cls, pair: GearPair, fidelity: LumpedFidelity) -> _Balance:
         """Set up the balance of `pair`; too few samples or a missing load are an InputError."""
         require(
             fidelity.harmonic_samples >= 8 * fidelity.harmonics,
@@ -252,8 +252,8 @@ class _Balance:
             u -= np.linalg.solve(np.vstack([derivative, normal]), np.append(res, 0.0))
         raise SolverError(f"harmonic balance did not converge at {u[-1] * self.unit:g} Hz")
 
-    def tangent(self, u: FloatArray, along: FloatArray) -> FloatArray:
-        """Return the unit tangent of the curve at `u`, on the side of `along`."""
+    def tangent(self, u: FloatArray, towards: FloatArray) -> FloatArray:
+        """Return the unit tangent of the curve at `u`, on the side of `towards`."""
         _, derivative = self.residual(u)
-        direction = np.linalg.solve(np.vstack([derivative, along]), np.eye(len(u))[-1])
+        direction = np.linalg.solve(np.vstack([derivative, towards]), np.eye(len(u))[-1])
         return np.asarray(direction / np.linalg.norm(direction))

@@ -133,7 +133,7 @@ class Motion:
     state: FloatArray
 
 
-def at_static_equilibrium(pairs: Sequence[GearPair]) -> FloatArray:
+def static_equilibrium(pairs: Sequence[GearPair]) -> FloatArray:
     """Return the state (2, n_pair) at rest on the drive flank at angle 0."""
     return np.array([[p.half_backlash + p.force / p.stiffness[0] for p in pairs], [0.0] * len(pairs)])
 
@@ -179,7 +179,7 @@ def integrate(
     A periodic cubic spline gives the stiffness between its samples.
     """
     require(len(pairs) > 0, "no gear pair given: at least one is needed")
-    start = at_static_equilibrium(pairs) if state is None else np.array(state, dtype=float)
+    start = static_equilibrium(pairs) if state is None else np.array(state, dtype=float)
     require(start.shape == (2, len(pairs)), f"state has shape {start.shape}, but (2, {len(pairs)}) is needed")
     _check_steps(pairs, windows, fidelity)
     groups: dict[tuple[int, int], list[int]] = {}

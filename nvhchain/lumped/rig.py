@@ -130,7 +130,7 @@ def rig_modes(rig: TorsionalRig) -> RigModes:
 
 
 @checked
-def mesh_cross_response(rig: TorsionalRig, frequency: FloatArray, *, at: str, due_to: str) -> ComplexArray:
+def mesh_cross_response(rig: TorsionalRig, frequency: FloatArray, *, mesh: str, due_to: str) -> ComplexArray:
     """Return the twist of one mesh per torque that opens a mesh: sum over the elastic modes, under e^{+jωt}.
 
     Parameters
@@ -139,7 +139,7 @@ def mesh_cross_response(rig: TorsionalRig, frequency: FloatArray, *, at: str, du
         Test rig.
     frequency : (n_f,) array
         Frequencies (Hz).
-    at : {'test', 'reaction'}
+    mesh : {'test', 'reaction'}
         Mesh at which the twist is taken.
     due_to : {'test', 'reaction'}
         Mesh that the torque opens.
@@ -159,7 +159,7 @@ def mesh_cross_response(rig: TorsionalRig, frequency: FloatArray, *, at: str, du
     The opposite torques of a mesh do not turn the ring as a whole, so the response stays finite at 0 Hz. Multiplied by
     the square of the base radius, which is equal at both meshes, it is the transmission error per mesh force (m/N).
     """
-    for name, value in (("at", at), ("due_to", due_to)):
+    for name, value in (("at", mesh), ("due_to", due_to)):
         require(value in MESHES, f"{name} = {value!r}: choose from {', '.join(MESHES)}")
     frequency = np.asarray(frequency, dtype=float)
     require(
@@ -169,7 +169,7 @@ def mesh_cross_response(rig: TorsionalRig, frequency: FloatArray, *, at: str, du
     modes = rig_modes(rig)
     natural = 2.0 * np.pi * modes.frequency
     omega = 2.0 * np.pi * frequency[:, None]
-    participation = modes.twist[MESHES.index(at)] * modes.twist[MESHES.index(due_to)]
+    participation = modes.twist[MESHES.index(mesh)] * modes.twist[MESHES.index(due_to)]
     modal = natural**2 - omega**2 + 2j * rig.damping_ratio * natural * omega
     return np.asarray((participation / modal).sum(axis=1))
 

@@ -370,12 +370,12 @@ def _steady_windows(pairs: Sequence[GearPair], frequency: FloatArray, fidelity: 
 
 
 def _response(
-    pairs: Sequence[GearPair], frequency: FloatArray, motion: Motion, per_speed: int, *, settling: int
+    pairs: Sequence[GearPair], frequency: FloatArray, motion: Motion, windows_per_speed: int, *, settling: int
 ) -> SweepResponse:
     """Join the windows of each speed, mesh cycles of equal length, after the first `settling`."""
     n_f, n_pair = len(frequency), len(pairs)
     mean, rms, lowest, highest = (
-        v[: n_f * per_speed].reshape(n_f, per_speed, n_pair)[:, settling:]
+        v[: n_f * windows_per_speed].reshape(n_f, windows_per_speed, n_pair)[:, settling:]
         for v in (motion.mean, motion.rms, motion.lowest, motion.highest)
     )
     within = np.square(rms).mean(axis=1)

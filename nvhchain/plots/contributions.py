@@ -63,7 +63,7 @@ def contribution_bars(
     pressure: ComplexArray,
     *,
     frequency: float,
-    most: int = 12,
+    count: int = 12,
     title: str = "",
     ax: Axes | None = None,
 ) -> Axes:
@@ -77,7 +77,7 @@ def contribution_bars(
         Pressure of each part (Pa).
     frequency : float
         Frequency in the title (Hz).
-    most : int
+    count : int
         Largest number of bars; the others are summed in one bar.
     title : str
         Title.
@@ -94,7 +94,7 @@ def contribution_bars(
     require(abs(total) > 0, "the parts add up to silence: there is nothing to share")
     share = (np.asarray(pressure) * np.conj(total)).real / abs(total) ** 2
     order = np.argsort(-np.abs(share))
-    kept, rest = order[:most], order[most:]
+    kept, rest = order[:count], order[count:]
     labels = [names[i] for i in kept] + ([f"{len(rest)} others"] if len(rest) else [])
     values = np.r_[share[kept], share[rest].sum()] if len(rest) else share[kept]
     if ax is None:

@@ -11,7 +11,7 @@ from typing import Any
 from nvhchain.errors import require
 
 ABSENT = "–"
-HEARD_DOWN_TO = 100.0
+AUDIBLE_RANGE = 100.0
 """Range (dB) below the strongest line of a configuration; lower values are rounding of a Fourier transform."""
 
 
@@ -77,7 +77,7 @@ def difference_table(configurations: Mapping[str, Mapping[str, Any]], *, stronge
         loudest = max((float(line["level_db"]) for line in summary["orders"]), default=0.0)
         for line in summary["orders"]:
             order, level = round(float(line["order"]), 6), float(line["level_db"])
-            if level > loudest - HEARD_DOWN_TO:
+            if level > loudest - AUDIBLE_RANGE:
                 found.setdefault(order, {})[name] = level
                 frequency[order] = float(line["frequency_hz"])
     listed = sorted(sorted(found, key=lambda order: -max(found[order].values()))[:strongest])

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from matplotlib.axes import Axes
 
-from nvhchain.files.whole import in_memory, write_whole
+from nvhchain.files.atomic_write import content_of, write_atomic
 
 RESOLUTION = 150
 """Resolution of the figures (dots per inch)."""
@@ -17,4 +17,4 @@ def save(axes: Sequence[Axes], path: Path) -> None:
     """Save the figure of `axes` as PNG."""
     figure = axes[0].get_figure(root=True)
     assert figure is not None
-    write_whole(path, in_memory(lambda file: figure.savefig(file, dpi=RESOLUTION, format="png")))
+    write_atomic(path, content_of(lambda file: figure.savefig(file, dpi=RESOLUTION, format="png")))

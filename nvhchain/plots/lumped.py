@@ -18,8 +18,8 @@ MICRO = 1e6
 
 @styled
 def sweep_responses(
-    up: SweepResponse,
-    down: SweepResponse,
+    rising: SweepResponse,
+    falling: SweepResponse,
     names: Sequence[str],
     *,
     axes: Sequence[Axes] | None = None,
@@ -28,7 +28,7 @@ def sweep_responses(
 
     Parameters
     ----------
-    up, down : SweepResponse
+    rising, falling : SweepResponse
         Sweeps of the same pairs with rising and falling speed.
     names : sequence of str
         Names of the pairs.
@@ -45,16 +45,16 @@ def sweep_responses(
     A bar below the curves spans the speeds at which contact is lost during rising speed.
     """
     require(
-        len(names) == up.rms.shape[1] == down.rms.shape[1],
-        f"{len(names)} names for {up.rms.shape[1]} and {down.rms.shape[1]} pairs: one name per pair",
+        len(names) == rising.rms.shape[1] == falling.rms.shape[1],
+        f"{len(names)} names for {rising.rms.shape[1]} and {falling.rms.shape[1]} pairs: one name per pair",
     )
     (ax,) = panels(1, axes, height=5.2)
-    highest = MICRO * float(max(up.cycle_rms.max(), down.cycle_rms.max()))
+    highest = MICRO * float(max(rising.cycle_rms.max(), falling.cycle_rms.max()))
     for i, name in enumerate(names):
-        ax.plot(1e-3 * up.mesh_frequency, MICRO * up.cycle_rms[:, i], color=colour(i), label=name)
-        ax.plot(1e-3 * down.mesh_frequency, MICRO * down.cycle_rms[:, i], color=colour(i), linestyle=(0, (4, 2)))
-        lost = np.where(up.loses_contact[:, i], -0.02 * (i + 1) * highest, np.nan)
-        ax.plot(1e-3 * up.mesh_frequency, lost, color=colour(i), linewidth=3.0, solid_capstyle="butt")
+        ax.plot(1e-3 * rising.mesh_frequency, MICRO * rising.cycle_rms[:, i], color=colour(i), label=name)
+        ax.plot(1e-3 * falling.mesh_frequency, MICRO * falling.cycle_rms[:, i], color=colour(i), linestyle=(0, (4, 2)))
+        lost = np.where(rising.loses_contact[:, i], -0.02 * (i + 1) * highest, np.nan)
+        ax.plot(1e-3 * rising.mesh_frequency, lost, color=colour(i), linewidth=3.0, solid_capstyle="butt")
     ax.set_ylim(-0.02 * (len(names) + 1.5) * highest, 1.06 * highest)
     ax.set_xlabel("mesh frequency / kHz")
     ax.set_ylabel("RMS of dynamic error / µm")

@@ -73,7 +73,7 @@ def directivity_spectrum(directivities: Mapping[str, Directivity], *, axes: Axes
 
 @styled
 def directivity_polar(
-    directivities: Mapping[str, Directivity], at: Sequence[float], *, axes: PolarAxes | None = None
+    directivities: Mapping[str, Directivity], frequency: Sequence[float], *, axes: PolarAxes | None = None
 ) -> PolarAxes:
     """Draw the directivity index over the angle at field points on a circle.
 
@@ -81,7 +81,7 @@ def directivity_polar(
     ----------
     directivities : mapping of str to Directivity
         Configuration → directivity, at the same points.
-    at : sequence of float
+    frequency : sequence of float
         Frequencies (Hz); the nearest lines are drawn.
     axes : PolarAxes, optional
         Axes; those of a new figure by default.
@@ -107,7 +107,7 @@ def directivity_polar(
         all(place.shape == places[0].shape and np.allclose(place, places[0]) for place in places),
         "the directivities have different field points: draw them one by one",
     )
-    angle, names = _on_circle(places[0])
+    angle, names = _circle_angles(places[0])
     order = np.argsort(angle)
     gaps = np.diff(angle[order], append=angle[order[0]] + 2 * np.pi)
     if gaps[-1] <= 1.5 * gaps[:-1].max():  # all the way round
@@ -116,7 +116,7 @@ def directivity_polar(
     assert isinstance(ax, PolarAxes)
     top, count = -np.inf, 0
     for name, of in directivities.items():
-        for wanted in at:
+        for wanted in frequency:
             line = int(np.abs(of.frequency - wanted).argmin())
             label = f"{of.frequency[line]:.4g} Hz"
             index = of.index[line, order]
@@ -141,7 +141,7 @@ def directivity_polar(
     return ax
 
 
-def _on_circle(points: FloatArray) -> tuple[FloatArray, dict[int, str]]:
+def _circle_angles(points: FloatArray) -> tuple[FloatArray, dict[int, str]]:
     """Return angles (n_point,) rad of points (n_point, 3) on a circle, and names of the directions by degrees.
 
     Angles count about the circle's middle from the coordinate axis nearest to its plane.

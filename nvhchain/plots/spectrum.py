@@ -19,7 +19,7 @@ from nvhchain.plots.orders import OrderMarks, add_order_axis, draw_mesh_orders, 
 if TYPE_CHECKING:
     from nvhchain.error_band import ErrorBand
 
-APART = 1.6
+STEM_DISTANCE = 1.6
 """Distance (points) between the stems of two configurations at the same frequency."""
 
 HEADROOM = 12.0
@@ -129,7 +129,7 @@ def _plain_and_weighted(
         overall = [Line2D([], [], color=colour(index), linewidth=3.0) for index in range(len(lines))]
         values = [
             f"{name}: overall {10.0 * np.log10(max((10.0 ** (level / 10.0)).sum(), SILENCE)):.1f} {unit}"
-            + (f" ({_spoken(limits[name][1])})" if weighted and name in limits else "")
+            + (f" ({_limits_text(limits[name][1])})" if weighted and name in limits else "")
             for name, (_, level) in lines.items()
         ]
         ax.legend(overall, values, loc="upper right", ncols=len(lines))
@@ -140,7 +140,7 @@ def _plain_and_weighted(
     return drawn
 
 
-def _spoken(limits: FloatArray) -> str:
+def _limits_text(limits: FloatArray) -> str:
     from nvhchain.error_band import format_limits
 
     return format_limits([float(limit) for limit in limits])
@@ -235,7 +235,7 @@ def _draw(
         handles += [line for line in ax.lines if not str(line.get_label()).startswith("_")]
     heads: dict[str, Line2D] = {}
     for index, (name, (frequency, value)) in enumerate(lines.items()):
-        aside = APART * (index - (len(lines) - 1) / 2.0) / 72.0
+        aside = STEM_DISTANCE * (index - (len(lines) - 1) / 2.0) / 72.0
         shifted = ax.transData + ScaledTranslation(aside, 0.0, figure.dpi_scale_trans)
         seen = (value > floor) & (frequency > 0.0)
         ax.vlines(

@@ -15,7 +15,7 @@ from nvhchain.plots._style import MARK_LINES, panels, styled
 from nvhchain.plots.orders import OrderMarks
 from nvhchain.spectrum import Waterfall
 
-ACROSS = 700
+MAP_LINES = 700
 """Largest number of lines side by side in a map; of more lines, the strongest of neighbours is drawn."""
 
 
@@ -50,7 +50,7 @@ def waterfall_maps(
         One per configuration, with speed upwards and frequency or order to the right.
     """
     require(len(waterfalls) > 0, "no waterfall given: at least one configuration is needed")
-    kinds = {of.of_orders for of in waterfalls.values()}
+    kinds = {of.has_orders for of in waterfalls.values()}
     require(len(kinds) == 1, "some waterfalls are against frequency, some against order: plot them apart")
     sizes = {
         name: np.sqrt((np.abs(of.amplitude.reshape(*of.amplitude.shape[:2], -1)) ** 2).sum(axis=2))[:, 1:]
@@ -88,21 +88,21 @@ def waterfall_maps(
 
 
 def _strongest(axis: FloatArray, size: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return `axis` (n,) and `size` (n_window, n) with neighbouring lines merged to at most `ACROSS`."""
-    few = -(-len(axis) // ACROSS)
+    """Return `axis` (n,) and `size` (n_window, n) with neighbouring lines merged to at most `MAP_LINES`."""
+    few = -(-len(axis) // MAP_LINES)
     first = np.arange(0, len(axis), few)
     return np.add.reduceat(axis, first) / np.diff(np.append(first, len(axis))), np.maximum.reduceat(size, first, axis=1)
 
 
-def _draw_orders(ax: Axes, of: Waterfall, marks: OrderMarks) -> list[Line2D]:
+def _draw_orders(ax: Axes, waterfall: Waterfall, marks: OrderMarks) -> list[Line2D]:
     """Draw short strokes at the upper edge at the mesh harmonics of every stage; return the legend's entries."""
-    top, right = float(of.input_speed.max()) * 60.0 / (2.0 * np.pi), float(of.axis[-1])
+    top, right = float(waterfall.input_speed.max()) * 60.0 / (2.0 * np.pi), float(waterfall.axis[-1])
     handles = []
     for index, (stage, order) in enumerate(marks.mesh.items()):
         dashes: Any = MARK_LINES[index % len(MARK_LINES)][1]
-        for harmonic in marks.harmonics(stage, right if of.of_orders else 60.0 * right / top):
+        for harmonic in marks.harmonics(stage, right if waterfall.has_orders else 60.0 * right / top):
             foot = 0.93 * top
-            ends = [harmonic, harmonic] if of.of_orders else [harmonic * foot / 60.0, harmonic * top / 60.0]
+            ends = [harmonic, harmonic] if waterfall.has_orders else [harmonic * foot / 60.0, harmonic * top / 60.0]
             ax.plot(ends, [foot, top], color="white", linestyle=dashes, linewidth=1.2)
         handles.append(
             Line2D([], [], color="black", linestyle=dashes, linewidth=1.2, label=f"{stage}: order {order:g} × 1, 2, …")

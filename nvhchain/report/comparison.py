@@ -17,9 +17,9 @@ from nvhchain.chain.result import Result
 from nvhchain.error_band import ErrorBand
 from nvhchain.errors import require
 from nvhchain.fidelity import STANDARD, Fidelity
-from nvhchain.files.alone import alone_in
+from nvhchain.files.folder_lock import hold_folder
 from nvhchain.files.hdf5 import writable_folder, write_text
-from nvhchain.files.shelf import Watcher
+from nvhchain.files.result_cache import Watcher
 from nvhchain.gear import quasi_static_transmission_error
 from nvhchain.handoff import FieldPressure
 from nvhchain.interop import write_wav
@@ -81,7 +81,7 @@ def compare(
     """
     check_comparable(cases)
     out = writable_folder(out, "out")
-    with alone_in(out):
+    with hold_folder(out):
         return _compared(cases, fidelity, out, executor, watcher)
 
 
@@ -158,7 +158,7 @@ def _steady(results: Mapping[str, Result], out: Path) -> dict[str, Any]:
             if result.surface_velocity is not None
         }
         try:
-            configurations = _made_beside_pictures(results, out)
+            configurations = _write_configurations(results, out)
         except BaseException:
             beside.shutdown(wait=False, cancel_futures=True)
             raise
@@ -170,7 +170,7 @@ def _steady(results: Mapping[str, Result], out: Path) -> dict[str, Any]:
     return configurations
 
 
-def _made_beside_pictures(results: Mapping[str, Result], out: Path) -> dict[str, Any]:
+def _write_configurations(results: Mapping[str, Result], out: Path) -> dict[str, Any]:
     """Write everything except pictures of the surface; return the summary of every configuration."""
     pressures = {name: result.pressure for name, result in results.items() if result.pressure is not None}
     configurations = {name: summarise(pressure) | limits(results[name]) for name, pressure in pressures.items()}

@@ -16,7 +16,7 @@ from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fem.solid_model import SolidModel
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.files.hdf5 import write_text
-from nvhchain.files.shelf import Watcher
+from nvhchain.files.result_cache import Watcher
 from nvhchain.handoff import Surface
 from nvhchain.housing import Casting
 from nvhchain.housing.casting.contributions import Contributions, modal_contributions, panel_contributions
@@ -30,8 +30,8 @@ def contributions(
     *,
     fidelity: Fidelity = STANDARD,
     out: str | Path,
-    at: float | None = None,
-    given: Mapping[str, Any] | None = None,
+    frequency: float | None = None,
+    supplied: Mapping[str, Any] | None = None,
     watcher: Watcher | None = None,
 ) -> dict[str, Contributions]:
     """Run a gearbox at constant speed and write the contributions of modes and panels to its pressure.
@@ -44,9 +44,9 @@ def contributions(
         Fidelity of the run.
     out : str or Path
         Folder of the run; cached results in it are used.
-    at : float, optional
+    frequency : float, optional
         Frequency (Hz) of the bars: the nearest line. By default the line that is loudest in dB(A).
-    given : mapping of str to hand-off, optional
+    supplied : mapping of str to hand-off, optional
         Supplied hand-offs, as for `chain.run`.
     watcher : Watcher, optional
         Receives the progress of the steps.
@@ -68,7 +68,7 @@ def contributions(
     bosses, walls and flange; those of an imported model are its node groups.
     """
     case = _steady_gearbox(case, fidelity)
-    result = chain.run(case, fidelity=fidelity, out=out, watcher=watcher, **(given or {}))
+    result = chain.run(case, fidelity=fidelity, out=out, watcher=watcher, **(supplied or {}))
     names = ("housing", "force_spectrum", "transfer_vectors", "surface_velocity")
     missing = [name for name in names if getattr(result, name) is None]
     require(
@@ -85,7 +85,7 @@ def contributions(
         write_text(
             Path(out) / f"contributions-{kind}.csv", _table(parts, [point.name for point in case.field_points]).csv()
         )
-        line = _line(parts, at)
+        line = _line(parts, frequency)
         axes = plots.contribution_bars(
             parts.names,
             parts.pressure[line, 0],
@@ -127,12 +127,12 @@ def _panels(case: GearboxCase, surface: Surface) -> Panels | None:
     return group_panels(surface, groups) if groups else None
 
 
-def _line(parts: Contributions, at: float | None) -> int:
-    """Index of the line nearest to `at` (Hz), by default of the loudest in dB(A), at the first point."""
-    if at is not None:
+def _line(parts: Contributions, frequency: float | None) -> int:
+    """Index of the line nearest to `frequency` (Hz), by default of the loudest in dB(A), at the first point."""
+    if frequency is not None:
         low, high = parts.frequency[[0, -1]]
-        require(low <= at <= high, f"at = {at:g} Hz: the lines lie between {low:g} and {high:g} Hz")
-        return int(np.abs(parts.frequency - at).argmin())
+        require(low <= frequency <= high, f"at = {frequency:g} Hz: the lines lie between {low:g} and {high:g} Hz")
+        return int(np.abs(parts.frequency - frequency).argmin())
     return int((levels.decibel(parts.total[:, 0]) + levels.a_weighting(parts.frequency)).argmax())
 
 

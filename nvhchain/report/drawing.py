@@ -32,7 +32,7 @@ from nvhchain.interop import write_gear_field_vtu
 from nvhchain.names import printable
 from nvhchain.plots.files import save
 from nvhchain.report.housing_pictures import SUFFIXES, draw_housings, draw_velocities, write_motion
-from nvhchain.report.run_up import over_frequency, over_order
+from nvhchain.report.run_up import input_frequency_waterfall, input_order_waterfall
 from nvhchain.spectrum import BAND_MARGIN
 
 HIGHEST_ORDER = 100.0
@@ -61,7 +61,7 @@ def draw(
     picture: Path,
     *,
     orders: bool = False,
-    at: Sequence[float] = (),
+    frequency: Sequence[float] = (),
     quantity: str = "force",
     angle: bool = False,
 ) -> None:
@@ -77,7 +77,7 @@ def draw(
     orders : bool
         Draw maps of records against order of the input instead of frequency. Steady records of several speeds then
         make one map.
-    at : sequence of float
+    frequency : sequence of float
         Frequencies (Hz) of the modes or lines to draw.
     quantity : str
         Quantity of records of bearing forces, one of `RECORDED`; of a gear, "displacement" colours it by its
@@ -95,7 +95,7 @@ def draw(
     require(len(kinds) == 1, f"{', '.join(sorted(k.__name__ for k in kinds))} do not go into one figure: draw one kind")
     (kind,) = kinds
     require(
-        not at or kind in (ReducedHousing, SurfaceVelocity, Directivity),
+        not frequency or kind in (ReducedHousing, SurfaceVelocity, Directivity),
         f"{kind.__name__} is drawn whole: leave `at` out",
     )
     require(
@@ -111,7 +111,7 @@ def draw(
         write_gear_field_vtu(_single(hand_offs)[1], picture)
         return
     if picture.suffix in SUFFIXES:
-        write_motion(hand_offs, picture, at)
+        write_motion(hand_offs, picture, frequency)
         return
     known: dict[type[HandOff], Callable[[Mapping[str, Any], bool], list[Axes]]] = {
         MeshLaw: _mesh_laws,
@@ -120,12 +120,14 @@ def draw(
         ),
         ForceSpectrum: lambda of, _: plots.bearing_force_spectra(of),
         GearField: lambda of, _: _gear_field(of, quantity),
-        ReducedHousing: lambda of, _: draw_housings(of, at),
-        SurfaceVelocity: lambda of, _: draw_velocities(of, at),
+        ReducedHousing: lambda of, _: draw_housings(of, frequency),
+        SurfaceVelocity: lambda of, _: draw_velocities(of, frequency),
         FieldPressure: lambda of, _: plots.pressure_spectrum(of),
         SoundPower: lambda of, _: plots.power_spectrum(of),
         RadiationEfficiency: lambda of, _: [plots.efficiency_spectrum(of)],
-        Directivity: lambda of, _: [plots.directivity_polar(of, at) if at else plots.directivity_spectrum(of)],
+        Directivity: lambda of, _: [
+            plots.directivity_polar(of, frequency) if frequency else plots.directivity_spectrum(of)
+        ],
         PressureHistory: lambda of, orders: _maps({name: p.pressure for name, p in of.items()}, of, "Pa", orders),
     }
     if kind not in known:
@@ -223,9 +225,9 @@ def _steady_orders(forces: Mapping[str, BearingForces], quantity: str) -> list[A
     return plots.order_spectra(found, mesh_order=0.0, highest=max(float(axis[-1]) for axis, _ in found.values()))
 
 
-def _last_line(of: ForceSpectrum) -> int:
+def _last_line(spectrum: ForceSpectrum) -> int:
     """Return the number of lines up to the last one within 80 dB of the strongest non-static line."""
-    size = np.abs(of.force[1:]).max(axis=(1, 2))
+    size = np.abs(spectrum.force[1:]).max(axis=(1, 2))
     return 2 + int(np.flatnonzero(size >= 1e-4 * size.max())[-1])
 
 
@@ -234,7 +236,7 @@ def _maps(signals: Mapping[str, Any], records: Mapping[str, Any], unit: str, ord
     for name, record in records.items():
         rate = (len(record.time) - 1) / float(record.time[-1] - record.time[0])
         if orders:
-            maps[name] = over_order(signals[name], rate, record.input_speed, high=HIGHEST_ORDER)
+            maps[name] = input_order_waterfall(signals[name], rate, record.input_speed, high=HIGHEST_ORDER)
         else:
-            maps[name] = over_frequency(signals[name], rate, record.input_speed, high=rate / BAND_MARGIN)
+            maps[name] = input_frequency_waterfall(signals[name], rate, record.input_speed, high=rate / BAND_MARGIN)
     return plots.waterfall_maps(maps, unit=unit)

@@ -87,7 +87,7 @@ def loaded_gear(
     )
     engagement = gear.Engagement(pair, gear.pair_compliances(pair, fidelity.gear), fidelity.gear)
     loaded = gear.loaded_mesh(engagement, angle, force, guess=1e-9 * force)
-    closing = gear.with_closing_edges(engagement, loaded.deflection)
+    closing = gear.close_edges(engagement, loaded.deflection)
     if closing is not engagement:
         loaded = gear.loaded_mesh(closing, angle, force, guess=loaded.deflection)
     end = gear.PINION if of.pinion == gear_name else gear.WHEEL

@@ -16,17 +16,17 @@ from nvhchain.handoff import FloatArray, HandOff, ReducedHousing, SurfaceVelocit
 from nvhchain.housing.exchange.exported_modes import exported_modes
 from nvhchain.housing.modes.modal_assurance import modal_assurance
 from nvhchain.interop import write_modal_uff, write_modes_vtkhdf, write_velocity_vtkhdf, write_vtu
-from nvhchain.interop.common.surface_motion import vertex_motion
+from nvhchain.interop.notation.surface_motion import vertex_motion
 
 SUFFIXES = (".csv", ".gif", ".unv", ".vtkhdf", ".vtu")
 """Suffixes of files that are not still pictures."""
 
 
-def draw_housings(housings: Mapping[str, ReducedHousing], at: Sequence[float]) -> list[Axes]:
-    """Draw modes of one housing, the first six or those nearest to `at` (Hz), or the modal assurance between two."""
+def draw_housings(housings: Mapping[str, ReducedHousing], frequency: Sequence[float]) -> list[Axes]:
+    """Draw modes of one housing, the first six or those nearest to `frequency` (Hz), or the modal assurance."""
     if len(housings) == 1:
         (housing,) = housings.values()
-        chosen = [_nearest(housing.natural_frequency, f) for f in at]
+        chosen = [_nearest(housing.natural_frequency, f) for f in frequency]
         return plots.mode_shapes(housing, modes=list(dict.fromkeys(chosen)) or None)
     one, other = _pair(housings)
     rows, columns = (housings[name].natural_frequency for name in (one, other))
@@ -34,16 +34,16 @@ def draw_housings(housings: Mapping[str, ReducedHousing], at: Sequence[float]) -
     return [plots.modal_assurance_table(table, rows, columns, row_name=one, column_name=other)]
 
 
-def draw_velocities(velocities: Mapping[str, SurfaceVelocity], at: Sequence[float]) -> list[Axes]:
-    """Draw levels on the faces at the strongest line, or the operating shape, deformed, at the line nearest to `at`."""
+def draw_velocities(velocities: Mapping[str, SurfaceVelocity], frequency: Sequence[float]) -> list[Axes]:
+    """Draw levels on the faces at the strongest line, or the operating shape at the line nearest to `frequency`."""
     require(len(velocities) == 1, f"{len(velocities)} surface velocities: a figure shows one")
     ((name, velocity),) = velocities.items()
-    if not at:
+    if not frequency:
         return [plots.surface_velocity(velocity, name=name)]
-    return [plots.operating_shape(velocity, line=_nearest(velocity.frequency, _one(at)), name=name)]
+    return [plots.operating_shape(velocity, line=_nearest(velocity.frequency, _single_frequency(frequency)), name=name)]
 
 
-def write_motion(hand_offs: Mapping[str, HandOff], path: Path, at: Sequence[float]) -> None:
+def write_motion(hand_offs: Mapping[str, HandOff], path: Path, frequency: Sequence[float]) -> None:
     """Write the motion of hand-offs to a file with one of the `SUFFIXES`.
 
     Parameters
@@ -52,7 +52,7 @@ def write_motion(hand_offs: Mapping[str, HandOff], path: Path, at: Sequence[floa
         One reduced housing or surface velocity; two reduced housings for .csv.
     path : Path
         File to write.
-    at : sequence of float
+    frequency : sequence of float
         Frequency (Hz) of a mode or line, or empty. The default is the first elastic mode or the strongest line.
 
     Raises
@@ -62,7 +62,7 @@ def write_motion(hand_offs: Mapping[str, HandOff], path: Path, at: Sequence[floa
 
     Notes
     -----
-    - .gif: one period of the mode or line nearest to `at`.
+    - .gif: one period of the mode or line nearest to `frequency`.
     - .vtu: the same mode or line, without animation.
     - .vtkhdf: all modes or lines.
     - .unv: all modes and residual vectors of a housing.
@@ -77,18 +77,18 @@ def write_motion(hand_offs: Mapping[str, HandOff], path: Path, at: Sequence[floa
         raise InputError(f"{type(hand_off).__name__} does not go into {path.name}: choose a PNG")
     if path.suffix == ".unv":
         require(isinstance(hand_off, ReducedHousing), f"{path.name} holds modes: give a reduced housing")
-        require(not at, f"{path.name} holds all modes: leave the frequency out")
+        require(not frequency, f"{path.name} holds all modes: leave the frequency out")
         assert isinstance(hand_off, ReducedHousing)
         write_modal_uff(exported_modes(hand_off), path)
         return
     if path.suffix == ".vtkhdf":
-        require(not at, f"{path.name} holds all modes or lines: leave the frequency out, or choose .vtu")
+        require(not frequency, f"{path.name} holds all modes or lines: leave the frequency out, or choose .vtu")
         if isinstance(hand_off, ReducedHousing):
             write_modes_vtkhdf(hand_off, path)
         else:
             write_velocity_vtkhdf(hand_off, path)
         return
-    state = _state(hand_off, at)
+    state = _state(hand_off, frequency)
     if path.suffix == ".gif":
         plots.animate(hand_off.surface, state, path)
         return
@@ -101,14 +101,14 @@ def write_motion(hand_offs: Mapping[str, HandOff], path: Path, at: Sequence[floa
     write_vtu(hand_off.surface, path, cells=cells, points=points)
 
 
-def _state(hand_off: ReducedHousing | SurfaceVelocity, at: Sequence[float]) -> Any:
+def _state(hand_off: ReducedHousing | SurfaceVelocity, frequency: Sequence[float]) -> Any:
     """Return the normal motion (n_face,) of one mode or line."""
     if isinstance(hand_off, ReducedHousing):
         natural = hand_off.natural_frequency
         require(len(natural) > 0, "the housing has no modes in its band: there is nothing to move")
         first = min(int((natural == 0).sum()), len(natural) - 1)
-        return hand_off.normal_shapes[_nearest(natural, _one(at)) if at else first]
-    line = _nearest(hand_off.frequency, _one(at)) if at else plots.strongest_line(hand_off)
+        return hand_off.normal_shapes[_nearest(natural, _single_frequency(frequency)) if frequency else first]
+    line = _nearest(hand_off.frequency, _single_frequency(frequency)) if frequency else plots.strongest_line(hand_off)
     return hand_off.normal_velocity[line]
 
 
@@ -138,10 +138,10 @@ def _pair(housings: Mapping[str, ReducedHousing]) -> tuple[str, str]:
     return one, other
 
 
-def _one(at: Sequence[float]) -> float:
-    """Return the only frequency (Hz) of `at`; InputError for several."""
-    require(len(at) == 1, f"{len(at)} frequencies are given: one is shown here")
-    return at[0]
+def _single_frequency(frequency: Sequence[float]) -> float:
+    """Return the only frequency (Hz) of `frequency`; InputError for several."""
+    require(len(frequency) == 1, f"{len(frequency)} frequencies are given: one is shown here")
+    return frequency[0]
 
 
 def _nearest(axis: FloatArray, wanted: float) -> int:

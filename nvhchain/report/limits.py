@@ -21,7 +21,7 @@ def limits(result: Result) -> dict[str, Any]:
     if isinstance(band, RunUpBand):
         found["over_speed"] = [
             {"speed_rpm": 30 / pi * float(speed), "level_dBA": float(level[0]), "limits_dBA": finite(edges[0])}
-            for speed, level, edges in zip(band.input_speed, band.over_speed, band.limits, strict=True)
+            for speed, level, edges in zip(band.input_speed, band.speed_levels, band.limits, strict=True)
         ]
     else:
         found["lines"] = [

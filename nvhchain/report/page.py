@@ -100,7 +100,7 @@ def _page(folder: Path, summary: dict[str, Any]) -> str:
         ),
         differences=_differences(folder),
         figures="\n".join(_figures(folder, names)),
-        making=_table(("hand-off", "file", "version", "fidelity"), _made(folder)),
+        making=_table(("hand-off", "file", "version", "fidelity"), _hand_off_rows(folder)),
     )
 
 
@@ -146,7 +146,7 @@ def _figures(folder: Path, names: list[str]) -> Iterable[str]:
                 )
 
 
-def _made(folder: Path) -> Iterable[tuple[str, ...]]:
+def _hand_off_rows(folder: Path) -> Iterable[tuple[str, ...]]:
     for path in sorted(folder.rglob("*.h5")):
         kind, provenance = hdf5.record(path)
         knobs = provenance.get("fidelity")

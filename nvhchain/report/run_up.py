@@ -39,8 +39,8 @@ def compare_run_ups(results: Mapping[str, Result], out: Path) -> dict[str, Any]:
     band = max(result.case.band.high for result in results.values() if hasattr(result.case, "band"))
     highest = (HARMONICS + 1) * max(marks.mesh.values())
     heard = {name: (of.pressure[:, 0], _rate(of), of.input_speed) for name, of in histories.items()}
-    against_frequency = {name: over_frequency(*signal, high=band) for name, signal in heard.items()}
-    against_order = {name: over_order(*signal, high=highest) for name, signal in heard.items()}
+    against_frequency = {name: input_frequency_waterfall(*signal, high=band) for name, signal in heard.items()}
+    against_order = {name: input_order_waterfall(*signal, high=highest) for name, signal in heard.items()}
     save(plots.waterfall_maps(against_frequency, unit="Pa", marks=marks), out / "waterfall.png")
     save(plots.waterfall_maps(against_order, unit="Pa", marks=marks), out / "orders.png")
     profiles = {name: _profiles(against_frequency[name], against_order[name], marks) for name in histories}
@@ -51,7 +51,7 @@ def compare_run_ups(results: Mapping[str, Result], out: Path) -> dict[str, Any]:
     return {name: _summarise(history, profiles[name]) | limits(results[name]) for name, history in histories.items()}
 
 
-def over_frequency(signal: FloatArray, rate: float, input_speed: FloatArray, *, high: float) -> Waterfall:
+def input_frequency_waterfall(signal: FloatArray, rate: float, input_speed: FloatArray, *, high: float) -> Waterfall:
     """Return the waterfall of `signal` (n_t, …), sampled at `rate` (Hz), up to `high` (Hz).
 
     The input turns ten times in a window at the mean of `input_speed` (n_t,) rad/s.
@@ -60,7 +60,7 @@ def over_frequency(signal: FloatArray, rate: float, input_speed: FloatArray, *, 
     return waterfall(signal, sample_rate=rate, input_speed=input_speed, resolution=ORDER_RESOLUTION * turns, high=high)
 
 
-def over_order(signal: FloatArray, rate: float, input_speed: FloatArray, *, high: float) -> Waterfall:
+def input_order_waterfall(signal: FloatArray, rate: float, input_speed: FloatArray, *, high: float) -> Waterfall:
     """Return the waterfall of `signal` (n_t, …) against order of the input, up to order `high`.
 
     The input turns ten times in every window.
@@ -74,18 +74,18 @@ def _rate(history: PressureHistory) -> float:
 
 
 def _profiles(
-    against_frequency: Waterfall, against_order: Waterfall, marks: OrderMarks
+    frequency_map: Waterfall, order_map: Waterfall, marks: OrderMarks
 ) -> dict[str, tuple[FloatArray, FloatArray]]:
     """Return the curves over speed: name → (speed (n,) rad/s, level (n,) dB).
 
     The first is the overall A-weighted level; the others are mesh orders.
     """
-    lines = against_frequency.amplitude[:, 1:].T / np.sqrt(WINDOW_BANDWIDTH)
-    profiles = {"overall, dB(A)": (against_frequency.input_speed, levels.overall(against_frequency.axis[1:], lines))}
+    lines = frequency_map.amplitude[:, 1:].T / np.sqrt(WINDOW_BANDWIDTH)
+    profiles = {"overall, dB(A)": (frequency_map.input_speed, levels.overall(frequency_map.axis[1:], lines))}
     for stage, order in marks.mesh.items():
-        nearest = np.abs(against_order.axis - order).argmin()
-        cut = order_cut(against_order, [float(against_order.axis[nearest])])[:, 0]
-        profiles[f"order {order:g} ({stage}), dB"] = (against_order.input_speed, levels.decibel(cut))
+        nearest = np.abs(order_map.axis - order).argmin()
+        cut = order_cut(order_map, [float(order_map.axis[nearest])])[:, 0]
+        profiles[f"order {order:g} ({stage}), dB"] = (order_map.input_speed, levels.decibel(cut))
     return profiles
 
 

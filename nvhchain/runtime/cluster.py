@@ -20,7 +20,7 @@ from nvhchain.errors import InputError, ResourceError, is_whole, require
 from nvhchain.kinds import checked
 from nvhchain.runtime.memory import free_memory
 from nvhchain.runtime.processes import isolated
-from nvhchain.runtime.threads import blas_threads, give_blas, granted
+from nvhchain.runtime.threads import blas_threads, granted, set_blas_threads
 
 T = TypeVar("T")
 
@@ -69,7 +69,7 @@ def local_cluster(workers: int | None = None, *, memory_per_worker: int | None =
     memory = int(0.9 * free_memory() / count)
     if memory_per_worker is not None:
         require(
-            is_whole(memory_per_worker) and _for_tasks(int(memory_per_worker)) > 0,
+            is_whole(memory_per_worker) and _task_memory(int(memory_per_worker)) > 0,
             f"memory_per_worker = {memory_per_worker} bytes leaves nothing for tasks: give a whole number above "
             f"{_PROGRAM / _USABLE:.3g}, which the program itself takes",
         )
@@ -170,10 +170,10 @@ def worker_memory(executor: Executor | None) -> list[int]:
     The list is empty if workers have no limit of their own.
     """
     workers = _workers_of(executor) or {}
-    return sorted({_for_tasks(worker["memory_limit"]) for worker in workers.values() if worker["memory_limit"]})
+    return sorted({_task_memory(worker["memory_limit"]) for worker in workers.values() if worker["memory_limit"]})
 
 
-def _for_tasks(limit: int) -> int:
+def _task_memory(limit: int) -> int:
     """Return the bytes for tasks on a worker with this memory limit."""
     return max(0, int(_USABLE * limit) - _PROGRAM)
 
@@ -196,13 +196,13 @@ def _room_of_cluster(workers: dict[str, Any], memory_per_task: int) -> Room:
     tasks, machines = 0, dict[str, int]()
     for worker in workers.values():
         limit, threads = worker["memory_limit"], worker["nthreads"]
-        tasks += min(threads, _for_tasks(limit) // memory_per_task) if limit else threads
+        tasks += min(threads, _task_memory(limit) // memory_per_task) if limit else threads
         machines[worker["host"]] = machines.get(worker["host"], 0) + threads
     if workers and tasks == 0:
         largest = max(worker["memory_limit"] for worker in workers.values())
         raise ResourceError(
             f"a task needs {memory_per_task / 2**30:.3g} GiB, the largest worker has {largest / 2**30:.3g} GiB, of "
-            f"which {_for_tasks(largest) / 2**30:.3g} are for tasks: use fewer, larger workers or lower the upper "
+            f"which {_task_memory(largest) / 2**30:.3g} are for tasks: use fewer, larger workers or lower the upper "
             "frequency"
         )
     return Room(max(1, tasks), max(1, *machines.values(), 1))
@@ -216,7 +216,7 @@ def share(home: int, neighbours: int, solve: Callable[..., T], *arguments: Any) 
     """
     count = max(1, cores() // neighbours)
     if os.getpid() != home:
-        give_blas(count)
+        set_blas_threads(count)
     with blas_threads(count), granted(count):
         return solve(*arguments)
 

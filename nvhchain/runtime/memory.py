@@ -22,10 +22,10 @@ def free_memory(root: Path = Path("/")) -> int:
 
     Control groups (Linux) are those of this process; containers and batch systems set them.
     """
-    return max(0, min([int(psutil.virtual_memory().available), *_below_limits(root)]))
+    return max(0, min([int(psutil.virtual_memory().available), *_control_group_memory(root)]))
 
 
-def _below_limits(root: Path) -> Iterator[int]:
+def _control_group_memory(root: Path) -> Iterator[int]:
     """Yield the free memory of every control group with a limit; nothing if there are no control groups."""
     try:
         lines = (root / "proc/self/cgroup").read_text().splitlines()

@@ -16,7 +16,7 @@ _GRANTED: ContextVar[int | None] = ContextVar("granted_threads", default=None)
 
 @contextmanager
 def granted(threads: int) -> Iterator[None]:
-    """Grant so many threads (`at_most`) to the work in this context, which shares the machine with others."""
+    """Grant so many threads (`limit_threads`) to the work in this context, which shares the machine with others."""
     token = _GRANTED.set(threads)
     try:
         yield
@@ -24,7 +24,7 @@ def granted(threads: int) -> Iterator[None]:
         _GRANTED.reset(token)
 
 
-def at_most(threads: int) -> int:
+def limit_threads(threads: int) -> int:
     """Return `threads`, or fewer if fewer are granted to the work under way."""
     allowed = _GRANTED.get()
     return threads if allowed is None else min(threads, allowed)
@@ -88,39 +88,39 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_forget)
 
 
-def give_blas(threads: int) -> None:
+def set_blas_threads(threads: int) -> None:
     """Set the threads of linear algebra in this process to `threads`, unless less is requested.
 
     A worker may have begun with fewer; those of dask begin with one.
     """
     libraries = ThreadpoolController().select(user_api="blas").lib_controllers
-    _shared.begin_with([library for library in libraries if not _by_thread(library)], threads)
-    for library in filter(_by_thread, libraries):
+    _shared.begin_with([library for library in libraries if not _limits_each_thread(library)], threads)
+    for library in filter(_limits_each_thread, libraries):
         library.set_num_threads(threads)
 
 
 @contextmanager
-def blas_threads(most: int) -> Iterator[None]:
-    """Limit linear algebra to `most` threads: of this process, or of this thread if the library distinguishes them.
+def blas_threads(limit: int) -> Iterator[None]:
+    """Limit linear algebra to `limit` threads: of this process, or of this thread if the library distinguishes them.
 
     Such limits may overlap, in threads beside each other or nested. The lowest then holds for all. After the last, in
     any order, the number is that before the first.
     """
     libraries = ThreadpoolController().select(user_api="blas").lib_controllers
-    own = [(library, library.num_threads) for library in libraries if _by_thread(library)]
+    own = [(library, library.num_threads) for library in libraries if _limits_each_thread(library)]
     shared = _shared
-    shared.limit([library for library in libraries if not _by_thread(library)], most)
+    shared.limit([library for library in libraries if not _limits_each_thread(library)], limit)
     try:
         for library, before in own:
-            library.set_num_threads(min(before, most))
+            library.set_num_threads(min(before, limit))
         yield
     finally:
         for library, before in own:
             library.set_num_threads(before)
-        shared.release(most)
+        shared.release(limit)
 
 
-def _by_thread(library: Any) -> bool:
+def _limits_each_thread(library: Any) -> bool:
     """Return True if every thread has a number of its own: MKL, and OpenBLAS built with OpenMP."""
     return library.internal_api == "mkl" or getattr(library, "threading_layer", None) == "openmp"
 
@@ -129,4 +129,4 @@ def threads() -> int:
     """Return the number of threads for assembly: cores or NUMBA_NUM_THREADS, fewer beside tasks on one machine."""
     import numba
 
-    return at_most(int(numba.config.NUMBA_NUM_THREADS))  # type: ignore[attr-defined]
+    return limit_threads(int(numba.config.NUMBA_NUM_THREADS))  # type: ignore[attr-defined]

@@ -111,14 +111,14 @@ def bending_share(shaft: Shaft, bearings: list[Bearing], z: float) -> float:
     except InputError:
         return 0.0
 
-    def at(place: float) -> np.ndarray:
-        return np.concatenate([[1.0, place], elastic.at(place)[0]])
+    def shapes_at(place: float) -> np.ndarray:
+        return np.concatenate([[1.0, place], elastic.motion_at(place)[0]])
 
     stiffness = np.diag(np.concatenate([np.zeros(2), elastic.squared]))
     for bearing in bearings:
-        stiffness += bearing.radial_stiffness * np.outer(at(bearing.z), at(bearing.z))
-    rigid = at(z)[:2] @ np.linalg.solve(stiffness[:2, :2], at(z)[:2])
-    return float(at(z) @ np.linalg.solve(stiffness, at(z)) / rigid - 1.0)
+        stiffness += bearing.radial_stiffness * np.outer(shapes_at(bearing.z), shapes_at(bearing.z))
+    rigid = shapes_at(z)[:2] @ np.linalg.solve(stiffness[:2, :2], shapes_at(z)[:2])
+    return float(shapes_at(z) @ np.linalg.solve(stiffness, shapes_at(z)) / rigid - 1.0)
 
 
 def _gyroscopic(case: GearboxCase) -> Iterator[tuple[str, str]]:

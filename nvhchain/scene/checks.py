@@ -8,7 +8,7 @@ from typing import Any
 
 from nvhchain import gear
 from nvhchain.acoustics.systems.engines import engine_named
-from nvhchain.case import HEARD, RADIATED, Case
+from nvhchain.case import FIELD_POINT_QUANTITIES, RADIATED, Case
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.runtime.memory import free_memory
@@ -25,11 +25,11 @@ With five the second harmonic is 2.4 dB off, outside its confidence limits.
 MOST_SLICES = 1000
 """Largest number of slices over a face: some 10 minutes of processor time at `draft`, 45 at `reference`."""
 
-_LASTS_LONG = {BEARING_FORCES, SURFACE_VELOCITY, PRESSURE}
+_GROWING_STEPS = {BEARING_FORCES, SURFACE_VELOCITY, PRESSURE}
 """Steps whose memory grows with the record at constant speed."""
 
 
-def preflight(case: Case, fidelity: Fidelity, supplied: Collection[str] = (), *, in_files: bool = False) -> None:
+def preflight(case: Case, fidelity: Fidelity, supplied: Collection[str] = (), *, record_in_files: bool = False) -> None:
     """Refuse impossible steps, and too little memory, before any work starts.
 
     Parameters
@@ -41,7 +41,7 @@ def preflight(case: Case, fidelity: Fidelity, supplied: Collection[str] = (), *,
     supplied : collection of str, or mapping of str to hand-off
         Names of the supplied hand-offs, as for `run`, or these by name. Steps that they replace are not checked. An
         imported housing is not read if its surface is supplied.
-    in_files : bool
+    record_in_files : bool
         True if the bearing forces go to files piece by piece, so that their length does not matter.
 
     Raises
@@ -55,14 +55,14 @@ def preflight(case: Case, fidelity: Fidelity, supplied: Collection[str] = (), *,
     scene = Scene(case, fidelity, supplied)
     needed, largest, free = 0.0, None, free_memory()
     for planned in planned_steps(scene):
-        if 1e6 * planned.megabytes > needed and not (in_files and planned.step is BEARING_FORCES):
+        if 1e6 * planned.megabytes > needed and not (record_in_files and planned.step is BEARING_FORCES):
             needed, largest = 1e6 * planned.megabytes, planned
     if largest is None or needed <= free:
         return
     remedy = "choose a lower fidelity or lower the upper frequency"
     if case.running_up and largest.step is BEARING_FORCES:
         remedy += ", shorten the ramp, or write its bearing forces to files with `nvhchain record`"
-    elif not case.running_up and not case.states_velocity and largest.step in _LASTS_LONG:
+    elif not case.running_up and not case.states_velocity and largest.step in _GROWING_STEPS:
         lasts = f"its record lasts {recorded_time(scene.gearbox):.3g} s"
         remedy += f", or raise band.resolution or input_speed, for which {lasts}"
     raise ResourceError(
@@ -88,12 +88,12 @@ def check_knobs(case: Case, fidelity: Fidelity, supplied: Collection[str] = ()) 
     InputError
         If the case cannot be run so.
     """
-    if (HEARD | RADIATED).intersection(case.quantities) and "transfer_vectors" not in supplied:
+    if (FIELD_POINT_QUANTITIES | RADIATED).intersection(case.quantities) and "transfer_vectors" not in supplied:
         engine_named(case.engine)
     _check_radiation(case, fidelity)
     scene = Scene(case, fidelity, supplied)
-    _apply(_OF_THE_CASE, scene)
-    _apply(_OF_KNOBS, scene)
+    _apply(_CASE_CHECKS, scene)
+    _apply(_KNOB_CHECKS, scene)
 
 
 def check_case(case: Case) -> None:
@@ -109,7 +109,7 @@ def check_case(case: Case) -> None:
     InputError
         If nothing drives the gearbox or holds its housing, or if the housing's file does not fit it.
     """
-    _apply(_OF_THE_CASE, Scene(case, STANDARD))
+    _apply(_CASE_CHECKS, Scene(case, STANDARD))
     if not case.states_velocity:
         case.extent(STANDARD, driven=True)
 
@@ -150,10 +150,10 @@ def _check_driven(scene: Scene) -> None:
     )
 
 
-def _check_held(scene: Scene) -> None:
+def _check_support(scene: Scene) -> None:
     """Refuse a driven housing that nothing holds."""
     if HOUSING in scene.steps:
-        scene.gearbox.housing.check_held(scene.gearbox)
+        scene.gearbox.housing.check_support(scene.gearbox)
 
 
 def _check_reach(scene: Scene) -> None:
@@ -222,10 +222,10 @@ def _check_housing(scene: Scene) -> None:
 
 _Checks = dict[Step[Any], tuple[Callable[[Scene], None], ...]]
 
-_OF_THE_CASE: _Checks = {MESH_LAWS: (_check_reach,), BEARING_FORCES: (_check_held, _check_driven)}
+_CASE_CHECKS: _Checks = {MESH_LAWS: (_check_reach,), BEARING_FORCES: (_check_support, _check_driven)}
 """Step → checks of the case alone."""
 
-_OF_KNOBS: _Checks = {
+_KNOB_CHECKS: _Checks = {
     HOUSING: (_check_housing,),
     MESH_LAWS: (_check_mesh_laws, _check_slices),
     BEARING_FORCES: (_check_time_step, _check_mesh_level),

@@ -75,10 +75,11 @@ def mesh_law_steps(case: GearboxCase, fidelity: Fidelity) -> list[PlannedStep]:
     return planned
 
 
-def load_distribution_steps(case: GearboxCase, fidelity: Fidelity, *, alone: bool) -> list[PlannedStep]:
+def load_distribution_steps(case: GearboxCase, fidelity: Fidelity, *, includes_compliance: bool) -> list[PlannedStep]:
     """Cost of the load distribution of every stage, for friction, shuttling and tilt.
 
-    If `alone`, the mesh laws are not computed; else the gears' finite elements are shared with the mesh laws.
+    If `includes_compliance`, the mesh laws are not computed; else the gears' finite elements are shared with the mesh
+    laws.
     """
     planned = []
     for stage, pair in zip(case.stages, case.pairs, strict=True):
@@ -87,7 +88,7 @@ def load_distribution_steps(case: GearboxCase, fidelity: Fidelity, *, alone: boo
         models = f"{angles} angles under the nominal force"
         lines = _lines_seconds(gear.slice_count(pair, fidelity.gear))
         seconds, megabytes = _LINES_PER_DISTRIBUTION * lines * angles, BASE_MEGABYTES
-        if alone:
+        if includes_compliance:
             seconds += _body_seconds(bodies, fidelity.gear)
             megabytes += max(_gear_megabytes(body, fidelity.gear) for body in bodies)
         planned.append(PlannedStep(LOAD_DISTRIBUTIONS, f"load distribution {stage.name}", models, seconds, megabytes))

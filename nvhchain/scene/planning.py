@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property
 from typing import Any
 
-from nvhchain.case import HEARD, RADIATED, Case, Extent, GearboxCase
+from nvhchain.case import FIELD_POINT_QUANTITIES, RADIATED, Case, Extent, GearboxCase
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.kinds import checked
 from nvhchain.scene.advice import advice
@@ -103,29 +103,31 @@ class _Sized:
         return self.case.extent(self.fidelity, driven=BEARING_FORCES in self.steps)
 
 
-def _motion(of: _Sized) -> Iterator[PlannedStep]:
-    if of.case.states_velocity:
-        yield surface_step(of.extent)
-    elif PRESSURE not in of.steps and "surface_velocity" in of.case.quantities:
-        yield motion_step(of.gearbox, of.fidelity, of.extent, heard=False)
+def _motion(sized: _Sized) -> Iterator[PlannedStep]:
+    if sized.case.states_velocity:
+        yield surface_step(sized.extent)
+    elif PRESSURE not in sized.steps and "surface_velocity" in sized.case.quantities:
+        yield motion_step(sized.gearbox, sized.fidelity, sized.extent, pressure_wanted=False)
 
 
-def _pressure(of: _Sized) -> Iterator[PlannedStep]:
-    if of.scene.spread_evenly:
-        yield radiated_power_step(of.case, of.fidelity, of.extent)
-    if not of.case.states_velocity:
-        yield motion_step(of.gearbox, of.fidelity, of.extent, heard=True)
+def _pressure(sized: _Sized) -> Iterator[PlannedStep]:
+    if sized.scene.spread_evenly:
+        yield radiated_power_step(sized.case, sized.fidelity, sized.extent)
+    if not sized.case.states_velocity:
+        yield motion_step(sized.gearbox, sized.fidelity, sized.extent, pressure_wanted=True)
 
 
-def _sound_power(of: _Sized) -> Iterator[PlannedStep]:
-    if not of.scene.from_modes:
-        yield sound_power_step(of.case, of.fidelity, of.extent)
+def _sound_power(sized: _Sized) -> Iterator[PlannedStep]:
+    if not sized.scene.power_uses_modes:
+        yield sound_power_step(sized.case, sized.fidelity, sized.extent)
 
 
 COSTS: dict[Step[Any], Callable[[_Sized], Iterator[PlannedStep] | list[PlannedStep]]] = {
     HOUSING: lambda of: [housing_step(of.gearbox, of.fidelity, of.extent)],
     MESH_LAWS: lambda of: mesh_law_steps(of.gearbox, of.fidelity),
-    LOAD_DISTRIBUTIONS: lambda of: load_distribution_steps(of.gearbox, of.fidelity, alone=MESH_LAWS not in of.steps),
+    LOAD_DISTRIBUTIONS: lambda of: load_distribution_steps(
+        of.gearbox, of.fidelity, includes_compliance=MESH_LAWS not in of.steps
+    ),
     BEARING_FORCES: lambda of: [dynamics_step(of.gearbox, of.fidelity)],
     SURFACE_VELOCITY: _motion,
     TRANSFER_VECTORS: lambda of: [transfer_vector_step(of.case, of.fidelity, of.extent)],
@@ -157,7 +159,7 @@ def _excluded(case: GearboxCase, fidelity: Fidelity) -> tuple[str, ...]:
     ]
     if RADIATED.intersection(case.quantities):
         reasons.append("radiation resistance between masters: interpolated")
-    if HEARD.intersection(case.quantities):
+    if FIELD_POINT_QUANTITIES.intersection(case.quantities):
         reasons.append("transfer vectors between masters: interpolated; points that are not asked for")
     else:
         reasons.append("transfer vectors and sound pressure: not asked for")

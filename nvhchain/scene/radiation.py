@@ -8,7 +8,7 @@ from math import ceil, inf, log10, pi, sqrt
 
 from nvhchain import acoustics
 from nvhchain.acoustics.accuracy.mesh_error import needle_seconds
-from nvhchain.acoustics.fused.quadrature import order_for
+from nvhchain.acoustics.fused.quadrature import quadrature_order
 from nvhchain.case import Case, Extent, GearboxCase
 from nvhchain.fidelity import AcousticsFidelity, Fidelity
 from nvhchain.runtime.memory import free_memory
@@ -27,7 +27,7 @@ from nvhchain.scene.steps import (
 # docs/measured/chain/plan_knobs.md by benchmarks/chain/plan.py.
 _SECONDS_PER_SYSTEM = 0.05
 _SECONDS_PER_PAIR = 9.3e-8
-_POINTS_OF_A_PAIR = 28.0
+_POINTS_PER_PAIR = 28.0
 _SECONDS_PER_CLOSE_POINT = 5.5e-9
 _TRIANGLES_PER_DISTANCE = 15.0
 _TOUCHING = 13
@@ -51,7 +51,7 @@ _MEGABYTES_PER_SAMPLE_AND_OUTPUT = 25e-6
 _MEGABYTES_PER_SAMPLE_AND_POINT = 16e-6
 
 
-_MOST_LOOKED_AT = 20_000
+_LARGEST_SEARCHED = 20_000
 """Largest number of triangles of a surface whose needles and gaps are searched for; more take seconds."""
 
 
@@ -91,7 +91,7 @@ def transfer_vector_step(case: Case, fidelity: Fidelity, extent: Extent) -> Plan
         _megabytes(case, knobs, faces, masters, ends),
         {"triangles": faces, "masters": masters},
     )
-    return _with_needles(planned, case, knobs, extent)
+    return _add_needle_cost(planned, case, knobs, extent)
 
 
 def radiation_resistance_step(case: GearboxCase, fidelity: Fidelity, extent: Extent) -> PlannedStep:
@@ -125,13 +125,13 @@ def _solved(
         _megabytes(case, knobs, faces, systems),
         {"triangles": faces, "masters": systems, "shapes": shapes},
     )
-    return _with_needles(planned, case, knobs, extent)
+    return _add_needle_cost(planned, case, knobs, extent)
 
 
-def _with_needles(planned: PlannedStep, case: Case, knobs: AcousticsFidelity, extent: Extent) -> PlannedStep:
+def _add_needle_cost(planned: PlannedStep, case: Case, knobs: AcousticsFidelity, extent: Extent) -> PlannedStep:
     """Add the time for needles and narrow gaps of an imported surface to a step."""
     surface = extent.surface
-    if surface is None or case.engine != "fused" or len(surface.triangles) > _MOST_LOOKED_AT:
+    if surface is None or case.engine != "fused" or len(surface.triangles) > _LARGEST_SEARCHED:
         return planned
     each, once = needle_seconds(surface, knobs)
     return replace(planned, seconds=planned.seconds + planned.counts["masters"] * each + once)
@@ -145,14 +145,14 @@ def _needles_in(case: Case) -> bool:
 def _megabytes(case: Case, knobs: AcousticsFidelity, faces: int, systems: int, points: int = 0) -> float:
     """Memory (MB) of the matrices at `systems` frequencies, or of the preceding rules for touching triangles."""
     needed = acoustics.estimate_memory(
-        faces // 2, faces, case.engine, knobs, points=points, frequencies=systems, free=_free_beside_the_program()
+        faces // 2, faces, case.engine, knobs, points=points, frequencies=systems, free=_free_for_matrices()
     )
     factors = (1, 2, 3) if _needles_in(case) else (1,)
     rules = (6 + 5 + 2) * sum((factor * knobs.singular_order) ** 4 for factor in factors)
     return BASE_MEGABYTES + 1e-6 * max(needed, _BYTES_PER_RULE_POINT * rules)
 
 
-def _free_beside_the_program() -> int:
+def _free_for_matrices() -> int:
     """Free memory (bytes) for matrices, without `BASE_MEGABYTES`."""
     return max(0, free_memory() - int(1e6 * BASE_MEGABYTES))
 
@@ -161,7 +161,7 @@ def _system_seconds(faces: int, case: Case, knobs: AcousticsFidelity) -> float:
     """Time (s) of matrices and factors at one frequency: all pairs of triangles by their points, plus close pairs."""
     return (
         _SECONDS_PER_SYSTEM
-        + _SECONDS_PER_PAIR * faces**2 * far_points(knobs) / _POINTS_OF_A_PAIR
+        + _SECONDS_PER_PAIR * faces**2 * far_points(knobs) / _POINTS_PER_PAIR
         + _SECONDS_PER_CLOSE_POINT * faces * close_points(faces, knobs, needles=_needles_in(case))
         + _SECONDS_PER_LU * (faces / 2) ** 3
     )
@@ -171,7 +171,7 @@ def far_points(knobs: AcousticsFidelity) -> float:
     """Mean number of points of a pair of well separated triangles over the band; the order rises with the frequency."""
     edge = 2 * pi / knobs.elements_per_wavelength  # rad, at the upper limit
     phases = [edge * (i + 0.5) / 8 for i in range(8)]
-    orders = [order_for(knobs.quadrature_order, phase, knobs.quadrature_error) for phase in phases]
+    orders = [quadrature_order(knobs.quadrature_order, phase, knobs.quadrature_error) for phase in phases]
     return sum(_rule_points(order) ** 2 for order in orders) / len(orders)
 
 
@@ -225,14 +225,14 @@ def run_up_sound_step(case: GearboxCase, fidelity: Fidelity) -> PlannedStep:
     )
 
 
-def motion_step(case: GearboxCase, fidelity: Fidelity, extent: Extent, *, heard: bool) -> PlannedStep:
-    """Cost of the motion of the surface and, if `heard`, its sound pressure, line by line."""
+def motion_step(case: GearboxCase, fidelity: Fidelity, extent: Extent, *, pressure_wanted: bool) -> PlannedStep:
+    """Cost of the motion of the surface and, if `pressure_wanted`, its sound pressure, line by line."""
     lines, faces, (low, high) = case.line_count, extent.triangles, case.limits
-    points = len(case.field_points) if heard else 0
+    points = len(case.field_points) if pressure_wanted else 0
     return PlannedStep(
         SURFACE_VELOCITY,
-        "velocity, pressure" if heard else "velocity",
-        f"about {lines:.0f} lines from {low:g} to {high:g} Hz, forced response{' and dot products' * heard}",
+        "velocity, pressure" if pressure_wanted else "velocity",
+        f"about {lines:.0f} lines from {low:g} to {high:g} Hz, forced response{' and dot products' * pressure_wanted}",
         SECONDS_PER_STEP + lines * faces * (_SECONDS_PER_LINE_AND_FACE + _SECONDS_PER_DOT_PRODUCT * points),
         BASE_MEGABYTES
         + _MEGABYTES_PER_LINE_AND_FACE * lines * faces

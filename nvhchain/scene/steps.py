@@ -61,7 +61,7 @@ class Scene:
         return self.case
 
     @property
-    def from_modes(self) -> bool:
+    def power_uses_modes(self) -> bool:
         """True where the sound power is that of the housing's modes, not of one surface velocity."""
         solved = self.fidelity.acoustics.radiation == "boundary_elements"
         return solved and not self.case.states_velocity and SURFACE_VELOCITY.name not in self.supplied
@@ -132,7 +132,7 @@ class Step(Generic[H_co]):
         True for load-independent operators, which several cases may share.
     can_be_supplied : bool
         True where a run can start from the hand-off.
-    per_stage : bool
+    repeats_by_stage : bool
         True where each gear stage has its own hand-off.
     file : str
         Name on disk and on the console, where it is not `name`.
@@ -147,17 +147,17 @@ class Step(Generic[H_co]):
     knobs: Literal["gear", "dynamics", "housing", "acoustics"] | None = None
     shared: bool = False
     can_be_supplied: bool = False
-    per_stage: bool = False
+    repeats_by_stage: bool = False
     file: str = ""
     timed_as: Step[Any] | None = field(default=None, repr=False)
 
-    def file_of(self, stage: str = "") -> str:
-        """Name of the file without key and suffix; `stage` is the gear stage where each has its own."""
-        return "_".join([self.file or self.name, *([stage] if self.per_stage else [])])
+    def file_of(self, gear_stage: str = "") -> str:
+        """Name of the file without key and suffix; `gear_stage` is the gear stage where each has its own."""
+        return "_".join([self.file or self.name, *([gear_stage] if self.repeats_by_stage else [])])
 
     def makes(self, file: str) -> bool:
         """Return True for the name of this step's file, whatever the gear stage."""
-        return file == self.file_of() if not self.per_stage else file.startswith(self.file_of())
+        return file == self.file_of() if not self.repeats_by_stage else file.startswith(self.file_of())
 
 
 def _nothing(scene: Scene) -> tuple[Step[Any], ...]:
@@ -169,7 +169,7 @@ def _misaligned_by_load(scene: Scene) -> tuple[Step[Any], ...]:
     return (HOUSING,) if options.loaded_misalignment and not options.rigid_housing else ()
 
 
-def _of_modes(scene: Scene) -> tuple[Step[Any], ...]:
+def _modal_power_needs(scene: Scene) -> tuple[Step[Any], ...]:
     return (HOUSING, FORCE_SPECTRUM)
 
 
@@ -185,7 +185,7 @@ MESH_LAWS: Step[tuple[MeshLaw, ...]] = Step(
     knobs="gear",
     shared=True,
     can_be_supplied=True,
-    per_stage=True,
+    repeats_by_stage=True,
     file="mesh_law",
 )
 
@@ -197,7 +197,7 @@ LOAD_DISTRIBUTIONS: Step[tuple[LoadDistribution, ...]] = Step(
     knobs="gear",
     shared=True,
     can_be_supplied=True,
-    per_stage=True,
+    repeats_by_stage=True,
     file="load_distribution",
     timed_as=MESH_LAWS,
 )
@@ -247,7 +247,7 @@ PRESSURE: Step[FieldPressure] = Step(
 RADIATION_RESISTANCE: Step[RadiationResistance] = Step(
     "radiation_resistance",
     RadiationResistance,
-    _of_modes,
+    _modal_power_needs,
     code="acoustics",
     knobs="acoustics",
     shared=True,
@@ -257,7 +257,7 @@ RADIATION_RESISTANCE: Step[RadiationResistance] = Step(
 SOUND_POWER: Step[SoundPower] = Step(
     "sound_power",
     SoundPower,
-    lambda scene: (RADIATION_RESISTANCE, *_of_modes(scene)) if scene.from_modes else (SURFACE_VELOCITY,),
+    lambda scene: (RADIATION_RESISTANCE, *_modal_power_needs(scene)) if scene.power_uses_modes else (SURFACE_VELOCITY,),
     code="acoustics",
     knobs="acoustics",
     timed_as=TRANSFER_VECTORS,

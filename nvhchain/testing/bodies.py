@@ -133,23 +133,23 @@ def shell(count: int, radius: float, seed: int = 7) -> FloatArray:
     return np.asarray(radius * x / np.linalg.norm(x, axis=1, keepdims=True))
 
 
-def turned(profile: Sequence[tuple[float, float]], around: int) -> Surface:
+def turned(profile: Sequence[tuple[float, float]], circumferential: int) -> Surface:
     """Build a surface of revolution about z.
 
     Parameters
     ----------
     profile : sequence of (r, z)
         From the lower to the upper pole, m; r = 0 at both.
-    around : int
+    circumferential : int
         Corners of a ring. Neighbouring rings are rotated by half a corner against each other.
     """
     rings, vertices = [], [np.array([[0.0, 0.0, profile[0][1]]])]
     for number, (r, z) in enumerate(profile[1:-1]):
-        angle = 2 * np.pi * (np.arange(around) + 0.5 * (number % 2)) / around
-        rings.append(1 + number * around + np.arange(around))
-        vertices.append(np.stack([r * np.cos(angle), r * np.sin(angle), np.full(around, z)], axis=1))
+        angle = 2 * np.pi * (np.arange(circumferential) + 0.5 * (number % 2)) / circumferential
+        rings.append(1 + number * circumferential + np.arange(circumferential))
+        vertices.append(np.stack([r * np.cos(angle), r * np.sin(angle), np.full(circumferential, z)], axis=1))
     corners = np.concatenate([*vertices, [[0.0, 0.0, profile[-1][1]]]])
-    low, top = np.zeros(around, dtype=int), np.full(around, len(corners) - 1)
+    low, top = np.zeros(circumferential, dtype=int), np.full(circumferential, len(corners) - 1)
     triangles = [np.stack([low, np.roll(rings[0], -1), rings[0]], axis=1)]
     for number, (a, b) in enumerate(itertools.pairwise(rings)):
         a_next, b_next = np.roll(a, -1), np.roll(b, -1)
@@ -161,24 +161,24 @@ def turned(profile: Sequence[tuple[float, float]], around: int) -> Surface:
     return Surface(corners, np.concatenate(triangles))
 
 
-def cylinder(radius: float, half_length: float, around: int) -> Surface:
+def cylinder(radius: float, half_length: float, circumferential: int) -> Surface:
     """Build a closed cylinder about z (lengths in m), its corners on the true one."""
-    edge = 0.9 * 2 * np.pi * radius / around
+    edge = 0.9 * 2 * np.pi * radius / circumferential
     up, out = max(1, round(2 * half_length / edge)), max(1, round(radius / edge))
     lid = [(radius * i / out, -half_length) for i in range(out)]
     wall = [(radius, half_length * (2 * i / up - 1)) for i in range(up + 1)]
-    return turned([*lid, *wall, *((r, -z) for r, z in lid[::-1])], around)
+    return turned([*lid, *wall, *((r, -z) for r, z in lid[::-1])], circumferential)
 
 
-def capsule(radius: float, half_length: float, around: int) -> Surface:
+def capsule(radius: float, half_length: float, circumferential: int) -> Surface:
     """Build a cylinder about z with half spheres as ends (lengths in m), its corners on the true one."""
-    edge = 0.9 * 2 * np.pi * radius / around
+    edge = 0.9 * 2 * np.pi * radius / circumferential
     up, down = max(1, round(2 * half_length / edge)), max(2, round(0.5 * np.pi * radius / edge))
     angle = 0.5 * np.pi * np.arange(down + 1) / down
     end = [(radius * np.sin(a), -half_length - radius * np.cos(a)) for a in angle]
     end[0] = (0.0, end[0][1])
     wall = [(radius, half_length * (2 * i / up - 1)) for i in range(1, up)]
-    return turned([*end, *wall, *((r, -z) for r, z in end[::-1])], around)
+    return turned([*end, *wall, *((r, -z) for r, z in end[::-1])], circumferential)
 
 
 def round_normals(

@@ -50,14 +50,14 @@ class Record:
     began: list[str] = field(default_factory=list)
     ended: list[tuple[str, str]] = field(default_factory=list)
 
-    def begin(self, stage: str) -> None:
+    def begin(self, step: str) -> None:
         """Record that a step has begun."""
-        self.began.append(stage)
+        self.began.append(step)
 
-    def step(self, stage: str, done: int, total: int) -> None:
+    def step(self, step: str, done: int, total: int) -> None:
         """Check the progress of a step."""
         assert 0 <= done <= total
 
-    def end(self, stage: str, how: str) -> None:
+    def end(self, step: str, outcome: str) -> None:
         """Record how a step ended."""
-        self.ended.append((stage, how))
+        self.ended.append((step, outcome))

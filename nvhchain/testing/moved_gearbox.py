@@ -102,7 +102,7 @@ def mapped(case: GearboxCase, matrix: FloatArray) -> GearboxCase:
     """
     hand = round(float(np.linalg.det(matrix)))
 
-    def at(place: Any) -> Any:
+    def transform(place: Any) -> Any:
         return tuple((matrix[: len(place), : len(place)] @ np.array(place)).tolist())
 
     casting = case.housing
@@ -113,13 +113,13 @@ def mapped(case: GearboxCase, matrix: FloatArray) -> GearboxCase:
             replace(gear, geometry=replace(gear.geometry, helix_angle=hand * gear.geometry.helix_angle))
             for gear in case.gears
         ),
-        shafts=tuple(replace(shaft, axis=at(shaft.axis)) for shaft in case.shafts),
+        shafts=tuple(replace(shaft, axis=transform(shaft.axis)) for shaft in case.shafts),
         housing=replace(
             casting,
-            bores=tuple(replace(bore, centre=at(bore.centre)) for bore in casting.bores),
-            gear_spaces=tuple(replace(space, centre=at(space.centre)) for space in casting.gear_spaces),
+            bores=tuple(replace(bore, centre=transform(bore.centre)) for bore in casting.bores),
+            gear_spaces=tuple(replace(space, centre=transform(space.centre)) for space in casting.gear_spaces),
         ),
-        field_points=tuple(replace(point, position=at(point.position)) for point in case.field_points),
+        field_points=tuple(replace(point, position=transform(point.position)) for point in case.field_points),
         input_rotation=hand * case.input_rotation,
     )
 

@@ -11,9 +11,9 @@ from nvhchain.case import Case
 from nvhchain.chain import run
 from nvhchain.errors import InputError
 from nvhchain.fidelity import Fidelity
-from nvhchain.files.shelf import Watcher
+from nvhchain.files.result_cache import Watcher
 from nvhchain.tradeoff.measure import Cost, Ledger, Run, resident
-from nvhchain.tradeoff.worker import Teller, keys_of
+from nvhchain.tradeoff.worker import PipeWatcher, keys_of
 
 
 def run_here(case: Case, fidelity: Fidelity, *, out: Path, operators: Path, ledger: Ledger, watcher: Watcher) -> Run:
@@ -32,8 +32,8 @@ def run_here(case: Case, fidelity: Fidelity, *, out: Path, operators: Path, ledg
     for folder in (out, operators):
         folder.mkdir(parents=True, exist_ok=True)
     try:
-        teller = Teller(Listener(), (out, operators))
+        teller = PipeWatcher(Listener(), (out, operators))
         result = run(case, fidelity=fidelity, out=out, operators=operators, watcher=teller)
     except InputError as error:
         return Run({}, str(error))
-    return Run(ledger.of(list(keys_of(result))))
+    return Run(ledger.costs_of(list(keys_of(result))))

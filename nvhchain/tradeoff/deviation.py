@@ -95,7 +95,7 @@ def deviation(
         require(0 < mesh < inf, f"mesh order {mesh} must be positive and finite: it is per turn of the input shaft")
     extra = pressure.frequency[_nearest(yardstick, pressure.frequency)[1]]
     lines = np.sort(np.concatenate([yardstick.frequency, extra]))
-    own, right = _at_lines(pressure, lines), _at_lines(yardstick, lines)
+    own, right = _pressure_at_lines(pressure, lines), _pressure_at_lines(yardstick, lines)
     size, true = np.abs(own), np.abs(right)
     alone = _nearest(yardstick, lines)[1][:, None]
     loud = np.where(alone, size, true) >= 10 ** (-reach / 20) * true.max(axis=0)
@@ -116,7 +116,7 @@ def _nearest(pressure: FieldPressure, lines: FloatArray) -> tuple[np.ndarray, np
     return nearest, np.abs(pressure.frequency[nearest] - lines) > _SAME_LINE * lines
 
 
-def _at_lines(pressure: FieldPressure, lines: FloatArray) -> ComplexArray:
+def _pressure_at_lines(pressure: FieldPressure, lines: FloatArray) -> ComplexArray:
     """Return the pressure (n_line, n_point) at `lines` (Hz), zero where it has no such line."""
     nearest, missing = _nearest(pressure, lines)
     return np.where(missing[:, None], 0.0, pressure.pressure[nearest])

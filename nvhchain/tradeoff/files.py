@@ -24,7 +24,7 @@ def save_tradeoff(sweep: Tradeoff, out: str | Path) -> None:
     from nvhchain.plots.files import save
     from nvhchain.plots.tradeoff import accuracy_cost
     from nvhchain.tradeoff import table
-    from nvhchain.tradeoff.knobs import BEYOND
+    from nvhchain.tradeoff.knobs import FINER_SETTINGS
 
     out = Path(out)
     write_text(out / "tradeoff.md", table.markdown(sweep))
@@ -36,7 +36,7 @@ def save_tradeoff(sweep: Tradeoff, out: str | Path) -> None:
         if item.deviation is None:
             continue
         group, _, field = item.knob.partition(".")
-        group = "beyond the yardstick" if (item.knob, item.value) in BEYOND else group
+        group = "beyond the yardstick" if (item.knob, item.value) in FINER_SETTINGS else group
         name = f"{field} {item.value}" if field else item.value
         groups.setdefault(group, []).append((item.processor, item.deviation.worst_order, name))
     if groups:

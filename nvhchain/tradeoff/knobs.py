@@ -7,12 +7,12 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
-from nvhchain.case import HEARD, RADIATED, Case, GearboxCase, Ramp
+from nvhchain.case import FIELD_POINT_QUANTITIES, RADIATED, Case, GearboxCase, Ramp
 from nvhchain.errors import require
 from nvhchain.fidelity import PRESETS, STANDARD, Fidelity, Sweep, declared
-from nvhchain.tradeoff.spared import spared
+from nvhchain.tradeoff.unused_knobs import is_unused
 
-STAGES = ("gear", "dynamics", "housing", "acoustics")
+PACKAGES = ("gear", "dynamics", "housing", "acoustics")
 """Parts of a fidelity that have knobs, in the order of the chain."""
 
 PRESET = "preset"
@@ -28,7 +28,7 @@ class Knob:
 
     Parameters
     ----------
-    stage : str
+    package : str
         Part of the fidelity: `gear`, `dynamics`, `housing` or `acoustics`.
     fields : tuple of str
         Names of the fields in this part.
@@ -36,17 +36,17 @@ class Knob:
         One tuple of field values per setting, cheapest first.
     steps : frozenset of str
         Declared steps that use the fields.
-    beyond : bool
+    finer : bool
         As in `nvhchain.fidelity.Sweep`.
     hours : bool
         As in `nvhchain.fidelity.Sweep`.
     """
 
-    stage: str
+    package: str
     fields: tuple[str, ...]
     values: tuple[tuple[Any, ...], ...]
     steps: frozenset[str] = frozenset()
-    beyond: bool = False
+    finer: bool = False
     hours: bool = False
 
     @property
@@ -57,19 +57,19 @@ class Knob:
     @property
     def name(self) -> str:
         """Name such as `gear.slices` or `acoustics.solver+solver_residual`."""
-        return f"{self.stage}.{'+'.join(self.fields)}"
+        return f"{self.package}.{'+'.join(self.fields)}"
 
-    def turned(self, base: Fidelity, value: Sequence[Any]) -> Fidelity:
+    def apply(self, base: Fidelity, value: Sequence[Any]) -> Fidelity:
         """Return `base` with this knob at `value`."""
-        stage = dataclasses.replace(getattr(base, self.stage), **dict(zip(self.fields, value, strict=True)))
-        return dataclasses.replace(base, name=f"{self.name} = {spoken(value)}", **{self.stage: stage})
+        stage = dataclasses.replace(getattr(base, self.package), **dict(zip(self.fields, value, strict=True)))
+        return dataclasses.replace(base, name=f"{self.name} = {setting_text(value)}", **{self.package: stage})
 
-    def at(self, fidelity: Fidelity) -> tuple[Any, ...]:
+    def value_in(self, fidelity: Fidelity) -> tuple[Any, ...]:
         """Return the values of the knob's fields in `fidelity`."""
-        return tuple(getattr(getattr(fidelity, self.stage), field) for field in self.fields)
+        return tuple(getattr(getattr(fidelity, self.package), field) for field in self.fields)
 
 
-def spoken(value: Sequence[Any]) -> str:
+def setting_text(value: Sequence[Any]) -> str:
     """Return a setting in words: short numbers, parts of a joint setting separated by commas."""
     parts = [f"{part:g}" if isinstance(part, float) else str(part) for part in value]
     return ", ".join(parts)
@@ -77,7 +77,7 @@ def spoken(value: Sequence[Any]) -> str:
 
 def _swept() -> Iterator[Knob]:
     """Yield every setting that `nvhchain.fidelity` declares as swept."""
-    for stage in STAGES:
+    for stage in PACKAGES:
         of_stage = fields(getattr(STANDARD, stage))
         steps = {one.name: declared(one).step for one in of_stage}
         for one in of_stage:
@@ -86,7 +86,7 @@ def _swept() -> Iterator[Knob]:
                 names = sweep.fields or (one.name,)
                 values = sweep.values if sweep.fields else tuple((value,) for value in sweep.values)
                 read_by = frozenset(steps[name] for name in names)
-                yield Knob(stage, names, values, read_by, sweep.beyond, sweep.hours)
+                yield Knob(stage, names, values, read_by, sweep.finer, sweep.hours)
 
 
 KNOBS: tuple[Knob, ...] = tuple(_swept())
@@ -94,20 +94,20 @@ KNOBS: tuple[Knob, ...] = tuple(_swept())
 
 NOT_SWEPT: dict[str, str] = {
     f"{stage}.{one.name}": reason
-    for stage in STAGES
+    for stage in PACKAGES
     for one in fields(getattr(STANDARD, stage))
     if isinstance(reason := declared(one).sweep, str)
 }
 """Knobs that change no result, or only refine it, each with the reason."""
 
-BEYOND = frozenset((knob.name, spoken(value)) for knob in KNOBS if knob.beyond for value in knob.values)
+FINER_SETTINGS = frozenset((knob.name, setting_text(value)) for knob in KNOBS if knob.finer for value in knob.values)
 """Knobs and values with a finer model or step than any preset: their change of the result is no error."""
 
 RECORDS = (0.25, 0.5, 2.0)
 """Lengths of the record that are tried, relative to that of the case."""
 
 
-def knobs_of(case: Case, names: Sequence[str] | None = None, given: Collection[str] = ()) -> tuple[Knob, ...]:
+def knobs_of(case: Case, names: Sequence[str] | None = None, supplied: Collection[str] = ()) -> tuple[Knob, ...]:
     """Return the knobs that a run of a case uses, all or by name.
 
     Parameters
@@ -117,7 +117,7 @@ def knobs_of(case: Case, names: Sequence[str] | None = None, given: Collection[s
     names : sequence of str, optional
         Names of knobs, of their fields or of parts of the fidelity. `preset` and `record` are accepted but are no
         knobs. By default all knobs except those that take hours.
-    given : collection of str
+    supplied : collection of str
         Names of the supplied hand-offs, as for `run`.
 
     Returns
@@ -130,17 +130,19 @@ def knobs_of(case: Case, names: Sequence[str] | None = None, given: Collection[s
     InputError
         If a name is unknown, or the case does not use its knob.
     """
-    looked_at = [knob for knob in KNOBS if _matters(knob, case) and not spared(knob.stage, knob.fields, case, given)]
+    looked_at = [
+        knob for knob in KNOBS if _affects_case(knob, case) and not is_unused(knob.package, knob.fields, case, supplied)
+    ]
     if names is None:
         return tuple(knob for knob in looked_at if not knob.hours)
     others = (PRESET, RECORD) if isinstance(case, GearboxCase) else (PRESET,)
     for name in names:
         require(
-            name in others or any(_called(knob, name) for knob in looked_at),
+            name in others or any(_is_named(knob, name) for knob in looked_at),
             f"knob {name!r} is unknown or not used by {case.name}; known: {', '.join(others)}, "
-            f"{', '.join(_asked_as(knob) for knob in looked_at)}",
+            f"{', '.join(_request_name(knob) for knob in looked_at)}",
         )
-    return tuple(knob for knob in looked_at if any(_called(knob, name) for name in names))
+    return tuple(knob for knob in looked_at if any(_is_named(knob, name) for name in names))
 
 
 def variants(case: Case, base: Fidelity, names: Sequence[str] | None = None) -> tuple[tuple[str, str, Fidelity], ...]:
@@ -161,13 +163,13 @@ def variants(case: Case, base: Fidelity, names: Sequence[str] | None = None) -> 
         Joint presets have the knob `preset`.
     """
     single = [
-        (knob.name, spoken(value), knob.turned(base, value))
+        (knob.name, setting_text(value), knob.apply(base, value))
         for knob in knobs_of(case, names)
         for value in knob.values
-        if value != knob.at(base)
+        if value != knob.value_in(base)
     ]
     asked = names is None or PRESET in names
-    joint = [(PRESET, name, preset) for name, preset in PRESETS.items() if asked and not same(preset, base)]
+    joint = [(PRESET, name, preset) for name, preset in PRESETS.items() if asked and not same_knobs(preset, base)]
     return (*single, *joint)
 
 
@@ -200,42 +202,42 @@ def records(case: Case, names: Sequence[str] | None = None) -> tuple[tuple[str, 
     return tuple((f"{RECORD}.{field}", f"{value:g}", turned) for field, value, turned in made)
 
 
-def knobs_by_stage(fidelity: Fidelity) -> dict[str, dict[str, Any]]:
+def knobs_by_package(fidelity: Fidelity) -> dict[str, dict[str, Any]]:
     """Return part → field → value of a fidelity, without its name."""
-    return {stage: dataclasses.asdict(getattr(fidelity, stage)) for stage in STAGES}
+    return {stage: dataclasses.asdict(getattr(fidelity, stage)) for stage in PACKAGES}
 
 
-def same(one: Fidelity, other: Fidelity) -> bool:
+def same_knobs(first: Fidelity, second: Fidelity) -> bool:
     """Return True if two fidelities differ at most in their names."""
-    return knobs_by_stage(one) == knobs_by_stage(other)
+    return knobs_by_package(first) == knobs_by_package(second)
 
 
-def _matters(knob: Knob, case: Case) -> bool:
+def _affects_case(knob: Knob, case: Case) -> bool:
     """Return True if a quantity of the case depends on a knob."""
     running_up = isinstance(case, GearboxCase) and case.operation.ramp is not None
-    return (running_up or not knob.run_up) and _heard(knob, case)
+    return (running_up or not knob.run_up) and _affects_quantities(knob, case)
 
 
-def _heard(knob: Knob, case: Case) -> bool:
+def _affects_quantities(knob: Knob, case: Case) -> bool:
     """Return True if a quantity of the case depends on a knob, whatever its speed.
 
     Forces do not depend on the radiating surface. A velocity depends only on its mesh.
     """
-    if (HEARD | RADIATED).intersection(case.quantities):
+    if (FIELD_POINT_QUANTITIES | RADIATED).intersection(case.quantities):
         return True
     of_the_surface = "surface" in knob.steps
     if "surface_velocity" in case.quantities:
-        return knob.stage != "acoustics" or of_the_surface
-    return knob.stage != "acoustics" and not of_the_surface
+        return knob.package != "acoustics" or of_the_surface
+    return knob.package != "acoustics" and not of_the_surface
 
 
-def _asked_as(knob: Knob) -> str:
+def _request_name(knob: Knob) -> str:
     """Return the name of a knob, with its one value where that takes hours."""
-    return f"{knob.name}={spoken(knob.values[0])}" if knob.hours else knob.name
+    return f"{knob.name}={setting_text(knob.values[0])}" if knob.hours else knob.name
 
 
-def _called(knob: Knob, name: str) -> bool:
+def _is_named(knob: Knob, name: str) -> bool:
     """Return True if `name` stands for the knob, its part of the fidelity or one of its fields."""
     if knob.hours:
-        return name == _asked_as(knob)
-    return name in (knob.name, knob.stage) or name in [f"{knob.stage}.{field}" for field in knob.fields]
+        return name == _request_name(knob)
+    return name in (knob.name, knob.package) or name in [f"{knob.package}.{field}" for field in knob.fields]

@@ -20,7 +20,7 @@ from nvhchain.case import Case
 from nvhchain.errors import FileFormatError, SolverError, require
 from nvhchain.fidelity import Fidelity
 from nvhchain.files.hdf5 import write_text
-from nvhchain.files.shelf import Watcher
+from nvhchain.files.result_cache import Watcher
 from nvhchain.runtime import processes
 
 KILLED = "killed by signal"
@@ -92,7 +92,7 @@ class Ledger:
                 f"{self.file}: not what stages took ({error}): remove {self.file.parent} and measure again"
             ) from None
 
-    def of(self, stages: Sequence[tuple[str, str]]) -> dict[str, Cost]:
+    def costs_of(self, stages: Sequence[tuple[str, str]]) -> dict[str, Cost]:
         """Return step → cost for the (step, key) pairs of a run; FileFormatError for a cached result without a cost."""
         lost = [stage for stage, key in stages if key not in self.costs]
         if lost:
@@ -227,7 +227,7 @@ def _followed(reader: int, process: Popen[bytes], ledger: Ledger, watcher: Watch
         elif event["event"] == "refused":
             run = Run({}, event["reason"])
         else:
-            run = Run(ledger.of(event["stages"]))
+            run = Run(ledger.costs_of(event["stages"]))
     return run
 
 

@@ -11,8 +11,8 @@ from nvhchain.case import Case
 from nvhchain.errors import AccuracyWarning, InputError, require
 from nvhchain.fidelity import PRESETS, Fidelity
 from nvhchain.scene import check_knobs
-from nvhchain.tradeoff import elsewhere
-from nvhchain.tradeoff.knobs import BEYOND, PRESET, Knob, knobs_by_stage, knobs_of, spoken
+from nvhchain.tradeoff import extrapolation
+from nvhchain.tradeoff.knobs import FINER_SETTINGS, PRESET, Knob, knobs_by_package, knobs_of, setting_text
 from nvhchain.tradeoff.sweep import Measurement, Tradeoff, case_identity
 
 _WARNED_OF = frozenset({"acoustics.radiation"})
@@ -32,7 +32,7 @@ class Task:
     ----------
     cases : tuple of Case
         Cases that are run alike.
-    given : collection of str
+    supplied : collection of str
         Names of the supplied hand-offs, or these by name.
     sweep : Tradeoff
         Measured sweep.
@@ -47,7 +47,7 @@ class Task:
     """
 
     cases: tuple[Case, ...]
-    given: Collection[str]
+    supplied: Collection[str]
     sweep: Tradeoff
     base: Fidelity
     tolerance: float
@@ -57,7 +57,7 @@ class Task:
     @property
     def knobs(self) -> list[Knob]:
         """Knobs that at least one case uses."""
-        return [knob for case in self.cases for knob in knobs_of(case, given=self.given)]
+        return [knob for case in self.cases for knob in knobs_of(case, supplied=self.supplied)]
 
     @property
     def swept_extent(self) -> Mapping[str, object] | None:
@@ -101,7 +101,7 @@ def base_of(sweep: Tradeoff) -> Fidelity:
     """Return the preset around which the sweep was measured; InputError if its knobs have changed since."""
     require(sweep.base in PRESETS, f"the sweep's base {sweep.base!r} is no preset: sweep around {', '.join(PRESETS)}")
     base, then = PRESETS[sweep.base], sweep.provenance.get("fidelity", {})
-    now = json.loads(json.dumps(knobs_by_stage(base)))
+    now = json.loads(json.dumps(knobs_by_package(base)))
     changed = [
         f"{stage}.{name}"
         for stage, knobs in then.items()
@@ -119,13 +119,13 @@ def base_of(sweep: Tradeoff) -> Fidelity:
 def rows_of(task: Task) -> list[tuple[Measurement, Knob, tuple[object, ...]]]:
     """Return the rows of single knobs that some case uses and that were not refused, with knob and value.
 
-    Models beyond that of the yardstick (`BEYOND`) are excluded: the yardstick is no truth for them.
+    Models beyond that of the yardstick (`FINER_SETTINGS`) are excluded: the yardstick is no truth for them.
     """
-    known = {(knob.name, spoken(value)): (knob, value) for knob in task.knobs for value in knob.values}
+    known = {(knob.name, setting_text(value)): (knob, value) for knob in task.knobs for value in knob.values}
     return [
         (row, *known[row.knob, row.value])
         for row in task.sweep.measurements[1:]
-        if row.deviation is not None and (row.knob, row.value) in known and (row.knob, row.value) not in BEYOND
+        if row.deviation is not None and (row.knob, row.value) in known and (row.knob, row.value) not in FINER_SETTINGS
     ]
 
 
@@ -139,14 +139,14 @@ def _expectation(task: Task) -> Callable[[Measurement, Fidelity], float]:
     """Return the function of a row and its fidelity that gives the expected error (dB) in these cases."""
     same, base, cases = task.same, task.base, task.cases
 
-    def expected(row: Measurement, turned: Fidelity) -> float:
+    def expected(row: Measurement, setting: Fidelity) -> float:
         error = error_of(row)
         if row.knob == PRESET:
-            return error if same else error * elsewhere.MARGIN * elsewhere.beyond_held_out(turned, base, cases)
-        error *= elsewhere.growth(turned, base, cases, task.swept_extent)
+            return error if same else error * extrapolation.MARGIN * extrapolation.preset_growth(setting, base, cases)
+        error *= extrapolation.growth(setting, base, cases, task.swept_extent)
         if row.knob.startswith("acoustics."):
-            error *= elsewhere.quiet_points(cases, task.swept_points)
-        return error if same else error * elsewhere.MARGIN
+            error *= extrapolation.quiet_points(cases, task.swept_points)
+        return error if same else error * extrapolation.MARGIN
 
     return expected
 
@@ -155,22 +155,22 @@ def offers_for(task: Task) -> list[Offer]:
     """Return the single settings of the sweep that are possible in these cases."""
     expected = _expectation(task)
     return [
-        Offer(knob, value, expected(row, knob.turned(task.base, value)), _shares(row, task.sweep))
+        Offer(knob, value, expected(row, knob.apply(task.base, value)), _shares(row, task.sweep))
         for row, knob, value in rows_of(task)
-        if knob.name not in _WARNED_OF and possible(task, knob.turned(task.base, value))
+        if knob.name not in _WARNED_OF and possible(task, knob.apply(task.base, value))
     ]
 
 
-def presets_for(task: Task, most: float) -> list[tuple[Fidelity, Offer]]:
-    """Return the joint presets that are possible in all cases, with an error of `most` (dB) at most."""
+def presets_for(task: Task, tolerance: float) -> list[tuple[Fidelity, Offer]]:
+    """Return the joint presets that are possible in all cases, with an error of `tolerance` (dB) at most."""
     found, expected = [], _expectation(task)
-    if "transfer_vectors" in task.given:  # they belong to the surface of one fidelity
+    if "transfer_vectors" in task.supplied:  # they belong to the surface of one fidelity
         return []
     for row in task.sweep.measurements[1:]:
         if row.knob == PRESET and row.value in PRESETS and row.deviation is not None:
             preset = PRESETS[row.value]
             error = expected(row, preset)
-            if error <= most and possible(task, preset):
+            if error <= tolerance and possible(task, preset):
                 found.append((preset, Offer(Knob(PRESET, (), ()), (row.value,), error, _shares(row, task.sweep))))
     return found
 
@@ -192,7 +192,7 @@ def possible(task: Task, fidelity: Fidelity) -> bool:
     (`_vouched_for`).
     """
     try:
-        told = warnings_of(task.cases, fidelity, task.given)
+        told = warnings_of(task.cases, fidelity, task.supplied)
     except InputError:
         return False
     return told <= task.warnings and all(_vouched_for(task, case, fidelity) for case in task.cases)
@@ -203,23 +203,23 @@ def _vouched_for(task: Task, case: Case, fidelity: Fidelity) -> bool:
 
     Stages whose limit at the base exceeds the tolerance are excluded.
     """
-    if not any(knob.stage == "gear" for knob in knobs_of(case, given=task.given)):
+    if not any(knob.package == "gear" for knob in knobs_of(case, supplied=task.supplied)):
         return True
-    limits = zip(elsewhere.open_below(fidelity, case), elsewhere.open_below(task.base, case), strict=True)
+    limits = zip(extrapolation.open_below(fidelity, case), extrapolation.open_below(task.base, case), strict=True)
     return all(below <= least + task.tolerance for below, least in limits if least <= task.tolerance)
 
 
-def warnings_of(cases: Sequence[Case], fidelity: Fidelity, given: Collection[str]) -> frozenset[str]:
+def warnings_of(cases: Sequence[Case], fidelity: Fidelity, supplied: Collection[str]) -> frozenset[str]:
     """Return the warnings before a run; InputError where the run is refused."""
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always", AccuracyWarning)
         for case in cases:
-            check_knobs(case, fidelity, given)
+            check_knobs(case, fidelity, supplied)
     return frozenset(str(one.message) for one in told)
 
 
-def turned_to(base: Fidelity, offers: list[Offer]) -> Fidelity:
+def apply_offers(base: Fidelity, offers: list[Offer]) -> Fidelity:
     """Return `base` with all offers turned."""
     for offer in offers:
-        base = offer.knob.turned(base, offer.value)
+        base = offer.knob.apply(base, offer.value)
     return base

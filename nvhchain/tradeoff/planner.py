@@ -13,11 +13,12 @@ from nvhchain.errors import require
 from nvhchain.fidelity import Fidelity
 from nvhchain.kinds import checked
 from nvhchain.scene import Scene, planned_steps
-from nvhchain.tradeoff import elsewhere
-from nvhchain.tradeoff.knobs import PRESET, Knob, spoken
+from nvhchain.tradeoff import extrapolation
+from nvhchain.tradeoff.knobs import PRESET, Knob, setting_text
 from nvhchain.tradeoff.offers import (
     Offer,
     Task,
+    apply_offers,
     base_of,
     error_of,
     is_swept,
@@ -25,7 +26,6 @@ from nvhchain.tradeoff.offers import (
     possible,
     presets_for,
     rows_of,
-    turned_to,
     warnings_of,
 )
 from nvhchain.tradeoff.shipped import shipped_sweep
@@ -52,7 +52,7 @@ class Choice:
     ----------
     fidelity : Fidelity
         Fidelity of the run.
-    turned : mapping of str to str
+    settings : mapping of str to str
         Knob → value that is cheaper than the sweep's base, or `preset` → its name.
     expected_error_db : float
         Sum of the errors of sound pressure measured for each setting against the base (dB). Other cases than the swept
@@ -70,7 +70,7 @@ class Choice:
     """
 
     fidelity: Fidelity
-    turned: Mapping[str, str]
+    settings: Mapping[str, str]
     expected_error_db: float
     expected_seconds: float
     base_seconds: float
@@ -81,7 +81,7 @@ class Choice:
     same_case: bool = True
 
     def __str__(self) -> str:
-        settings = [f"  {knob} = {value} ({self.errors[knob]:.2g} dB)" for knob, value in self.turned.items()]
+        settings = [f"  {knob} = {value} ({self.errors[knob]:.2g} dB)" for knob, value in self.settings.items()]
         return "\n".join(
             [
                 f"{self.fidelity.name}: about {self.expected_error_db:.2g} dB from {self.base}, itself known to "
@@ -98,7 +98,7 @@ def cheapest(
     tolerance_db: float,
     sweep: Tradeoff | None = None,
     *,
-    given: Collection[str] | Mapping[str, object] = (),
+    supplied: Collection[str] | Mapping[str, object] = (),
 ) -> Choice:
     """Choose the knobs that run `case` soonest with errors of overall level and mesh harmonics within a tolerance.
 
@@ -110,7 +110,7 @@ def cheapest(
         Tolerance against the sweep's base (dB).
     sweep : Tradeoff, optional
         Sweep around a preset on this case or a similar one. By default the shipped one.
-    given : collection of str, or mapping of str to hand-off
+    supplied : collection of str, or mapping of str to hand-off
         Names of the supplied hand-offs, or these by name, as for `run`.
 
     Returns
@@ -144,11 +144,11 @@ def cheapest(
         0 < tolerance_db < WIDEST,
         f"tolerance = {tolerance_db:g} dB is outside 0…{WIDEST:g} dB: a model is never exact, ask for 1",
     )
-    check_argument_names(given)
+    check_argument_names(supplied)
     sweep, cases = sweep or shipped_sweep(), (case,) if isinstance(case, GearboxCase | RadiatorCase) else tuple(case)
     require(len(cases) > 0, "no case to plan for: give one or more")
     base = base_of(sweep)
-    known = base_error(sweep, *cases, given=given)
+    known = base_error(sweep, *cases, supplied=supplied)
     least = _two_digits_above(known)
     remedy = f"ask for {least:g} dB or more" if least < WIDEST else "choose a preset"
     require(
@@ -156,34 +156,34 @@ def cheapest(
         f"tolerance = {tolerance_db:g} dB is not reached: the best there is, {sweep.base}, is itself known to "
         f"{least:g} dB only, by the last steps of its knobs ({sweep.case}): {remedy}",
     )
-    task = Task(cases, given, sweep, base, tolerance_db, warnings_of(cases, base, given), is_swept(cases, sweep))
-    seconds, offers = _seconds_by_stage(task), offers_for(task)
+    task = Task(cases, supplied, sweep, base, tolerance_db, warnings_of(cases, base, supplied), is_swept(cases, sweep))
+    seconds, offers = _seconds_by_step(task), offers_for(task)
     turned: dict[str, Offer] = {}
     while True:
         best: tuple[float, dict[str, Offer]] | None = None
         for offer in offers:
-            if _taken(offer.knob, turned):
+            if _is_decided(offer.knob, turned):
                 continue
             further = {**turned, offer.knob.name: offer}
-            gain = _total(seconds, turned) - _total(seconds, further)
-            if gain < SMALLEST_GAIN * _total(seconds) or _sum(further) > SHARE * tolerance_db:
+            gain = _seconds(seconds, turned) - _seconds(seconds, further)
+            if gain < SMALLEST_GAIN * _seconds(seconds) or _error_sum(further) > SHARE * tolerance_db:
                 continue
-            worth = gain / max(_sum(further) - _sum(turned), 1e-3 * tolerance_db)
-            if (best is None or worth > best[0]) and possible(task, turned_to(base, list(further.values()))):
+            worth = gain / max(_error_sum(further) - _error_sum(turned), 1e-3 * tolerance_db)
+            if (best is None or worth > best[0]) and possible(task, apply_offers(base, list(further.values()))):
                 best = worth, further
         if best is None:
             break
         turned = best[1]
-    fidelity = turned_to(base, list(turned.values()))
+    fidelity = apply_offers(base, list(turned.values()))
     for preset, offer in presets_for(task, SHARE * tolerance_db):
-        if _total(seconds, {PRESET: offer}) < _total(seconds, turned):
+        if _seconds(seconds, {PRESET: offer}) < _seconds(seconds, turned):
             fidelity, turned = preset, {PRESET: offer}
     return Choice(
         dataclasses.replace(fidelity, name=f"within {tolerance_db:g} dB"),
-        {name: spoken(offer.value) for name, offer in turned.items()},
-        _sum(turned),
-        _total(seconds, turned),
-        _total(seconds),
+        {name: setting_text(offer.value) for name, offer in turned.items()},
+        _error_sum(turned),
+        _seconds(seconds, turned),
+        _seconds(seconds),
         known,
         sweep.case,
         sweep.base,
@@ -192,7 +192,7 @@ def cheapest(
     )
 
 
-def base_error(sweep: Tradeoff, *cases: Case, given: Collection[str] = ()) -> float:
+def base_error(sweep: Tradeoff, *cases: Case, supplied: Collection[str] = ()) -> float:
     """Return the error (dB) that the base of a sweep leaves open: its independent knobs in quadrature.
 
     Parameters
@@ -201,7 +201,7 @@ def base_error(sweep: Tradeoff, *cases: Case, given: Collection[str] = ()) -> fl
         Measured sweep.
     *cases : Case
         Cases to which the laws of the error band extrapolate the errors.
-    given : collection of str
+    supplied : collection of str
         As in `cheapest`.
 
     Returns
@@ -220,13 +220,15 @@ def base_error(sweep: Tradeoff, *cases: Case, given: Collection[str] = ()) -> fl
     base, is at most about the size of that step. Convergence is unknown for knobs with one measured value.
     """
     last: dict[Knob, list[float]] = {}
-    task = Task(cases, given, sweep, base_of(sweep), 0.0)
+    task = Task(cases, supplied, sweep, base_of(sweep), 0.0)
     for row, knob, value in rows_of(task):
         if isinstance(knob.values[-1][0], float | int) and not isinstance(knob.values[-1][0], bool):
-            grown = error_of(row) * elsewhere.growth(knob.turned(task.base, value), task.base, cases, task.swept_extent)
+            grown = error_of(row) * extrapolation.growth(
+                knob.apply(task.base, value), task.base, cases, task.swept_extent
+            )
             last.setdefault(knob, []).append(grown)
     steps = {knob: errors[-1] for knob, errors in last.items() if len(errors) > 1}
-    unknown = {knob.stage for knob in task.knobs} - {knob.stage for knob in steps}
+    unknown = {knob.package for knob in task.knobs} - {knob.package for knob in steps}
     require(
         not unknown,
         f"the sweep of {sweep.case} has no converging knob of {', '.join(sorted(unknown))}: how well {sweep.base} is "
@@ -243,31 +245,31 @@ def _two_digits_above(value: float) -> float:
     return next(number for n in range(3) if (number := float(f"{value + n * unit:.2g}")) >= value)
 
 
-def _taken(knob: Knob, turned: Mapping[str, Offer]) -> bool:
+def _is_decided(knob: Knob, settings: Mapping[str, Offer]) -> bool:
     """Return True if another turned knob uses one of the same fields."""
-    others = [offer.knob for name, offer in turned.items() if name != knob.name]
-    return any(other.stage == knob.stage and not set(other.fields).isdisjoint(knob.fields) for other in others)
+    others = [offer.knob for name, offer in settings.items() if name != knob.name]
+    return any(other.package == knob.package and not set(other.fields).isdisjoint(knob.fields) for other in others)
 
 
-def _sum(turned: Mapping[str, Offer]) -> float:
+def _error_sum(settings: Mapping[str, Offer]) -> float:
     """Sum of the errors of all settings (dB)."""
-    return sum(offer.error for offer in turned.values())
+    return sum(offer.error for offer in settings.values())
 
 
-def _seconds_by_stage(task: Task) -> dict[str, float]:
+def _seconds_by_step(task: Task) -> dict[str, float]:
     """Return the processor time (s) of the cases at the base, by step of the sweep."""
     seconds: dict[str, float] = {}
     swept = task.sweep.measurements[0].stages
-    for planned in [one for case in task.cases for one in planned_steps(Scene(case, task.base, task.given))]:
+    for planned in [one for case in task.cases for one in planned_steps(Scene(case, task.base, task.supplied))]:
         alike = [planned.step, *([planned.step.timed_as] if planned.step.timed_as else [])]
         measured = next((file for step in alike for file in swept if step.makes(file)), alike[-1].file_of())
         seconds[measured] = seconds.get(measured, 0.0) + planned.seconds
     return seconds
 
 
-def _total(seconds: Mapping[str, float], turned: Mapping[str, Offer] | None = None) -> float:
+def _seconds(seconds: Mapping[str, float], settings: Mapping[str, Offer] | None = None) -> float:
     """Return the processor time (s) of all steps with these settings."""
     return sum(
-        value * prod(offer.shares.get(stage, 1.0) for offer in (turned or {}).values())
+        value * prod(offer.shares.get(stage, 1.0) for offer in (settings or {}).values())
         for stage, value in seconds.items()
     )

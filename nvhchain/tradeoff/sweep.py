@@ -17,16 +17,16 @@ from nvhchain.conventions import Progress
 from nvhchain.errors import SolverError, require
 from nvhchain.fidelity import REFERENCE, Fidelity
 from nvhchain.files import hdf5
-from nvhchain.files.alone import alone_in
-from nvhchain.files.shelf import Unwatched, Watcher, code_version, fingerprint, key_in
+from nvhchain.files.folder_lock import hold_folder
+from nvhchain.files.result_cache import Unwatched, Watcher, code_version, fingerprint, key_in
 from nvhchain.handoff import FieldPressure, PressureHistory
 from nvhchain.kinds import check_fields, checked
 from nvhchain.tradeoff.deviation import Deviation, deviation, deviation_in_time
-from nvhchain.tradeoff.elsewhere import extent
-from nvhchain.tradeoff.knobs import STAGES, knobs_by_stage, records, variants
+from nvhchain.tradeoff.extrapolation import extent
+from nvhchain.tradeoff.knobs import PACKAGES, knobs_by_package, records, variants
 from nvhchain.tradeoff.measure import KILLED, Cost, Ledger, Run, measured_run
 
-_CODE = (*STAGES, "spectrum", "scene", "chain", "tradeoff/deviation", "tradeoff/measure", "tradeoff/worker")
+_CODE = (*PACKAGES, "spectrum", "scene", "chain", "tradeoff/deviation", "tradeoff/measure", "tradeoff/worker")
 """Packages and modules on which a row depends."""
 
 _THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -151,7 +151,7 @@ def tradeoff(
         f"{case.name} asks for {', '.join(case.quantities)}: errors are those of the sound pressure; ask for it",
     )
     out, report = hdf5.writable_folder(out, "out"), progress or (lambda done, total: None)
-    with alone_in(out):
+    with hold_folder(out):
         return _swept(case, fidelity, out, knobs, report, watcher or Unwatched())
 
 
@@ -178,11 +178,11 @@ class _Sweep:
         self._ledger = Ledger(out / "costs.json")
         self._spine = out / f"base-{_identity(case, fidelity)[:10]}"
         if self._ledger.file.exists():
-            self._forget_what_has_no_cost()
+            self._remove_uncosted()
         elif not any(out.rglob("*.h5")):  # else they belong to another work
             self._ledger.begin()
 
-    def _forget_what_has_no_cost(self) -> None:
+    def _remove_uncosted(self) -> None:
         """Delete cached results without a cost, which remain of an interrupted sweep."""
         for folder in (self._out / "operators", self._spine):
             for file in folder.rglob("*.h5"):
@@ -242,7 +242,7 @@ class _Sweep:
 
 def _identity(case: Case, fidelity: Fidelity) -> str:
     """Hash of a run: case, its files, knobs and code, without the names of presets and the folder of the case."""
-    return fingerprint(case_identity(case), knobs_by_stage(fidelity), _code())
+    return fingerprint(case_identity(case), knobs_by_package(fidelity), _code())
 
 
 def case_identity(case: Case) -> str:
@@ -276,7 +276,7 @@ def _provenance(case: Case, fidelity: Fidelity) -> dict[str, Any]:
     return {
         "case": case_identity(case),
         "extent": extent(case),
-        "fidelity": json.loads(json.dumps(knobs_by_stage(fidelity))),  # tuples become lists, as in a file
+        "fidelity": json.loads(json.dumps(knobs_by_package(fidelity))),  # tuples become lists, as in a file
         "code": _code(),
         "processors": os.cpu_count(),
         "threads": {name: os.environ[name] for name in _THREADS if name in os.environ},

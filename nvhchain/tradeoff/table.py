@@ -14,7 +14,7 @@ import numpy as np
 
 from nvhchain.errors import FileFormatError
 from nvhchain.handoff import FieldPressure
-from nvhchain.tradeoff.knobs import BEYOND
+from nvhchain.tradeoff.knobs import FINER_SETTINGS
 from nvhchain.tradeoff.sweep import Measurement, Tradeoff, measurement
 
 _HEADINGS = (
@@ -44,7 +44,7 @@ def markdown(sweep: Tradeoff) -> str:
     """
     lines = ["| " + " | ".join(_HEADINGS) + " |", "|---|---|---:|---:|---:|---:|---:|---:|"]
     lines += ["| " + " | ".join(_row(sweep, item)) + " |" for item in sweep.measurements]
-    if any((item.knob, item.value) in BEYOND for item in sweep.measurements):
+    if any((item.knob, item.value) in FINER_SETTINGS for item in sweep.measurements):
         lines += ["", f"\\* models more, or steps finer, than {sweep.base}: what it changes is no error of the row."]
     return "\n".join(lines) + "\n"
 
@@ -129,7 +129,7 @@ def from_json(path: str | Path) -> Tradeoff:
     if not path.is_file():
         raise FileFormatError(f"{path}: no such file: measure it with `nvhchain tradeoff`")
     try:
-        record = json.loads(path.read_text(encoding="utf-8"), parse_constant=_no_number)
+        record = json.loads(path.read_text(encoding="utf-8"), parse_constant=_refuse_constant)
         rows = tuple(measurement(row) for row in record["measurements"])
         return Tradeoff(record["case"], record["base"], rows, record["provenance"], _pressure(record.get("yardstick")))
     except (ValueError, KeyError, TypeError, AttributeError) as error:
@@ -138,7 +138,7 @@ def from_json(path: str | Path) -> Tradeoff:
         ) from None
 
 
-def _no_number(constant: str) -> None:
+def _refuse_constant(constant: str) -> None:
     raise ValueError(f"{constant} is no number")
 
 
@@ -151,7 +151,7 @@ def _pressure(record: dict[str, Any] | None) -> FieldPressure | None:
 
 
 def _row(sweep: Tradeoff, item: Measurement) -> list[str]:
-    value = item.value + " \\*" * ((item.knob, item.value) in BEYOND)
+    value = item.value + " \\*" * ((item.knob, item.value) in FINER_SETTINGS)
     cost = [f"{item.processor:.3g}", f"{item.seconds:.3g}", f"{item.megabytes:.0f}"]
     if item.refused:
         return [item.knob, value, *cost, f"refused: {item.refused}", "", ""]

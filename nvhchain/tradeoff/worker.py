@@ -23,40 +23,40 @@ from typing import Any, TextIO
 from nvhchain import chain
 from nvhchain.chain.result import Result
 from nvhchain.errors import InputError, SolverError
-from nvhchain.files.shelf import Watcher, key_in, made_as
+from nvhchain.files.result_cache import Watcher, key_in, origin
 from nvhchain.handoff import HandOff
 from nvhchain.runtime import processes
 
 
-class Teller(Watcher):
+class PipeWatcher(Watcher):
     """Watcher that sends every step with its seconds and the cache key of its result."""
 
     def __init__(self, pipe: TextIO, folders: tuple[Path, ...]) -> None:
         self._pipe, self._folders, self._begun = pipe, folders, (0.0, 0.0)
 
-    def tell(self, **event: Any) -> None:
+    def send(self, **event: Any) -> None:
         """Send one event."""
         self._pipe.write(json.dumps(event) + "\n")
         self._pipe.flush()
 
-    def begin(self, stage: str) -> None:
+    def begin(self, step: str) -> None:
         """Send the begin of a step."""
-        self.tell(event="begin", stage=stage)
+        self.send(event="begin", stage=step)
         self._begun = _clocks()
 
-    def step(self, stage: str, done: int, total: int) -> None:
+    def step(self, step: str, done: int, total: int) -> None:
         """Ignore progress within a step."""
         pass
 
-    def end(self, stage: str, how: str) -> None:
+    def end(self, step: str, outcome: str) -> None:
         """Send the end of a computed step with its time and key."""
-        if how == "computed":
+        if outcome == "computed":
             seconds, processor = (now - begun for now, begun in zip(_clocks(), self._begun, strict=True))
-            self.tell(event="end", stage=stage, seconds=seconds, processor=processor, key=self._key(stage))
+            self.send(event="end", stage=step, seconds=seconds, processor=processor, key=self._key(step))
 
-    def _key(self, stage: str) -> str:
+    def _key(self, step: str) -> str:
         """Return the key of the newest file of a step."""
-        files = [f for folder in self._folders for name in (f"{stage}.h5", f"{stage}-*.h5") for f in folder.glob(name)]
+        files = [f for folder in self._folders for name in (f"{step}.h5", f"{step}-*.h5") for f in folder.glob(name)]
         key = key_in(max(files, key=lambda file: file.stat().st_mtime_ns))
         assert key is not None
         return key
@@ -72,7 +72,7 @@ def keys_of(result: Result) -> Iterator[tuple[str, str]]:
     for field in dataclasses.fields(result):
         value = getattr(result, field.name)
         for item in value if isinstance(value, tuple) else (value,):
-            if isinstance(item, HandOff) and (made := made_as(item)):
+            if isinstance(item, HandOff) and (made := origin(item)):
                 yield made
 
 
@@ -91,13 +91,13 @@ def main() -> None:
     case, fidelity, out, operators = pickle.load(sys.stdin.buffer)
     with suppress(KeyboardInterrupt), os.fdopen(int(sys.argv[1]), "w") as pipe:
         Thread(target=_end_with_listener, args=(pipe.fileno(),), daemon=True).start()
-        teller = Teller(pipe, (out, operators))
+        teller = PipeWatcher(pipe, (out, operators))
         try:
             result = chain.run(case, fidelity=fidelity, out=out, operators=operators, watcher=teller)
         except (InputError, SolverError, MemoryError) as error:
-            teller.tell(event="refused", reason=" ".join(str(error).split()) or "out of memory")
+            teller.send(event="refused", reason=" ".join(str(error).split()) or "out of memory")
             return
-        teller.tell(event="done", stages=list(keys_of(result)))
+        teller.send(event="done", stages=list(keys_of(result)))
 
 
 if __name__ == "__main__":

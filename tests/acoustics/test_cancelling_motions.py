@@ -5,7 +5,7 @@ import warnings
 import numpy as np
 import pytest
 
-from nvhchain.acoustics import radiate, solve_direct, sphere, surface_pressure, transfer_vectors, vectors_at
+from nvhchain.acoustics import interpolate_vectors, radiate, solve_direct, sphere, surface_pressure, transfer_vectors
 from nvhchain.acoustics.accuracy import cancellation
 from nvhchain.acoustics.accuracy.cancellation import (
     ESTIMATE,
@@ -286,7 +286,7 @@ def test_vectors_between_masters_are_warned_of_as_these_are(air):
     """They kept the elements per wavelength of the highest master, and so a higher threshold."""
     body, velocity = PLATE, bending(PLATE)
     atv = silent(transfer_vectors, body, bodies.shell(10, 1.0), np.linspace(0.0, 1200.0, 13), air=air)
-    at = vectors_at(atv, [200.0])
+    at = interpolate_vectors(atv, [200.0])
     assert at.accuracy.elements_per_wavelength == pytest.approx(6 * atv.accuracy.elements_per_wavelength)
     for given in (atv, at):
         with pytest.warns(AccuracyWarning, match=CANCEL):

@@ -9,7 +9,7 @@ import pytest
 
 from nvhchain.acoustics import sphere
 from nvhchain.acoustics.fused import engine
-from nvhchain.acoustics.fused.ordering import parts_of
+from nvhchain.acoustics.fused.ordering import distribute_rows
 from nvhchain.errors import ResourceError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import Surface
@@ -152,5 +152,5 @@ def test_two_bodies_a_tenth_of_an_edge_apart_lose_little_when_facing_triangles_a
 def test_a_part_to_which_no_row_would_fall_is_left_out():
     """All vertices of a tetrahedron belong to the first two of its triangles."""
     tetrahedron = np.array([[0, 1, 2], [1, 2, 3], [0, 1, 3], [0, 2, 3]])
-    (part,) = parts_of(tetrahedron, np.array([0, 2, 4]), 4, 2)
+    (part,) = distribute_rows(tetrahedron, np.array([0, 2, 4]), 4, 2)
     assert part.rows.tolist() == part.triangles.tolist() == [0, 1, 2, 3]

@@ -12,9 +12,9 @@ import pytest
 from nvhchain.acoustics.fused import engine
 from nvhchain.acoustics.fused import mesh as fused_mesh
 from nvhchain.acoustics.fused.quadrature import (
-    order_for,
     oscillation_error,
     product_rule,
+    quadrature_order,
     touching_rule,
 )
 from nvhchain.fem.quadrature import triangle_rule
@@ -84,7 +84,7 @@ def test_oscillation_error_falls_with_order_and_with_the_third_power_of_the_phas
 
 @pytest.mark.parametrize(("per_wavelength", "order"), [(100.0, 2), (4.5, 2), (2.8, 3), (0.7, 7)])
 def test_order_rises_only_where_elements_are_few_per_wavelength(per_wavelength, order):
-    assert order_for(2, 2 * np.pi / per_wavelength, 2e-3) == order
+    assert quadrature_order(2, 2 * np.pi / per_wavelength, 2e-3) == order
 
 
 def test_needles_of_a_fan_take_higher_orders_where_they_are_near_each_other_alone(monkeypatch):
@@ -97,11 +97,11 @@ def test_needles_of_a_fan_take_higher_orders_where_they_are_near_each_other_alon
     lids = [np.column_stack([one, following, 0 * one + n]), np.column_stack([following, one, 0 * one + n + 1])]
     body, knobs, tip = Surface(np.vstack([rim, apex]), np.vstack(lids)), STANDARD.acoustics, np.array([n])
     raised = [int((fused_mesh.prepare(body, knobs, None).trials[0].close_rule >= 5).sum())]
-    rows = [engine.rows_of(body, k, knobs, tip)]
+    rows = [engine.assemble_rows(body, k, knobs, tip)]
     monkeypatch.setattr(fused_mesh, "_OPEN", (np.inf, np.inf))
     fused_mesh.prepare.cache_clear()
     raised.append(int((fused_mesh.prepare(body, knobs, None).trials[0].close_rule >= 5).sum()))
-    rows.append(engine.rows_of(body, k, knobs, tip))
+    rows.append(engine.assemble_rows(body, k, knobs, tip))
     assert raised[0] < 0.4 * raised[1]
     for eased, full in zip(*rows, strict=True):
         assert 0.0 < np.linalg.norm(eased - full) < 1e-5 * np.linalg.norm(full)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.polynomial import Chebyshev
 
-from nvhchain.acoustics import interpolation_error, project, radiate, sphere, vectors_at
+from nvhchain.acoustics import interpolate_vectors, interpolation_error, project, radiate, sphere
 from nvhchain.acoustics.interpolation.rational import Window, window
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError, ResourceError
@@ -43,7 +43,7 @@ def test_projection_and_vectors_at_lines_give_the_pressure_that_radiate_gives(de
         product = project(detour, columns, LINES, fidelity=fidelity, progress=lambda *step: seen.append(step))
         assert np.abs(product @ amplitude - pressure).max() < 1e-12 * scale
     assert seen[1] == (5, 5)
-    at = vectors_at(detour, LINES, fidelity=fidelity)
+    at = interpolate_vectors(detour, LINES, fidelity=fidelity)
     assert np.abs(np.einsum("fmi,fi->fm", at.vectors, velocity.normal_velocity) - pressure).max() < 1e-12 * scale
 
 
@@ -53,13 +53,13 @@ def test_shapes_of_another_surface_and_lines_outside_the_masters_are_refused(det
     with pytest.raises(InputError, match="shapes hold values that are not finite"):
         project(detour, np.full((80, 1), np.nan), LINES, fidelity=fidelity)
     with pytest.raises(InputError, match="outside the master frequencies"):
-        vectors_at(detour, [100.0], fidelity=fidelity)
+        interpolate_vectors(detour, [100.0], fidelity=fidelity)
 
 
 def test_results_that_do_not_fit_into_memory_are_refused_before_any_is_computed(detour, fidelity, monkeypatch):
     monkeypatch.setattr("psutil.virtual_memory", lambda: type("M", (), {"available": 2**10}))
     with pytest.raises(ResourceError, match="fewer lines"):
-        vectors_at(detour, LINES, fidelity=fidelity)
+        interpolate_vectors(detour, LINES, fidelity=fidelity)
     with pytest.raises(ResourceError, match="fewer lines"):
         project(detour, np.ones((80, 9)), LINES, fidelity=fidelity)
 
@@ -86,7 +86,7 @@ def test_resonances_between_masters_are_reproduced_by_rational_functions_and_not
     atv = resonating(masters, points, poles, body, air)
     truth = resonating(lines, points, poles, body, air).vectors
     size = np.linalg.norm(truth, axis=2)
-    error = np.linalg.norm(vectors_at(atv, lines, fidelity=fidelity).vectors - truth, axis=2) / size
+    error = np.linalg.norm(interpolate_vectors(atv, lines, fidelity=fidelity).vectors - truth, axis=2) / size
     assert error.max() < 2e-3
     velocity = SurfaceVelocity(lines, np.random.default_rng(8).normal(size=(len(lines), len(body.triangles))), body)
     exact = np.einsum("fmi,fi->fm", truth, velocity.normal_velocity)

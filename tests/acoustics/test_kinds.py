@@ -52,7 +52,7 @@ def test_every_argument_of_every_function_is_refused_by_its_name_if_it_is_of_the
     [
         (lambda: transfer_vectors(BODY, [0, 0, 1], [100.0], plane=(0, 0, 1)), r"plane = .* give a RigidPlane or None$"),
         (lambda: transfer_vectors(BODY, [0, 0, 1], [100.0], engine=["fused"]), r"engine = .* give a text$"),
-        (lambda: transfer_vectors(BODY, [0, 0, 1], [100.0], shards=5), r"shards = 5 .* a path or None$"),
+        (lambda: transfer_vectors(BODY, [0, 0, 1], [100.0], checkpoints=5), r"checkpoints = 5 .* a path or None$"),
         (lambda: transfer_vectors(BODY, [0, 0, 1], [100.0], progress=3), r"progress = 3 .* a function or None$"),
         (lambda: transfer_vectors(BODY, None, [100.0]), r"points = None .* give numbers"),
         (lambda: adaptive_transfer_vectors(BODY, [0, 0, 1], "50", 100.0), r"low = '50' .* give a number$"),
@@ -78,7 +78,7 @@ def test_what_users_mistake_is_named_with_the_remedy(call, told):
 @pytest.mark.parametrize(
     ("call", "told"),
     [
-        (lambda: acoustics.vectors_at(VECTORS, [np.nan]), "finite and not negative"),
+        (lambda: acoustics.interpolate_vectors(VECTORS, [np.nan]), "finite and not negative"),
         (lambda: acoustics.project(VECTORS, np.ones((80, 1)), -5.0), "finite and not negative"),
         (lambda: acoustics.check_mesh(BODY, np.inf, AIR, STANDARD.acoustics), "inf Hz is not finite"),
         (lambda: acoustics.required_element_size(np.inf, AIR, STANDARD.acoustics), "positive and finite"),

@@ -44,7 +44,7 @@ def test_direct_solutions_match_numpy_in_both_directions_and_precisions(kind, li
 def test_products_dealt_out_to_threads_are_those_of_one(kind, monkeypatch):
     _, b, rhs, _ = random_system()
     matrix, callers = b.astype(kind), set()
-    monkeypatch.setattr(linear_system, "LEAST", matrix.size // 5)
+    monkeypatch.setattr(linear_system, "THREAD_ENTRIES", matrix.size // 5)
     monkeypatch.setattr(linear_system, "blas_threads", lambda most: callers.add(get_ident()) or blas_threads(most))
     for columns, product in ((matrix.T, "apply_transposed"), (matrix, "apply")):
         x = np.ones((columns.shape[1], 1)) @ rhs[:1]

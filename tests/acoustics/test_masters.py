@@ -10,15 +10,15 @@ import pytest
 from nvhchain.acoustics import (
     RigidPlane,
     adaptive_transfer_vectors,
+    interpolate_vectors,
     interpolation_error,
     radiate,
     transfer_vectors,
-    vectors_at,
 )
 from nvhchain.acoustics.accuracy.interpolation_error import deciding_points, vector_changes, vector_errors
 from nvhchain.acoustics.interpolation.adaptive import _lines_between
 from nvhchain.acoustics.interpolation.nodes import interpolant
-from nvhchain.acoustics.solutions.adaptive import vectors_together
+from nvhchain.acoustics.solutions.adaptive import join_vectors
 from nvhchain.errors import InputError, ResourceError, SolverError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import Surface, SurfaceVelocity
@@ -36,7 +36,7 @@ def chosen(tolerance, most=60, **changes):
 def error_db(atv, lines, fidelity):
     """(n_f, n_point) dB: 2-norm over the faces of what is wrong with the vectors, relative to the vectors."""
     truth = transfer_vectors(atv.surface, atv.points, lines, air=atv.air, fidelity=fidelity, plane=atv.plane).vectors
-    wrong = np.linalg.norm(vectors_at(atv, lines, fidelity=fidelity).vectors - truth, axis=2)
+    wrong = np.linalg.norm(interpolate_vectors(atv, lines, fidelity=fidelity).vectors - truth, axis=2)
     return 20 * np.log10(1 + wrong / np.linalg.norm(truth, axis=2))
 
 
@@ -208,7 +208,7 @@ def test_where_the_quadrature_order_changes_the_estimate_stays_within_a_factor_o
     whole, sides = smooth.weights(lines), smooth.error_weights(lines)
     estimate = max(
         float((np.linalg.norm(sides @ values, axis=2) / np.linalg.norm(whole @ values, axis=1)).max())
-        for values in map(smooth.at_nodes, range(2))
+        for values in map(smooth.node_values, range(2))
     )
     true = 10 ** (error_db(atv, lines, fidelity).max() / 20) - 1
     assert true > 5e-4
@@ -242,7 +242,7 @@ def test_an_echo_that_turns_by_nearly_half_a_turn_between_masters_is_not_missed(
     atv = adaptive_transfer_vectors(box, points, 300.0, 2600.0, air=air, fidelity=fidelity, plane=plane)
     lines = np.linspace(320.0, 620.0, 13)
     truth = transfer_vectors(box, points, lines, air=air, fidelity=fidelity, plane=plane)
-    wrong = np.linalg.norm(vectors_at(atv, lines, fidelity=fidelity).vectors - truth.vectors, axis=2)
+    wrong = np.linalg.norm(interpolate_vectors(atv, lines, fidelity=fidelity).vectors - truth.vectors, axis=2)
     parts = (truth.vectors - truth.image_vectors, truth.image_vectors)
     size = np.hypot(*(np.linalg.norm(part, axis=2) for part in parts))
     assert 20 * np.log10(1 + (wrong / size).max()) < 0.1
@@ -252,7 +252,7 @@ def test_progress_and_shards_reach_the_solver(box, air, tmp_path):
     fidelity, seen = chosen(1.0), []
     for _ in range(2):
         atv = adaptive_transfer_vectors(
-            box, POINTS, 50.0, 2000.0, air=air, fidelity=fidelity, shards=tmp_path,
+            box, POINTS, 50.0, 2000.0, air=air, fidelity=fidelity, checkpoints=tmp_path,
             progress=lambda done, total: seen.append((done, total)),
         )  # fmt: skip
     assert seen[0] == (0, 60)
@@ -274,7 +274,7 @@ def test_masters_are_joined_within_the_memory_of_the_result_and_refused_beyond(b
     ]
     tracemalloc.start()
     try:
-        whole = vectors_together(*parts)
+        whole = join_vectors(*parts)
         joined = tracemalloc.get_traced_memory()[1]
         tracemalloc.reset_peak()
         unfolded = whole.unfolded()
@@ -288,7 +288,7 @@ def test_masters_are_joined_within_the_memory_of_the_result_and_refused_beyond(b
     assert np.allclose(unfolded.vectors, np.concatenate([direct, image], axis=1), rtol=1e-12)
     monkeypatch.setattr("psutil.virtual_memory", lambda: type("M", (), {"available": size - 1}))
     with pytest.raises(ResourceError, match=r"at 24 masters beside those found so far need .* fewer masters or field"):
-        vectors_together(*parts)
+        join_vectors(*parts)
 
 
 @pytest.mark.parametrize(("low", "mirrored"), [(900.0, 0), (100.0, 8)])
@@ -300,7 +300,7 @@ def test_what_masters_change_is_what_interpolation_without_them_differs_by(box, 
     lines = np.linspace(low + 20.0, 2950.0, 23)
     smooth = interpolant(atv, fidelity)
     assert smooth.mirrored == mirrored
-    with_them, others = (vectors_at(one, lines, fidelity=fidelity).vectors[:, 0] for one in (atv, without))
+    with_them, others = (interpolate_vectors(one, lines, fidelity=fidelity).vectors[:, 0] for one in (atv, without))
     expected = np.linalg.norm(with_them - others, axis=1) / np.linalg.norm(with_them, axis=1)
     found = vector_changes(smooth, lines, np.array([0]), 1, atv.frequency[some])
     assert expected.max() > 1e-5

@@ -9,20 +9,20 @@ import pytest
 from nvhchain.acoustics import (
     SurfaceShapes,
     adaptive_transfer_vectors,
+    interpolate_vectors,
     modal_transfer_vectors,
+    power_from_waves,
     radiate,
     radiation_resistance,
     solve_direct,
     sphere,
     transfer_vectors,
-    vectors_at,
-    waves_power,
 )
 from nvhchain.acoustics.accuracy.interpolation_error import vector_errors
-from nvhchain.acoustics.interpolation.nodes import interpolant, nodes_at
+from nvhchain.acoustics.interpolation.nodes import interpolant, interpolation_nodes
 from nvhchain.acoustics.interpolation.paths import Paths
 from nvhchain.acoustics.interpolation.rational import window
-from nvhchain.acoustics.surfaces.openings import SHIFT, WIDEST, resonance_shift, stored_in_openings
+from nvhchain.acoustics.surfaces.openings import SHIFT, WIDEST, opening_energy_ratio, resonance_shift
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ReducedHousing, RigidPlane, Surface, SurfaceVelocity
@@ -128,7 +128,7 @@ def test_sound_power_from_radiation_resistance_states_it_too(air):
     masters = np.linspace(230.0, 280.0, 12)
     resistance = radiation_resistance(shapes, masters, air=air, fidelity=FIDELITY)
     with pytest.warns(AccuracyWarning, match="the air in openings of the body resonates"):
-        power = waves_power(resistance, LINES, np.ones((len(LINES), 1)), fidelity=FIDELITY)
+        power = power_from_waves(resistance, LINES, np.ones((len(LINES), 1)), fidelity=FIDELITY)
     atv = transfer_vectors(surface, [[0.0, 0.0, 1.0]], masters, air=air, fidelity=FIDELITY)
     velocity = SurfaceVelocity(LINES, np.tile(bottom(surface), (len(LINES), 1)), surface)
     with pytest.warns(AccuracyWarning, match="the air in openings of the body resonates"):
@@ -160,7 +160,7 @@ def test_what_is_stated_of_vectors_is_what_their_parts_at_the_poles_change_by(ai
     masters = np.linspace(120.0, 600.0, 16)
     atv = transfer_vectors(resonator(1), [[0.0, 0.3, 1.0]], masters, air=air, fidelity=FIDELITY)
     smooth, lines = interpolant(atv, FIDELITY), np.array([150.0, 250.0, 330.0, 550.0])
-    values = smooth.at_nodes(0)
+    values = smooth.node_values(0)
     change = np.linalg.norm(smooth.shift_weights(lines, 0.02) @ values, axis=2).sum(axis=0)
     expected = change / np.linalg.norm(smooth.weights(lines) @ values, axis=1)
     assert vector_errors(smooth, lines, np.array([0]), 1, 0.02)[1] == pytest.approx(expected)
@@ -194,7 +194,9 @@ def test_poles_of_waves_that_creep_around_a_large_body_count_for_no_opening(wave
     """Quality 6: a cup of a small body; around a large one every body has it (the gearbox at 4.9 kHz stated 1.6 dB)."""
     masters = np.linspace(4000.0, 5000.0, 12)
     values = (1.0 / (masters - 4500.0 * (1 + 1j / 12)))[:, None]
-    nodes = nodes_at(masters, FIDELITY, lambda *_: values.conj() @ values.T, Paths(wavenumber_radius / 4500.0))
+    nodes = interpolation_nodes(
+        masters, FIDELITY, lambda *_: values.conj() @ values.T, Paths(wavenumber_radius / 4500.0)
+    )
     assert nodes.shift_weights(np.array([4444.0]), 0.01).any() == counts
 
 
@@ -277,8 +279,8 @@ def test_too_few_masters_over_a_narrow_gap_are_warned_of(air):
     resistance = radiation_resistance(SurfaceShapes(body, bottom[:, None]), atv.frequency, air=air, plane=plane)
     for call in (
         partial(radiate, atv, velocity),
-        partial(vectors_at, atv, [680.0]),
-        partial(waves_power, resistance, [680.0], [[1.0]]),
+        partial(interpolate_vectors, atv, [680.0]),
+        partial(power_from_waves, resistance, [680.0], [[1.0]]),
     ):
         with pytest.warns(
             AccuracyWarning, match="may resonate up to 5.6 % elsewhere .* these masters do not show where"
@@ -294,8 +296,8 @@ def test_energy_before_faces_that_see_no_other_one_is_stored_in_no_opening():
     pressure, velocity = np.where(flanks, 3.0, 2.0), 1j * np.where(x < 0, slot.normals[:, 0], 0.0)
     work = np.abs(slot.areas @ (pressure * velocity.conj()))
     stored = 9.0 * 0.02 * 2**0.5 * slot.areas[flanks].sum()
-    assert stored_in_openings(slot, None, pressure, velocity) == pytest.approx(stored / work)
-    assert stored_in_openings(slot, None, pressure, 0.0 * velocity) == 0.0
+    assert opening_energy_ratio(slot, None, pressure, velocity) == pytest.approx(stored / work)
+    assert opening_energy_ratio(slot, None, pressure, 0.0 * velocity) == 0.0
 
 
 def test_residues_at_poles_are_found():

@@ -13,7 +13,7 @@ from nvhchain.acoustics import (
     surface_pressure,
     transfer_vectors,
 )
-from nvhchain.acoustics.surfaces.reflecting_plane import RigidPlane, check_plane, with_images
+from nvhchain.acoustics.surfaces.reflecting_plane import RigidPlane, append_images, check_plane
 from nvhchain.acoustics.waves.incident import Reflected
 from nvhchain.errors import InputError
 from nvhchain.handoff import Surface, SurfaceVelocity
@@ -167,7 +167,7 @@ def test_each_path_loses_its_own_phase_between_masters(air, coarse):
     body = sphere(0.1, 1, (0.0, 0.0, 10.0))
     points = np.array([[2.0, 0.0, 10.0], [0.0, 3.0, 11.0]])
     masters, lines = np.linspace(200.0, 2000.0, 12), np.array([333.0, 1111.0, 1717.0])
-    ends = with_images(points, FLOOR)
+    ends = append_images(points, FLOOR)
 
     def at(frequency):
         parts = cases.monopoles(body, ends, frequency, air).vectors

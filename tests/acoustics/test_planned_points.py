@@ -7,7 +7,7 @@ import pytest
 
 import nvhchain as nvh
 from nvhchain.acoustics.fused import mesh as fused_mesh
-from nvhchain.acoustics.fused.quadrature import order_for
+from nvhchain.acoustics.fused.quadrature import quadrature_order
 from nvhchain.fem.quadrature import triangle_rule
 from nvhchain.scene.radiation import close_points, far_points
 from nvhchain.testing import bodies
@@ -30,7 +30,7 @@ def test_points_of_touching_and_close_triangles_are_those_of_a_box_within_half(k
     fidelity = replace(nvh.DRAFT.acoustics, gap_ratio=0.0, **knobs)
     mesh = fused_mesh.prepare(SURFACE, fidelity, None)
     assert mesh.slenderest == 0
-    rules = fused_mesh.rules_of(fidelity.quadrature_order, 0, fidelity)
+    rules = fused_mesh.quadrature_rules(fidelity.quadrature_order, 0, fidelity)
     points = np.array([rules.width[i:j].sum() for i, j in zip(rules.start, rules.start[1:], strict=False)])
     counted = points[mesh.trials[0].close_rule].sum() / len(SURFACE.triangles)
     assert close_points(len(SURFACE.triangles), fidelity, needles=False) == pytest.approx(counted, rel=0.5)
@@ -40,7 +40,7 @@ def test_points_of_touching_and_close_triangles_are_those_of_a_box_within_half(k
 def test_points_of_far_triangles_are_those_of_the_rules_over_the_band_within_a_quarter(knobs):
     fidelity = replace(nvh.DRAFT.acoustics, **knobs)
     phases = 2 * np.pi / fidelity.elements_per_wavelength * (np.arange(40) + 0.5) / 40
-    orders = [order_for(fidelity.quadrature_order, phase, fidelity.quadrature_error) for phase in phases]
+    orders = [quadrature_order(fidelity.quadrature_order, phase, fidelity.quadrature_error) for phase in phases]
     counted = np.mean([len(triangle_rule(order)[1]) ** 2 for order in orders])
     assert far_points(fidelity) == pytest.approx(counted, rel=0.25)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.special import spherical_jn, spherical_yn
 
-from nvhchain.acoustics import SurfaceShapes, radiation_resistance, sound_power, sphere, waves_power
+from nvhchain.acoustics import SurfaceShapes, power_from_waves, radiation_resistance, sound_power, sphere
 from nvhchain.acoustics.accuracy.cancellation import CANCELLATION, cancellation_pressure, cancellation_resistance
 from nvhchain.acoustics.surfaces.reflecting_plane import RigidPlane
 from nvhchain.acoustics.surfaces.surface import mean_edge
@@ -12,10 +12,10 @@ from nvhchain.acoustics.waves.interference import _interference, squared_waves, 
 from nvhchain.acoustics.waves.layer_potentials import layer_potentials
 from nvhchain.acoustics.waves.multipoles import (
     expansion_memory,
-    is_high,
     multipole_amplitudes,
     multipole_count,
     multipole_order,
+    waves_from_middle,
 )
 from nvhchain.errors import AccuracyWarning, InputError, ResourceError
 from nvhchain.fidelity import AcousticsFidelity
@@ -166,9 +166,9 @@ def test_waves_of_body_and_image_carry_the_power_of_those_about_its_foot(k, monk
         assert waves.shape == (multipole_count(body, order, plane), 2)
         return (waves.conj().T @ waves).real
 
-    assert is_high(body, plane)
+    assert waves_from_middle(body, plane)
     own = powers()
-    monkeypatch.setattr("nvhchain.acoustics.waves.multipoles.HIGH", np.inf)
+    monkeypatch.setattr("nvhchain.acoustics.waves.multipoles.HIGH_PLANE_RATIO", np.inf)
     assert own == pytest.approx(powers(), rel=1e-6)
 
 
@@ -188,7 +188,7 @@ def test_bodies_by_themselves_and_their_interference_carry_the_power_of_waves_ab
     gradient = k * (rng.standard_normal(faces) + 1j * rng.standard_normal(faces))
     power = []
     for apart in (False, True):
-        monkeypatch.setattr("nvhchain.acoustics.waves.interference._apart", lambda *_, apart=apart: apart)
+        monkeypatch.setattr("nvhchain.acoustics.waves.interference._separate_waves_pay", lambda *_, apart=apart: apart)
         power.append(squared_waves(body, k, pressure, gradient, plane, 8.0))
     assert power[1] == pytest.approx(power[0], rel=1e-9)
 
@@ -272,7 +272,7 @@ def test_motions_that_cancel_come_with_their_error(air, coarse, way):
         left = np.where(body.centroids[:, 0] < 0, shape, 0.0)
         halves = SurfaceShapes(body, np.stack([left, shape - left], axis=1))
         found = radiation_resistance(halves, [1.0, 70.0, 130.0, 200.0], air=air, fidelity=coarse)
-        return waves_power(found, lines, np.ones((2, 2), dtype=complex), fidelity=coarse)
+        return power_from_waves(found, lines, np.ones((2, 2), dtype=complex), fidelity=coarse)
 
     with pytest.warns(AccuracyWarning, match=r"cancel each other, .* at 1 lines: expect errors .* at 1 Hz"):
         exact, got = (power(*one) for one in bodies.rotating_ellipsoids())

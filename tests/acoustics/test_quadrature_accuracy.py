@@ -187,6 +187,6 @@ def test_what_fans_of_needles_cost_is_said_and_true(air, monkeypatch):
     *_, seconds, once = gap_cost(body, KNOBS)
     assert (taken - without) / 2 < slow * seconds < 2 * (taken - without)
     assert seconds / 2 < once <= seconds
-    monkeypatch.setattr(accuracy, "SLOW", 0.5 * seconds)
+    monkeypatch.setattr(accuracy, "SLOW_SECONDS", 0.5 * seconds)
     with pytest.warns(RuntimeWarning, match=r"120 triangles are more than 5 times .* fans of needles"):
         expected_accuracy(body, None, 100.0, air, KNOBS)

@@ -9,17 +9,17 @@ from scipy.special import spherical_jn, spherical_yn
 
 from nvhchain.acoustics import equivalent_radiated_power, sound_power, sphere
 from nvhchain.acoustics.radiation.modal_power import (
-    loaded_seats,
+    loaded_bearings,
     modal_power,
+    power_from_waves,
     radiation_modes,
     resistance_matrices,
-    waves_power,
 )
 from nvhchain.acoustics.solutions import exterior
 from nvhchain.acoustics.solutions.functions import adaptive_radiation_resistance, radiation_resistance
 from nvhchain.acoustics.solutions.resistance import SurfaceShapes, housing_shapes
 from nvhchain.acoustics.surfaces.reflecting_plane import RigidPlane
-from nvhchain.acoustics.waves.multipoles import is_high
+from nvhchain.acoustics.waves.multipoles import waves_from_middle
 from nvhchain.errors import AccuracyWarning, InputError, ResourceError, SolverError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import SurfaceVelocity
@@ -61,7 +61,7 @@ def random_velocity(lines, columns, seed=2):
 def test_power_at_the_masters_is_that_of_the_velocity_itself(ball, resistance, air, coarse):
     velocity = random_velocity(MASTERS, 9)
     exact = sound_power(SurfaceVelocity(MASTERS, velocity @ harmonics(ball).T, ball), air=air, fidelity=coarse).power
-    assert waves_power(resistance, MASTERS, velocity, fidelity=coarse).power == pytest.approx(exact, rel=1e-8)
+    assert power_from_waves(resistance, MASTERS, velocity, fidelity=coarse).power == pytest.approx(exact, rel=1e-8)
 
 
 def test_error_of_motions_that_cancel_is_that_of_the_velocity_itself(ball, air, coarse):
@@ -74,7 +74,7 @@ def test_error_of_motions_that_cancel_is_that_of_the_velocity_itself(ball, air, 
     for line, within in ((300.0, 0.1), (900.0, 0.1), (600.0, 0.3)):
         at = np.array([line])
         direct = sound_power(SurfaceVelocity(at, velocity @ shapes.T, ball), air=air, fidelity=coarse)
-        told = waves_power(found, at, velocity, fidelity=coarse).accuracy.cancellation_error_db
+        told = power_from_waves(found, at, velocity, fidelity=coarse).accuracy.cancellation_error_db
         assert told == pytest.approx(direct.accuracy.cancellation_error_db, rel=within)
 
 
@@ -82,10 +82,10 @@ def test_matrices_give_the_power_of_the_waves(resistance, coarse):
     """The shapes are real and radiation is reciprocal: what is imaginary of wavesᴴ waves is discretisation."""
     lines = np.sort(np.concatenate([MASTERS, LINES]))
     velocity = random_velocity(lines, 9)
-    power = waves_power(resistance, lines, velocity, fidelity=coarse).power
+    power = power_from_waves(resistance, lines, velocity, fidelity=coarse).power
     matrices = resistance_matrices(resistance, lines, fidelity=coarse)
     assert 0.5 * np.einsum("fi,fij,fj->f", velocity.conj(), matrices, velocity).real == pytest.approx(power, rel=2e-3)
-    real = waves_power(resistance, lines, velocity.real.astype(complex), fidelity=coarse).power
+    real = power_from_waves(resistance, lines, velocity.real.astype(complex), fidelity=coarse).power
     assert 0.5 * np.einsum("fi,fij,fj->f", velocity.real, matrices, velocity.real) == pytest.approx(real, rel=1e-12)
 
 
@@ -95,7 +95,7 @@ def error_between_masters(body, masters, lines, plane, air, coarse):
     velocity = random_velocity(lines, 9)
     moving = SurfaceVelocity(lines, velocity @ harmonics(body).T, body)
     exact = sound_power(moving, air=air, fidelity=coarse, plane=plane).power
-    got = waves_power(few, lines, velocity, fidelity=coarse)
+    got = power_from_waves(few, lines, velocity, fidelity=coarse)
     return np.abs(decibel(got.power / exact)).max(), got.accuracy.interpolation_error_db
 
 
@@ -118,19 +118,19 @@ def test_two_masters_say_what_a_body_of_that_size_lets_expect(ball, air, coarse,
     )
     for column in np.eye(2, dtype=complex):
         velocity = np.tile(column, (7, 1))
-        exact = waves_power(truth, lines, velocity, fidelity=coarse)
-        got = waves_power(few, lines, velocity, fidelity=coarse)
+        exact = power_from_waves(truth, lines, velocity, fidelity=coarse)
+        got = power_from_waves(few, lines, velocity, fidelity=coarse)
         error = 2 * np.abs(decibel(got.power / exact.power)).max()
         assert exact.accuracy.interpolation_error_db == 0.0
         assert 0.4 * error < got.accuracy.interpolation_error_db < 30 * error
-    alone = waves_power(few, np.array(masters[:1]), np.eye(2)[:1], fidelity=coarse)
+    alone = power_from_waves(few, np.array(masters[:1]), np.eye(2)[:1], fidelity=coarse)
     assert alone.accuracy.interpolation_error_db == 0.0
 
 
 def test_power_high_above_a_plane_between_masters_within_its_estimate(air, coarse):
     """There the waves are those of body and image, which must be smooth in frequency down to 0 Hz too."""
     plane, body = RigidPlane((0, 0, -0.5), (0, 0, 1)), sphere(0.1, 1)
-    assert is_high(body, plane)
+    assert waves_from_middle(body, plane)
     masters, lines = np.linspace(50.0, 1000.0, 24), np.linspace(60.0, 990.0, 12)
     truth, estimate = error_between_masters(body, masters, lines, plane, air, coarse)
     assert truth < 0.03
@@ -156,7 +156,7 @@ def test_radiation_modes_of_a_sphere_are_its_harmonics(ball, resistance, air, co
         assert decibel(efficiency / np.sort(exact)[::-1]) == pytest.approx(np.zeros(9), abs=0.15)
         unit = modes.T @ resistance.plane_wave_resistance @ modes
         assert unit == pytest.approx(np.eye(9), abs=1e-9)
-    power = waves_power(resistance, frequency[:1], np.eye(9)[:1], fidelity=coarse).power
+    power = power_from_waves(resistance, frequency[:1], np.eye(9)[:1], fidelity=coarse).power
     assert decibel(power / (0.5 * air.impedance * 4 * np.pi * 0.01 * ka[0] ** 2 / (1 + ka[0] ** 2))) == pytest.approx(
         [0.0], abs=0.05
     )
@@ -193,14 +193,14 @@ def test_too_few_masters_are_warned_of_and_enough_are_quiet(resistance, coarse):
         frequency=MASTERS[::3], waves=resistance.waves[::3], cancellation=resistance.cancellation[::3]
     )
     velocity = random_velocity(LINES, 9)
-    exact = waves_power(resistance, LINES, velocity, fidelity=coarse).power
+    exact = power_from_waves(resistance, LINES, velocity, fidelity=coarse).power
     with pytest.warns(AccuracyWarning, match=r"errs by an estimated .* dB at [\d.]+ Hz, 0\.1 dB asked"):
-        got = waves_power(few, LINES, velocity, fidelity=coarse)
+        got = power_from_waves(few, LINES, velocity, fidelity=coarse)
     truth = np.abs(decibel(got.power / exact)).max()
     assert 0.05 < truth < 10 * got.accuracy.interpolation_error_db
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        waves_power(resistance, LINES, velocity, fidelity=coarse)
+        power_from_waves(resistance, LINES, velocity, fidelity=coarse)
 
 
 @pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")
@@ -210,7 +210,7 @@ def test_band_from_0_hz(ball, air, coarse):
         SurfaceShapes(ball, harmonics(ball)), np.linspace(0.0, 1000.0, 9), air=air, fidelity=coarse
     )
     lines = np.array([1.0, 60.0])
-    power = waves_power(found, lines, np.eye(9)[[0, 0]], fidelity=coarse).power
+    power = power_from_waves(found, lines, np.eye(9)[[0, 0]], fidelity=coarse).power
     ka = 2 * np.pi * lines * 0.1 / air.speed_of_sound
     exact = 0.5 * air.impedance * 4 * np.pi * 0.01 * ka**2 / (1 + ka**2)
     assert decibel(power / exact) == pytest.approx(np.zeros(2), abs=0.05)
@@ -220,7 +220,7 @@ def test_silent_lines_and_0_hz_have_no_power(resistance, coarse):
     lines = np.array([0.0, 150.0, 1000.0])
     velocity = random_velocity(lines, 9)
     velocity[1] = 0.0
-    power = waves_power(resistance, lines, velocity, fidelity=coarse).power
+    power = power_from_waves(resistance, lines, velocity, fidelity=coarse).power
     assert power[:2].tolist() == [0.0, 0.0]
     assert power[2] > 0
     assert not resistance_matrices(resistance, lines[:1], fidelity=coarse).any()
@@ -229,9 +229,9 @@ def test_silent_lines_and_0_hz_have_no_power(resistance, coarse):
 def test_what_does_not_belong_together_is_refused(ball, resistance, air, coarse, monkeypatch):
     velocity = random_velocity(LINES, 9)
     with pytest.raises(InputError, match=r"1 lines \(2500…2500 Hz\) lie outside the master frequencies 100…2000 Hz"):
-        waves_power(resistance, np.append(LINES, 2500.0), random_velocity(range(24), 9), fidelity=coarse)
+        power_from_waves(resistance, np.append(LINES, 2500.0), random_velocity(range(24), 9), fidelity=coarse)
     with pytest.raises(InputError, match=r"\(23, 9\) is needed"):
-        waves_power(resistance, LINES, velocity[:, :5], fidelity=coarse)
+        power_from_waves(resistance, LINES, velocity[:, :5], fidelity=coarse)
     with pytest.raises(InputError, match=r"another housing \(none\)"):
         modal_power(resistance, cases.housing(), cases.forces(LINES), fidelity=coarse)
     for shapes, said in (
@@ -265,7 +265,7 @@ def test_masters_are_chosen_from_a_tolerance(ball, air, coarse, tolerance, fewes
     assert fewest <= len(chosen.frequency) <= most
     velocity = random_velocity(LINES, 9)
     exact = sound_power(SurfaceVelocity(LINES, velocity @ harmonics(ball).T, ball), air=air, fidelity=coarse).power
-    truth = np.abs(decibel(waves_power(chosen, LINES, velocity, fidelity=knobs).power / exact)).max()
+    truth = np.abs(decibel(power_from_waves(chosen, LINES, velocity, fidelity=knobs).power / exact)).max()
     assert truth < tolerance
 
 
@@ -287,7 +287,7 @@ def test_a_resonating_cavity_is_kept_within_the_tolerance_between_masters(air):
     truth = radiation_resistance(motion, lines, air=air, fidelity=knobs)
     for column in np.eye(3):
         got, exact = (
-            waves_power(r, lines, np.tile(column + 0j, (13, 1)), fidelity=knobs).power for r in (chosen, truth)
+            power_from_waves(r, lines, np.tile(column + 0j, (13, 1)), fidelity=knobs).power for r in (chosen, truth)
         )
         assert np.abs(decibel(got / exact)).max() < 0.3
     assert len(chosen.frequency) <= 28
@@ -321,7 +321,7 @@ def test_bearings_and_axes_without_load_are_left_out_and_asked_for_later_refused
 
     monkeypatch.setattr(exterior, "systems", counted)
     where = {"air": air, "fidelity": coarse}
-    part = radiation_resistance(housing_shapes(body, loaded_seats(body, some)), lines, **where)
+    part = radiation_resistance(housing_shapes(body, loaded_bearings(body, some)), lines, **where)
     assert solved == [12 + 4] * 2
     whole = radiation_resistance(housing_shapes(body), lines, **where)
     assert solved[2:] == [12 + 9] * 2

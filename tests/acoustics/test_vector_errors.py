@@ -10,6 +10,7 @@ from nvhchain.acoustics import (
     adaptive_transfer_vectors,
     convolution_lines,
     decay_time,
+    interpolate_vectors,
     modal_pressure,
     modal_transfer_vectors,
     noise_transfer_functions,
@@ -18,7 +19,6 @@ from nvhchain.acoustics import (
     run_up_pressure,
     transfer_pressure,
     transfer_vectors,
-    vectors_at,
 )
 from nvhchain.acoustics.accuracy.interpolation_error import vector_errors
 from nvhchain.acoustics.interpolation.nodes import interpolant
@@ -73,7 +73,7 @@ def test_the_stated_error_is_that_of_vectors_and_of_modes_that_move_at_random(tr
     are what errors are relative to: their sum has gaps."""
     fidelity = knobs()
     atv = vectors(np.linspace(LINES[0], LINES[-1], count), air, truth.plane)
-    at, said = told(vectors_at, atv, LINES, fidelity=fidelity)
+    at, said = told(interpolate_vectors, atv, LINES, fidelity=fidelity)
     stated = at.accuracy.interpolation_error_db
     assert [bool(re.search(WARNED, one)) for one in said] == [True] * (stated > 0.1)
 
@@ -97,12 +97,12 @@ def test_the_estimate_is_that_of_both_neighbours_and_of_the_direct_and_the_refle
     found, _ = vector_errors(smooth, lines, np.array([0, 2]), len(POINTS))
     expected, sides = np.zeros(len(lines)), smooth.error_weights(lines)
     for point in (0, 2):
-        parts = [smooth.at_nodes(end) for end in (point, point + len(POINTS))]
+        parts = [smooth.node_values(end) for end in (point, point + len(POINTS))]
         size = np.hypot(*(np.linalg.norm(smooth.weights(lines) @ part, axis=1) for part in parts))
         wrong = np.hypot(*(np.linalg.norm(sides @ part, axis=2) for part in parts))
         assert 0 < (wrong[0] > wrong[1]).sum() < len(lines)
         expected = np.maximum(expected, wrong.max(axis=0) / size)
-    assert found == pytest.approx(expected + smooth.hidden_error(lines), rel=1e-6)
+    assert found == pytest.approx(expected + smooth.unresolved_echo_error(lines), rel=1e-6)
 
 
 def test_what_is_made_from_operators_keeps_what_was_stated_of_them(air, tmp_path):
@@ -137,7 +137,7 @@ def test_what_is_made_from_operators_keeps_what_was_stated_of_them(air, tmp_path
 def test_vectors_between_masters_keep_what_was_stated_of_the_masters(air):
     atv = vectors(FEW, air)
     atv = atv.replace(accuracy=atv.accuracy | SoundAccuracy(resonance_shift=0.02))
-    at, _ = told(vectors_at, atv, LINES, fidelity=knobs())
+    at, _ = told(interpolate_vectors, atv, LINES, fidelity=knobs())
     finer = at.accuracy | SoundAccuracy(elements_per_wavelength=atv.accuracy.elements_per_wavelength)
     assert finer | atv.accuracy.cleared("elements_per_wavelength", "upper_frequency") == finer
     assert at.provenance["stage"] == "acoustics.vectors_at"
@@ -147,13 +147,13 @@ def test_what_was_stated_of_vectors_between_masters_is_stated_of_all_that_is_mad
     """Interpolated vectors were taken for masters, and 0.0 dB stated."""
     atv = vectors(FEW, air)
     atv = atv.replace(accuracy=atv.accuracy | SoundAccuracy(resonance_shift=0.02))
-    at, _ = told(vectors_at, atv, LINES, fidelity=knobs())
+    at, _ = told(interpolate_vectors, atv, LINES, fidelity=knobs())
     at = hdf5.load(hdf5.save(at, tmp_path / "at.h5"))
     stated = at.accuracy.interpolation_error_db
     assert stated > 0.1
     housing = moving_at_random(atv.surface, 5)
     operator, _ = told(modal_transfer_vectors, at, housing, LINES, fidelity=knobs())
-    for again in (told(vectors_at, at, LINES, fidelity=knobs())[0], operator):
+    for again in (told(interpolate_vectors, at, LINES, fidelity=knobs())[0], operator):
         assert again.accuracy.interpolation_error_db == stated
         assert again.accuracy.resonance_error_db >= at.accuracy.resonance_error_db
     velocity = SurfaceVelocity(LINES, np.ones((len(LINES), len(atv.surface.triangles))), atv.surface)
@@ -170,7 +170,7 @@ def test_projections_are_warned_of_as_well(air):
 def test_nothing_is_said_of_vectors_at_their_masters_and_at_0_hz(air):
     atv = vectors(np.linspace(0.0, 2400.0, 3), air)
     for lines in ([0.0], [0.0, 1200.0, 2400.0]):
-        at, said = told(vectors_at, atv, lines, fidelity=knobs())
+        at, said = told(interpolate_vectors, atv, lines, fidelity=knobs())
         assert at.accuracy.interpolation_error_db == pytest.approx(0.0, abs=1e-12)
         assert said == []
 
@@ -179,6 +179,6 @@ def test_nothing_is_said_of_vectors_at_their_masters_and_at_0_hz(air):
 def test_masters_that_the_engine_chooses_give_no_alarm_at_any_line(air, plane):
     box = bodies.box((0.15, 0.1, 0.1), 0.025)
     atv = adaptive_transfer_vectors(box, POINTS, 100.0, 2400.0, air=air, fidelity=knobs(), plane=plane)
-    at, said = told(vectors_at, atv, np.linspace(100.0, 2400.0, 2301), fidelity=knobs())
+    at, said = told(interpolate_vectors, atv, np.linspace(100.0, 2400.0, 2301), fidelity=knobs())
     assert said == []
     assert 0 < at.accuracy.interpolation_error_db < max(2 * atv.accuracy.estimated_error_db, 0.02)

@@ -5,7 +5,7 @@ import pytest
 
 from nvhchain.acoustics import solve_direct, sphere, transfer_vectors
 from nvhchain.acoustics.surfaces.surface import mean_edge
-from nvhchain.acoustics.surfaces.velocity_in_faces import within_faces
+from nvhchain.acoustics.surfaces.velocity_slopes import velocity_within_faces
 from nvhchain.handoff import Surface, SurfaceVelocity
 from nvhchain.testing import bodies
 
@@ -15,14 +15,14 @@ ANY = np.random.default_rng(0).standard_normal
 
 @pytest.mark.parametrize("body", [SLABS, sphere(0.1, 2), bodies.wedge(5)], ids=["slabs", "sphere", "wedge"])
 def test_the_volume_velocity_is_kept_and_the_factor_is_symmetric_under_the_areas(body):
-    factor, velocity = within_faces(body), ANY((len(body.triangles), 3))
+    factor, velocity = velocity_within_faces(body), ANY((len(body.triangles), 3))
     assert body.areas @ (factor @ velocity) == pytest.approx(body.areas @ velocity, abs=1e-12 * body.areas.sum())
     weighted = body.areas[:, None] * factor.toarray()
     assert np.abs(weighted - weighted.T).max() < 1e-12 * body.areas.max()
 
 
 def test_walls_that_move_as_a_whole_are_left_alone_and_hand_nothing_to_each_other():
-    factor = within_faces(SLABS)
+    factor = velocity_within_faces(SLABS)
     assert np.abs(factor @ SLABS.normals - SLABS.normals).max() < 1e-12
     rows, columns = factor.nonzero()
     assert np.einsum("ij,ij->i", SLABS.normals[rows], SLABS.normals[columns]) == pytest.approx(1.0)
@@ -37,7 +37,7 @@ def test_what_constant_velocities_lose_is_given_back(counts, axis):
     wavenumber, leg = 2 * np.pi / 0.3, 0.3 / counts[axis]
     wave = np.cos(wavenumber * body.centroids[:, axis]) * (body.normals[:, 2] > 0.5)
     lost = leg**2 / 18 * 0.5 * wavenumber**2 * 0.3 * 0.3
-    given = (body.areas * wave) @ (within_faces(body) @ wave - wave)
+    given = (body.areas * wave) @ (velocity_within_faces(body) @ wave - wave)
     assert given == pytest.approx(lost, rel=0.05)
 
 
@@ -57,7 +57,7 @@ def jittered(aspect, seed=3):
 def test_no_motion_is_passed_on_less_or_much_more_on_meshes_of_needles_too(body):
     """Those that change from face to face at most twice; without a limit many times as much."""
     root = np.sqrt(body.areas)
-    times = np.linalg.eigvalsh(root[:, None] * within_faces(body).toarray() / root)
+    times = np.linalg.eigvalsh(root[:, None] * velocity_within_faces(body).toarray() / root)
     assert times[0] > 1.0 - 1e-12
     assert times[-1] < 2.0
 
@@ -79,7 +79,7 @@ def test_an_interior_source_errs_less_than_if_its_velocity_were_constant_on_ever
     if means:
         fine = bodies.source_velocity(bodies.quartered(body), source, frequency, air).normal_velocity[0]
         velocity = (4.0 * fine.reshape(-1, 4).mean(axis=1) - velocity) / 3.0
-    constant = np.linalg.solve(within_faces(body).toarray(), velocity)
+    constant = np.linalg.solve(velocity_within_faces(body).toarray(), velocity)
     told, not_told = (
         np.abs(
             solve_direct(SurfaceVelocity([frequency], v[None], body), points, air=air, fidelity=coarse).pressure[0]

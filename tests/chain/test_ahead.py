@@ -14,7 +14,7 @@ from nvhchain.chain import prefetch as ahead
 from nvhchain.chain.steps import kernels
 from nvhchain.cli import main
 from nvhchain.errors import InputError
-from nvhchain.files.shelf import Shelf
+from nvhchain.files.result_cache import ResultCache
 
 pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
 
@@ -29,7 +29,7 @@ def case(request):
 @pytest.fixture
 def worth(monkeypatch):
     """However little there is to do, on a machine with two cores."""
-    monkeypatch.setattr(ahead, "_WORTH", 0.0)
+    monkeypatch.setattr(ahead, "_LEAST_SECONDS", 0.0)
     monkeypatch.setattr(ahead, "sched_getaffinity", lambda _: {0, 1})
 
 
@@ -106,7 +106,7 @@ def test_what_a_run_refuses_is_refused_before_anything_is_begun(case, coarse, tm
 def test_cases_that_cannot_be_compared_are_refused_by_the_command_before_anything_is_begun(
     request, tmp_path, capsys, monkeypatch
 ):
-    monkeypatch.setattr(Shelf, "stage", None)
+    monkeypatch.setattr(ResultCache, "stage", None)
     solid = str(request.config.rootpath / "cases" / "gearbox" / "solid.toml")
     assert main(["compare", solid, solid, "--out", str(tmp_path / "out")]) == 2
     assert "names must be distinct" in capsys.readouterr().err

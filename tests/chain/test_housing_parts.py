@@ -45,7 +45,7 @@ def load():
 @pytest.fixture(scope="module")
 def told(case, load, fidelity, tmp_path_factory):
     out = tmp_path_factory.mktemp("parts")
-    return out, contributions(case, fidelity=fidelity, out=out, given={"force_spectrum": load})
+    return out, contributions(case, fidelity=fidelity, out=out, supplied={"force_spectrum": load})
 
 
 def rows(path):
@@ -180,7 +180,7 @@ def test_what_cannot_be_drawn_is_refused(files, told, plot, name, which, at, mes
     assert message in plot(name, *(every[i] for i in which), at=at)
 
 
-def test_groups_of_a_foreign_model_are_its_panels(case, told, tmp_path):
+def test_groups_of_an_imported_model_are_its_panels(case, told, tmp_path):
     from nvhchain.fidelity import HousingFidelity
     from nvhchain.housing.casting.mesh import mesh_casting
     from nvhchain.housing.exchange.casting_model import casting_model

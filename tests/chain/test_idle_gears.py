@@ -11,7 +11,7 @@ import nvhchain as nvh
 from nvhchain import cli
 from nvhchain.case import Operation, Ramp
 from nvhchain.error_band import format_level
-from nvhchain.error_band.files import as_record
+from nvhchain.error_band.files import band_record
 from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import BearingForces, ReducedHousing, Surface
@@ -91,8 +91,8 @@ def test_forces_of_zero_are_said_and_end_in_silence_with_limits(ramp, silent, tm
             assert not np.isnan(band.overall).any()
             assert (band.overall <= -1000).all()
             assert format_level(band.level[0], "dB", band.overall[0]) == "silence"
-            assert "NaN" not in json.dumps(as_record(band))
-            assert as_record(band)["overall_limits"][0] == [None, None]
+            assert "NaN" not in json.dumps(band_record(band))
+            assert band_record(band)["overall_limits"][0] == [None, None]
 
 
 def test_lines_without_force_have_no_error_of_masters(silent):

@@ -84,7 +84,7 @@ def test_plan_names_the_new_surface_and_keeps_its_time_in_bounds(case, capsys):
 def test_new_surface_keeps_volume_area_shape_and_every_body():
     one, faces = cylinder(64, 1, 1)
     both = Surface(np.concatenate([one, one + np.array([0.2, 0, 0])]), np.concatenate([faces, faces + len(one)]))
-    made = needles.without_needles(both, 0.1)
+    made = needles.remesh_needles(both, 0.1)
     assert abs(made.volume_change) < 0.01
     assert made.surface.volume == pytest.approx(both.volume, rel=1e-9)
     assert abs(made.area_change) < 0.02
@@ -94,7 +94,7 @@ def test_new_surface_keeps_volume_area_shape_and_every_body():
     assert radial.max() < RADIUS * 1.004
     assert RADIUS - radial[np.abs(made.surface.vertices[:, 2]) < 0.14].min() < 2e-3
     assert made.distance < 2e-3
-    assert needles.without_needles(both, 0.1) is made  # once for plan and run
+    assert needles.remesh_needles(both, 0.1) is made  # once for plan and run
 
 
 def test_a_needle_of_a_millionth_is_meshed_anew(case):
@@ -109,7 +109,7 @@ def test_a_needle_of_a_millionth_is_meshed_anew(case):
     faces = np.vstack([kept, [[a, b, new], [new, b, c], [a, new, c], [b, a, d]]])
     given = Surface(points, faces)
     assert aspects(given).max() > 1e4
-    made = needles.without_needles(given, 0.05)
+    made = needles.remesh_needles(given, 0.05)
     assert not needles.has_needles(made.surface)
     assert made.distance < 2e-3
 
@@ -123,12 +123,12 @@ def test_what_cannot_be_meshed_anew_is_refused_with_its_numbers(monkeypatch):
     with pytest.raises(
         InputError, match=r"12 triangles up to 1e\+04 times as long as high could not be meshed anew: .*as high"
     ):
-        needles.without_needles(Surface(points, faces), 0.1)
+        needles.remesh_needles(Surface(points, faces), 0.1)
 
 
 def test_even_surfaces_stay_as_they_are():
-    assert needles.without_needles(nvh.acoustics.sphere(0.1, 2), 0.01) is None
-    assert needles.without_needles(Surface(*cylinder(32, 16, 4)), 0.01) is None
+    assert needles.remesh_needles(nvh.acoustics.sphere(0.1, 2), 0.01) is None
+    assert needles.remesh_needles(Surface(*cylinder(32, 16, 4)), 0.01) is None
 
 
 def test_cut_edges_leave_the_surface_closed_and_as_large():
@@ -145,7 +145,7 @@ def test_needles_handed_in_state_what_they_err_by():
     given = Surface(*cylinder(64, 1, 1))
     points, wavenumber = np.array([[1.0, 0, 0], [0, 0, 1.0], [0.5, 0.5, 0.5]]), 2 * np.pi * 1000.0 / 343.0
     air = nvh.conventions.Air(speed_of_sound=343.0, density=1.2)
-    for surface, least, most in ((given, 3.0, 10.0), (needles.without_needles(given, 0.07).surface, 0.0, 0.1)):
+    for surface, least, most in ((given, 3.0, 10.0), (needles.remesh_needles(given, 0.07).surface, 0.0, 0.1)):
         at = surface.vertices[surface.triangles]
         rule = [(i / 18, j / 18, 1 - (i + j) / 18) for i in range(1, 18, 2) for j in range(1, 18 - i, 2)]
         velocity = np.zeros(len(at), dtype=complex)
@@ -190,5 +190,5 @@ def test_layers_of_longer_needles_are_refused_with_what_meshes_them_anew():
     remedy = r"1.1e\+03 times as long as high, 1000 .*nvhchain\.acoustics\.without_needles\(surface, element_size\)"
     with pytest.raises(InputError, match=remedy):
         nvh.acoustics.transfer_vectors(layered(1100.0), points, [300.0], air=air)
-    made = nvh.acoustics.without_needles(layered(1100.0), 0.025).surface
+    made = nvh.acoustics.remesh_needles(layered(1100.0), 0.025).surface
     assert nvh.acoustics.ExteriorProblem(made).surface is made

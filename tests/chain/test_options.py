@@ -9,7 +9,7 @@ import pytest
 import nvhchain as nvh
 from nvhchain import dynamics, gear
 from nvhchain.case import Options
-from nvhchain.chain.loaded import under_load
+from nvhchain.chain.loaded import loaded_case
 from nvhchain.cli import main
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DynamicsFidelity, GearFidelity
@@ -194,7 +194,7 @@ def test_what_is_assembled_is_added_to(run):
     own = '[[stages]]\nname = "stage"\nmisalignment = { in_plane_mrad = 0.3 }\n'
     once, twice = run(own + "[options]\nloaded_misalignment = true"), run("[options]\nloaded_misalignment = true")
     tilts = [
-        under_load(result.case, result.housing, COARSE).stages[0].misalignment.in_plane for result in (once, twice)
+        loaded_case(result.case, result.housing, COARSE).stages[0].misalignment.in_plane for result in (once, twice)
     ]
     assert tilts[0] - tilts[1] == pytest.approx(3e-4, abs=1e-12)
 
@@ -299,7 +299,7 @@ def test_tilt_under_load_at_extremes(load, housing, text, flexible, ratio):
     options = f"[options]\nloaded_misalignment = true\n{flexible}"
 
     def tilt(before):
-        misalignment = under_load(load(before + options), housing, COARSE).stages[0].misalignment
+        misalignment = loaded_case(load(before + options), housing, COARSE).stages[0].misalignment
         return np.array([misalignment.in_plane, misalignment.normal])
 
     usual, found = tilt(""), tilt(text)

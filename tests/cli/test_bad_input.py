@@ -12,7 +12,7 @@ from nvhchain.case import load_case
 from nvhchain.cli import main
 from nvhchain.errors import InputError
 from nvhchain.files import hdf5
-from nvhchain.files.shelf import Shelf
+from nvhchain.files.result_cache import ResultCache
 from nvhchain.handoff import BearingForces
 
 SOLID = "cases/gearbox/solid.toml"
@@ -200,7 +200,7 @@ def _forces(folder, step, count):
 
 @pytest.mark.parametrize("folder", ["out", "operators"])
 def test_a_folder_that_cannot_be_written_is_refused_before_anything_is_computed(request, tmp_path, monkeypatch, folder):
-    monkeypatch.setattr(Shelf, "stage", None)
+    monkeypatch.setattr(ResultCache, "stage", None)
     case = load_case(request.config.rootpath / SOLID)
     (tmp_path / "file").touch()
     for place in (tmp_path / "file", tmp_path / "file" / "below", "/proc/nvhchain"):

@@ -11,7 +11,7 @@ from nvhchain.dynamics.model.train import train
 from nvhchain.dynamics.runs.steady import _Cycle, _period
 from nvhchain.dynamics.time_loop.propagator import state_of
 from nvhchain.dynamics.time_loop.quasi_static import law_phases
-from nvhchain.dynamics.time_loop.simulation import advance, at_rest, bearing_force, simulation
+from nvhchain.dynamics.time_loop.simulation import advance, bearing_force, quasi_static_state, simulation
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.spectrum import amplitude_spectrum
 
@@ -28,7 +28,7 @@ def _last_period(gearbox, laws, housing, step, periods):
     )
     repeats = tuple(int(kinematics.common_period / period) for period in kinematics.law_period)
     cycle = _Cycle(n_step, step, repeats, np.zeros(2), np.ones(2), None)
-    motion = at_rest(model, law_phases(model.assembly, laws))
+    motion = quasi_static_state(model, law_phases(model.assembly, laws))
     for _ in range(periods):
         motion, _, _ = _period(model, motion, cycle)
     odd = 2 * np.arange(n_step)[:, None] + 1
@@ -101,8 +101,8 @@ def test_torque_reversal_swaps_the_flanks(make_gearbox, make_laws):
         for t in (250.0, -250.0)
     )
     # same state, other modes: hand the motion over through the unknowns
-    motion = at_rest(coasting, np.zeros(2))
-    start = at_rest(driving, np.zeros(2))
+    motion = quasi_static_state(coasting, np.zeros(2))
+    start = quasi_static_state(driving, np.zeros(2))
     assert (driving.contact_output[0::2] @ start.state > 0).all()
     phases = (np.arange(40_000)[:, None] + 0.5) * 1e-5 * SPEED / (2 * pi) * np.array([20, 12])
     x = (

@@ -111,7 +111,7 @@ def test_ways_that_bend_hold_longer_steps():
         warn_or_refuse(stated_loss(of, 5e-6, True))
     with pytest.warns(AccuracyWarning, match=r"about 0\.0002 of the peak .* take a time_step of 5 µs, and halve"):
         warn_or_refuse(stated_loss(of, 1e-5, True))
-    with pytest.warns(AccuracyWarning, match=r"take a time_step of 1\.5 µs, or 5 µs with bent_ways"):
+    with pytest.warns(AccuracyWarning, match=r"take a time_step of 1\.5 µs, or 5 µs with path_correction"):
         warn_or_refuse(stated_loss(of, 5e-6, False))
 
 

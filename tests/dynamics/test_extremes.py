@@ -12,7 +12,7 @@ import pytest
 from nvhchain.dynamics import bearing_forces, record_run_up, run_up, static_bearing_forces
 from nvhchain.dynamics.model.assembly import assemble
 from nvhchain.dynamics.runs import recording, speed_ramp
-from nvhchain.dynamics.time_loop.simulation import advance, at_rest, bearing_force, simulation
+from nvhchain.dynamics.time_loop.simulation import advance, bearing_force, quasi_static_state, simulation
 from nvhchain.errors import InputError, SolverError
 from nvhchain.fidelity import DynamicsFidelity
 
@@ -124,7 +124,7 @@ def test_bounded_at_every_step_size_and_of_second_order_where_the_meshes_are_res
     for step in STEPS:
         model = simulation(gearbox, laws, housing, input_torque=250.0, time_step=step, fidelity=DynamicsFidelity(step))
         phases = (np.arange(round(0.02 / step))[:, None] + 0.5) * step * SPEED / (2 * pi) * np.array([20, 12])
-        motion = at_rest(model, np.zeros(2))
+        motion = quasi_static_state(model, np.zeros(2))
         _, states, excesses = advance(model, motion, phases)
         every = bearing_force(model, states, motion.excess, excesses)
         force[step] = every[:: max(1, round(1e-4 / step))] if step <= 1e-4 else every

@@ -12,7 +12,7 @@ import pytest
 
 from nvhchain.dynamics import LoadCentre, MeshFriction, run_up
 from nvhchain.dynamics.time_loop.quasi_static import static_state
-from nvhchain.dynamics.time_loop.simulation import advance, at_rest, bearing_force, simulation
+from nvhchain.dynamics.time_loop.simulation import advance, bearing_force, quasi_static_state, simulation
 from nvhchain.errors import InputError, SolverError
 from nvhchain.fidelity import DynamicsFidelity
 
@@ -63,7 +63,7 @@ def _with(option, scene):
         for mesh, law in zip(scene.gearbox.meshes, scene.laws, strict=True)
     )
     gearbox = replace(scene.gearbox, meshes=meshes, **ON_GEARBOX.get(option, {}))
-    return gearbox, DynamicsFidelity(scene.step, bent_ways=option == "bent ways")
+    return gearbox, DynamicsFidelity(scene.step, path_correction=option == "bent ways")
 
 
 def _force(option, scene):
@@ -73,7 +73,7 @@ def _force(option, scene):
     try:
         return run_up(*given, fidelity=fidelity, **asked).force
     except InputError as error:
-        shorter = re.search(r"too long for bent_ways: .*: take ([\d.]+) µs", str(error))
+        shorter = re.search(r"too long for path_correction: .*: take ([\d.]+) µs", str(error))
         if shorter is None:
             raise
     # its remedy holds at once
@@ -85,7 +85,7 @@ def _static(scene, gearbox, fidelity):
     operation = {"start_speed": 0.0, "end_speed": SPEED, "duration": 0.1} | scene.operation
     model = simulation(
         gearbox, scene.laws, scene.housing, input_torque=scene.torque, time_step=scene.step,
-        fidelity=replace(fidelity, bent_ways=False),
+        fidelity=replace(fidelity, path_correction=False),
         input_acceleration=(operation["end_speed"] - operation["start_speed"]) / operation["duration"],
     )  # fmt: skip
     return static_state(model.assembly, model.table, model.torque, np.zeros(2)).bearing_force
@@ -234,8 +234,10 @@ def test_speeding_up_without_load_lies_on_the_back_flanks(scenes, option):
 def test_steps_of_a_millisecond_stay_bounded_and_make_no_record(scenes, option):
     scene = replace(scenes["25 µs"], step=1e-3)
     gearbox, fidelity = _with(option, scene)
-    if fidelity.bent_ways:
-        with pytest.raises(InputError, match=r"time step 1000 µs is too long for bent_ways: .* take \d.* µs or leave"):
+    if fidelity.path_correction:
+        with pytest.raises(
+            InputError, match=r"time step 1000 µs is too long for path_correction: .* take \d.* µs or leave"
+        ):
             simulation(
                 gearbox, scene.laws, scene.housing, input_torque=TORQUE, time_step=1e-3, fidelity=fidelity
             )  # fmt: skip
@@ -247,7 +249,7 @@ def test_steps_of_a_millisecond_stay_bounded_and_make_no_record(scenes, option):
         gyroscopic_speed=SPEED if gearbox.gyroscopic else 0.0,
     )  # fmt: skip
     phases = (np.arange(200)[:, None] + 0.5) * 1e-3 * SPEED / (2 * pi) * np.array([20, 12])
-    motion = at_rest(model, phases[0])
+    motion = quasi_static_state(model, phases[0])
     _, states, excesses = advance(model, motion, phases)
     assert np.abs(bearing_force(model, states, motion.excess, excesses)).max() < 100 * TORQUE / LEVER
 

@@ -16,7 +16,7 @@ from nvhchain.dynamics.model.mesh_rows import face_points
 from nvhchain.dynamics.model.train import shaft_torques
 from nvhchain.dynamics.time_loop.law_table import tabulate
 from nvhchain.dynamics.time_loop.quasi_static import static_state
-from nvhchain.dynamics.time_loop.simulation import advance, at_rest, bearing_force, simulation
+from nvhchain.dynamics.time_loop.simulation import advance, bearing_force, quasi_static_state, simulation
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DynamicsFidelity
 
@@ -101,7 +101,7 @@ def test_gears_that_tilt_are_in_balance(make_gearbox, make_laws, torque, count):
 def test_without_load_nothing_moves(make_gearbox, make_laws):
     gearbox = replace(make_gearbox(), face_points=3)
     model = simulation(gearbox, make_laws(), None, input_torque=0.0, time_step=1e-5, fidelity=KNOBS)
-    motion = at_rest(model, np.zeros(2))
+    motion = quasi_static_state(model, np.zeros(2))
     _, states, excesses = advance(model, motion, np.zeros((500, 2)))
     # no step comes before the first
     assert np.abs(bearing_force(model, states, motion.excess, excesses)[1:]).max() < 1e-6
@@ -113,7 +113,7 @@ def test_motion_agrees_with_scipy_where_one_end_of_the_face_opens(make_gearbox, 
     count, step, torque = 3, 2e-6, 30.0
     gearbox = replace(gearbox, face_points=count)
     model = simulation(gearbox, laws, None, input_torque=torque, time_step=step, fidelity=KNOBS)
-    a, motion = model.assembly, at_rest(model, np.zeros(2))
+    a, motion = model.assembly, quasi_static_state(model, np.zeros(2))
     phases = (np.arange(1500)[:, None] + 0.5) * step * SPEED / (2 * pi) * np.array([20, 12])
     _, states, _ = advance(model, motion, phases)
     d = states @ model.contact_output[0 : 2 * count : 2].T

@@ -142,7 +142,7 @@ def test_what_cannot_drive_this_run_is_refused(box, law):
         steady(box, law, short)
 
 
-@pytest.mark.parametrize("level", ["contact", "bent_ways"])
+@pytest.mark.parametrize("level", ["contact", "path_correction"])
 def test_other_time_loops_take_the_same_drive(level, box):
     """Straight flanks, whose table is exact: the levels agree within 0.1 % of the swing."""
     law = two_stages.law(0, mesh_ripple=0.0, error=1.5e-6, backlash=80e-6, angles=96)
@@ -152,7 +152,7 @@ def test_other_time_loops_take_the_same_drive(level, box):
         "fluctuation": Fluctuation("torque", time=[0.0, 0.005, 0.01], values=[0.0, 20.0, 0.0]),
     }  # fmt: skip
     plain = DynamicsFidelity(2e-5, settle_level=1e-2)
-    changed = replace(plain, mesh_level="contact") if level == "contact" else replace(plain, bent_ways=True)
+    changed = replace(plain, mesh_level="contact") if level == "contact" else replace(plain, path_correction=True)
     solver = [lambda angle, deflection: two_stages.straight(law)(0.0, deflection)] if level == "contact" else None
     found = [
         run_up(box, [straight], None, fidelity=fidelity, contact_forces=given, **operation).mesh_deflection[:, 0]

@@ -13,7 +13,7 @@ from nvhchain.dynamics import MeshFriction, bearing_forces, static_bearing_force
 from nvhchain.dynamics.model.assembly import assemble
 from nvhchain.dynamics.model.mesh_rows import flank_normals, friction_wrenches
 from nvhchain.dynamics.model.train import shaft_torques
-from nvhchain.dynamics.time_loop.simulation import advance, at_rest, bearing_force, simulation
+from nvhchain.dynamics.time_loop.simulation import advance, bearing_force, quasi_static_state, simulation
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DynamicsFidelity
 
@@ -104,7 +104,7 @@ def test_constant_friction_is_in_balance_at_rest(make_gearbox, make_laws):
     laws = make_laws(plain_wheel=True)
     gearbox = _rubbing(make_gearbox(), laws, mean=0.8, swing=0.0)
     model = simulation(gearbox, laws, None, input_torque=250.0, time_step=1e-5, fidelity=DynamicsFidelity(1e-5))
-    motion = at_rest(model, np.zeros(2))
+    motion = quasi_static_state(model, np.zeros(2))
     _, states, excesses = advance(model, motion, np.zeros((2000, 2)))
     force = bearing_force(model, states, motion.excess, excesses)[1:]  # no step comes before the first
     assert np.ptp(force, axis=0).max() < 1e-6 * np.abs(force).max()
@@ -153,7 +153,7 @@ def test_friction_under_the_actual_force_differs_in_second_order_only(make_gearb
     assert np.abs(modelled - actual)[late].max() < 0.35 * effect
     # and the time loop integrates what is modelled
     model = simulation(gearbox, laws, None, input_torque=250.0, time_step=1e-5, fidelity=DynamicsFidelity(1e-5))
-    motion = at_rest(model, np.zeros(2))
+    motion = quasi_static_state(model, np.zeros(2))
     static = np.linalg.solve(
         a.stiffness + (a.contact[0:4:2].T * np.array(STIFFNESS)) @ a.contact[0:4:2], a.load(torque)
     )

@@ -14,7 +14,7 @@ from nvhchain.errors import InputError
 
 
 def test_a_solid_cylinder_has_its_textbook_inertia():
-    body = Cylinder(0.1, 0.3, 0.05, density=7850.0).as_body()
+    body = Cylinder(0.1, 0.3, 0.05, density=7850.0).rigid_body()
     mass = 7850.0 * pi * 0.025**2 * 0.2
     assert (body.z, body.mass) == (pytest.approx(0.2), pytest.approx(mass))
     assert body.polar_inertia == pytest.approx(mass * 0.025**2 / 2)
@@ -30,10 +30,10 @@ def test_pieces_of_a_shaft_add_up_to_the_whole():
 
 def test_bodies_added_later_count(make_gearbox):
     gearbox = make_gearbox()
-    heavier = gearbox.with_bodies("B", [RigidBody(0.0, 1.0, 1e-3, 1e-3)])
+    heavier = gearbox.add_bodies("B", [RigidBody(0.0, 1.0, 1e-3, 1e-3)])
     assert heavier.shafts[1].inertia().mass == pytest.approx(gearbox.shafts[1].inertia().mass + 1.0)
     with pytest.raises(InputError, match="shaft 'X' is unknown; known: A, B, C"):
-        gearbox.with_bodies("X", [])
+        gearbox.add_bodies("X", [])
 
 
 def test_bad_case_data_is_refused_with_field_value_and_remedy(make_gearbox):

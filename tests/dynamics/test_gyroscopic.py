@@ -15,7 +15,7 @@ from nvhchain.dynamics.model.assembly import assemble
 from nvhchain.dynamics.model.sections import sections
 from nvhchain.dynamics.model.train import shaft_torques
 from nvhchain.dynamics.runs import speed_ramp
-from nvhchain.dynamics.time_loop.simulation import advance, at_rest, simulation
+from nvhchain.dynamics.time_loop.simulation import advance, quasi_static_state, simulation
 from nvhchain.fidelity import DynamicsFidelity
 
 SPEED = 2500 * 2 * pi / 60
@@ -65,7 +65,7 @@ def test_they_do_no_work(make_gearbox, make_laws):
     )  # fmt: skip
     a = model.assembly
     assert np.abs(model.step.compliance - model.step.compliance.T).max() > 1e-8 * np.abs(model.step.compliance).max()
-    motion = at_rest(model, np.zeros(2))
+    motion = quasi_static_state(model, np.zeros(2))
     motion = type(motion)(1.5 * motion.state, motion.excess)
     _, states, excess = advance(model, motion, np.zeros((3000, 2)))
     z = states[:, : states.shape[1] // 2] + 1j * states[:, states.shape[1] // 2 :]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from nvhchain.dynamics.time_loop.simulation import Motion, Simulation, advance, at_rest, simulation
+from nvhchain.dynamics.time_loop.simulation import Motion, Simulation, advance, quasi_static_state, simulation
 from nvhchain.dynamics.time_loop.trapezoid_correction import phases_at_ends
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DynamicsFidelity
@@ -81,7 +81,7 @@ def _radau(model: Simulation, laws, motion, duration, samples):
 def _run(gearbox, laws, housing, torque, step, duration, every, fidelity=PLAIN, kick=0.0):
     """The same by the time loop: model, first motion, deflections and and bearing forces every `every` s."""
     model = simulation(gearbox, laws, housing, input_torque=torque, time_step=step, fidelity=fidelity)
-    motion = at_rest(model, np.zeros(2))
+    motion = quasi_static_state(model, np.zeros(2))
     motion = Motion(motion.state * (1.0 + kick), motion.excess)
     middle = (np.arange(round(duration / step)) + 0.5) * step
     _, states, _ = advance(model, motion, _phases(laws, middle), stride=round(every / step))
@@ -127,7 +127,7 @@ def _energy_at_fixed_angle(gearbox, laws, housing, torque, step, fidelity=PLAIN,
     """J after every step of a hard push, and its moving part's size."""
     model = simulation(gearbox, laws, housing, input_torque=torque, time_step=step, fidelity=fidelity)
     a, n = model.assembly, len(model.assembly.mass)
-    motion = at_rest(model, np.zeros(2))
+    motion = quasi_static_state(model, np.zeros(2))
     rng = np.random.default_rng(3)
     motion = Motion(
         motion.state + 2e-3 * rng.standard_normal(len(motion.state)) * np.abs(motion.state).max(), motion.excess
@@ -201,14 +201,14 @@ def test_agrees_with_radau_without_backlash(make_gearbox, make_laws, softer, kic
     assert np.abs(force - expected).max() < 1e-4 * np.abs(expected).max()
 
 
-BENT = replace(PLAIN, bent_ways=True)
+BENT = replace(PLAIN, path_correction=True)
 
 
 @pytest.mark.parametrize(("error", "backlash", "kick"), [(5e-6, 80e-6, 3.0), (4e-6, 25e-6, 6.0)])
-def test_bent_ways_are_right_within_5e_5_at_2_5_us_where_flanks_part_and_strike_a_tenth_of_what_it_is_without(
+def test_path_correction_are_right_within_5e_5_at_2_5_us_where_flanks_part_and_strike_a_tenth_of_what_it_is_without(
     make_gearbox, make_laws, error, backlash, kick
 ):
-    """The runs that agree with Radau above, drive flanks alone and both, against 0.1 µs without bent ways."""
+    """The runs that agree with Radau above, drive flanks alone and both, against 0.1 µs without path correction."""
     gearbox, laws = make_gearbox(), make_laws(angles=8, plain_wheel=True, error=error, backlash=backlash)
 
     def forces(step, fidelity):
@@ -225,7 +225,9 @@ def test_bent_ways_are_right_within_5e_5_at_2_5_us_where_flanks_part_and_strike_
 
 
 @pytest.mark.parametrize("torque", [250.0, 0.0, -250.0])
-def test_energy_drifts_little_with_bent_ways_and_less_at_shorter_steps(make_gearbox, make_laws, make_housing, torque):
+def test_energy_drifts_little_with_path_correction_and_less_at_shorter_steps(
+    make_gearbox, make_laws, make_housing, torque
+):
     """Hard impacts for 6 ms without damping: 0.3 % at 4 µs, less than half of that at half the step."""
     gearbox, laws = make_gearbox(damping=0.0), make_laws(angles=8)
     housing = make_housing(gearbox, modes=5, damping=0.0)
@@ -237,7 +239,7 @@ def test_energy_drifts_little_with_bent_ways_and_less_at_shorter_steps(make_gear
     assert drift[1] < 0.5 * drift[0]
 
 
-def test_bent_ways_are_refused_where_they_feed_in_what_nothing_damps_and_bounded_where_not(
+def test_path_correction_are_refused_where_they_feed_in_what_nothing_damps_and_bounded_where_not(
     make_gearbox, make_laws, make_housing
 ):
     """The remedy holds at once; a second of damped rattle at 10 µs stays within the backlash."""
@@ -259,11 +261,13 @@ def test_bent_ways_are_refused_where_they_feed_in_what_nothing_damps_and_bounded
     assert np.ptp(drive[late:], axis=0).max() < 1.2 * np.ptp(drive[:late], axis=0).max()
 
 
-def test_bent_ways_are_refused_at_steps_that_are_long_against_the_meshes_and_at_contact_level(make_gearbox, make_laws):
+def test_path_correction_are_refused_at_steps_that_are_long_against_the_meshes_and_at_contact_level(
+    make_gearbox, make_laws
+):
     laws = make_laws(angles=8)
-    with pytest.raises(InputError, match=r"time step 50 µs is too long for bent_ways: .* take 2\d.* µs or leave"):
+    with pytest.raises(InputError, match=r"time step 50 µs is too long for path_correction: .* take 2\d.* µs or leave"):
         _run(make_gearbox(), laws, None, 250.0, 5e-5, 1e-3, 1e-4, BENT)
-    with pytest.raises(InputError, match="`contact` has no bent_ways"):
+    with pytest.raises(InputError, match="`contact` has no path_correction"):
         _run(make_gearbox(), laws, None, 250.0, 1e-5, 1e-3, 1e-4, replace(BENT, mesh_level="contact"))
 
 

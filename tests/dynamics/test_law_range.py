@@ -10,7 +10,7 @@ import pytest
 from nvhchain.dynamics import bearing_forces, record_run_up, run_up
 from nvhchain.dynamics.runs import recording
 from nvhchain.dynamics.runs.law_range import excursions, joined
-from nvhchain.dynamics.time_loop.simulation import at_rest, simulation
+from nvhchain.dynamics.time_loop.simulation import quasi_static_state, simulation
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import ForceAccuracy, warn_of
@@ -87,7 +87,7 @@ def test_each_flank_is_judged_by_the_deflection_at_which_it_asks_the_law(make_ge
         assert (found.mesh_deflection.min(axis=0) < [law.deflection[0] for law in laws]).all()
     assert found.accuracy.law_exceeded is None
     model = simulation(gearbox, laws, housing, input_torque=torque, time_step=1e-5, fidelity=given["fidelity"])
-    still = np.array([at_rest(model, np.full(2, phase)).state for phase in np.arange(24) / 24])
+    still = np.array([quasi_static_state(model, np.full(2, phase)).state for phase in np.arange(24) / 24])
     asked = still @ (model.deflection_output if torque > 0 else model.back_output)[0]
     # the same law, ending where the load asks for it at standstill: slow motion goes a little further
     end = 1.002 * (asked.max() if torque > 0 else asked.min())

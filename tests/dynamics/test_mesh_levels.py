@@ -9,7 +9,7 @@ import pytest
 
 from nvhchain.dynamics import steady_sweep
 from nvhchain.dynamics.time_loop.mesh_levels import ContactLoop
-from nvhchain.dynamics.time_loop.simulation import advance, at_rest, simulation
+from nvhchain.dynamics.time_loop.simulation import advance, quasi_static_state, simulation
 from nvhchain.errors import InputError, SolverError
 from nvhchain.fidelity import DynamicsFidelity
 
@@ -44,7 +44,7 @@ def _histories(gearbox, laws, housing, forces, level, torque=250.0, kick=0.0, st
     model = simulation(
         gearbox, laws, housing, input_torque=torque, time_step=step, fidelity=fidelity, contact_forces=forces
     )
-    motion = at_rest(model, np.zeros(2))
+    motion = quasi_static_state(model, np.zeros(2))
     motion = type(motion)(motion.state * (1.0 + kick), motion.excess)
     phases = (np.arange(steps)[:, None] + 0.5) * step * SPEED / (2 * pi) * np.array([20, 12])
     _, states, _ = advance(model, motion, phases)
@@ -144,4 +144,4 @@ def test_a_contact_problem_that_does_not_converge_is_reported_with_its_time(make
         make_gearbox(), laws, None, input_torque=250.0, time_step=1e-5, fidelity=fidelity, contact_forces=forces
     )
     with pytest.raises(SolverError, match=r"did not converge at t = 0 s within 0 iterations"):
-        advance(model, at_rest(model, np.zeros(2)), np.zeros((5, 2)))
+        advance(model, quasi_static_state(model, np.zeros(2)), np.zeros((5, 2)))

@@ -37,7 +37,7 @@ def stopped_after(blocks):
 )
 def test_a_stopped_run_goes_on_and_ends_in_the_same_bits(make_gearbox, make_laws, tmp_path, monkeypatch, options):
     gearbox, laws = replace(make_gearbox(), **options), make_laws(slotted=True)
-    fidelity = DynamicsFidelity(2e-5, bent_ways=list(options) == ["gyroscopic"])
+    fidelity = DynamicsFidelity(2e-5, path_correction=list(options) == ["gyroscopic"])
     monkeypatch.setattr(speed_ramp, "BLOCK", 256)
     monkeypatch.setattr(recording, "PIECE", 1024)
     whole = run_up(gearbox, laws, None, fidelity=fidelity, **ramp(duration=0.4))

@@ -19,7 +19,7 @@ from nvhchain.dynamics.runs import speed_ramp
 from nvhchain.dynamics.runs.decimation import decimator, low_pass
 from nvhchain.dynamics.runs.speed_ramp import prepare
 from nvhchain.dynamics.time_loop.quasi_static import static_mesh_forces
-from nvhchain.dynamics.time_loop.simulation import advance, at_rest, bearing_force, simulation
+from nvhchain.dynamics.time_loop.simulation import advance, bearing_force, quasi_static_state, simulation
 from nvhchain.errors import InputError, SolverError
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.spectrum import amplitude_spectrum, order_cut, order_waterfall
@@ -31,17 +31,19 @@ def test_every_fourth_step_is_stored_and_equals_the_filtered_record_of_every_ste
     record = ramped(gearbox, laws, None)
     assert record.sample_rate == pytest.approx(25e3, rel=1e-9)
     run = prepare(gearbox, laws, None, fidelity=fidelity, **ramp())
-    middle = (np.arange(19_000) - run.lead + 0.5) * 1e-5
+    middle = (np.arange(19_000) - run.settling_steps + 0.5) * 1e-5
     turns = 0.5 * SPEED / 0.2 * np.maximum(middle, 0.0) ** 2 / (2 * pi)
-    motion = at_rest(run.model, np.zeros(2))
+    motion = quasi_static_state(run.model, np.zeros(2))
     _, states, excesses = advance(run.model, motion, turns[:, None] * [2, 12 / 41])
     every = bearing_force(run.model, states, excesses[0], excesses)
     taps = low_pass(1e5, 4, 5000.0, fidelity.stopband_attenuation)
     half = len(taps) // 2
-    wanted = np.array([taps @ every[c - half : c + half + 1] for c in range(run.lead, len(every) - half, 4)])
+    wanted = np.array([taps @ every[c - half : c + half + 1] for c in range(run.settling_steps, len(every) - half, 4)])
     assert np.abs(record.force[: len(wanted)].reshape(len(wanted), -1) - wanted).max() < 1e-12 * np.abs(wanted).max()
     deflection = states @ run.model.contact_output[0::2].T
-    wanted = np.array([taps @ deflection[c - half : c + half + 1] for c in range(run.lead, len(every) - half, 4)])
+    wanted = np.array(
+        [taps @ deflection[c - half : c + half + 1] for c in range(run.settling_steps, len(every) - half, 4)]
+    )
     assert np.abs(record.mesh_deflection[: len(wanted)] - wanted).max() < 1e-12 * np.abs(wanted).max()
 
 
@@ -66,8 +68,8 @@ def test_coefficients_of_the_filtered_outputs_are_the_sums_they_stand_for(make_g
             constant += tap * (after @ step.gain).real
             on_excess[j + 1] -= tap * (after @ step.drive.T).real.T
     for one, other in (
-        (found.on_state, np.hstack([on_state.real, -on_state.imag]).T),
-        (found.on_excess, on_excess.reshape(-1, len(rows))),
+        (found.state_factor, np.hstack([on_state.real, -on_state.imag]).T),
+        (found.excess_factor, on_excess.reshape(-1, len(rows))),
         (found.constant, constant),
     ):
         assert np.abs(one - other).max() < 1e-12 * np.abs(other).max()
@@ -183,11 +185,11 @@ def test_bits_do_not_depend_on_the_number_of_threads(make_gearbox, make_laws, ma
     assert len(found.pop().split()) == 2
 
 
-@pytest.mark.parametrize("options", ["", "gyroscopic", "bent_ways"])
+@pytest.mark.parametrize("options", ["", "gyroscopic", "path_correction"])
 def test_the_loop_ends_with_the_record(make_gearbox, make_laws, monkeypatch, options):
     """No step beyond what the last sample's filter sees; the samples are those of whole blocks, to rounding."""
     gearbox, laws = replace(make_gearbox(), gyroscopic="gyroscopic" in options), make_laws()
-    fidelity = DynamicsFidelity(1e-5, bent_ways="bent_ways" in options)
+    fidelity = DynamicsFidelity(1e-5, path_correction="path_correction" in options)
     operation = ramp(fidelity=fidelity, duration=0.05)
     marched = []
     monkeypatch.setattr(speed_ramp, "advance", lambda *a, **k: marched.append(len(a[2])) or advance(*a, **k))
@@ -196,8 +198,8 @@ def test_the_loop_ends_with_the_record(make_gearbox, make_laws, monkeypatch, opt
         marched.clear()
         record = run_up(gearbox, laws, None, **operation)
         run = prepare(gearbox, laws, None, **operation)
-        last = run.lead + (run.count - 1) * run.decimator.stride
-        assert sum(marched) == last + run.decimator.half + 1 < 5000 + run.lead + run.decimator.half + 1
+        last = run.settling_steps + (run.count - 1) * run.decimator.stride
+        assert sum(marched) == last + run.decimator.half + 1 < 5000 + run.settling_steps + run.decimator.half + 1
         with monkeypatch.context() as longer:
             longer.setattr(speed_ramp.RunUp, "steps", run.blocks * size * run.decimator.stride)
             whole = run_up(gearbox, laws, None, **operation)

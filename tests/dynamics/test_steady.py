@@ -9,7 +9,7 @@ import pytest
 
 from nvhchain.dynamics import bearing_forces
 from nvhchain.dynamics.model.assembly import assemble
-from nvhchain.dynamics.time_loop.simulation import advance, at_rest, simulation
+from nvhchain.dynamics.time_loop.simulation import advance, quasi_static_state, simulation
 from nvhchain.errors import InputError, ResourceError, SolverError
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.spectrum import amplitude_spectrum
@@ -116,7 +116,7 @@ def test_torque_free_train_turns_and_stays_finite(make_gearbox, make_laws):
     """Rattle: nothing presses the flanks together, and nothing drifts away either."""
     gearbox, laws = make_gearbox(), make_laws(plain_wheel=True, error=5e-6)
     model = simulation(gearbox, laws, None, input_torque=0.0, time_step=1e-5, fidelity=DynamicsFidelity(time_step=1e-5))
-    motion = at_rest(model, np.zeros(2))
+    motion = quasi_static_state(model, np.zeros(2))
     phases = (np.arange(100_000)[:, None] + 0.5) * 1e-5 * SPEED / (2 * pi) * np.array([20, 12])
     _, states, _ = advance(model, motion, phases)
     d = states @ model.contact_output[0::2].T
@@ -150,7 +150,7 @@ def test_rattle_on_coarse_steps_stays_bounded_with_damping(make_gearbox, make_la
             gearbox, laws, housing, input_torque=2.0, time_step=step, fidelity=DynamicsFidelity(time_step=step)
         )
         phases = (np.arange(round(2.0 / step))[:, None] + 0.5) * step * SPEED / (2 * pi) * np.array([20, 12])
-        _, states, _ = advance(model, at_rest(model, np.zeros(2)), phases)
+        _, states, _ = advance(model, quasi_static_state(model, np.zeros(2)), phases)
         deflection = states @ model.contact_output[0::2].T
         late = deflection[len(deflection) // 2 :]
         assert late.min() < 0.0, "the flanks must part"
@@ -168,7 +168,7 @@ def test_one_millisecond_step_stays_bounded(make_gearbox, make_laws, make_housin
         time_step=1e-3,
         fidelity=DynamicsFidelity(time_step=1e-3),
     )
-    motion = at_rest(model, np.zeros(2))
+    motion = quasi_static_state(model, np.zeros(2))
     phases = (np.arange(20_000)[:, None] + 0.5) * 1e-3 * SPEED / (2 * pi) * np.array([2, 12 / 41])
     _, states, _ = advance(model, motion, phases)
     d = states @ model.contact_output[0::2].T
@@ -181,7 +181,7 @@ def test_nothing_drifts_in_a_long_run(make_gearbox, make_laws):
     model = simulation(
         gearbox, laws, None, input_torque=250.0, time_step=4e-5, fidelity=DynamicsFidelity(time_step=4e-5)
     )
-    motion, means = at_rest(model, np.zeros(2)), []
+    motion, means = quasi_static_state(model, np.zeros(2)), []
     for second in range(20):
         n = np.arange(25_000) + 25_000 * second
         phases = (n[:, None] + 0.5) * 4e-5 * SPEED / (2 * pi) * np.array([20, 12])

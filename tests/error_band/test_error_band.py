@@ -28,7 +28,7 @@ from nvhchain.error_band import (
     velocity_band,
 )
 from nvhchain.error_band.gears import AMPLIFICATION, law_error
-from nvhchain.error_band.housing import lowered, of_bearings, of_velocity
+from nvhchain.error_band.housing import bearing_velocity, lowered, velocity_shares
 from nvhchain.error_band.radiation import level_error, radiation_error
 from nvhchain.error_band.resonances import force_change
 from nvhchain.errors import AccuracyWarning, InputError
@@ -92,7 +92,7 @@ def test_the_sound_of_a_housing_whose_modes_are_off_by_what_its_mesh_leaves_open
 def test_modes_come_down_so_that_lines_below_them_are_less_certain_than_lines_above(housing):
     """From 1000 to 995 Hz, by the differences of squares that the motion goes with; damping adds little so far away."""
     beside = ForceSpectrum(np.array([900.0, 1100.0]), load(1.0, 1.0), BEARINGS, input_speed=188.5)
-    below, above = of_velocity(housing, beside).moved[:, 1]
+    below, above = velocity_shares(housing, beside).motion_change[:, 1]
     assert below == pytest.approx((1000**2 - 900**2) / (995**2 - 900**2) - 1, rel=0.03)
     assert above == pytest.approx(1 - (1100**2 - 1000**2) / (1100**2 - 995**2), rel=0.03)
 
@@ -185,7 +185,7 @@ def test_forces_change_as_they_do_in_a_run_with_the_housing_that_gives_way(case,
     )
     rows = [int(np.abs(of.frequency - 20 * n * 188.5 / (2 * np.pi)).argmin()) for n in (1, 2, 3)]
     lines = of.replace(frequency=of.frequency[rows], force=of.force[rows])
-    found = force_change(case, fidelity, housing, laws, lines).of(lines).force
+    found = force_change(case, fidelity, housing, laws, lines).apply(lines).force
     true = given.force[rows] - lines.force
     assert np.linalg.norm(true[0]) > 0.08 * np.linalg.norm(lines.force[0])
     assert (np.linalg.norm(found - true, axis=(1, 2)) < 1e-5 * np.linalg.norm(true, axis=(1, 2))).all()
@@ -218,7 +218,7 @@ def silent(housing):
 def test_a_mode_that_does_not_radiate_is_heard_by_the_forces_that_it_changes(case, silent, parts, meshing):
     """By nothing else, in every quantity; not where the seats stood still in the gearbox."""
     lines, laws = meshing[3], [mesh_law([1e-6, 1e-6])]
-    moved = force_change(case, DRAFT, silent, laws, lines).of(lines)
+    moved = force_change(case, DRAFT, silent, laws, lines).apply(lines)
     vectors, velocity = parts[2], respond(silent, lines)
     pressure = radiate(vectors, velocity, fidelity=DRAFT.acoustics)
     loaded = {"housing": silent, "force_spectrum": lines, "mesh_laws": laws}
@@ -278,7 +278,7 @@ def test_forces_of_two_bearings_that_nearly_cancel_on_the_surface_err_each_by_it
 
     one, both = band(housing, 0.0), band(two, -0.9)
     assert both[1].amplitude == pytest.approx(0.1 * one[1].amplitude)
-    assert of_bearings(two, both[0]) == pytest.approx((1 + 0.81) ** 0.5 * one[1].amplitude)
+    assert bearing_velocity(two, both[0]) == pytest.approx((1 + 0.81) ** 0.5 * one[1].amplitude)
     for name in ("housing", "modes left out"):
         assert (both[1].sources[name] > 0.3 * one[1].sources[name]).all()
 
@@ -287,7 +287,7 @@ def test_the_band_of_fifty_thousand_lines_takes_no_matrix_of_their_distances(hou
     lines = np.linspace(50.0, 5000.0, 50_000)
     forces = ForceSpectrum(lines, load(*np.ones(len(lines))), BEARINGS, input_speed=188.5)
     tracemalloc.start()
-    of_bearings(housing, forces)
+    bearing_velocity(housing, forces)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert peak < 200e6  # of distances 20 GB

@@ -64,7 +64,7 @@ def test_a_run_up_is_as_uncertain_as_the_steady_run_at_each_of_its_speeds(case, 
     modal = modal_transfer_vectors(vectors, housing, lines[lines > 250], fidelity=DRAFT.acoustics)
     history = run_up_pressure(noise_transfer_functions(modal, housing), rising)
     made = run_up_band(case, DRAFT, history, rising, vectors, housing, mesh_laws=laws)
-    assert made.over_speed.shape == (20, 2)
+    assert made.speed_levels.shape == (20, 2)
     # apart from the first instants, in which the sound arrives
     for part in (4, 10, 17):
         line = np.array([20 * made.input_speed[part] / (2 * np.pi)])
@@ -74,8 +74,8 @@ def test_a_run_up_is_as_uncertain_as_the_steady_run_at_each_of_its_speeds(case, 
             case, DRAFT, radiate(vectors, velocity, fidelity=DRAFT.acoustics).replace(input_speed=forces.input_speed),
             velocity, transfer_vectors=vectors, housing=housing, force_spectrum=forces, mesh_laws=laws,
         )  # fmt: skip
-        assert made.over_speed[part] == pytest.approx(steady.level, abs=1.0)
-        assert made.limits[part, :, 1] - made.over_speed[part] == pytest.approx(
+        assert made.speed_levels[part] == pytest.approx(steady.level, abs=1.0)
+        assert made.limits[part, :, 1] - made.speed_levels[part] == pytest.approx(
             steady.overall[:, 1] - steady.level, abs=0.35
         )
     low, high = made.overall.T
@@ -84,7 +84,7 @@ def test_a_run_up_is_as_uncertain_as_the_steady_run_at_each_of_its_speeds(case, 
     modal = modal_transfer_vectors(vectors, other, lines[lines > 250], fidelity=DRAFT.acoustics)
     moved = run_up_pressure(noise_transfer_functions(modal, other), rising)
     exact = run_up_band(case, DRAFT, moved, rising, vectors, other, housing_is_exact=True)
-    inside = (made.limits[2:, :, 0] < exact.over_speed[2:]) & (exact.over_speed[2:] < made.limits[2:, :, 1])
+    inside = (made.limits[2:, :, 0] < exact.speed_levels[2:]) & (exact.speed_levels[2:] < made.limits[2:, :, 1])
     assert inside.all()
     assert "housing" not in exact.bands[0].sources
 
@@ -116,7 +116,7 @@ def test_the_file_of_a_band_holds_every_place_at_every_line_or_speed(case, risin
     assert of_speeds["overall_level"] == pytest.approx(over_speed.level)
     at = of_speeds["over_speed"][7]
     assert at["speed_rpm"] == pytest.approx(30 / np.pi * over_speed.input_speed[7])
-    assert at["level"] == pytest.approx(over_speed.over_speed[7])
+    assert at["level"] == pytest.approx(over_speed.speed_levels[7])
     assert at["limits"][0][1] == pytest.approx(over_speed.limits[7, 0, 1])
 
 
@@ -129,7 +129,7 @@ def test_a_short_run_up_is_judged_in_as_few_parts_as_leave_lines_in_its_band(cas
         return rising.replace(**cut)
 
     made = run_up_force_band(case, DRAFT, record(240), mesh_laws=laws)
-    assert made.over_speed.shape == (5, 4)
+    assert made.speed_levels.shape == (5, 4)
     assert np.isfinite(made.limits[:, :, 1]).all()
     assert made.level[0] < made.overall[0, 1]
     with pytest.raises(
@@ -143,7 +143,7 @@ def test_a_short_run_up_is_judged_in_as_few_parts_as_leave_lines_in_its_band(cas
 
 def test_forces_of_a_run_up_have_their_level_and_band_at_every_speed(case, housing, rising):
     made = run_up_force_band(case, DRAFT, rising, housing=housing, mesh_laws=[mesh_law([1e-6, 1e-7])])
-    assert made.over_speed[:, 0] == pytest.approx(
+    assert made.speed_levels[:, 0] == pytest.approx(
         20 * np.log10(3 * 3**0.5 / 2**0.5 / 1e-6) + 10 * np.log10(1.5), abs=0.1
     )
     relative = [band.sources["gear"].max() / band.amplitude.max() for band in made.bands]

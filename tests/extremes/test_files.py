@@ -12,7 +12,7 @@ from nvhchain.fem import lowest_modes, stiffness_and_mass
 from nvhchain.fem.solid_model import ElementBlock, SolidModel
 from nvhchain.housing.imported.repair import sound_mesh
 from nvhchain.interop import read_abaqus, read_nastran, write_abaqus, write_nastran
-from nvhchain.interop.common.units import UNIT_SYSTEMS
+from nvhchain.interop.notation.units import UNIT_SYSTEMS
 from nvhchain.testing.scales import mostly, powers
 
 FILES = st.sampled_from([(write_nastran, read_nastran), (write_abaqus, read_abaqus)])

@@ -11,7 +11,7 @@ from nvhchain.fidelity import LUMPED, STANDARD, Knobs, Sweep, declared, knob
 
 
 @dataclass(frozen=True)
-class Made(Knobs, stage="made"):
+class Made(Knobs, package="made"):
     """Two knobs and a switch."""
 
     step: float = knob(low=1e-9, high=1e-2, unit="s", sweep=(3e-5, 1e-5), meaning="largest step")

@@ -10,12 +10,12 @@ from nvhchain.errors import InputError
 from nvhchain.fidelity import DRAFT
 from nvhchain.gear import (
     Engagement,
+    close_edges,
     engaged,
     engaged_reach,
     load_distribution,
     loaded_transmission_error,
     mesh_law,
-    with_closing_edges,
 )
 from nvhchain.gear.contact.contact_lines import contact_lines, wheel_angle
 from nvhchain.gear.drawing.pair import BACK, DRIVE
@@ -72,9 +72,9 @@ def test_ordinary_loads_are_left_as_they_are_and_so_is_contact_on_the_path_alone
     pair, compliances = heavy
     engagement, deflection = engaged(pair, pair.normal_force(HEAVY / 12), COARSE, compliances)
     assert engagement.fidelity is COARSE
-    assert with_closing_edges(engagement, deflection[-1]) is engagement
+    assert close_edges(engagement, deflection[-1]) is engagement
     path = Engagement(pair, compliances, dataclasses.replace(COARSE, corner_gap=0.0))
-    assert with_closing_edges(path, 500e-6) is path
+    assert close_edges(path, 500e-6) is path
 
 
 def test_compliances_that_reach_too_few_teeth_are_computed_anew(make_pair, make_compliances, monkeypatch):
@@ -87,8 +87,8 @@ def test_compliances_that_reach_too_few_teeth_are_computed_anew(make_pair, make_
         asked.append((body, reach, friction))
         return full[len(asked) - 1]
 
-    monkeypatch.setattr(sys.modules[with_closing_edges.__module__], "flank_compliance", anew)
-    wide = with_closing_edges(Engagement(pair, short, near), 200e-6)
+    monkeypatch.setattr(sys.modules[close_edges.__module__], "flank_compliance", anew)
+    wide = close_edges(Engagement(pair, short, near), 200e-6)
     assert asked == [(pair.pinion, 3, True), (pair.wheel, 3, True)]
     assert wide.compliances == full
     assert engaged_reach(pair, wide.fidelity.corner_gap) == 3
@@ -103,7 +103,7 @@ def test_teeth_beyond_the_reach_of_a_compliance_are_an_error_not_another_block(m
         engagement.compliance(apart)
     with pytest.raises(InputError, match=r"pitches apart, but the compliance reaches 3"):
         engagement.friction_compliance(apart)
-    part = engagement.at_angles(np.array([0.1]))
+    part = engagement.select_angles(np.array([0.1]))
     with pytest.raises(InputError, match="not among those that this part of the compliance holds"):
         part.compliance(dataclasses.replace(lines, tooth=lines.tooth + 5))
 

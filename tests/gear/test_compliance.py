@@ -67,12 +67,12 @@ def test_condensed_teeth_give_the_undivided_model_without_centre_line_part():
     place = np.empty((count, 3))
     place[label] = nodes
     K, _ = stiffness_and_mass(place, label[np.vstack(bricks)], "hex20", STEEL, mass=False)
-    held = label[blank.on(mesh.blank.bore)]
+    held = label[blank.stacked(mesh.blank.bore)]
     free = np.setdiff1d(np.arange(3 * count), unknowns(held))
 
     tooth = (mesh.pitch, mesh.pitch_solid)
     loads, along = (  # in cylindrical axes of tooth 0
-        flank_loads(gear, tooth, *flank_grid(tooth), along_profile=a) for a in (False, True)
+        flank_loads(gear, tooth, *flank_grid(tooth), profile_force=a) for a in (False, True)
     )
     per_flank = loads.shape[1] // 2
     chosen = np.array([3, 17, per_flank + 8])
@@ -90,7 +90,7 @@ def test_condensed_teeth_give_the_undivided_model_without_centre_line_part():
 
     compliance = slotted()
     n_p, n_w = len(compliance.radius), len(compliance.axial)
-    centre = mesh.pitch_solid.on(mesh.pitch.centre)
+    centre = mesh.pitch_solid.stacked(mesh.pitch.centre)
     tooth = condensed_tooth(gear, mesh, STEEL)  # only for the numbers of its shared nodes
     stiff = cylindrical_stiffness(pitch, pitch.elements, STEEL)
     fixed = unknowns(np.unique(np.concatenate([centre, tooth.left, tooth.right, tooth.bottom])))
@@ -119,7 +119,7 @@ def test_flank_loads_are_unit_forces_normal_to_the_helicoid_and_into_the_tooth()
     gear, mesh = SLOTTED.geometry, gear_mesh(SLOTTED, FINE_PATTERNS)
     solid, n_w = mesh.pitch_solid, len(mesh.pitch_solid.index)
     tooth = (mesh.pitch, solid)
-    loads, slid = (flank_loads(gear, tooth, *flank_grid(tooth), along_profile=a).toarray() for a in (False, True))
+    loads, slid = (flank_loads(gear, tooth, *flank_grid(tooth), profile_force=a).toarray() for a in (False, True))
     for flank, side in ((0, 1.0), (1, -1.0)):
         for i in (0, 2, 4):  # corners of elements along the profile
             column = (flank * len(mesh.pitch.flanks[flank]) + i) * n_w + 2

@@ -53,7 +53,7 @@ def test_part_for_some_angles_holds_few_teeth_and_gives_the_same_forces(make_pai
     pair = make_pair(2, symmetries=(0, 2), thickness_allowance=40e-6)
     whole = Engagement(pair, make_compliances(pair, modulation=0.3), sliced_fidelity(6))
     angles = np.array([7.0, 7.4, 7.9]) * pair.mesh_period
-    part = whole.at_angles(angles)
+    part = whole.select_angles(angles)
     assert len(part.compliances[1].blocks) <= 2 * engaged_reach(pair) + 3
     deflection = np.array([-100e-6, 10e-6, 30e-6])
     for angle in angles:

@@ -164,7 +164,7 @@ def test_work_of_the_slice_forces_is_the_quadratic_form_of_the_compliance():
         for j in range(count)
     )
     solid = mesh.pitch_solid
-    held = np.unique(np.concatenate([solid.on(n) for n in (mesh.pitch.centre, mesh.pitch.left, mesh.pitch.right,
+    held = np.unique(np.concatenate([solid.stacked(n) for n in (mesh.pitch.centre, mesh.pitch.left, mesh.pitch.right,
                                                            mesh.pitch.bottom)]))  # fmt: skip
     loose = np.setdiff1d(np.arange(3 * len(solid.nodes)), unknowns(held))
     K_tooth = cylindrical_stiffness(solid, solid.elements, STEEL)[loose][:, loose]
@@ -194,7 +194,7 @@ def test_local_part_closes_the_deflection_of_the_loaded_slices():
 def at_the_root(of, tooth, flank):
     """Nodal stress interpolated to the critical section of ISO 6336-3 at mid-width."""
     profile = _Profile(GEOMETRY)
-    turned = _surface(GEOMETRY, profile, flank, np.array([profile.at_tangent(np.pi / 6)]), np.zeros(1))[0]
+    turned = _surface(GEOMETRY, profile, flank, np.array([profile.tangent_length(np.pi / 6)]), np.zeros(1))[0]
     c, s = np.cos(tooth * GEOMETRY.pitch_angle), np.sin(tooth * GEOMETRY.pitch_angle)
     search = ElementSearch(of.nodes, of.elements)
     element, xi = search.find(np.array([[c * turned[0] - s * turned[1], s * turned[0] + c * turned[1], 0.0]]))

@@ -59,7 +59,7 @@ def test_flank_nodes_lie_on_the_helicoid(meshed):
     body, mesh = meshed
     gear = body.geometry
     for flank, side in ((0, 1.0), (1, -1.0)):
-        x, y, z = mesh.pitch_solid.nodes[mesh.pitch_solid.on(mesh.pitch.flanks[flank])].T
+        x, y, z = mesh.pitch_solid.nodes[mesh.pitch_solid.stacked(mesh.pitch.flanks[flank])].T
         radius = np.hypot(x, y)
         angle = np.arctan2(y, x) - z * np.tan(gear.helix_angle) / gear.pitch_radius
         np.testing.assert_allclose(angle, side * gear.half_tooth_angle(radius), atol=1e-12)
@@ -76,20 +76,22 @@ def test_pitches_meet_each_other_and_the_blank_node_by_node(meshed):
         c, s = np.cos(angle), np.sin(angle)
         return nodes @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
 
-    left, right, bottom = (solid.nodes[solid.on(n)] for n in (mesh.pitch.left, mesh.pitch.right, mesh.pitch.bottom))
+    left, right, bottom = (
+        solid.nodes[solid.stacked(n)] for n in (mesh.pitch.left, mesh.pitch.right, mesh.pitch.bottom)
+    )
     np.testing.assert_allclose(turned(left, tau), right, atol=1e-12)
     for tooth in (0, 7, body.geometry.teeth - 1):
-        top = mesh.blank_solid.nodes[mesh.blank_solid.on(mesh.blank.top[tooth])]
+        top = mesh.blank_solid.nodes[mesh.blank_solid.stacked(mesh.blank.top[tooth])]
         np.testing.assert_allclose(turned(bottom, tooth * tau), top, atol=1e-12)
 
 
 def test_blank_repeats_after_one_sector(meshed):
     body, mesh = meshed
-    plane, turned = mesh.blank.plane, mesh.blank.turned
+    plane, turned = mesh.blank.plane, mesh.blank.rotated_nodes
     turn = plane.angle[turned] - plane.angle - body.sector * body.geometry.pitch_angle
     np.testing.assert_allclose(np.remainder(turn + np.pi, 2 * np.pi), np.pi, atol=1e-9)
     np.testing.assert_allclose(plane.radius[turned], plane.radius, rtol=1e-9)
-    assert body.geometry.teeth // body.sector * mesh.in_sector.sum() == len(mesh.in_sector)
+    assert body.geometry.teeth // body.sector * mesh.sector_elements.sum() == len(mesh.sector_elements)
 
 
 def test_bore_and_openings_stay_straight_along_the_axis():

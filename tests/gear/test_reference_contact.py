@@ -11,7 +11,7 @@ from nvhchain.conventions import Material
 from nvhchain.errors import SolverError
 from nvhchain.fem._sparse import factorize
 from nvhchain.gear.compliance.tooth_compliance import cylindrical_stiffness, unknowns
-from nvhchain.gear.elements.grading import Grading, with_middles
+from nvhchain.gear.elements.grading import Grading, insert_middles
 from nvhchain.gear.reference import pressed
 from nvhchain.gear.reference.patch import cell_loads, cells
 from nvhchain.gear.reference.tooth_mesh import quadratic_grid, stacked
@@ -24,7 +24,7 @@ SIZE, ZONE, GROWTH = 10e-6, 0.13e-3, 0.3
 
 def spread(reach):
     """Ends and middles of rows from −reach to reach, m, close together about 0."""
-    return with_middles(Grading(0.0, SIZE, ZONE, GROWTH).ends(-reach, reach))
+    return insert_middles(Grading(0.0, SIZE, ZONE, GROWTH).ends(-reach, reach))
 
 
 def cylinder(radius, t, material, loaded, depth, size=SIZE):
@@ -33,7 +33,7 @@ def cylinder(radius, t, material, loaded, depth, size=SIZE):
     A sector of a ring whose outer surface has nodes at `t`, m, across the load; the inner circle at radius/10 is held.
     """
     inner = 0.1 * radius
-    r = with_middles(Grading(radius, size, size, GROWTH).ends(inner, radius))
+    r = insert_middles(Grading(radius, size, size, GROWTH).ends(inner, radius))
     phi = np.arcsin(t / radius)
     grid = np.arange(len(r) * len(phi)).reshape(len(r), len(phi))
     radius_of, angle = np.repeat(r, len(phi)), np.tile(phi, len(r))
@@ -48,7 +48,7 @@ def cylinder(radius, t, material, loaded, depth, size=SIZE):
     turn = solid.angle[cell]
     load = cell_loads(solid, cell, np.stack([-np.cos(turn), np.sin(turn), np.zeros_like(turn)], axis=-1))
     K = cylindrical_stiffness(solid, solid.elements, material)
-    held = np.concatenate([unknowns(solid.on(grid[0])), 3 * np.arange(len(solid.nodes)) + 2])
+    held = np.concatenate([unknowns(solid.stacked(grid[0])), 3 * np.arange(len(solid.nodes)) + 2])
     free = np.setdiff1d(np.arange(K.shape[0]), held)
     with factorize(K[free][:, free]) as factor:
         response = np.zeros(load.shape)
@@ -105,7 +105,7 @@ def test_flat_punch_has_the_singular_pressure_of_a_rigid_die(cylinders):
     from_edge = Grading(a, size, size, GROWTH)
     side = np.append(from_edge.ends(0.0, a), from_edge.ends(a, 0.5 * radius)[1:])
     ends = np.append(-side[:0:-1], side)
-    compliance, _, _, at = cylinder(radius, with_middles(ends), STEEL, a, 2e-3, size=size)
+    compliance, _, _, at = cylinder(radius, insert_middles(ends), STEEL, a, 2e-3, size=size)
     ends = ends[np.abs(ends) < 1.0001 * a]
     field = pressed(compliance, np.zeros(len(at)), 1000.0)
     assert (field.force > 0).all()

@@ -18,8 +18,8 @@ from nvhchain.gear.reference import (
     reference_mesh,
     touching_teeth,
 )
-from nvhchain.gear.reference.flanks import across, gap, rolled_length, section
-from nvhchain.gear.reference.touching import symmetric
+from nvhchain.gear.reference.contact_cells import symmetric
+from nvhchain.gear.reference.flanks import gap, rolled_length, section, transverse_position
 
 COARSE = dataclasses.replace(DRAFT.gear, profile_elements=3, width_layers=2)
 ROUGH = ReferenceResolution(contact_element=60e-6, growth=0.8, root_rows=3, space_columns=3, rim_rows=3)
@@ -29,13 +29,13 @@ def test_flanks_touch_on_the_line_of_action_and_part_with_their_curvature(make_p
     pair = make_pair(1)
     s = section(pair, 0.1 * pair.mesh_period, 0, 2e-3, pair.path)
     assert s.nearest == 0.0
-    assert s.apart == 0.0
+    assert s.separation == 0.0
     t = np.array([-20e-6, 0.0, 30e-6])
     rho = s.crossing * (pair.line_length - s.crossing) / pair.line_length
     np.testing.assert_allclose(gap(pair, s.crossing, t), t**2 / (2 * rho), rtol=0.02, atol=1e-15)
     for gear in (0, 1):
         rolled = rolled_length(pair, gear, s.crossing, t)
-        np.testing.assert_allclose(across(pair, gear, s.crossing, rolled), t, atol=1e-15)
+        np.testing.assert_allclose(transverse_position(pair, gear, s.crossing, rolled), t, atol=1e-15)
 
 
 @pytest.mark.parametrize("beyond", [0.2e-3, 0.8e-3])
@@ -69,7 +69,7 @@ def test_what_a_refined_tooth_passes_on_balances_the_pressure(helical):
         for i, tooth in enumerate(touching.teeth[gear]):
             forces = tooth.passed.reshape(len(shared), 3, -1)
             np.testing.assert_allclose(forces[:, 2].sum(axis=0), np.sin(g.base_helix_angle), rtol=1e-6)
-            offset = touching.cells.across[touching.pair == i]
+            offset = touching.cells.transverse[touching.pair == i]
             arm = g.base_radius + (offset if gear == 0 else -offset)
             torque = -np.einsum("i,in->n", radius, forces[:, 1])
             np.testing.assert_allclose(torque, arm * np.cos(g.base_helix_angle), rtol=2e-3)
@@ -127,7 +127,9 @@ def test_realigned_gaps_are_those_of_teeth_refined_for_the_tilted_pair(helical):
     fresh, found = touching_teeth(tilted, coarse, touching.angle, ROUGH), realigned(touching, pair, tilted)
 
     def gaps(teeth):
-        places = np.round(np.column_stack([teeth.pair, 1e9 * teeth.cells.across, 1e9 * teeth.cells.axial])).astype(int)
+        places = np.round(np.column_stack([teeth.pair, 1e9 * teeth.cells.transverse, 1e9 * teeth.cells.axial])).astype(
+            int
+        )
         return dict(zip(map(tuple, places.tolist()), teeth.cells.gap, strict=True))
 
     before, first, second = gaps(touching), gaps(fresh), gaps(found)

@@ -136,7 +136,7 @@ def test_nodal_forces_with_friction_give_the_strain_of_the_undivided_model():
         for i, tooth in enumerate(lines.tooth[WHEEL]):
             at = (np.array([lines.side]), lines.radius[WHEEL, [i]], lines.axial[[i]])
             force = sum(
-                share * contact.force[i] * point_forces(GEOMETRY, (drawn, pitch), *at, along_profile=a).toarray()
+                share * contact.force[i] * point_forces(GEOMETRY, (drawn, pitch), *at, profile_force=a).toarray()
                 for a, share in ((False, 1.0), (True, slid[i]))
             ).reshape(-1, 3)
             angle = pitch.angle + tooth * GEOMETRY.pitch_angle

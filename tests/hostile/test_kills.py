@@ -9,8 +9,8 @@ from pathlib import Path
 import psutil
 import pytest
 
-from nvhchain.files.alone import remove_left
-from nvhchain.files.whole import write_whole
+from nvhchain.files.atomic_write import write_atomic
+from nvhchain.files.folder_lock import remove_abandoned
 from nvhchain.runtime import processes
 
 ROOT = Path(__file__).parents[2]
@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[2]
 WRITER = """
 import sys, time
 from pathlib import Path
-from nvhchain.files.whole import write_whole
+from nvhchain.files.atomic_write import write_whole
 def pieces():
     yield b"half"
     print("begun", flush=True)
@@ -38,18 +38,18 @@ def writer(tmp_path):
 
 
 def test_unfinished_files_of_killed_processes_go_with_the_next_one_that_is_written(writer, tmp_path):
-    write_whole(tmp_path / "b", b"whole")
+    write_atomic(tmp_path / "b", b"whole")
     assert len(list(tmp_path.glob(".nvhchain-*.part"))) == 1  # its writer is alive
     writer.kill()
     writer.wait()
-    write_whole(tmp_path / "b", b"whole again")
+    write_atomic(tmp_path / "b", b"whole again")
     assert [path.name for path in tmp_path.iterdir()] == ["b"]
 
 
 def test_a_lock_that_nobody_holds_is_removed(tmp_path):
     (tmp_path / "stale.lock").touch()
     (tmp_path / "other").touch()
-    remove_left(tmp_path, "*.lock")
+    remove_abandoned(tmp_path, "*.lock")
     assert [path.name for path in tmp_path.iterdir()] == ["other"]
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from nvhchain.errors import InputError
 from nvhchain.housing import Bore, Casting, GearSpace
-from nvhchain.housing.casting.outline import hull, inside, stations
+from nvhchain.housing.casting.outline import hull, inner_distance, stations
 from nvhchain.housing.casting.solids import bolt_circle, outline_at
 
 
@@ -75,9 +75,9 @@ def test_hull_of_two_equal_circles_is_a_stadium():
     perimeter = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1).sum()
     assert perimeter == pytest.approx(2 * np.pi * 1.5 + 6.0, rel=1e-6)
     assert np.allclose(np.linalg.norm(normals, axis=1), 1.0)
-    assert np.allclose(inside(arcs, points), 0.0, atol=1e-6)
-    assert inside(arcs, np.array([[1.5, 0.0]]))[0] == pytest.approx(1.5)
-    assert inside(arcs, np.array([[1.5, 2.0]]))[0] < 0
+    assert np.allclose(inner_distance(arcs, points), 0.0, atol=1e-6)
+    assert inner_distance(arcs, np.array([[1.5, 0.0]]))[0] == pytest.approx(1.5)
+    assert inner_distance(arcs, np.array([[1.5, 2.0]]))[0] < 0
 
 
 def test_hull_leaves_out_a_circle_inside_and_joins_tangentially():
@@ -95,6 +95,6 @@ def test_bolts_are_evenly_spaced_outside_the_side_wall():
     bolts = bolt_circle(casting)
     assert bolts.shape == (12, 2)
     wall = outline_at(casting, casting.wall + casting.draft)
-    assert (inside(wall, bolts) < -casting.bolt_radius).all()
+    assert (inner_distance(wall, bolts) < -casting.bolt_radius).all()
     gaps = np.linalg.norm(np.roll(bolts, -1, axis=0) - bolts, axis=1)
     assert gaps.min() > 0.9 * gaps.max()

@@ -9,7 +9,13 @@ import pytest
 from nvhchain.errors import InputError, SolverError
 from nvhchain.fem import mesher, stiffness_and_mass
 from nvhchain.housing.casting import _gmsh
-from nvhchain.housing.casting.mesh import boundary_faces, mesh_casting, on_engine_plane, radiating_surface, straightened
+from nvhchain.housing.casting.mesh import (
+    boundary_faces,
+    engine_plane_faces,
+    mesh_casting,
+    radiating_surface,
+    straightened,
+)
 from nvhchain.housing.casting.solids import casting_recipe, outline_at
 
 UNIT_TET = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
@@ -81,7 +87,7 @@ def test_radiating_surface_has_well_shaped_triangles_of_the_size_asked_for(casti
     squares = ((corners - np.roll(corners, 1, axis=1)) ** 2).sum(axis=(1, 2))
     assert (quality / squares).min() > 0.2
     assert np.median(quality / squares) > 0.9
-    plane = on_engine_plane(surface)
+    plane = engine_plane_faces(surface)
     assert surface.areas[plane].sum() == pytest.approx(stadium_area(casting), rel=0.02)
 
 

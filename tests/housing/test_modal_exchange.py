@@ -13,7 +13,7 @@ from nvhchain.housing import EnginePlane, exported_modes, housing_from_modes
 from nvhchain.housing.imported.modal_results import modal_skin
 from nvhchain.housing.imported.repair import sound_mesh
 from nvhchain.interop import read_modal_hdf5, read_modal_uff, write_modal_hdf5, write_modal_uff
-from nvhchain.interop.common.surface_motion import vertex_motion
+from nvhchain.interop.notation.surface_motion import vertex_motion
 from nvhchain.testing.elements import held_box
 
 ENGINE = EnginePlane((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))

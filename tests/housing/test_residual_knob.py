@@ -8,8 +8,8 @@ import pytest
 from nvhchain.errors import InputError
 from nvhchain.housing import reduce_housing, reduction, truncation_error
 from nvhchain.housing.modes.response import face_displacement
-from nvhchain.housing.modes.truncation import without_modes
-from nvhchain.housing.reduction import seat_flexibility, with_residual
+from nvhchain.housing.modes.truncation import exclude_modes
+from nvhchain.housing.reduction import apply_residual_knob, seat_flexibility
 
 F_MAX = 1700.0
 
@@ -51,7 +51,7 @@ def test_nothing_is_said_of_a_truncation_that_is_no_longer_so(pair):
 
 def test_a_housing_without_modes_nor_residual_is_refused(reduced, fidelity):
     """It stood still: -5887 dB(A) between limits of -5887 and -5887."""
-    still = without_modes(reduced, 0)
-    assert with_residual(still, fidelity) is still
+    still = exclude_modes(reduced, 0)
+    assert apply_residual_knob(still, fidelity) is still
     with pytest.raises(InputError, match="residual_flexibility = False leaves nothing that moves"):
-        with_residual(still, replace(fidelity, residual_flexibility=False))
+        apply_residual_knob(still, replace(fidelity, residual_flexibility=False))

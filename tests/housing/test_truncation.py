@@ -13,11 +13,11 @@ from nvhchain.housing.casting.mesh import mesh_casting
 from nvhchain.housing.modes.response import face_displacement, seat_displacement
 from nvhchain.housing.modes.seat_modes import seat_unknowns
 from nvhchain.housing.modes.truncation import (
+    exclude_modes,
     fewest_modes,
     truncation_error,
     truncation_errors,
     truncation_report,
-    without_modes,
     worst_level,
 )
 from nvhchain.housing.reduction import held_matrices
@@ -52,7 +52,7 @@ def test_estimate_lies_within_a_factor_of_2_of_the_true_error(reduced, rich):
 
 @pytest.mark.parametrize("keep", [2, 4, 6, 8])
 def test_estimate_of_a_part_of_the_modes_is_within_a_quarter(reduced, rich, keep):
-    few = without_modes(reduced, keep)
+    few = exclude_modes(reduced, keep)
     (seats, faces), (true_seats, true_faces) = both(few), both(rich)
     estimate = truncation_error(reduced, F_MAX, modes=keep)
     assert relative(faces, true_faces, few.surface.areas) == pytest.approx(estimate.faces, rel=0.25)
@@ -77,7 +77,7 @@ def test_estimate_at_every_line_follows_the_true_error(reduced, rich):
 
 
 def test_static_flexibility_does_not_change_when_modes_are_left_out(reduced):
-    few = without_modes(reduced, 3)
+    few = exclude_modes(reduced, 3)
     force = np.eye(3 * len(reduced.names), dtype=complex)
     still = np.zeros(len(force))
     for respond in (seat_displacement, face_displacement):
@@ -86,7 +86,7 @@ def test_static_flexibility_does_not_change_when_modes_are_left_out(reduced):
 
 
 def test_residual_mass_of_what_is_left_is_that_of_the_full_model(reduced, mesh, casting):
-    few = without_modes(reduced, 5)
+    few = exclude_modes(reduced, 5)
     K, M, _ = held_matrices(mesh, casting)
     seats = seat_unknowns(K.shape[0], len(casting.bores))
     load = np.zeros((K.shape[0], len(seats)))
@@ -166,4 +166,4 @@ def test_housing_reduced_elsewhere_and_rigid_modes_are_refused(reduced):
         truncation_error(reduced.replace(accuracy=HousingAccuracy()), F_MAX)
     free = reduced.replace(natural_frequency=np.concatenate([[0.0], reduced.natural_frequency[1:]]))
     with pytest.raises(InputError, match="rigid mode"):
-        without_modes(free, 0)
+        exclude_modes(free, 0)

@@ -46,7 +46,7 @@ def test_errors_of_the_meshes_go_along_bit_for_bit(forces, tmp_path, suffix, mes
             read_bearing_forces(path, replace(channels, **change))
 
 
-def test_foreign_errors_are_converted_and_resampled_with_the_forces(tmp_path, declared):
+def test_imported_errors_are_converted_and_resampled_with_the_forces(tmp_path, declared):
     time = np.arange(4000) / 20e3
     tone = np.sin(2 * np.pi * 300.0 * time)
     path = csv(

@@ -9,7 +9,7 @@ from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 from nvhchain.conventions import REFERENCE_VELOCITY
 from nvhchain.errors import InputError
 from nvhchain.handoff import GearField, ReducedHousing, Surface, SurfaceVelocity
-from nvhchain.interop.common.surface_motion import vertex_motion
+from nvhchain.interop.notation.surface_motion import vertex_motion
 from nvhchain.interop.vtk_files import write_gear_field_vtu, write_modes_vtkhdf, write_velocity_vtkhdf, write_vtu
 from nvhchain.testing.elements import brick
 

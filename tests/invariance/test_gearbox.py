@@ -18,7 +18,7 @@ STEP = DynamicsFidelity(time_step=30e-6)
 @pytest.fixture(scope="module")
 def gearbox(request):
     box = nvh.load_case(request.config.rootpath / "cases/small/single_stage.toml").gearbox
-    return box.with_bodies("A", [RigidBody(0.075, 0.3, 1.2e-4, 7e-5)]).with_bodies(
+    return box.add_bodies("A", [RigidBody(0.075, 0.3, 1.2e-4, 7e-5)]).add_bodies(
         "B", [RigidBody(0.075, 0.6, 5e-4, 2.7e-4)]
     )
 

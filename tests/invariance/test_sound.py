@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from nvhchain.acoustics import PointSource, radiate, solve_direct, surface_pressure, transfer_vectors
-from nvhchain.acoustics.surfaces.velocity_in_faces import within_faces
+from nvhchain.acoustics.surfaces.velocity_slopes import velocity_within_faces
 from nvhchain.conventions import Air
 from nvhchain.handoff import RigidPlane, Surface, SurfaceVelocity
 from nvhchain.levels import decibel
@@ -101,7 +101,7 @@ def test_a_transfer_vector_is_the_pressure_on_the_rigid_body_under_a_source_at_t
     for m, point in enumerate(points):
         under = surface_pressure(still, incident=PointSource(tuple(point)), air=air, fidelity=fidelity).pressure
         on_faces = body.areas * under[:, body.triangles].mean(axis=2)
-        expected = 1j * omega * air.density * (on_faces @ within_faces(body))
+        expected = 1j * omega * air.density * (on_faces @ velocity_within_faces(body))
         found = vectors.vectors[:, m]
         error = np.linalg.norm(found - expected, axis=1) / np.linalg.norm(expected, axis=1)
         assert (error < [0.01, 0.03, 0.13]).all()

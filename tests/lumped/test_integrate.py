@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 from nvhchain.errors import InputError, SolverError
 from nvhchain.fidelity import LUMPED
 from nvhchain.lumped import GearPair, Windows, integrate
-from nvhchain.lumped.integrate import at_static_equilibrium
+from nvhchain.lumped.integrate import static_equilibrium
 
 
 def windows(step, steps, frequency, rate=0.0, stride=1):
@@ -40,7 +40,7 @@ def peer(pair, time, frequency, rate, state):
 )
 def test_march_agrees_with_dop853_over_contact_loss(study_pair, half_backlash, frequency, rate):
     pair = replace(study_pair(18, 6, order=57), half_backlash=half_backlash)
-    state = at_static_equilibrium([pair])[:, 0] + [20e-6, 0.0]
+    state = static_equilibrium([pair])[:, 0] + [20e-6, 0.0]
     time = np.arange(1, 5001) * 2e-6
     x = peer(pair, time, frequency, rate, state)
     assert x.min() < (half_backlash if half_backlash > 1e-5 else -half_backlash), "the case must lose contact"
@@ -56,7 +56,7 @@ def test_march_agrees_with_dop853_over_contact_loss(study_pair, half_backlash, f
 
 def test_phase_of_a_steep_run_up_is_followed_within_the_step(study_pair):
     pair = study_pair(28, 0.5, order=57)
-    state = at_static_equilibrium([pair])
+    state = static_equilibrium([pair])
     time = np.arange(1, 501) * 2e-6
     x = peer(pair, time, 500.0, 2e7, state[:, 0])
     march = integrate([pair], windows(2e-6, 500, 500.0, 2e7), state=state)
@@ -65,7 +65,7 @@ def test_phase_of_a_steep_run_up_is_followed_within_the_step(study_pair):
 
 def test_error_falls_with_the_fourth_power_of_the_step_while_in_contact(study_pair):
     pair = study_pair(28, 2)
-    state = at_static_equilibrium([pair])
+    state = static_equilibrium([pair])
     time = 1.6e-3
     x = peer(pair, np.array([0.0, time]), 1500.0, 0.0, state[:, 0])[-1]
     errors = [

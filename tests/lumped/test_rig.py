@@ -37,15 +37,15 @@ def test_modal_sum_equals_the_solution_with_the_full_damping_matrix(due_to):
     expected = []
     for omega in 2 * np.pi * frequency:
         expected.append(OPEN["test"] @ np.linalg.solve(k - omega**2 * m + 1j * omega * damping, OPEN[due_to]))
-    found = mesh_cross_response(FITTED_RIG, frequency, at="test", due_to=due_to)
+    found = mesh_cross_response(FITTED_RIG, frequency, mesh="test", due_to=due_to)
     np.testing.assert_allclose(found, expected, rtol=1e-8)
 
 
 def test_response_of_the_test_mesh_to_the_reaction_mesh_is_small_and_reciprocal():
     frequency = np.linspace(50.0, 3000.0, 2000)
-    cross = mesh_cross_response(FITTED_RIG, frequency, at="test", due_to="reaction")
-    back = mesh_cross_response(FITTED_RIG, frequency, at="reaction", due_to="test")
-    own = mesh_cross_response(FITTED_RIG, frequency, at="test", due_to="test")
+    cross = mesh_cross_response(FITTED_RIG, frequency, mesh="test", due_to="reaction")
+    back = mesh_cross_response(FITTED_RIG, frequency, mesh="reaction", due_to="test")
+    own = mesh_cross_response(FITTED_RIG, frequency, mesh="test", due_to="test")
     np.testing.assert_allclose(cross, back, rtol=1e-10)
     assert np.abs(cross).max() < 0.1 * np.abs(own).max()
 
@@ -54,4 +54,4 @@ def test_rig_and_response_state_what_they_cannot_use():
     with pytest.raises(InputError, match="reaction_mesh"):
         replace(FITTED_RIG, reaction_mesh=0.0)
     with pytest.raises(InputError, match="choose from test, reaction"):
-        mesh_cross_response(FITTED_RIG, np.array([100.0]), at="motor", due_to="test")
+        mesh_cross_response(FITTED_RIG, np.array([100.0]), mesh="motor", due_to="test")

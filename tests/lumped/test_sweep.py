@@ -172,7 +172,7 @@ def test_what_a_sweep_cannot_do_is_refused(study_pair):
 
 
 def test_derivative_of_the_balance_is_that_of_its_residual(study_pair):
-    balance = _Balance.of(study_pair(18, 6, order=57), replace(LUMPED, harmonics=6))
+    balance = _Balance.set_up(study_pair(18, 6, order=57), replace(LUMPED, harmonics=6))
     rng = np.random.default_rng(2)
     u = np.append(np.concatenate(([4.0], 0.5 * rng.standard_normal(12))), 0.9)
     assert (np.abs(balance.series @ u[:-1]) < balance.gap).any(), "the motion must lose contact"

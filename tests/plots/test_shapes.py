@@ -124,7 +124,7 @@ def test_table_of_assurance_writes_out_what_is_not_nil():
 
 def test_bars_show_shares_that_sum_to_one_with_the_rest_in_one():
     pressure = np.array([0.5, -0.2, 0.05, 0.65]) * np.exp(0.4j)
-    ax = contribution_bars(["a", "b", "c", "d"], pressure, frequency=440.0, most=2, title="modes")
+    ax = contribution_bars(["a", "b", "c", "d"], pressure, frequency=440.0, count=2, title="modes")
     assert [label.get_text() for label in ax.get_yticklabels()] == ["d", "a", "2 others"]
     assert [bar.get_width() for bar in ax.patches] == pytest.approx([65.0, 50.0, -15.0])
     assert ax.get_title(loc="left") == "modes: 440 Hz, 91.0 dB"

@@ -45,7 +45,7 @@ with ahead._laws_under_way([], DRAFT, Path()):
 import sys
 from pathlib import Path
 from nvhchain import DRAFT, load_case
-from nvhchain.files.shelf import Unwatched
+from nvhchain.files.result_cache import Unwatched
 from nvhchain.tradeoff.measure import Ledger, measured_run
 out = Path(sys.argv[1])
 run = measured_run(load_case(sys.argv[2]), DRAFT, out=out, operators=out, ledger=Ledger(out / "l"), watcher=Unwatched())

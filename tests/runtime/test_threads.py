@@ -10,13 +10,13 @@ from threadpoolctl import ThreadpoolController, threadpool_limits
 
 from nvhchain.acoustics.systems import engines
 from nvhchain.runtime import cluster, threads
-from nvhchain.runtime.threads import at_most, blas_threads, granted
+from nvhchain.runtime.threads import blas_threads, granted, limit_threads
 
 
 def of_blas():
     """Of the libraries that have one number for the process; each thread has its own of MKL, which others may load."""
     libraries = ThreadpoolController().select(user_api="blas").lib_controllers
-    (number,) = {library.num_threads for library in libraries if not threads._by_thread(library)}
+    (number,) = {library.num_threads for library in libraries if not threads._limits_each_thread(library)}
     return number
 
 
@@ -65,7 +65,7 @@ def test_a_worker_that_began_with_one_thread_takes_its_share():
 
 def forked(told):
     with blas_threads(3):
-        told.put((of_blas(), at_most(8)))
+        told.put((of_blas(), limit_threads(8)))
 
 
 def test_a_process_forked_while_a_limit_is_set_in_another_thread_is_not_locked_up_by_it():
@@ -83,8 +83,8 @@ def test_a_process_forked_while_a_limit_is_set_in_another_thread_is_not_locked_u
 
 def test_granted_threads_hold_where_they_were_granted_alone():
     with granted(2), ThreadPoolExecutor(1) as pool:
-        assert (at_most(8), at_most(1), pool.submit(at_most, 8).result()) == (2, 1, 8)
-    assert at_most(8) == 8
+        assert (limit_threads(8), limit_threads(1), pool.submit(limit_threads, 8).result()) == (2, 1, 8)
+    assert limit_threads(8) == 8
 
 
 class Watched:
@@ -125,6 +125,8 @@ def test_systems_solved_side_by_side_share_the_threads_out(monkeypatch):
 
     seen = []
     for count in (4, 2, 1, 3):
-        engines.solve_each([[Watched() for _ in range(count)]], lambda at, system: seen.append((of_blas(), at_most(9))))
+        engines.solve_each(
+            [[Watched() for _ in range(count)]], lambda at, system: seen.append((of_blas(), limit_threads(9)))
+        )
     assert seen == [(1, 1)] * 4 + [(2, 2)] * 2 + [(4, 4)] + [(1, 1)] * 3
     assert of_blas() == 4

@@ -48,7 +48,7 @@ def of_wheel(case, count, **knobs):
 def entries(mesh):
     """Of a tooth's stiffness between the nodes that it shares."""
     lines = (mesh.pitch.left[:-1], mesh.pitch.right[:-1], mesh.pitch.bottom)
-    return sum(len(mesh.pitch_solid.on(line)) for line in lines) ** 2
+    return sum(len(mesh.pitch_solid.stacked(line)) for line in lines) ** 2
 
 
 def bricks(mesh):
@@ -98,6 +98,6 @@ def test_a_housing_takes_seconds_by_the_pieces_that_its_skin_is_cut_into(case):
 
 
 def test_rules_of_touching_needles_take_memory_by_the_fourth_power_of_their_order(case):
-    rules = fused_mesh.rules_of(nvh.DRAFT.acoustics.quadrature_order, 2, nvh.DRAFT.acoustics)
+    rules = fused_mesh.quadrature_rules(nvh.DRAFT.acoustics.quadrature_order, 2, nvh.DRAFT.acoustics)
     kept = rules.chunks.nbytes * (8 / nvh.DRAFT.acoustics.singular_order) ** 4 / 1e6
     assert planned(case, "transfer", "acoustics", singular_order=8).megabytes > BASE_MEGABYTES + 2 * kept

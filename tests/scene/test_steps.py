@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 import nvhchain as nvh
-from nvhchain.case import HEARD, RADIATED
+from nvhchain.case import FIELD_POINT_QUANTITIES, RADIATED
 from nvhchain.chain import Result, run
 from nvhchain.chain.steps import MADE_BY
 from nvhchain.scene.planning import COSTS
@@ -34,7 +34,7 @@ def test_every_row_has_its_function_and_its_field_of_the_result():
 @pytest.mark.parametrize("radiation", ["boundary_elements", "equivalent_radiated_power"])
 @pytest.mark.parametrize("options", [{}, {"tilt": True}, {"friction": 0.05, "loaded_misalignment": True}])
 def test_each_step_comes_after_what_it_needs(case, options, radiation):
-    everything = tuple({"bearing_forces", "surface_velocity", *HEARD, *RADIATED})
+    everything = tuple({"bearing_forces", "surface_velocity", *FIELD_POINT_QUANTITIES, *RADIATED})
     asked = replace(case, quantities=everything, options=replace(case.options, **options))
     fidelity = replace(nvh.DRAFT, acoustics=replace(nvh.DRAFT.acoustics, radiation=radiation))
     scene = Scene(asked, fidelity)

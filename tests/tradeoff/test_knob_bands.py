@@ -4,14 +4,14 @@ import pytest
 
 from benchmarks.chain.error_band_knobs import judged_rows
 from nvhchain.tradeoff import shipped_sweep
-from nvhchain.tradeoff.knobs import BEYOND
+from nvhchain.tradeoff.knobs import FINER_SETTINGS
 
 pytestmark = pytest.mark.slow
 
 ROWS = [
     (row.knob, row.value)
     for row in shipped_sweep().measurements[1:]
-    if row.deviation is not None and (row.knob, row.value) not in BEYOND and not row.knob.startswith("record.")
+    if row.deviation is not None and (row.knob, row.value) not in FINER_SETTINGS and not row.knob.startswith("record.")
 ]
 
 

@@ -13,7 +13,7 @@ STAGES = ("gear", "dynamics", "housing", "acoustics")
 
 
 def test_every_field_of_every_stage_is_swept_or_left_out_with_a_reason():
-    swept = {f"{knob.stage}.{field}" for knob in KNOBS for field in knob.fields}
+    swept = {f"{knob.package}.{field}" for knob in KNOBS for field in knob.fields}
     every = {f"{stage}.{field.name}" for stage in STAGES for field in fields(getattr(REFERENCE, stage))}
     assert swept | set(NOT_SWEPT) == every
     assert all(NOT_SWEPT.values())
@@ -24,16 +24,16 @@ def test_every_field_of_every_stage_is_swept_or_left_out_with_a_reason():
 def test_a_knob_changes_its_own_fields_and_no_others_and_each_setting_is_valid(knob):
     base = asdict(REFERENCE)
     for value in knob.values:
-        turned = knob.turned(REFERENCE, value)
+        turned = knob.apply(REFERENCE, value)
         changed = {
             f"{stage}.{name}"
             for stage in STAGES
             for name, setting in asdict(turned)[stage].items()
             if setting != base[stage][name]
         }
-        assert changed <= {f"{knob.stage}.{field}" for field in knob.fields}
-        assert knob.at(turned) == value
-        assert bool(changed) == (value != knob.at(REFERENCE))
+        assert changed <= {f"{knob.package}.{field}" for field in knob.fields}
+        assert knob.value_in(turned) == value
+        assert bool(changed) == (value != knob.value_in(REFERENCE))
 
 
 def test_variants_leave_out_the_base_and_end_with_the_other_presets(sphere, gearbox):
@@ -52,8 +52,8 @@ def test_variants_leave_out_the_base_and_end_with_the_other_presets(sphere, gear
 
 
 def test_a_radiator_turns_acoustics_only_and_a_steady_gearbox_nothing_of_the_run_up(sphere, gearbox):
-    assert {knob.stage for knob in knobs_of(sphere)} == {"acoustics"}
-    assert {knob.stage for knob in knobs_of(gearbox)} == set(STAGES)
+    assert {knob.package for knob in knobs_of(sphere)} == {"acoustics"}
+    assert {knob.package for knob in knobs_of(gearbox)} == set(STAGES)
     assert not any(knob.run_up for knob in knobs_of(gearbox))
 
 
@@ -79,16 +79,16 @@ def test_a_given_surface_is_not_meshed_anew(sphere):
 
 def test_ready_made_hand_offs_leave_the_knobs_of_what_is_still_made(gearbox):
     def stages(*given):
-        return {knob.stage for knob in knobs_of(gearbox, given=given)}
+        return {knob.package for knob in knobs_of(gearbox, supplied=given)}
 
     assert stages("mesh_laws") == {"dynamics", "housing", "acoustics"}
     assert stages("force_spectrum") == {"housing", "acoustics"}
     assert stages("housing") == {"gear", "dynamics", "acoustics"}
     assert stages("surface_velocity") == {"acoustics"}
-    between = {knob.name for knob in knobs_of(gearbox, given=("surface_velocity", "transfer_vectors"))}
+    between = {knob.name for knob in knobs_of(gearbox, supplied=("surface_velocity", "transfer_vectors"))}
     assert between == {"acoustics.interpolation_points", "acoustics.interpolation_poles"}
     rubbing = replace(gearbox, options=replace(gearbox.options, friction=0.05))
-    assert "gear" in {knob.stage for knob in knobs_of(rubbing, given=("mesh_laws",))}  # of its load distribution
+    assert "gear" in {knob.package for knob in knobs_of(rubbing, supplied=("mesh_laws",))}  # of its load distribution
 
 
 def test_the_contact_problem_in_the_time_loop_is_swept_where_it_is_named_with_its_value(gearbox):
@@ -118,7 +118,7 @@ def test_knobs_are_chosen_by_knob_field_or_stage_and_unknown_names_are_refused(g
     assert [knob.name for knob in knobs_of(gearbox, ["gear.slices"])] == ["gear.slices"]
     joint = knobs_of(gearbox, ["acoustics.close_orders"])
     assert [knob.name for knob in joint] == ["acoustics.close_distances+close_orders"]
-    assert {knob.stage for knob in knobs_of(gearbox, ["housing"])} == {"housing"}
+    assert {knob.package for knob in knobs_of(gearbox, ["housing"])} == {"housing"}
     with pytest.raises(InputError, match=r"knob 'gear.sliecs' is unknown") as refused:
         knobs_of(gearbox, ["gear.sliecs"])
     known = str(refused.value).split("known: ")[1].split(", ")

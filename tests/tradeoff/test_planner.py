@@ -16,8 +16,8 @@ from nvhchain.fidelity import DRAFT, REFERENCE, STANDARD
 from nvhchain.files import hdf5
 from nvhchain.scene import PlannedStep, plan, steps
 from nvhchain.tradeoff import Deviation, Measurement, Tradeoff, as_json, cheapest, markdown, planner, shipped
-from nvhchain.tradeoff.elsewhere import MARGIN, extent, growth, open_below
-from nvhchain.tradeoff.knobs import knobs_by_stage
+from nvhchain.tradeoff.extrapolation import MARGIN, extent, growth, open_below
+from nvhchain.tradeoff.knobs import knobs_by_package
 from nvhchain.tradeoff.measure import Cost
 from nvhchain.tradeoff.sweep import case_identity
 
@@ -58,7 +58,7 @@ def sweep():
         row("gear.width_layers", "8", 0.02, 0.1, mesh_law_stage=30.0),
         row("gear.row_aspect", "2.5", 0.01, -0.05, mesh_law_stage=54.0),
         row("gear.deflections", "24", 0.0, 0.3, mesh_law_stage=59.9),
-        row("dynamics.bent_ways", "True", 0.4, 0.4),
+        row("dynamics.path_correction", "True", 0.4, 0.4),
         row("housing.element_size", "0.013", -0.2, 0.4, housing=12.0),
         row("acoustics.precision", "single", 0.0, 0.0, transfer_vectors=7.0),
         row("dynamics.stored_samples_per_period", "2.56", 0.0, 0.0, housing=1.0),
@@ -103,7 +103,7 @@ def two_stages(request):
 
 def test_one_decibel_buys_the_gentle_settings_and_their_errors_add_up(case, sweep, scene):
     choice = cheapest(case, 1.0, sweep)
-    assert choice.turned == {
+    assert choice.settings == {
         "acoustics.precision": "single",
         "gear.width_layers": "8",
         "housing.element_size": "0.013",
@@ -117,7 +117,7 @@ def test_one_decibel_buys_the_gentle_settings_and_their_errors_add_up(case, swee
     assert choice.fidelity.acoustics.precision == "single"
     assert choice.fidelity.dynamics == REFERENCE.dynamics
     assert "gear.width_layers = 8 (0.1 dB)" in str(choice)
-    assert "gear.row_aspect" not in cheapest(case, 0.75, sweep).turned  # 0.55 dB exceed the share of 0.75 dB
+    assert "gear.row_aspect" not in cheapest(case, 0.75, sweep).settings  # 0.55 dB exceed the share of 0.75 dB
     assert set(scene) == {REFERENCE}
 
 
@@ -138,7 +138,7 @@ def test_several_cases_are_run_alike_and_their_times_add_up(case, sweep):
 def test_a_wide_tolerance_turns_further_and_never_two_settings_of_one_knob(case, sweep):
     """8 layers save more per error, 6 more in all."""
     choice = cheapest(case, 5.0, sweep)
-    assert choice.turned["gear.width_layers"] == "6"
+    assert choice.settings["gear.width_layers"] == "6"
     assert choice.fidelity.gear.width_layers == 6
     assert choice.expected_error_db == pytest.approx(2.0 + 0.4 + 0.05)
     assert choice.expected_seconds == pytest.approx(60 * (15 / 60) * (54 / 60) + 60 * (12 / 30) + 6 + 74 * (7 / 10))
@@ -149,12 +149,12 @@ def test_a_preset_is_taken_where_it_keeps_to_the_tolerance_and_is_quicker(case, 
     quick = row("preset", "standard", 0.2, -0.6, mesh_law_stage=10.0, housing=6.0)
     swept = replace(sweep, measurements=(*sweep.measurements, quick))
     choice = cheapest(case, 1.0, swept)
-    assert choice.turned == {"preset": "standard"}
-    assert knobs_by_stage(choice.fidelity) == knobs_by_stage(STANDARD)
+    assert choice.settings == {"preset": "standard"}
+    assert knobs_by_package(choice.fidelity) == knobs_by_package(STANDARD)
     assert choice.expected_error_db == pytest.approx(0.6)
     assert choice.expected_seconds == pytest.approx(60 * (10 / 60) + 60 * (6 / 30) + 6 + 74)
     assert "preset = standard (0.6 dB)" in str(choice)
-    assert "preset" not in cheapest(case, 0.8, swept).turned  # 0.6 dB exceed the share of 0.8 dB
+    assert "preset" not in cheapest(case, 0.8, swept).settings  # 0.6 dB exceed the share of 0.8 dB
     unknown = row("preset", "of another version", 0.0, 0.0, mesh_law_stage=1.0)
     assert cheapest(case, 1.0, replace(swept, measurements=(*swept.measurements, unknown))) == choice
 
@@ -174,9 +174,9 @@ def test_no_choice_within_the_share_of_the_tolerance_would_be_quicker_by_more_th
 
 def test_a_small_tolerance_leaves_all_but_what_costs_nothing(case, sweep):
     choice = cheapest(case, 0.11, sweep)
-    assert choice.turned == {"acoustics.precision": "single", "gear.row_aspect": "2.5"}
+    assert choice.settings == {"acoustics.precision": "single", "gear.row_aspect": "2.5"}
     nothing = replace(sweep, measurements=(sweep.measurements[0], *sweep.measurements[-9:-1]))
-    assert knobs_by_stage(cheapest(case, 0.01, nothing).fidelity) == knobs_by_stage(REFERENCE)
+    assert knobs_by_package(cheapest(case, 0.01, nothing).fidelity) == knobs_by_package(REFERENCE)
     assert "every knob as in reference: no other setting saves 1 %" in str(cheapest(case, 0.01, nothing))
 
 
@@ -214,8 +214,8 @@ def test_the_least_tolerance_that_a_refusal_names_is_not_refused(case, sweep):
 def test_thin_walls_of_which_the_base_warns_itself_leave_all_that_warns_of_nothing_more(case, sweep):
     """9 mm elements are too stiff in walls of 2.5 mm, 13 mm elements still more."""
     thin = replace(case, housing=replace(case.housing, wall=2.5e-3, end_wall=2.5e-3))
-    everything = set(cheapest(case, 1.0, sweep).turned)
-    assert set(cheapest(thin, 1.0, sweep).turned) == everything - {"housing.element_size"}
+    everything = set(cheapest(case, 1.0, sweep).settings)
+    assert set(cheapest(thin, 1.0, sweep).settings) == everything - {"housing.element_size"}
 
 
 def test_what_the_base_cannot_do_is_refused(case, sweep):
@@ -228,7 +228,7 @@ def test_what_the_base_cannot_do_is_refused(case, sweep):
 def test_cheaper_levels_of_radiation_of_which_a_run_warns_are_never_chosen(case, sweep):
     row_ = row("acoustics.radiation", "rayleigh", 0.0, 0.0, transfer_vectors=0.1)
     swept = replace(sweep, measurements=(*sweep.measurements, row_))
-    assert "acoustics.radiation" not in cheapest(case, 99.0, swept).turned
+    assert "acoustics.radiation" not in cheapest(case, 99.0, swept).settings
 
 
 @pytest.mark.parametrize(
@@ -245,9 +245,9 @@ def test_what_is_handed_in_is_neither_counted_nor_turned(case, sweep, monkeypatc
     monkeypatch.undo()
     planned = {step.name: step.seconds for step in plan(case, fidelity=REFERENCE).steps}
     points = [row("acoustics.interpolation_points", value, 0.0, 0.0) for value in ("4", "6")]
-    choice = cheapest(case, 6.0, replace(sweep, measurements=(*sweep.measurements, *points)), given=given)
+    choice = cheapest(case, 6.0, replace(sweep, measurements=(*sweep.measurements, *points)), supplied=given)
     assert choice.base_seconds == pytest.approx(sum(planned[name] for name in seconds))
-    assert {name[0] for name in choice.turned} == set(knobs)
+    assert {name[0] for name in choice.settings} == set(knobs)
 
 
 def test_no_case_is_refused(sweep):
@@ -258,7 +258,7 @@ def test_no_case_is_refused(sweep):
 def test_in_another_case_errors_grow_as_much_as_they_did_where_they_were_held_out(case, sweep, monkeypatch):
     monkeypatch.setattr(planner, "is_swept", lambda cases, sweep: False)
     choice = cheapest(case, 6.0, sweep)
-    assert choice.turned == {
+    assert choice.settings == {
         "acoustics.precision": "single",
         "gear.width_layers": "8",
         "housing.element_size": "0.013",
@@ -325,7 +325,7 @@ def test_more_field_points_find_larger_errors_of_the_acoustics_and_no_others(cas
 
 def test_names_that_a_run_does_not_know_are_refused(case, sweep):
     with pytest.raises(InputError, match=r"given = mesh_law: a run starts from .*mesh_laws, .*, by these names"):
-        cheapest(case, 5.0, sweep, given=["mesh_law"])
+        cheapest(case, 5.0, sweep, supplied=["mesh_law"])
 
 
 def test_elements_of_the_housing_err_with_the_square_of_their_size_over_the_wave(case):
@@ -341,9 +341,9 @@ def test_wide_gears_do_not_get_the_layers_that_narrow_ones_get(two_stages, sweep
     rows = [one for one in sweep.measurements if one.knob != "gear.width_layers"]
     rows[1:1] = [row("gear.width_layers", "10", -0.05, -0.1, mesh_law_stage=15.0)]
     narrow = replace(sweep, measurements=tuple(rows))
-    assert cheapest(two_stages, 1.0, narrow).turned["gear.width_layers"] == "10"
+    assert cheapest(two_stages, 1.0, narrow).settings["gear.width_layers"] == "10"
     wide = replace(narrow, provenance={"extent": {"width": [16 / 2.7], "overlap": [0.3275], "wave": 0.1116}})
-    assert "gear.width_layers" not in cheapest(two_stages, tolerance, wide).turned
+    assert "gear.width_layers" not in cheapest(two_stages, tolerance, wide).settings
 
 
 @pytest.mark.parametrize(("rpm", "layers"), [(1800, "6"), (1137, "8")])
@@ -354,7 +354,7 @@ def test_layers_are_not_taken_whose_error_band_grows_by_more_than_the_tolerance(
     rows[1:1] = [row("gear.width_layers", value, 0.0, 0.0, mesh_law_stage=left) for value, left in saved.items()]
     free = replace(sweep, measurements=tuple(rows))
     there = replace(case, operation=replace(case.operation, input_speed=rpm * np.pi / 30))
-    assert cheapest(there, 1.5, free).turned["gear.width_layers"] == layers
+    assert cheapest(there, 1.5, free).settings["gear.width_layers"] == layers
     limits = {
         count: open_below(replace(REFERENCE, gear=replace(REFERENCE.gear, width_layers=int(count))), there)[0]
         for count in saved
@@ -362,8 +362,8 @@ def test_layers_are_not_taken_whose_error_band_grows_by_more_than_the_tolerance(
     assert all(
         (below < 1.5 + open_below(REFERENCE, there)[0]) == (int(n) >= int(layers)) for n, below in limits.items()
     )
-    given = cheapest(there, 1.5, free, given=("mesh_laws",))
-    assert "gear.width_layers" not in given.turned
+    given = cheapest(there, 1.5, free, supplied=("mesh_laws",))
+    assert "gear.width_layers" not in given.settings
     coarse = replace(REFERENCE, gear=replace(REFERENCE.gear, bodies="analytic"))
     assert open_below(coarse, there) == [np.inf]
 
@@ -376,34 +376,34 @@ def test_harmonics_of_which_the_base_knows_less_than_the_tolerance_bind_nothing(
     assert at_draft[1] == np.inf
     rows = [row("gear.width_layers", "6", 0.0, 0.0, mesh_law_stage=15.0)]
     free = replace(sweep, measurements=(sweep.measurements[0], *rows, *sweep.measurements[3:]))
-    assert cheapest(two_stages, 15.0, free).turned["gear.width_layers"] == "6"
-    assert "gear.width_layers" not in cheapest(two_stages, 3.0, free).turned  # for the sixth of the first stage
+    assert cheapest(two_stages, 15.0, free).settings["gear.width_layers"] == "6"
+    assert "gear.width_layers" not in cheapest(two_stages, 3.0, free).settings  # for the sixth of the first stage
 
 
 def test_models_beyond_the_yardstick_are_marked_in_the_table(sweep):
     lines = markdown(sweep).splitlines()
-    assert [line.split("|")[2].strip() for line in lines if "bent_ways" in line] == ["True \\*"]
+    assert [line.split("|")[2].strip() for line in lines if "path_correction" in line] == ["True \\*"]
     assert "is no error" in lines[-1]
     assert "8 \\*" not in markdown(sweep)
 
 
 def test_models_beyond_the_yardstick_are_not_turned_by_what_they_differ_from_it(case, sweep):
-    quick = row("dynamics.bent_ways", "True", 0.0, 0.0, housing=1.0)
+    quick = row("dynamics.path_correction", "True", 0.0, 0.0, housing=1.0)
     assert (
-        "dynamics.bent_ways"
-        not in cheapest(case, 5.0, replace(sweep, measurements=(*sweep.measurements, quick))).turned
+        "dynamics.path_correction"
+        not in cheapest(case, 5.0, replace(sweep, measurements=(*sweep.measurements, quick))).settings
     )
 
 
 def test_settings_that_the_chain_would_refuse_for_the_band_are_not_chosen(case, sweep):
     row_ = row("dynamics.time_step", "3e-05", 0.0, 0.0, housing=1.0, transfer_vectors=1.0)
     offered = replace(sweep, measurements=(*sweep.measurements, row_))
-    assert cheapest(case, 1.0, offered).turned["dynamics.time_step"] == "3e-05"
+    assert cheapest(case, 1.0, offered).settings["dynamics.time_step"] == "3e-05"
     high = replace(case, band=replace(case.band, high=6000.0))  # 30 µs are 5.6 points per period
-    assert "dynamics.time_step" not in cheapest(high, 1.0, offered).turned
-    assert "dynamics.time_step" not in cheapest([case, high], 1.0, offered).turned
+    assert "dynamics.time_step" not in cheapest(high, 1.0, offered).settings
+    assert "dynamics.time_step" not in cheapest([case, high], 1.0, offered).settings
     wide = replace(case, band=replace(case.band, high=19_000.0))  # 13 mm are 3.9 elements per bending wavelength
-    assert "housing.element_size" not in cheapest(wide, 1.0, sweep).turned
+    assert "housing.element_size" not in cheapest(wide, 1.0, sweep).settings
 
 
 @pytest.mark.parametrize(
@@ -421,7 +421,7 @@ def test_only_knobs_of_what_is_asked_for_are_turned(case, sweep, quantity, knobs
     swept = replace(sweep, measurements=(*sweep.measurements[:-1], faces, finer, sweep.measurements[-1]))
     points = case.field_points if quantity == "directivity" else ()
     asked = replace(case, quantities=(quantity,), field_points=points)
-    turned = cheapest(asked, 1.0, swept).turned
+    turned = cheapest(asked, 1.0, swept).settings
     assert {name for name in turned if name.startswith("acoustics")} == knobs
     assert "gear.width_layers" in turned
 
@@ -432,15 +432,15 @@ def test_seconds_of_what_is_not_asked_for_are_not_counted(case, sweep):
 
 
 def test_what_the_case_does_not_look_at_is_not_turned(case, sweep, sphere):
-    assert "dynamics.stored_samples_per_period" not in cheapest(case, 5.0, sweep).turned
-    assert set(cheapest(sphere, 5.0, sweep).turned) == {"acoustics.precision"}
+    assert "dynamics.stored_samples_per_period" not in cheapest(case, 5.0, sweep).settings
+    assert set(cheapest(sphere, 5.0, sweep).settings) == {"acoustics.precision"}
 
 
 def test_a_base_that_is_no_preset_or_no_longer_what_it_was_is_refused(case, sweep):
     with pytest.raises(InputError, match="is no preset"):
         cheapest(case, 1.0, replace(sweep, base="mine"))
-    then = json.loads(json.dumps(knobs_by_stage(REFERENCE)))
-    assert cheapest(case, 1.0, replace(sweep, provenance={"fidelity": then})).turned
+    then = json.loads(json.dumps(knobs_by_package(REFERENCE)))
+    assert cheapest(case, 1.0, replace(sweep, provenance={"fidelity": then})).settings
     then["gear"]["slices"] = 47
     with pytest.raises(InputError, match=r"other gear.slices: measure it again"):
         cheapest(case, 1.0, replace(sweep, provenance={"fidelity": then}))

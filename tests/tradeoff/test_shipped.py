@@ -9,7 +9,7 @@ from nvhchain.errors import InputError
 from nvhchain.fidelity import DRAFT, REFERENCE, STANDARD
 from nvhchain.scene import plan
 from nvhchain.tradeoff import cheapest, deviation, knobs_of, planner, records, shipped_sweep, variants
-from nvhchain.tradeoff.elsewhere import extent
+from nvhchain.tradeoff.extrapolation import extent
 
 SMALL = "cases/small/single_stage.toml"
 
@@ -87,7 +87,7 @@ def test_a_tolerance_is_planned_for_in_less_time_than_the_reference(case, sweep,
     assert choice.expected_seconds < 0.8 * choice.base_seconds
     closer = max(0.5 * tolerance, planner.base_error(sweep, case))
     assert choice.expected_seconds <= cheapest(case, closer).expected_seconds
-    assert set(choice.turned) <= {"preset", *(knob.name for knob in knobs_of(case))}
+    assert set(choice.settings) <= {"preset", *(knob.name for knob in knobs_of(case))}
 
 
 def test_no_tolerance_finer_than_the_reference_is_known_is_promised(case, sweep):

@@ -19,7 +19,7 @@ import pytest
 import nvhchain as nvh
 from nvhchain.case import HousingModel, SurfaceFile
 from nvhchain.errors import InputError
-from nvhchain.files.shelf import key_in
+from nvhchain.files.result_cache import key_in
 from nvhchain.plots.tradeoff import accuracy_cost
 from nvhchain.testing.sweep_here import run_here
 from nvhchain.tradeoff import (
@@ -207,7 +207,7 @@ def test_rows_of_other_code_are_measured_again(swept, sphere, monkeypatch, here)
     monkeypatch.setattr(sweeping, "code_version", lambda package: f"other {package}")
     record = Record()
     tradeoff(sphere, out=swept[0], fidelity=nvh.DRAFT, knobs=["acoustics.precision"], watcher=record)
-    assert record.computed == ["pressure", "pressure"]  # operators are found: the shelf knows the true version
+    assert record.computed == ["pressure", "pressure"]  # operators are found: the cache has the true version
 
 
 def test_a_run_is_known_by_what_stands_in_its_files_and_not_by_where_they_lie(sphere, tmp_path):

@@ -39,7 +39,7 @@ EVERY_VALUE = ("dynamics", "acoustics.radiation")
 BETWEEN_LINES = [f"acoustics.{name}" for name in ("master_tolerance_db", "interpolation_points", "interpolation_poles")]
 OF_FACES = ["acoustics.elements_per_wavelength"]
 RUN_UP = [knob.name for knob in KNOBS if knob.run_up]
-STRIKING = "dynamics.bent_ways"
+STRIKING = "dynamics.path_correction"
 
 
 def measured(folder: Path) -> dict[tuple[str, str], Deviation]:

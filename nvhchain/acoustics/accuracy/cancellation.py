@@ -12,8 +12,8 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from nvhchain.acoustics.accuracy.mesh_error import MESH_ERROR, QUADRATURE_GROWTH
 from nvhchain.acoustics.interpolation.nodes import line_batches
-from nvhchain.acoustics.surfaces.bodies import separate
-from nvhchain.acoustics.surfaces.surface import SHARP_ANGLE, edges_between, mean_edge, width_to_length
+from nvhchain.acoustics.surfaces.bodies import split_bodies
+from nvhchain.acoustics.surfaces.surface import SHARP_ANGLE, edge_table, mean_edge, width_to_length
 from nvhchain.conventions import Air
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, RigidPlane, SoundAccuracy, Surface, SurfaceVelocity
@@ -30,7 +30,7 @@ their air."""
 ESTIMATE = 2.9
 """Largest ratio of estimated pressures of motions to those of boundary elements (`pressure_of_motion`)."""
 
-QUIET = 0.1
+QUIET_RATIO = 0.1
 """Pressure at the loudest of many points, relative to that of uniform radiation from the whole surface, below which a
 motion hardly radiates. A single point uses the square: behind the gearbox it has less than a tenth by chance at one
 line in forty, and at least 0.017."""
@@ -58,7 +58,7 @@ def cancellation_resistance(
 def cancellation_pressure(
     surface: Surface,
     wavenumber: FloatArray,
-    on_faces: ComplexArray,
+    face_pressure: ComplexArray,
     points: FloatArray,
     plane: RigidPlane | None,
     quadrature_error: float,
@@ -66,12 +66,12 @@ def cancellation_pressure(
     """Return the largest pressure (m,) Pa of residual thrusts F at field points (n_point, 3) m.
 
     wavenumber : (m,) rad/m.
-    on_faces : (n_face, m) Pa, pressures on the faces.
+    face_pressure : (n_face, m) Pa, pressures on the faces.
 
     The pressure is |jk + 1/r| F/(4πr), on the axis of a dipole at the centre of the pressures on every body. The
     distance r is at least half their extent. A plane doubles the result.
     """
-    return _dipole_pressure(_thrusts(surface, on_faces, quadrature_error), wavenumber, points, plane)
+    return _dipole_pressure(_thrusts(surface, face_pressure, quadrature_error), wavenumber, points, plane)
 
 
 def cancellation_of_motion(
@@ -89,22 +89,24 @@ def cancellation_of_motion(
     Pressures on the surface are estimated (`pressure_of_motion`). The result counts bodies with subsonic motion: waves
     on their walls are shorter than those in the air, or than the body (`wall_wavenumber`). Faster motion radiates from
     the whole surface, and a point receives little of it where waves happen to cancel. Flanks of ribs or teeth,
-    separated by sharp edges, may also cancel each other; motions that are `QUIET` therefore count as well. Other lines
-    are zero, and so are those beyond the `_MOST_LINES` worst.
+    separated by sharp edges, may also cancel each other; motions that are `QUIET_RATIO` therefore count as well. Other
+    lines are zero, and so are those beyond the `_MOST_LINES` worst.
     """
     surface = surface_velocity.surface
-    bodies, wavenumber = separate(surface), 2 * np.pi * surface_velocity.frequency / air.speed_of_sound
+    bodies, wavenumber = split_bodies(surface), 2 * np.pi * surface_velocity.frequency / air.speed_of_sound
     lines = np.flatnonzero((wavenumber > 0) & (loudest > 0))
     away = max(np.linalg.norm(points - surface.centroids.mean(axis=0), axis=1).min(), _half_diagonal(surface))
-    quiet = QUIET ** (1.0 + 1.0 / len(points)) * air.impedance / (np.sqrt(4 * np.pi) * away)
+    quiet = QUIET_RATIO ** (1.0 + 1.0 / len(points)) * air.impedance / (np.sqrt(4 * np.pi) * away)
 
-    def per_pressure(at: IntArray, faces: IntArray) -> ComplexArray:  # scaled, as squares of a velocity may overflow
-        return surface_velocity.normal_velocity[np.ix_(at, faces)].T / loudest[at]
+    def thrust_per_pressure(
+        lines: IntArray, faces: IntArray
+    ) -> ComplexArray:  # scaled, as squares of a velocity may overflow
+        return surface_velocity.normal_velocity[np.ix_(lines, faces)].T / loudest[lines]
 
     cancels = np.zeros((len(bodies), len(wavenumber)), dtype=bool)
     suspect = np.zeros(len(wavenumber))
     for piece in (lines[batch] for batch in line_batches(len(lines))):
-        k, moving = wavenumber[piece], [per_pressure(piece, faces) for faces, _ in bodies]
+        k, moving = wavenumber[piece], [thrust_per_pressure(piece, faces) for faces, _ in bodies]
         energy = np.array([body.areas @ np.abs(v) ** 2 for (_, body), v in zip(bodies, moving, strict=True)])
         on_walls = np.array([wall_wavenumber(body, v) for (_, body), v in zip(bodies, moving, strict=True)])
         cancels[:, piece] = (k < on_walls) | (quiet * np.sqrt(energy.sum(axis=0)) > 1.0)
@@ -117,7 +119,7 @@ def cancellation_of_motion(
         for number, (faces, body) in enumerate(bodies):
             mine = np.flatnonzero(cancels[number, piece])
             if len(mine) > 0:
-                v = per_pressure(piece[mine], faces)
+                v = thrust_per_pressure(piece[mine], faces)
                 on_faces[np.ix_(faces, mine)] = pressure_of_motion(body, k[mine], v, air)
         left[piece] = _dipole_pressure(_thrusts(surface, on_faces, quadrature_error), k, points, plane)
     return left
@@ -152,7 +154,7 @@ def short_waves(surface_velocity: SurfaceVelocity) -> FloatArray:
 @lru_cache(maxsize=8)
 def wall_waves(surface: Surface) -> csr_array:
     """Return ∫(h ∇u/2π)·(h ∇v/2π) dS as a form (n_face, n_face) of normal velocities, h the mean edge of each body."""
-    bodies = separate(surface)
+    bodies = split_bodies(surface)
     form = block_diag([(mean_edge(body) / (2 * np.pi)) ** 2 * _walls(body)[0] for _, body in bodies], format="csr")
     place = np.argsort(np.concatenate([faces for faces, _ in bodies]))
     return csr_array(form[place][:, place])
@@ -188,7 +190,7 @@ def pressure_of_motion(body: Surface, wavenumber: FloatArray, velocity: ComplexA
 @lru_cache(maxsize=8)
 def _walls(body: Surface) -> tuple[csr_array, SuperLU]:
     """Return −∫Δ over the faces, (n_face, n_face), and the factors of ∫(1/a² − Δ)."""
-    ends, sides, angle = edges_between(body)
+    ends, sides, angle = edge_table(body)
     first, last = body.vertices[ends.T]
     way = np.linalg.norm(body.centroids[sides] - 0.5 * (first + last)[:, None], axis=2).sum(axis=1)
     conductance = np.where(angle < SHARP_ANGLE, np.linalg.norm(last - first, axis=1) / way, 0.0)
@@ -218,7 +220,7 @@ class _Thrust:
     extents: FloatArray
 
 
-def _thrusts(surface: Surface, on_faces: ComplexArray, quadrature_error: float) -> list[_Thrust]:
+def _thrusts(surface: Surface, face_pressure: ComplexArray, quadrature_error: float) -> list[_Thrust]:
     """Return the residual thrusts on every body for pressures on the faces (n_face, m) Pa.
 
     F = (CANCELLATION h²/(a²w) + ε) √(S ∫|p|² dS), with h the mean edge and ε the error of sound fields by quadrature,
@@ -228,8 +230,8 @@ def _thrusts(surface: Surface, on_faces: ComplexArray, quadrature_error: float) 
     (`width_to_length`). The values belong to every column by itself.
     """
     made = []
-    for faces, body in separate(surface):
-        here, h = on_faces[faces], mean_edge(body)
+    for faces, body in split_bodies(surface):
+        here, h = face_pressure[faces], mean_edge(body)
         carried = body.areas[:, None] * np.abs(here) ** 2
         total = carried.sum(axis=0)
         weight = np.where(total > 0, carried, body.areas[:, None])
@@ -262,22 +264,23 @@ def _half_diagonal(body: Surface) -> float:
     return 0.5 * float(np.linalg.norm(np.ptp(body.vertices, axis=0)))
 
 
-def told_cancellation(
+def cancellation_accuracy(
     frequency: FloatArray,
     power: FloatArray,
     error_power: FloatArray,
-    short: FloatArray,
+    wall_wave_error: FloatArray,
     fidelity: AcousticsFidelity,
-    one_element: float,
-    overstated: float = 1.0,
+    one_element_frequency: float,
+    overestimate: float = 1.0,
 ) -> SoundAccuracy:
     """Return the accuracy for the largest error of motions whose parts cancel each other (dB), and its frequency (Hz).
 
     power, error_power : (n_f,) of one unit, the computed power and that of the residual dipole. Their amplitudes add in
         the worst case.
-    short : (n_f,) result of `short_waves`. Waves on walls err like waves in the air (`MESH_ERROR`) if they are shorter.
-    one_element : frequency (Hz) at which the mesh has one element per wavelength.
-    overstated : factor by which the errors may be too large.
+    wall_wave_error : (n_f,) result of `short_waves`. Waves on walls err like waves in the air (`MESH_ERROR`) if they
+    are shorter.
+    one_element_frequency : frequency (Hz) at which the mesh has one element per wavelength.
+    overestimate : factor by which the errors may be too large.
 
     A line counts if its error, in spite of this factor, exceeds two errors: that of a mesh with
     `fidelity.elements_per_wavelength` and that of this mesh.
@@ -285,12 +288,12 @@ def told_cancellation(
     loud = np.flatnonzero(power > 0)
     if len(loud) == 0:
         return SoundAccuracy()
-    in_air = (frequency[loud] / one_element) ** 2
-    error = np.sqrt(error_power[loud] / power[loud]) + MESH_ERROR * (short[loud] - in_air).clip(0.0)
+    in_air = (frequency[loud] / one_element_frequency) ** 2
+    error = np.sqrt(error_power[loud] / power[loud]) + MESH_ERROR * (wall_wave_error[loud] - in_air).clip(0.0)
     worst = int(error.argmax())
     if error[worst] == 0:
         return SoundAccuracy()
-    asked = overstated * MESH_ERROR * np.maximum(1 / fidelity.elements_per_wavelength**2, in_air)
+    asked = overestimate * MESH_ERROR * np.maximum(1 / fidelity.elements_per_wavelength**2, in_air)
     return SoundAccuracy(
         cancellation_error_db=float(20 * np.log10(1 + error[worst])),
         cancellation_frequency=float(frequency[loud[worst]]),

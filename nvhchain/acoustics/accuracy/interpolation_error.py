@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from nvhchain.acoustics.accuracy.mesh_error import told_interpolation, told_resonances
+from nvhchain.acoustics.accuracy.mesh_error import largest_interpolation_error, missed_resonances
 from nvhchain.acoustics.interpolation.adaptive import squared_norms
 from nvhchain.acoustics.interpolation.nodes import Interpolant, line_batches, support
 from nvhchain.fidelity import AcousticsFidelity
@@ -14,7 +14,7 @@ _POINTS = 64
 """Number of field points, spread over the requested ones, at which the error is estimated."""
 
 
-def told_vectors(
+def interpolation_accuracy(
     smooth: Interpolant, atv: TransferVectors, frequency: FloatArray, fidelity: AcousticsFidelity
 ) -> SoundAccuracy:
     """Return the accuracy for transfer vectors interpolated by `smooth` from `atv` at lines (n_f,) Hz.
@@ -24,14 +24,14 @@ def told_vectors(
     one exceeds `fidelity.master_tolerance_db` or the other the error of the mesh. Larger errors in the accuracy of
     `atv`, which may itself be interpolated, are kept.
     """
-    lines, told = frequency[frequency > 0], SoundAccuracy(interpolation_error_db=0.0)
+    lines, accuracy = frequency[frequency > 0], SoundAccuracy(interpolation_error_db=0.0)
     shift = atv.accuracy.resonance_shift or 0.0
     if len(lines) > 0:
         error, changed = vector_errors(smooth, lines, deciding_points(atv.surface, atv.points), len(atv.points), shift)
-        told = told_interpolation(error, lines, fidelity)
-        told |= told_resonances(shift, smooth.poles, lines, np.ones(len(lines)), changed, fidelity)
-    warn_of(told)
-    return told | larger(atv.accuracy, told)
+        accuracy = largest_interpolation_error(error, lines, fidelity)
+        accuracy |= missed_resonances(shift, smooth.poles, lines, np.ones(len(lines)), changed, fidelity)
+    warn_of(accuracy)
+    return accuracy | larger(atv.accuracy, accuracy)
 
 
 def larger(stated: SoundAccuracy, told: SoundAccuracy) -> SoundAccuracy:
@@ -64,7 +64,7 @@ def vector_errors(
 
     Both are 2-norms over the faces relative to that of the vector, the worst of the points. They are the mean errors of
     a velocity that is alike on all faces and random in phase. The error that no master reveals is included
-    (`Nodes.hidden_error`).
+    (`Nodes.unresolved_echo_error`).
     """
     grams = _grams(smooth, deciding, points)
     error, changed = np.zeros(len(frequency)), np.zeros(len(frequency))
@@ -78,7 +78,7 @@ def vector_errors(
             of_size = 1.0 / np.where(size > 0, size, 1.0)
             error[batch] = np.maximum(error[batch], np.maximum(below, above) * of_size)
             changed[batch] = np.maximum(changed[batch], sum(changes) * of_size)
-    return error + smooth.hidden_error(frequency), changed
+    return error + smooth.unresolved_echo_error(frequency), changed
 
 
 def vector_changes(
@@ -97,7 +97,7 @@ def _grams(smooth: Interpolant, deciding: IntArray, points: int) -> list[Complex
     """Return inner products (n_node, n_node) of each deciding point's vectors at the nodes, conjugate first."""
     grams = []
     for point in deciding:
-        of_ends = [smooth.at_nodes(end) for end in range(point, len(smooth.atv.points), points)]
+        of_ends = [smooth.node_values(end) for end in range(point, len(smooth.atv.points), points)]
         grams.append(np.sum([values.conj() @ values.T for values in of_ends], axis=0))
     return grams
 

@@ -7,7 +7,7 @@ from itertools import compress, permutations
 
 import numpy as np
 
-from nvhchain.acoustics.surfaces.bodies import separate
+from nvhchain.acoustics.surfaces.bodies import split_bodies
 from nvhchain.acoustics.surfaces.clearance import clearances
 from nvhchain.acoustics.surfaces.openings import SHIFT, resonance_shift
 from nvhchain.acoustics.surfaces.surface import (
@@ -17,7 +17,7 @@ from nvhchain.acoustics.surfaces.surface import (
     NEEDLE_SHARE,
     SHARP_ANGLE,
     check_mesh,
-    edges_between,
+    edge_table,
     element_sizes,
     needle_share,
     width_to_length,
@@ -38,17 +38,17 @@ COARSENESS = 0.03
 of the sphere of equal area, without the excess of the body's length over its width. It is 0.002 for monopoles and 0.07
 for dipoles in the same measurements. Strips 1 to 16 times as long as wide with four edges across: 0.12 to 0.19 dB."""
 
-NEAR_POINT = 0.5
+FIELD_POINT_CLEARANCE = 0.5
 """Clearance (element edges) below which a field point is affected by single elements."""
 
-NEAR_FACTOR = 2.0
+FIELD_POINT_FACTOR = 2.0
 """Ratio of the error next to the surface to that at far field points: 1.3 to 2.4 in the same measurements."""
 
-NEAR_FLOOR = 0.005
+FIELD_POINT_FLOOR = 0.005
 """Relative error next to the surface at low frequency, due to the constant velocity on each element: 0.3 to 1.3 % in
 the same measurements."""
 
-BESIDE = 0.015
+NEIGHBOUR_ERROR = 0.015
 """Error of the sound of a small body that shakes towards another one, relative to its peak. It is relative to the
 square of the longest edge there, in distances from the small body's middle, minus one. It is 0.39 to 4.2 times the
 measured error. A body that shakes along the other one has a tenth of it, a pulsating body less
@@ -63,7 +63,7 @@ NEEDLES = 2.5
 """Growth of the error if needles take more than `NEEDLE_SHARE` of the area. Point sources in cylinders of 64 needles at
 300 to 1000 Hz have 0.2 to 2.2 times the error stated for other meshes with the same edges."""
 
-SLOW = 10.0
+SLOW_SECONDS = 10.0
 """Processor time (s) per frequency for narrow gaps and needles above which a warning is given."""
 
 
@@ -101,7 +101,7 @@ def expected_accuracy(
         as if they lay next to the longest triangle.
     resonance_shift : float
         Relative frequency error of resonances of the air in openings (`resonance_shift`), no part of
-        `expected_error_db`. `radiate` and `waves_power` state its effect on levels (`resonance_error_db`).
+        `expected_error_db`. `radiate` and `power_from_waves` state its effect on levels (`resonance_error_db`).
     clearance, expected_error_nearest_db : float
         Present for a point nearer than half an element edge: its clearance in edges, and the error there at its own
         pressure. They hold for motions shared by neighbouring elements. A single moving element errs by 2.7 dB next to
@@ -119,7 +119,7 @@ def expected_accuracy(
         triangles of a coarse patch have less than `fidelity.coarsest_elements_per_wavelength` on their longest edge. If
         a point is that near, or the quadrature error exceeds `fidelity.quadrature_error`.
     RuntimeWarning
-        If gaps and needles cost more than `SLOW`.
+        If gaps and needles cost more than `SLOW_SECONDS`.
 
     Notes
     -----
@@ -130,7 +130,7 @@ def expected_accuracy(
     if f_max <= 0:
         return SoundAccuracy()
     check_mesh(surface, f_max, air, fidelity)
-    bodies, wavelength = [body for _, body in separate(surface)], air.speed_of_sound / f_max
+    bodies, wavelength = [body for _, body in split_bodies(surface)], air.speed_of_sound / f_max
     sizes = [element_sizes(body) for body in bodies]
     size = max(max(mean / MESH_SCATTER, coarsest / LOCAL_COARSENING) for mean, coarsest in sizes)
     per_wavelength = wavelength / size
@@ -143,7 +143,7 @@ def expected_accuracy(
     faceting, coarse = facets[worst], shapes[worst]
     quadrature = _quadrature_accuracy(surface, fidelity, engine)
     ratio = neighbour_edge_ratio(bodies)
-    beside = min(BESIDE * max(ratio**2 - 1.0, 0.0), 1.0)
+    beside = min(NEIGHBOUR_ERROR * max(ratio**2 - 1.0, 0.0), 1.0)
     remeshing = surface.accuracy.remeshing_error or 0.0
     low = coarse + beside + remeshing + QUADRATURE_GROWTH * (quadrature.quadrature_error or 0.0)
     patch, at_longest = (max(of) for of in zip(*(patch_error(body, size, wavelength) for body in bodies), strict=True))
@@ -167,10 +167,10 @@ def expected_accuracy(
     )
     expected |= quadrature
     if patch > 0:
-        expected |= _patch(surface, size, wavelength, NEAR_FACTOR * (error + at_longest), fidelity)
-    clearance = np.inf if points is None else float(clearances(surface, points, NEAR_POINT).min())
-    if clearance < NEAR_POINT:
-        near = _decibel(NEAR_FACTOR * (error + at_longest) + NEAR_FLOOR)
+        expected |= _patch(surface, size, wavelength, FIELD_POINT_FACTOR * (error + at_longest), fidelity)
+    clearance = np.inf if points is None else float(clearances(surface, points, FIELD_POINT_CLEARANCE).min())
+    if clearance < FIELD_POINT_CLEARANCE:
+        near = _decibel(FIELD_POINT_FACTOR * (error + at_longest) + FIELD_POINT_FLOOR)
         expected |= SoundAccuracy(clearance=clearance, expected_error_nearest_db=near)
     warn_of(expected)
     return expected
@@ -245,7 +245,7 @@ def _patch(
     )
 
 
-def told_interpolation(error: FloatArray, frequency: FloatArray, fidelity: AcousticsFidelity) -> SoundAccuracy:
+def largest_interpolation_error(error: FloatArray, frequency: FloatArray, fidelity: AcousticsFidelity) -> SoundAccuracy:
     """Return the accuracy for the largest of the interpolation errors (n,).
 
     frequency : (n,) Hz, frequency of each error.
@@ -258,7 +258,7 @@ def told_interpolation(error: FloatArray, frequency: FloatArray, fidelity: Acous
     )
 
 
-def told_resonances(
+def missed_resonances(
     shift: float,
     poles: int,
     frequency: FloatArray,
@@ -295,7 +295,7 @@ def mean_square_angle(surface: Surface) -> float:
 
     Each triangle has the same weight for its three edges.
     """
-    _, sides, angle = edges_between(surface)
+    _, sides, angle = edge_table(surface)
     smooth = angle < SHARP_ANGLE
     share = surface.areas[sides].sum(axis=1) / (3.0 * surface.areas.sum())
     return float(share[smooth] @ angle[smooth] ** 2)
@@ -303,22 +303,23 @@ def mean_square_angle(surface: Surface) -> float:
 
 def _quadrature_accuracy(surface: Surface, fidelity: AcousticsFidelity, engine: Engine) -> SoundAccuracy:
     """Return the closure error for needles, unresolved gaps or a too low `singular_order`; else nothing."""
-    from nvhchain.acoustics.fused.closure_check import FAIR_ORDER, TOGETHER, gap_cost, suspect_error
+    from nvhchain.acoustics.fused.closure_check import FAIR_ORDER, JOINT_SHARE, gap_cost, suspect_error
 
     rules = engine.rules(fidelity)
     narrow, width, needles, seconds, once = gap_cost(surface, fidelity)
-    if engine.adapts and seconds > SLOW:
+    if engine.adapts and seconds > SLOW_SECONDS:
         gaps = f"{narrow} triangles face each other across gaps or walls down to {width:.2g} of their edge"
         slender = f"{needles} triangles are more than {fidelity.needle_aspect:g} times as long as high"
         warn_caller(
             f"{' and '.join(compress((gaps, slender), (narrow, needles)))}: a frequency takes about {seconds:.0f} s "
-            f"of processor time more, {TOGETHER * seconds:.0f} s where four are solved together, and the check of the "
+            f"of processor time more, {JOINT_SHARE * seconds:.0f} s where four are solved together, and the check of "
+            "the "
             f"quadrature {once:.0f} s once; refine the surface there, close or widen gaps, and mesh fans of needles in "
             "rings",
             RuntimeWarning,
         )
     # all bodies together, for gaps between them, and each by itself, as the mean over all would dilute its error
-    bodies = [body for _, body in separate(surface)]
+    bodies = [body for _, body in split_bodies(surface)]
     found = [suspect_error(body, fidelity, rules) for body in {surface, *bodies}]
     error = max((error for error in found if error is not None), default=None)
     if error is None:

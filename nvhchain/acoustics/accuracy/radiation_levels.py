@@ -19,7 +19,7 @@ class LevelError(NamedTuple):
 
     Parameters
     ----------
-    below : float
+    upper_limit : float
         Upper limit of the wavenumber times half size.
     housing : float
         Largest mean over points and motions of a box and of a gearbox.
@@ -29,7 +29,7 @@ class LevelError(NamedTuple):
         Largest RMS of levels at single points, and of the power of one motion.
     """
 
-    below: float
+    upper_limit: float
     housing: float
     mean: float
     single: float
@@ -113,7 +113,7 @@ def expected_radiation_error(radiation: str, ka: ArrayLike) -> FloatArray:
 def _errors(radiation: str, ka: FloatArray | float) -> FloatArray:
     """Return housing, mean and single errors (3, …) dB."""
     rows = ERRORS[radiation]
-    row = np.searchsorted([entry.below for entry in rows], ka, side="right")
+    row = np.searchsorted([entry.upper_limit for entry in rows], ka, side="right")
     growth = SLOPES[radiation] * np.maximum(0.0, np.log10(SMALLEST / ka))
     return np.asarray(np.array([entry[1:] for entry in rows])[row].T + growth)
 

@@ -15,11 +15,11 @@ They have 320 to 1280 triangles at 100 to 2000 Hz. The ratio is 0.2 to 5 at 1e-2
 RESIDUAL_GROWTH = 1.0
 """Ratio of the relative error of a vector to the residual of an iteration: 0.02 to 0.9."""
 
-LEAST = 1e-4
+LEAST_ERROR = 1e-4
 """Relative error (0.001 dB) below which nothing is added."""
 
 
-def with_solver_error(expected: SoundAccuracy, record: SolverRecord, fidelity: AcousticsFidelity) -> SoundAccuracy:
+def solver_accuracy(expected: SoundAccuracy, record: SolverRecord, fidelity: AcousticsFidelity) -> SoundAccuracy:
     """Return the result of `expected_accuracy` with the error of the solver, if that is significant.
 
     The error has an entry of its own, `solver_error_db`, and is added to the expected errors.
@@ -27,7 +27,7 @@ def with_solver_error(expected: SoundAccuracy, record: SolverRecord, fidelity: A
     error = RESIDUAL_GROWTH * record.residual
     if "compressed" in (record.solvers or ()):
         error += COMPRESSION_GROWTH * fidelity.compression_error
-    if error < LEAST:
+    if error < LEAST_ERROR:
         return expected
 
     def added(stated: float | None) -> float | None:

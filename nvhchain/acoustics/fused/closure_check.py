@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nvhchain.acoustics.fused.close_pairs import NEAREST
-from nvhchain.acoustics.fused.engine import rows_of, stripes
-from nvhchain.acoustics.fused.mesh import Plane, prepare, rules_of
+from nvhchain.acoustics.fused.engine import assemble_rows, stripes
+from nvhchain.acoustics.fused.mesh import Plane, prepare, quadrature_rules
 from nvhchain.acoustics.fused.splitting import cut
 from nvhchain.acoustics.surfaces.burton_miller import coupling, half_diagonal
 from nvhchain.acoustics.surfaces.intersections import facing_pairs, joined_pairs, neighbours
@@ -32,7 +32,7 @@ _SECONDS = 2.8e-5
 _POINT_SECONDS = 6.5e-9
 """Processor time (s) per point of the rules of needles at a frequency solved alone."""
 
-TOGETHER = 0.5
+JOINT_SHARE = 0.5
 """Share of that time for each of four frequencies solved together: 0.3 across gaps, 0.4 to 0.8 for needles."""
 
 _WIDE = 0.1
@@ -82,7 +82,7 @@ def suspect_error(
     if len(rows) == 0:
         return None
     weight = _weights(surface)
-    missed = _missed(surface, some, *rows_of(surface, _wavenumber(surface), rules, some))
+    missed = _missed(surface, some, *assemble_rows(surface, _wavenumber(surface), rules, some))
     mean_square = float((np.abs(missed) ** 2 / weight[some, None]).sum(axis=0).max() / weight[some].sum())
     return float(np.sqrt(mean_square * weight[rows].sum() / surface.areas.sum()))
 
@@ -154,7 +154,7 @@ def _needle_seconds(surface: Surface, fidelity: AcousticsFidelity) -> FloatArray
     if not needles.any():
         return np.zeros(len(surface.triangles))
     mesh = prepare(surface, fidelity, None)
-    rules = rules_of(fidelity.quadrature_order, mesh.slenderest, fidelity)
+    rules = quadrature_rules(fidelity.quadrature_order, mesh.slenderest, fidelity)
     points = np.add.reduceat(rules.width, rules.start[:-1])
     pairs = mesh.trials[0]
     test, trial = np.repeat(np.arange(len(mesh.order)), np.diff(pairs.close_start)), pairs.close_trial

@@ -16,9 +16,9 @@ import numpy as np
 from nvhchain.acoustics.fused.close_pairs import CLOSE_BLOCK, close_block
 from nvhchain.acoustics.fused.far_pairs import FAR_BLOCK, far_block
 from nvhchain.acoustics.fused.kernels import COMPLEX, REAL, compiled, wave_coefficients
-from nvhchain.acoustics.fused.mesh import Mesh, Plane, Rules, prepare, rules_of
-from nvhchain.acoustics.fused.ordering import RESTORE_COLUMNS, Part, part_of, parts_of, restore_columns
-from nvhchain.acoustics.fused.quadrature import order_for
+from nvhchain.acoustics.fused.mesh import Mesh, Plane, Rules, prepare, quadrature_rules
+from nvhchain.acoustics.fused.ordering import RESTORE_COLUMNS, Part, distribute_rows, make_part, restore_columns
+from nvhchain.acoustics.fused.quadrature import quadrature_order
 from nvhchain.acoustics.surfaces.burton_miller import coupling
 from nvhchain.errors import ResourceError
 from nvhchain.fidelity import AcousticsFidelity
@@ -78,7 +78,7 @@ def systems(
     k = np.asarray(wavenumbers, dtype=float)
     mesh = prepare(surface, fidelity, plane)
     n_vertex, n_face = len(surface.vertices), len(surface.triangles)
-    parts = parts_of(mesh.triangles, mesh.tiles, n_vertex, _part_count(n_face))
+    parts = distribute_rows(mesh.triangles, mesh.tiles, n_vertex, _part_count(n_face))
     need = np.dtype(COMPLEX[fidelity.precision]).itemsize * len(k) * n_vertex * (n_vertex + n_face)
     free = free_memory()
     if need > free:
@@ -126,7 +126,7 @@ def stripes(
     n_vertex, n_face = len(surface.vertices), len(surface.triangles)
     per_row = np.dtype(COMPLEX[fidelity.precision]).itemsize * len(k) * (n_vertex + n_face)
     alive = threads() + 1
-    parts = parts_of(mesh.triangles, mesh.tiles, n_vertex, max(1, -(-alive * n_vertex * per_row // memory)))
+    parts = distribute_rows(mesh.triangles, mesh.tiles, n_vertex, max(1, -(-alive * n_vertex * per_row // memory)))
     need, free = alive * per_row * max(len(part.rows) for part in parts), free_memory()
     if need > 0.9 * free:
         raise ResourceError(
@@ -155,13 +155,13 @@ def stripes(
             yield waiting.popleft().result()
 
 
-def rows_of(
+def assemble_rows(
     surface: Surface, wavenumber: float, fidelity: AcousticsFidelity, rows: IntArray
 ) -> tuple[ComplexArray, ComplexArray]:
     """Return rows (n_row, n_v) of A and (n_row, n_face) of B for increasing vertices `rows` at one wavenumber."""
     mesh = prepare(surface, fidelity, None)
     n_vertex = len(surface.vertices)
-    part = part_of(mesh.triangles, np.isin(np.arange(n_vertex), rows))
+    part = make_part(mesh.triangles, np.isin(np.arange(n_vertex), rows))
     row_of = np.full(n_vertex, -1)
     row_of[part.rows] = np.arange(len(rows))
     a = _zeros((1, len(rows), n_vertex), fidelity.precision)
@@ -215,11 +215,13 @@ class _Batch:
 
 def _batch(mesh: Mesh, surface: Surface, k: FloatArray, fidelity: AcousticsFidelity) -> _Batch:
     beta = np.array([-coupling(surface, float(value)).imag for value in k])
-    orders = [order_for(fidelity.quadrature_order, float(value) * mesh.edge, fidelity.quadrature_error) for value in k]
+    orders = [
+        quadrature_order(fidelity.quadrature_order, float(value) * mesh.edge, fidelity.quadrature_error) for value in k
+    ]
     starts = [i for i in range(len(k)) if i == 0 or orders[i] != orders[i - 1]]
     groups = []
     for start, stop in pairwise([*starts, len(k)]):
-        rules = rules_of(orders[start], mesh.slenderest, fidelity)
+        rules = quadrature_rules(orders[start], mesh.slenderest, fidelity)
         points = tuple(
             np.ascontiguousarray(np.einsum("mi,tia->mat", rules.far_hats, trial.vertices[mesh.triangles]))
             for trial in mesh.trials

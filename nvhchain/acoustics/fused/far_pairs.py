@@ -8,12 +8,12 @@ import numpy as np
 from nvhchain.acoustics.fused.kernels import inline
 from nvhchain.acoustics.fused.points import (
     FACING,
-    OVER_BOTH,
-    OVER_TEST,
-    OVER_TRIAL,
+    PAIR_SUMS,
     SHARE,
+    TEST_SUMS,
     THREE,
     TILE,
+    TRIAL_SUMS,
     add_test_points,
     begin,
     distances,
@@ -26,12 +26,12 @@ _LINE = 8  # rows of a test vertex before A: B re, im; three components of the c
 
 
 @inline
-def _add_line(line, over_both, a0, a1, a2, i, curl_0, curl_1, curl_2):
+def _add_line(line, pair_sums, a0, a1, a2, i, curl_0, curl_1, curl_2):
     """Add test hat i to the line of its vertex: B, G times the hat's curl, A at three trial points."""
     for u in range(TILE):
-        re, im = over_both[0, u], over_both[1, u]
-        line[0, u] += over_both[2 * i + 2, u]
-        line[1, u] += over_both[2 * i + 3, u]
+        re, im = pair_sums[0, u], pair_sums[1, u]
+        line[0, u] += pair_sums[2 * i + 2, u]
+        line[1, u] += pair_sums[2 * i + 3, u]
         line[2, u] += curl_0 * re
         line[3, u] += curl_0 * im
         line[4, u] += curl_1 * re
@@ -47,32 +47,32 @@ def _add_line(line, over_both, a0, a1, a2, i, curl_0, curl_1, curl_2):
 
 
 @inline
-def _add_points(line, first, over_test, m, i):
+def _add_points(line, first, test_sums, m, i):
     """Add A of test hat i at another trial point to the line of its vertex."""
     for u in range(TILE):
-        line[first, u] += over_test[m, 2 * i, u]
-        line[first + 1, u] += over_test[m, 2 * i + 1, u]
+        line[first, u] += test_sums[m, 2 * i, u]
+        line[first + 1, u] += test_sums[m, 2 * i + 1, u]
 
 
 @inline
-def _accumulate(lines, over_test, over_trial, over_both, threes, pair, line_of, curl, t, hat, k, beta):
+def _accumulate(lines, test_sums, trial_sums, pair_sums, threes, pair, line_of, curl, t, hat, k, beta):
     """Add one test triangle at one wavenumber to the lines of its three vertices."""
     n_m, n_three = threes.shape[0], threes.shape[1]
     scale = beta * k * k
-    over_test[:] = 0.0
-    over_trial[:] = 0.0
-    over_both[:] = 0.0
+    test_sums[:] = 0.0
+    trial_sums[:] = 0.0
+    pair_sums[:] = 0.0
     for m in range(n_m):
         for g in range(n_three):
-            three_points(over_test[m], over_trial[g], threes[m, g], pair, hat, 3 * g, k, scale)
+            three_points(test_sums[m], trial_sums[g], threes[m, g], pair, hat, 3 * g, k, scale)
     for g in range(n_three):
-        add_test_points(over_both, over_trial[g], hat, 3 * g, beta)
+        add_test_points(pair_sums, trial_sums[g], hat, 3 * g, beta)
     for i in range(3):
         line = lines[line_of[t, i]]
         c0, c1, c2 = curl[t, i, 0], curl[t, i, 1], curl[t, i, 2]
-        _add_line(line, over_both, over_test[0], over_test[1], over_test[2], i, c0, c1, c2)
+        _add_line(line, pair_sums, test_sums[0], test_sums[1], test_sums[2], i, c0, c1, c2)
         for m in range(3, n_m):
-            _add_points(line, _LINE + 2 * m, over_test, m, i)
+            _add_points(line, _LINE + 2 * m, test_sums, m, i)
 
 
 @inline
@@ -110,17 +110,17 @@ def _add_column_values(values, line, first, hat_0, hat_1, hat_2):
 
 
 @inline
-def _scatter(values, line, curl, hat, beta, to_a, to_b, corner, width):
+def _scatter(values, line, curl, hat, beta, row_a, row_b, corner, width):
     """Add the line of a test vertex to the tile's part of its row of A and B."""
     _column_values(values, line, curl, hat, beta)
     for m in range(3, hat.shape[0]):
         _add_column_values(values, line, _LINE + 2 * m, hat[m, 0], hat[m, 1], hat[m, 2])
     for u in range(width):
-        to_b[u] += complex(line[0, u], line[1, u])
+        row_b[u] += complex(line[0, u], line[1, u])
     for u in range(width):
-        to_a[corner[u, 0]] += complex(values[0, u], values[1, u])
-        to_a[corner[u, 1]] += complex(values[2, u], values[3, u])
-        to_a[corner[u, 2]] += complex(values[4, u], values[5, u])
+        row_a[corner[u, 0]] += complex(values[0, u], values[1, u])
+        row_a[corner[u, 1]] += complex(values[2, u], values[3, u])
+        row_a[corner[u, 2]] += complex(values[4, u], values[5, u])
 
 
 FAR_BLOCK = (
@@ -163,8 +163,8 @@ def far_block(
     one, tiny, full_angle = k.dtype.type(1.0), k.dtype.type(1e-30), k.dtype.type(4.0 * np.pi)
     lines = np.empty((n_k, n_row + 3, _LINE + 2 * n_m, TILE), k.dtype)
     threes, distance = np.empty((n_m, n_three, THREE, TILE), k.dtype), np.empty((n_m, n_q, TILE), k.dtype)
-    pair, over_both = np.empty((2, TILE), k.dtype), np.empty((OVER_BOTH, TILE), k.dtype)
-    over_test, over_trial = np.empty((n_m, OVER_TEST, TILE), k.dtype), np.empty((n_three, OVER_TRIAL, TILE), k.dtype)
+    pair, pair_sums = np.empty((2, TILE), k.dtype), np.empty((PAIR_SUMS, TILE), k.dtype)
+    test_sums, trial_sums = np.empty((n_m, TEST_SUMS, TILE), k.dtype), np.empty((n_three, TRIAL_SUMS, TILE), k.dtype)
     # The last tile is padded with its own first triangle, at share 0.
     points, normals = np.empty((n_m, 3, TILE), k.dtype), np.empty((3, TILE), k.dtype)
     curls, values, origin = np.empty((3, 3, TILE), k.dtype), np.empty((6, TILE), k.dtype), np.empty(3)
@@ -210,7 +210,7 @@ def far_block(
                         if ik + 1 < n_k and new_step[ik]:
                             set_step(threes[m, q // 3], distance[m, q], k[ik + 1] - k[ik], q % 3, wave)
                 _accumulate(
-                    lines[ik], over_test, over_trial, over_both, threes, pair, line_of, curl_x, t, hat_x, k[ik],
+                    lines[ik], test_sums, trial_sums, pair_sums, threes, pair, line_of, curl_x, t, hat_x, k[ik],
                     beta[ik],
                 )  # fmt: skip
         for ik in range(n_k):

@@ -11,7 +11,7 @@ import numpy as np
 
 from nvhchain.acoustics.fused.close_pairs import CHUNK, close_pairs
 from nvhchain.acoustics.fused.ordering import sorted_tiles
-from nvhchain.acoustics.fused.quadrature import in_chunks, product_rule, touching_rule
+from nvhchain.acoustics.fused.quadrature import product_rule, split_rules, touching_rule
 from nvhchain.fem.quadrature import triangle_rule
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import FloatArray, IntArray, Surface
@@ -70,7 +70,7 @@ class Rules:
     far_hats, far_weights : (n_q, 3) and (n_q,) arrays
         Rule on a triangle.
     chunks, start, width : arrays
-        Pair rules in chunks (`in_chunks`).
+        Pair rules in chunks (`split_rules`).
     plain : int
         First rule of touching needles. This and all following rules are for 1, 2, 3 shared vertices, as are the first
         three.
@@ -171,7 +171,7 @@ def prepare(surface: Surface, fidelity: AcousticsFidelity, plane: Plane | None) 
 
 
 @cache
-def rules_of(order: int, slenderest: int, fidelity: AcousticsFidelity) -> Rules:
+def quadrature_rules(order: int, slenderest: int, fidelity: AcousticsFidelity) -> Rules:
     """Return the rules for a given `order` of well separated triangles.
 
     slenderest : 0 without needles, 1 or 2 for the higher orders of touching needles.
@@ -187,7 +187,7 @@ def rules_of(order: int, slenderest: int, fidelity: AcousticsFidelity) -> Rules:
         for factor in (2, 3)[:slenderest]
         for shared in (1, 2, 3)
     ]
-    chunks, start, width = in_chunks(pairs, CHUNK)
+    chunks, start, width = split_rules(pairs, CHUNK)
     hats, weights = triangle_rule(order)
     spare = -len(weights) % 3  # the far kernel processes points by threes
     hats, weights = np.pad(hats, ((0, 0), (0, spare)), constant_values=1 / 3), np.pad(weights, (0, spare))

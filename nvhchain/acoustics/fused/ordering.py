@@ -69,7 +69,7 @@ def sorted_tiles(centroids: FloatArray) -> tuple[IntArray, IntArray]:
     return np.concatenate(leaves), np.cumsum([0] + [len(leaf) for leaf in leaves])
 
 
-def parts_of(triangles: IntArray, tiles: IntArray, n_vertex: int, n_part: int) -> tuple[Part, ...]:
+def distribute_rows(triangles: IntArray, tiles: IntArray, n_vertex: int, n_part: int) -> tuple[Part, ...]:
     """Distribute the rows to at most `n_part` non-empty parts; border triangles belong to both sides."""
     n_part = min(n_part, len(tiles) - 1)
     limits = tiles[np.linspace(0, len(tiles) - 1, n_part + 1).astype(int)]
@@ -77,10 +77,10 @@ def parts_of(triangles: IntArray, tiles: IntArray, n_vertex: int, n_part: int) -
     np.minimum.at(
         owner, triangles.ravel(), np.repeat(np.searchsorted(limits, np.arange(len(triangles)), "right") - 1, 3)
     )
-    return tuple(part_of(triangles, owner == part) for part in np.unique(owner[owner < n_part]))
+    return tuple(make_part(triangles, owner == part) for part in np.unique(owner[owner < n_part]))
 
 
-def part_of(triangles: IntArray, owned: NDArray[np.bool_]) -> Part:
+def make_part(triangles: IntArray, owned: NDArray[np.bool_]) -> Part:
     """Return the part that assembles the rows of the vertices that are `owned`, (n_v,)."""
     mine = np.flatnonzero(owned[triangles].any(axis=1))
     blocks = []

@@ -25,9 +25,9 @@ TILE = 32
 # Three test points against a trial point: G, the step's factor, re, im, and 1/R of each; d of each; e.
 POINT, HEIGHT, TRIAL_HEIGHT, THREE = 5, 15, 18, 19
 SHARE, FACING = 0, 1  # for a pair of triangles: area · area′/(4π) or 0; n·n′
-OVER_TRIAL = 12  # three test points, summed over the trial points: G re, im of each; e F re, im of each
-OVER_TEST = 6  # a trial point, summed over the test points: A of the three test hats, re, im
-OVER_BOTH = 8  # G re, im; B of the three test hats, re, im
+TRIAL_SUMS = 12  # three test points, summed over the trial points: G re, im of each; e F re, im of each
+TEST_SUMS = 6  # a trial point, summed over the test points: A of the three test hats, re, im
+PAIR_SUMS = 8  # G re, im; B of the three test hats, re, im
 
 
 @inline
@@ -72,19 +72,19 @@ def set_step(three, distance, k, q, wave):
 
 
 @inline
-def _point(three, q, u, k, turn):
-    """Return G, F and the integrand of A at a pair of points, and advance the exponential; `turn` is βk² n·n′."""
+def _point(three, q, u, k, slope):
+    """Return G, F and the integrand of A at a pair of points, and advance the exponential; `slope` is βk² n·n′."""
     er, ei = three[POINT * q, u], three[POINT * q + 1, u]
     sr, si, inverse = three[POINT * q + 2, u], three[POINT * q + 3, u], three[POINT * q + 4, u]
     height = three[HEIGHT + q, u]
     fr, fi = inverse * (inverse * er - k * ei), inverse * (inverse * ei + k * er)
     three[POINT * q, u] = er * sr - ei * si
     three[POINT * q + 1, u] = er * si + ei * sr
-    return er, ei, fr, fi, -height * fr - turn * ei, turn * er - height * fi
+    return er, ei, fr, fi, -height * fr - slope * ei, slope * er - height * fi
 
 
 @inline
-def three_points(over_test, over_trial, three, pair, hat, first, k, scale):
+def three_points(test_sums, trial_sums, three, pair, hat, first, k, scale):
     """Add three test points against one trial point: A of the three test hats, G and e F of the points."""
     h00, h01, h02 = hat[first, 0], hat[first, 1], hat[first, 2]
     h10, h11, h12 = hat[first + 1, 0], hat[first + 1, 1], hat[first + 1, 2]
@@ -94,43 +94,43 @@ def three_points(over_test, over_trial, three, pair, hat, first, k, scale):
         e0r, e0i, f0r, f0i, a0r, a0i = _point(three, 0, u, k, turn)
         e1r, e1i, f1r, f1i, a1r, a1i = _point(three, 1, u, k, turn)
         e2r, e2i, f2r, f2i, a2r, a2i = _point(three, 2, u, k, turn)
-        over_trial[0, u] += e0r
-        over_trial[1, u] += e0i
-        over_trial[2, u] += e1r
-        over_trial[3, u] += e1i
-        over_trial[4, u] += e2r
-        over_trial[5, u] += e2i
-        over_trial[6, u] += e * f0r
-        over_trial[7, u] += e * f0i
-        over_trial[8, u] += e * f1r
-        over_trial[9, u] += e * f1i
-        over_trial[10, u] += e * f2r
-        over_trial[11, u] += e * f2i
-        over_test[0, u] += h00 * a0r + h10 * a1r + h20 * a2r
-        over_test[1, u] += h00 * a0i + h10 * a1i + h20 * a2i
-        over_test[2, u] += h01 * a0r + h11 * a1r + h21 * a2r
-        over_test[3, u] += h01 * a0i + h11 * a1i + h21 * a2i
-        over_test[4, u] += h02 * a0r + h12 * a1r + h22 * a2r
-        over_test[5, u] += h02 * a0i + h12 * a1i + h22 * a2i
+        trial_sums[0, u] += e0r
+        trial_sums[1, u] += e0i
+        trial_sums[2, u] += e1r
+        trial_sums[3, u] += e1i
+        trial_sums[4, u] += e2r
+        trial_sums[5, u] += e2i
+        trial_sums[6, u] += e * f0r
+        trial_sums[7, u] += e * f0i
+        trial_sums[8, u] += e * f1r
+        trial_sums[9, u] += e * f1i
+        trial_sums[10, u] += e * f2r
+        trial_sums[11, u] += e * f2i
+        test_sums[0, u] += h00 * a0r + h10 * a1r + h20 * a2r
+        test_sums[1, u] += h00 * a0i + h10 * a1i + h20 * a2i
+        test_sums[2, u] += h01 * a0r + h11 * a1r + h21 * a2r
+        test_sums[3, u] += h01 * a0i + h11 * a1i + h21 * a2i
+        test_sums[4, u] += h02 * a0r + h12 * a1r + h22 * a2r
+        test_sums[5, u] += h02 * a0i + h12 * a1i + h22 * a2i
 
 
 @inline
-def add_test_points(over_both, over_trial, hat, first, beta):
+def add_test_points(pair_sums, trial_sums, hat, first, beta):
     """Add G and B = −G + jβ e F of three test points to the sums of the three test hats."""
     h00, h01, h02 = hat[first, 0], hat[first, 1], hat[first, 2]
     h10, h11, h12 = hat[first + 1, 0], hat[first + 1, 1], hat[first + 1, 2]
     h20, h21, h22 = hat[first + 2, 0], hat[first + 2, 1], hat[first + 2, 2]
     for u in range(TILE):
-        e0r, e0i, e1r = over_trial[0, u], over_trial[1, u], over_trial[2, u]
-        e1i, e2r, e2i = over_trial[3, u], over_trial[4, u], over_trial[5, u]
-        b0r, b0i = -beta * over_trial[7, u] - e0r, beta * over_trial[6, u] - e0i
-        b1r, b1i = -beta * over_trial[9, u] - e1r, beta * over_trial[8, u] - e1i
-        b2r, b2i = -beta * over_trial[11, u] - e2r, beta * over_trial[10, u] - e2i
-        over_both[0, u] += e0r + e1r + e2r
-        over_both[1, u] += e0i + e1i + e2i
-        over_both[2, u] += h00 * b0r + h10 * b1r + h20 * b2r
-        over_both[3, u] += h00 * b0i + h10 * b1i + h20 * b2i
-        over_both[4, u] += h01 * b0r + h11 * b1r + h21 * b2r
-        over_both[5, u] += h01 * b0i + h11 * b1i + h21 * b2i
-        over_both[6, u] += h02 * b0r + h12 * b1r + h22 * b2r
-        over_both[7, u] += h02 * b0i + h12 * b1i + h22 * b2i
+        e0r, e0i, e1r = trial_sums[0, u], trial_sums[1, u], trial_sums[2, u]
+        e1i, e2r, e2i = trial_sums[3, u], trial_sums[4, u], trial_sums[5, u]
+        b0r, b0i = -beta * trial_sums[7, u] - e0r, beta * trial_sums[6, u] - e0i
+        b1r, b1i = -beta * trial_sums[9, u] - e1r, beta * trial_sums[8, u] - e1i
+        b2r, b2i = -beta * trial_sums[11, u] - e2r, beta * trial_sums[10, u] - e2i
+        pair_sums[0, u] += e0r + e1r + e2r
+        pair_sums[1, u] += e0i + e1i + e2i
+        pair_sums[2, u] += h00 * b0r + h10 * b1r + h20 * b2r
+        pair_sums[3, u] += h00 * b0i + h10 * b1i + h20 * b2i
+        pair_sums[4, u] += h01 * b0r + h11 * b1r + h21 * b2r
+        pair_sums[5, u] += h01 * b0i + h11 * b1i + h21 * b2i
+        pair_sums[6, u] += h02 * b0r + h12 * b1r + h22 * b2r
+        pair_sums[7, u] += h02 * b0i + h12 * b1i + h22 * b2i

@@ -51,7 +51,7 @@ def oscillation_error(degree: int, phase: float) -> float:
     return float(np.sqrt(np.mean(np.abs(mean(degree) - mean(HIGHEST_DEGREE)) ** 2)))
 
 
-def order_for(least: int, phase: float, tolerance: float) -> int:
+def quadrature_order(least: int, phase: float, tolerance: float) -> int:
     """Return the lowest triangle order from `least` up whose `oscillation_error` is tolerable, else the highest."""
     orders = range(least, HIGHEST_DEGREE)
     return next((order for order in orders if oscillation_error(order, phase) <= tolerance), HIGHEST_DEGREE)
@@ -115,7 +115,7 @@ def touching_rule(shared: int, order: int) -> PairRule:
     return PairRule(barycentric(0), barycentric(1), weight)
 
 
-def in_chunks(rules: list[PairRule], size: int) -> tuple[FloatArray, IntArray, IntArray]:
+def split_rules(rules: list[PairRule], size: int) -> tuple[FloatArray, IntArray, IntArray]:
     """Cut rules into chunks of at most `size` points for the compiled loops.
 
     Returns

@@ -25,11 +25,11 @@ NARROWEST = 1e-7
 _NARROW = 0.25
 """Half width of a resonance, relative to the gap between masters around it, below which its peak needs a master."""
 
-_LEAST = 3
+_LEAST_MASTERS = 3
 """Smallest number of initial masters: one is omitted, two predict it."""
 
 FEWEST = 5
-"""Smallest number of masters of a choice: `_LEAST` and two for tests."""
+"""Smallest number of masters of a choice: `_LEAST_MASTERS` and two for tests."""
 
 _FIRST = (2.0, 0.6)
 """Coefficients of the number of initial masters in a narrow band: the first, plus the second times the wavenumber of
@@ -50,7 +50,7 @@ _LINES = np.array([0.25, 0.5, 0.75])
 _CHANGED = (np.arange(8) + 0.5) / 8
 """Further positions in every gap at which test masters must not change the result much."""
 
-Found = TypeVar("Found", TransferVectors, RadiationResistance)
+Sampled = TypeVar("Sampled", TransferVectors, RadiationResistance)
 
 
 class Smoothed(Protocol):
@@ -63,16 +63,16 @@ class Smoothed(Protocol):
 Smooth = TypeVar("Smooth", bound=Smoothed)
 
 
-class Source(Protocol[Found, Smooth]):
+class Source(Protocol[Sampled, Smooth]):
     """Solutions at masters and their interpolation."""
 
-    def solve(self, frequency: FloatArray, progress: Progress) -> tuple[Found, SolverRecord]:
+    def solve(self, frequency: FloatArray, progress: Progress) -> tuple[Sampled, SolverRecord]:
         """Return solutions at masters (n_f,) Hz."""
 
-    def together(self, first: Found, second: Found) -> Found:
+    def join(self, first: Sampled, second: Sampled) -> Sampled:
         """Join two sets of masters at different frequencies."""
 
-    def interpolant(self, found: Found) -> Smooth:
+    def interpolant(self, masters: Sampled) -> Smooth:
         """Return the interpolation between the masters."""
 
     def estimated_errors(self, smooth: Smooth, lines: FloatArray) -> FloatArray:
@@ -81,27 +81,27 @@ class Source(Protocol[Found, Smooth]):
     def changes(self, smooth: Smooth, lines: FloatArray, masters: FloatArray) -> FloatArray:
         """Return relative changes (n_line,) at lines (n_line,) Hz caused by some of the masters (n,) Hz."""
 
-    def misprediction(self, smooth: Smooth, solved: Found) -> float:
+    def misprediction(self, smooth: Smooth, solved: Sampled) -> float:
         """Return the largest relative error of `smooth` at masters solved after it."""
 
 
 @dataclass(frozen=True, eq=False)
-class Chosen(Generic[Found]):
+class Chosen(Generic[Sampled]):
     """Masters that meet the tolerance.
 
     Parameters
     ----------
-    found : TransferVectors or RadiationResistance
+    masters : TransferVectors or RadiationResistance
         Solutions, with provenance and accuracy of the first masters, which include the highest frequency.
     records : list of SolverRecord
         Solver records of all masters.
-    told : SoundAccuracy
+    accuracy : SoundAccuracy
         Accuracy of the choice.
     """
 
-    found: Found
+    masters: Sampled
     records: list[SolverRecord]
-    told: SoundAccuracy
+    accuracy: SoundAccuracy
 
 
 def check_band(low: float, high: float, fidelity: AcousticsFidelity) -> None:
@@ -118,23 +118,25 @@ def check_band(low: float, high: float, fidelity: AcousticsFidelity) -> None:
     )
 
 
-def first_masters(low: float, high: float, waves: float, per_wave: float, fidelity: AcousticsFidelity) -> FloatArray:
+def first_masters(
+    low: float, high: float, waves: float, masters_per_wave: float, fidelity: AcousticsFidelity
+) -> FloatArray:
     """Return the initial masters (Hz).
 
     waves : wavenumber of the band times the body's size.
-    per_wave : masters for each of `waves`.
+    masters_per_wave : masters for each of `waves`.
 
-    Their number is two plus `per_wave` times `waves`, at least eight. In a band that is narrow for the body, it is
-    smaller, at least three. Four masters remain for tests if `fidelity.masters` permits.
+    Their number is two plus `masters_per_wave` times `waves`, at least eight. In a band that is narrow for the body, it
+    is smaller, at least three. Four masters remain for tests if `fidelity.masters` permits.
     """
-    narrow = max(_LEAST, int(np.ceil(_FIRST[0] + _FIRST[1] * waves)))
-    wide = max(_SPARSE, int(np.ceil(2.0 + per_wave * waves)))
-    return np.linspace(low, high, min(narrow, wide, max(_LEAST, fidelity.masters - BAND)))
+    narrow = max(_LEAST_MASTERS, int(np.ceil(_FIRST[0] + _FIRST[1] * waves)))
+    wide = max(_SPARSE, int(np.ceil(2.0 + masters_per_wave * waves)))
+    return np.linspace(low, high, min(narrow, wide, max(_LEAST_MASTERS, fidelity.masters - BAND)))
 
 
 def choose_masters(
-    source: Source[Found, Smooth], first: FloatArray, fidelity: AcousticsFidelity, progress: Progress | None
-) -> Chosen[Found]:
+    source: Source[Sampled, Smooth], first: FloatArray, fidelity: AcousticsFidelity, progress: Progress | None
+) -> Chosen[Sampled]:
     """Add masters to the `first` (n_f,) Hz until interpolation meets `fidelity.master_tolerance_db` everywhere.
 
     SolverError if `fidelity.masters` are too few for the tolerance.
@@ -154,7 +156,7 @@ def choose_masters(
     report = progress or (lambda done, total: None)
     allowed = 10 ** (tolerance / 20) - 1
     new = first
-    found: Found | None = None
+    found: Sampled | None = None
     smooth: Smooth | None = None
     tested, test = np.inf, False
     first_made: tuple[SoundAccuracy, dict[str, Any]] | None = None
@@ -171,13 +173,13 @@ def choose_masters(
         if smooth is not None:
             tested = source.misprediction(smooth, solved)
             smooth = None  # frees its vectors before the next one is built
-        found = solved if found is None else source.together(found, solved)
+        found = solved if found is None else source.join(found, solved)
         del solved
         smooth = source.interpolant(found)
         lines = _lines_between(found.frequency, smooth)
         error = source.estimated_errors(smooth, lines)
         if error.max() <= allowed and test and tested <= _TESTED * allowed:
-            between = np.union1d(lines, _between(found.frequency, _CHANGED))
+            between = np.union1d(lines, _gap_lines(found.frequency, _CHANGED))
             changed = source.changes(smooth, between, new)
             tested = max(tested, float(changed.max()))
             if tested <= _TESTED * allowed:
@@ -234,10 +236,10 @@ def _report(report: Progress, known: int, most: int, done: int, _: int) -> None:
 def _lines_between(masters: FloatArray, smooth: Smoothed) -> FloatArray:
     """Return the lines (Hz) at which the error is estimated."""
     poles = [smooth.poles_between(left, right).real for left, right in pairwise(masters)]
-    return np.unique(np.concatenate([_between(masters, _LINES), *poles]))
+    return np.unique(np.concatenate([_gap_lines(masters, _LINES), *poles]))
 
 
-def _between(masters: FloatArray, shares: FloatArray) -> FloatArray:
+def _gap_lines(masters: FloatArray, shares: FloatArray) -> FloatArray:
     """Return lines (Hz) at these shares of every gap between masters."""
     return np.asarray((masters[:-1, None] + shares * np.diff(masters)[:, None]).ravel())
 

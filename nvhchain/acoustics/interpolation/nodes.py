@@ -45,7 +45,7 @@ class Nodes:
         Masters above 0 Hz (Hz), preceded by mirrored masters if those help.
     mirrored : int
         Number of nodes before the first master.
-    taking_part : int
+    nodes_per_value : int
         Nodes per interpolated value.
     poles : int
         Largest number of poles of a rational function through them.
@@ -57,7 +57,7 @@ class Nodes:
 
     node: FloatArray
     mirrored: int
-    taking_part: int
+    nodes_per_value: int
     poles: int
     gram: ComplexArray | None
     paths: Paths
@@ -68,17 +68,17 @@ class Nodes:
         return self.node[self.mirrored :]
 
     @property
-    def can_spare(self) -> bool:
+    def can_omit_master(self) -> bool:
         """True if a master can be omitted and predicted from as many nodes as take part in one value."""
-        return len(self.node) - (2 if self.mirrored else 1) >= self.taking_part
+        return len(self.node) - (2 if self.mirrored else 1) >= self.nodes_per_value
 
     def weights(self, frequency: FloatArray) -> ComplexArray:
         """Return weights (n_f, n_node) of the values at the nodes for those at `frequency` (n_f,) Hz."""
         weights = np.zeros((len(frequency), len(self.node)), dtype=complex)
-        first = _nearest(self.node, frequency, self.taking_part)[:, 0]
+        first = _nearest(self.node, frequency, self.nodes_per_value)[:, 0]
         for start in np.unique(first):
             rows = np.flatnonzero(first == start)
-            used = np.arange(start, start + self.taking_part)
+            used = np.arange(start, start + self.nodes_per_value)
             weights[rows[:, None], used] = self._rescaled(
                 self._windows[start].weights(frequency[rows]), used, frequency[rows]
             )
@@ -100,7 +100,7 @@ class Nodes:
         """
         whole = self.weights(frequency)
         weights = np.stack([whole, whole])
-        if not self.can_spare:
+        if not self.can_omit_master:
             weights *= self.paths.line_error(frequency, *self._gap(frequency))[:, None]
             weights[1, :, 0] *= -1.0
             if len(self.node) == 2 and self.node[0] > 0:
@@ -110,14 +110,14 @@ class Nodes:
                 weights[1] += _OPTIMISM * (whole - over_square)
             return weights
         above = np.clip(np.searchsorted(self.masters, frequency), 1, max(1, len(self.masters) - 1))
-        first = _nearest(self.node, frequency, self.taking_part)[:, 0]
+        first = _nearest(self.node, frequency, self.nodes_per_value)[:, 0]
         for side, neighbour in zip(weights, (above - 1, np.minimum(above, len(self.masters) - 1)), strict=True):
             for i, start in set(zip(neighbour.tolist(), first.tolist(), strict=True)):
                 rows = np.flatnonzero((neighbour == i) & (first == start))
-                others, without = self._without[i]
+                others, without = self._leave_one_out[i]
                 line = frequency[rows]
                 side[rows[:, None], others] -= self._rescaled(without.weights(line), others, line)
-                around = np.arange(start, start + self.taking_part)
+                around = np.arange(start, start + self.nodes_per_value)
                 lost, gained = (np.setdiff1d(a, b, assume_unique=True) for a, b in ((around, others), (others, around)))
                 factor = np.prod(line[:, None] - self.node[lost], axis=1)
                 side[rows] *= _OPTIMISM * np.abs(factor / np.prod(line[:, None] - self.node[gained], axis=1))[:, None]
@@ -130,29 +130,29 @@ class Nodes:
         """
         weights = self.weights(frequency)
         kept = ~np.isin(np.abs(self.node), masters)
-        weights[:, kept] -= self._of(np.flatnonzero(kept)).weights(frequency)
+        weights[:, kept] -= self._subset(np.flatnonzero(kept)).weights(frequency)
         return weights
 
-    def hidden_error(self, frequency: FloatArray) -> FloatArray:
-        """Return the error (n_f,) that no master reveals, relative to the body's radiation (`Paths.hidden_error`)."""
-        return self.paths.hidden_error(frequency, *self._gap(frequency))
+    def unresolved_echo_error(self, frequency: FloatArray) -> FloatArray:
+        """Return the error (n_f,) that no master reveals, relative to the radiation (`Paths.unresolved_echo_error`)."""
+        return self.paths.unresolved_echo_error(frequency, *self._gap(frequency))
 
     def shift_weights(self, frequency: FloatArray, shift: float) -> ComplexArray:
         """Return weights (n_pole, n_f, n_node) for the change at `frequency` (n_f,) Hz if one pole shifts.
 
         The pole lies `shift` times its frequency higher or lower. Its part of the values is R_p/(f − f_p)
-        (`changed_by`).
+        (`pole_shift_change`).
         """
         weights = np.zeros((self.poles, len(frequency), len(self.node)), dtype=complex)
-        first = _nearest(self.node, frequency, self.taking_part)[:, 0]
+        first = _nearest(self.node, frequency, self.nodes_per_value)[:, 0]
         for start in np.unique(first):
             rows = np.flatnonzero(first == start)
-            used, line = np.arange(start, start + self.taking_part), frequency[rows]
+            used, line = np.arange(start, start + self.nodes_per_value), frequency[rows]
             for at, (pole, residue) in enumerate(zip(*self._windows[start].resonances(), strict=True)):
-                if not resonates(pole, self.paths):
+                if not is_opening_resonance(pole, self.paths):
                     continue
                 away = line - pole
-                change = changed_by(pole, away, shift) / np.abs(away)
+                change = pole_shift_change(pole, away, shift) / np.abs(away)
                 weights[at, rows[:, None], used] = self._rescaled(change[:, None] * residue, used, line)
         return weights
 
@@ -161,7 +161,7 @@ class Nodes:
 
         Poles next to a master are excluded.
         """
-        first = _nearest(self.node, np.array([0.5 * (low + high)]), self.taking_part)[0, 0]
+        first = _nearest(self.node, np.array([0.5 * (low + high)]), self.nodes_per_value)[0, 0]
         poles = np.asarray(self._windows[first].denominator.roots(), dtype=complex)
         margin = _NEXT_TO * (high - low)
         return np.asarray(poles[(poles.real > low + margin) & (poles.real < high - margin)])
@@ -174,29 +174,29 @@ class Nodes:
     @cached_property
     def _windows(self) -> list[Window]:
         """Windows that begin with each node."""
-        starts = range(len(self.node) - self.taking_part + 1)
-        return [self._window(np.arange(start, start + self.taking_part)) for start in starts]
+        starts = range(len(self.node) - self.nodes_per_value + 1)
+        return [self._window(np.arange(start, start + self.nodes_per_value)) for start in starts]
 
     @cached_property
-    def _without(self) -> list[tuple[IntArray, Window]]:
+    def _leave_one_out(self) -> list[tuple[IntArray, Window]]:
         """Nodes that predict each omitted master, without its mirror image, and their window."""
         found = []
         for left in self.masters:
             kept = np.flatnonzero(np.abs(self.node) != left)
-            others = kept[_nearest(self.node[kept], np.array([left]), self.taking_part)[0]]
+            others = kept[_nearest(self.node[kept], np.array([left]), self.nodes_per_value)[0]]
             found.append((others, self._window(others)))
         return found
 
-    def _of(self, kept: IntArray) -> Nodes:
+    def _subset(self, chosen: IntArray) -> Nodes:
         """Return some of the nodes, as if there were no others."""
-        mirrored = int(np.count_nonzero(kept < self.mirrored))
-        taking_part = min(self.taking_part, _taking_part(len(kept), mirrored > 0))
+        mirrored = int(np.count_nonzero(chosen < self.mirrored))
+        taking_part = min(self.nodes_per_value, _nodes_per_value(len(chosen), mirrored > 0))
         return Nodes(
-            self.node[kept],
+            self.node[chosen],
             mirrored,
             taking_part,
             max(0, min(self.poles, taking_part - 2)),
-            None if self.gram is None else self.gram[np.ix_(kept, kept)],
+            None if self.gram is None else self.gram[np.ix_(chosen, chosen)],
             self.paths,
         )
 
@@ -229,7 +229,7 @@ class Interpolant(Nodes):
         """Return distances (n_face,) m of a point from the faces' centroids: the r of the removed phase."""
         return np.asarray(np.linalg.norm(self.atv.surface.centroids - self.atv.points[point], axis=1), dtype=float)
 
-    def at_nodes(self, point: int) -> ComplexArray:
+    def node_values(self, point: int) -> ComplexArray:
         """Return e^{jkr} times the vectors at the nodes: (n_node, n_face) Pa/(m/s)."""
         known = self.atv.vectors[:, point]
         known = known * np.exp(1j * self.wavenumber(self.atv.frequency)[:, None] * self.distance(point))
@@ -237,7 +237,7 @@ class Interpolant(Nodes):
         return np.concatenate([at_masters[: self.mirrored][::-1].conj(), at_masters])
 
 
-def resonates(pole: complex, paths: Paths) -> bool:
+def is_opening_resonance(pole: complex, paths: Paths) -> bool:
     """Return True if a pole (Hz) belongs to air in an opening.
 
     Poles of low quality (`_LEAST_Q`, `_CREEPING`) occur for any body.
@@ -246,7 +246,7 @@ def resonates(pole: complex, paths: Paths) -> bool:
     return abs(pole.real) >= 2 * least * abs(pole.imag)
 
 
-def changed_by(pole: complex, away: ComplexArray, shift: float) -> FloatArray:
+def pole_shift_change(pole: complex, away: ComplexArray, shift: float) -> FloatArray:
     """Return the relative change of 1/away if a pole (Hz) lies `shift` times its frequency higher or lower.
 
     away : (n,) distance (Hz) of lines from the pole. The larger of both changes counts.
@@ -288,11 +288,11 @@ def interpolant(atv: TransferVectors, fidelity: AcousticsFidelity) -> Interpolan
     reflecting = atv.plane if fidelity.radiation == "boundary_elements" else None  # the Rayleigh integral has no echo
     paths = paths_about(atv.surface, reflecting, atv.air)
     atv = atv.unfolded()
-    nodes = nodes_at(atv.frequency, fidelity, partial(_inner_products, atv), paths)
+    nodes = interpolation_nodes(atv.frequency, fidelity, partial(_inner_products, atv), paths)
     return Interpolant(**vars(nodes), atv=atv)
 
 
-def nodes_at(
+def interpolation_nodes(
     masters: FloatArray,
     fidelity: AcousticsFidelity,
     inner_products: Callable[[FloatArray, int], ComplexArray],
@@ -312,13 +312,13 @@ def nodes_at(
     if count == 1 or masters[0] > np.diff(masters).max():
         images = images[:0]
     node = np.concatenate([-images, positive])
-    taking_part = min(fidelity.interpolation_points, _taking_part(len(node), len(images) > 0))
+    taking_part = min(fidelity.interpolation_points, _nodes_per_value(len(node), len(images) > 0))
     poles = max(0, min(fidelity.interpolation_poles, taking_part - 2))
     gram = inner_products(positive, len(images)) if poles > 0 else None
     return Nodes(node, len(images), taking_part, poles, gram, paths)
 
 
-def _taking_part(nodes: int, mirrored: bool) -> int:
+def _nodes_per_value(nodes: int, mirrored: bool) -> int:
     """Return the largest number of nodes in a value that permits omitting one master with its mirror image."""
     return max(min(2, nodes), nodes - (2 if mirrored else 1))
 

@@ -10,11 +10,11 @@ from nvhchain.acoustics.waves.multipoles import plane_foot
 from nvhchain.conventions import Air
 from nvhchain.handoff import FloatArray, RigidPlane, Surface
 
-_SEEN = 0.8
+_RESOLVED_PHASE = 0.8
 """Largest phase change of the echo between masters that they resolve, in units of π. With 1, a box 0.25 m above a plane
 kept 0.24 dB for a request of 0.1 dB (14 masters from 300 Hz to 2600 Hz, the lowest two 0.96 π apart)."""
 
-_MOST = 2.0
+_LINEAR_ERROR = 2.0
 """Largest error of a straight line between two values, relative to values whose phase turns in between."""
 
 
@@ -28,19 +28,19 @@ class Paths:
         Largest phase slope of the interpolated function (rad/Hz).
     echo : float
         Phase slope (rad/Hz) of the path from the body to a rigid plane and back; 0 without a plane.
-    echoed : float
+    echo_pressure : float
         Sound that takes this path and meets the body again, relative to the radiation of the body. The value is the
         body's radius over the path, the pressure of a monopole there.
 
     Notes
     -----
-    Measured echoes were mostly 0.2 to 1.9 times `echoed`, and 8 times beside a spurious pole (spheres 1.5 and 5 m above
-    a plane).
+    Measured echoes were mostly 0.2 to 1.9 times `echo_pressure`, and 8 times beside a spurious pole (spheres 1.5 and 5
+    m above a plane).
     """
 
     phase_slope: float
     echo: float = 0.0
-    echoed: float = 0.0
+    echo_pressure: float = 0.0
 
     def line_error(self, frequency: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
         """Return a bound (n_f,) on the relative error of a straight line between neighbouring masters.
@@ -51,15 +51,15 @@ class Paths:
         """
         return _curved(self.phase_slope, frequency, low, high)
 
-    def hidden_error(self, frequency: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    def unresolved_echo_error(self, frequency: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
         """Return the relative error (n_f,) of an echo that the masters do not resolve.
 
         low, high : (n_f,) Hz, the masters below and above each line.
 
         The phase of the echo turns by about π or more between such masters, so that it may appear as a smaller turn.
         """
-        hidden = self.echo * (high - low) > _SEEN * np.pi
-        return np.where(hidden, self.echoed * np.minimum(1.0, _curved(self.echo, frequency, low, high)), 0.0)
+        hidden = self.echo * (high - low) > _RESOLVED_PHASE * np.pi
+        return np.where(hidden, self.echo_pressure * np.minimum(1.0, _curved(self.echo, frequency, low, high)), 0.0)
 
 
 def paths_about(surface: Surface, plane: RigidPlane | None, air: Air) -> Paths:
@@ -80,4 +80,4 @@ def paths_about(surface: Surface, plane: RigidPlane | None, air: Air) -> Paths:
 
 def _curved(phase_slope: float, frequency: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
     inside = np.maximum((frequency - low) * (high - frequency), 0.0)
-    return np.minimum(_MOST, 0.5 * phase_slope**2 * inside)
+    return np.minimum(_LINEAR_ERROR, 0.5 * phase_slope**2 * inside)

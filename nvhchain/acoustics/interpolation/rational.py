@@ -28,9 +28,9 @@ class Window:
     nodes: FloatArray
     denominator: Chebyshev
 
-    def weights(self, at: FloatArray) -> ComplexArray:
-        """Return weights (n, m) of the values at the nodes for the value at each `at` (n,) Hz: ℓ_j(f) q(f_j)/q(f)."""
-        distance = at[:, None] - self.nodes
+    def weights(self, frequency: FloatArray) -> ComplexArray:
+        """Return weights (n, m) of nodal values for the value at each `frequency` (n,) Hz: ℓ_j(f) q(f_j)/q(f)."""
+        distance = frequency[:, None] - self.nodes
         on_node = distance == 0
         distance[on_node] = 1.0
         weights = np.asarray(barycentric(self.nodes) * self.denominator(self.nodes) / distance, dtype=complex)

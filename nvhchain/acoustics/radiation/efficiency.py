@@ -227,10 +227,10 @@ def surface_efficiency(power: SoundPower, surface_velocity: SurfaceVelocity, air
         If the lines differ, or the surface is at rest at all of them.
     """
     _same_lines(power, surface_velocity.frequency)
-    return over_plane_waves(power, _plane_wave_power(surface_velocity, air))
+    return efficiency_from_power(power, _plane_wave_power(surface_velocity, air))
 
 
-def over_plane_waves(power: SoundPower, plane_waves: FloatArray) -> RadiationEfficiency:
+def efficiency_from_power(power: SoundPower, plane_waves: FloatArray) -> RadiationEfficiency:
     """Return sound power over that of plane waves (n_f,) W at the same lines, without lines at rest."""
     moving = plane_waves > 0
     require(bool(moving.any()), "the surface is at rest at all lines: radiation efficiency needs a velocity")
@@ -331,12 +331,12 @@ def _plane_wave_power(surface_velocity: SurfaceVelocity, air: Air) -> FloatArray
     return np.asarray(air.impedance * area * mean_square_velocity(surface_velocity))
 
 
-def _positions(points: ArrayLike, what: str) -> FloatArray:
+def _positions(points: ArrayLike, subject: str) -> FloatArray:
     """Return finite points (n, 3) m; InputError otherwise."""
-    x = np.atleast_2d(real_numbers(points, what))
+    x = np.atleast_2d(real_numbers(points, subject))
     require(
         x.ndim == 2 and x.shape[1] == 3 and len(x) > 0 and bool(np.isfinite(x).all()),
-        f"{what} of shape {np.shape(points)}: three finite coordinates in m per point are needed",
+        f"{subject} of shape {np.shape(points)}: three finite coordinates in m per point are needed",
     )
     return x
 

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from nvhchain.acoustics.accuracy.cancellation import told_cancellation
-from nvhchain.acoustics.accuracy.mesh_error import told_interpolation, told_resonances
-from nvhchain.acoustics.interpolation.nodes import Nodes, nodes_at, support
+from nvhchain.acoustics.accuracy.cancellation import cancellation_accuracy
+from nvhchain.acoustics.accuracy.mesh_error import largest_interpolation_error, missed_resonances
+from nvhchain.acoustics.interpolation.nodes import Nodes, interpolation_nodes, support
 from nvhchain.acoustics.interpolation.paths import Paths
-from nvhchain.acoustics.radiation.efficiency import over_plane_waves
+from nvhchain.acoustics.radiation.efficiency import efficiency_from_power
 from nvhchain.acoustics.surfaces.surface import frequency_lines
 from nvhchain.errors import InputError, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
@@ -38,19 +38,19 @@ class _Products:
 
     resistance: RadiationResistance
     nodes: Nodes
-    known: dict[tuple[int, int], ComplexArray] = field(default_factory=dict)
+    computed: dict[tuple[int, int], ComplexArray] = field(default_factory=dict)
 
-    def at(self, i: int, j: int) -> ComplexArray:
+    def product(self, i: int, j: int) -> ComplexArray:
         """Return the product of nodes i ≤ j."""
-        if (i, j) not in self.known:
-            left, right = (waves_at_nodes(self.resistance, self.nodes, node) for node in (i, j))
+        if (i, j) not in self.computed:
+            left, right = (node_waves(self.resistance, self.nodes, node) for node in (i, j))
             rows = min(len(left), len(right))
-            self.known[i, j] = left[:rows].conj().T @ right[:rows]
-        return self.known[i, j]
+            self.computed[i, j] = left[:rows].conj().T @ right[:rows]
+        return self.computed[i, j]
 
 
 @checked
-def waves_power(
+def power_from_waves(
     resistance: RadiationResistance,
     frequency: FloatArray,
     velocity: ComplexArray,
@@ -110,13 +110,13 @@ def waves_power(
         power[piece] = 0.5 * whole
         error[piece] = np.sqrt(np.maximum(below, above) / np.where(whole > 0, whole, 1.0))
         shifted[piece] = sum(np.sqrt(0.5 * change) for change in changes)
-    told = told_interpolation(error, frequency, fidelity)
-    told |= told_resonances(shift, nodes.poles, frequency, np.sqrt(power), shifted, fidelity)
+    told = largest_interpolation_error(error, frequency, fidelity)
+    told |= missed_resonances(shift, nodes.poles, frequency, np.sqrt(power), shifted, fidelity)
     if resistance.cancellation is not None:
         one_element = float(resistance.frequency[-1]) * (resistance.accuracy.elements_per_wavelength or np.inf)
         left = _error_power(resistance, frequency, velocity)
         short = _short_waves(resistance, velocity)
-        told |= told_cancellation(frequency, power, left, short, fidelity, one_element)
+        told |= cancellation_accuracy(frequency, power, left, short, fidelity, one_element)
     warn_of(told)
     made = resistance.provenance | {"stage": "acoustics.waves_power"}
     return SoundPower(frequency, power, accuracy=resistance.accuracy | told, provenance=made)
@@ -146,7 +146,7 @@ def modal_power(
     Returns
     -------
     SoundPower
-        Power (W), with the accuracy of `waves_power`.
+        Power (W), with the accuracy of `power_from_waves`.
 
     Raises
     ------
@@ -156,7 +156,7 @@ def modal_power(
     Warns
     -----
     AccuracyWarning
-        See `waves_power`.
+        See `power_from_waves`.
 
     Notes
     -----
@@ -169,11 +169,11 @@ def modal_power(
         )
     frequency, velocity = _modal_velocity(housing, force_spectrum)
     _check_seats(resistance, housing, velocity)
-    return waves_power(resistance, frequency, velocity, fidelity=fidelity)
+    return power_from_waves(resistance, frequency, velocity, fidelity=fidelity)
 
 
 @checked
-def loaded_seats(housing: ReducedHousing, force_spectrum: ForceSpectrum) -> NDArray[np.bool_]:
+def loaded_bearings(housing: ReducedHousing, force_spectrum: ForceSpectrum) -> NDArray[np.bool_]:
     """Return the bearings and axes that carry a force at any line.
 
     Parameters
@@ -188,7 +188,7 @@ def loaded_seats(housing: ReducedHousing, force_spectrum: ForceSpectrum) -> NDAr
     (n_bearing, 3) array of bool
         True for each loaded axis of each bearing.
     """
-    return np.asarray(force_spectrum.in_order(housing.names).any(axis=0).reshape(-1, 3))
+    return np.asarray(force_spectrum.sort_bearings(housing.names).any(axis=0).reshape(-1, 3))
 
 
 def _check_seats(resistance: RadiationResistance, housing: ReducedHousing, velocity: ComplexArray) -> None:
@@ -237,12 +237,12 @@ def modal_efficiency(
     """
     _, velocity = _modal_velocity(housing, force_spectrum)
     plane_waves = np.einsum("lc,lc->l", velocity.conj(), velocity @ resistance.plane_wave_resistance).real
-    return over_plane_waves(power, 0.5 * plane_waves)
+    return efficiency_from_power(power, 0.5 * plane_waves)
 
 
 def _modal_velocity(housing: ReducedHousing, force_spectrum: ForceSpectrum) -> tuple[FloatArray, ComplexArray]:
     """Return the lines (n_f,) Hz that carry force, and the velocities (n_f, n_column) of modes and residual motions."""
-    force = force_spectrum.in_order(housing.names)
+    force = force_spectrum.sort_bearings(housing.names)
     loaded = np.flatnonzero(force.any(axis=1))
     loaded = loaded if loaded.size else np.array([0])  # no force anywhere: one silent line
     frequency = force_spectrum.frequency[loaded]
@@ -287,7 +287,7 @@ def resistance_matrices(
     for line in np.flatnonzero(frequency > 0):
         for i in np.flatnonzero(weights[line]).tolist():
             for j in np.flatnonzero(weights[line, : i + 1]).tolist():
-                share = (weights[line, j].conj() * weights[line, i] * products.at(j, i)).real
+                share = (weights[line, j].conj() * weights[line, i] * products.product(j, i)).real
                 matrices[line] += 0.5 * share if i == j else share
     return matrices + matrices.transpose(0, 2, 1)
 
@@ -358,7 +358,7 @@ def _squares(products: _Products, sets: list[ComplexArray], velocity: ComplexArr
     squares = [np.zeros(len(velocity)) for _ in sets]
     for i in range(used.start, used.stop):
         for j in range(i, used.stop):
-            form = np.einsum("lc,lc->l", velocity.conj(), velocity @ products.at(i, j).T)
+            form = np.einsum("lc,lc->l", velocity.conj(), velocity @ products.product(i, j).T)
             for square, weights in zip(squares, sets, strict=True):
                 square += (1.0 if i == j else 2.0) * (weights[:, i].conj() * weights[:, j] * form).real
     return [np.maximum(square, 0.0) for square in squares]
@@ -398,10 +398,12 @@ def _short_waves(resistance: RadiationResistance, velocity: ComplexArray) -> Flo
 def waves_nodes(resistance: RadiationResistance, fidelity: AcousticsFidelity) -> Nodes:
     """Return the nodes of the interpolation between the masters."""
     detour = Paths(2 * np.pi / resistance.air.speed_of_sound * 2.0 * resistance.reach)
-    return nodes_at(resistance.frequency, fidelity, lambda _, mirrored: _inner_products(resistance, mirrored), detour)
+    return interpolation_nodes(
+        resistance.frequency, fidelity, lambda _, mirrored: _inner_products(resistance, mirrored), detour
+    )
 
 
-def waves_at_nodes(resistance: RadiationResistance, nodes: Nodes, node: int) -> ComplexArray:
+def node_waves(resistance: RadiationResistance, nodes: Nodes, node: int) -> ComplexArray:
     """Return waves (n_row, n_column) at a node.
 
     The response in time is real, so that waves at −f are conjugate to those at f.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nvhchain.acoustics.accuracy.interpolation_error import told_vectors
+from nvhchain.acoustics.accuracy.interpolation_error import interpolation_accuracy
 from nvhchain.acoustics.interpolation.nodes import check_lines, interpolant
 from nvhchain.acoustics.radiation.projection import products
 from nvhchain.acoustics.surfaces.surface import frequency_lines
@@ -85,7 +85,7 @@ def modal_transfer_vectors(
     modes, bearings = len(housing.natural_frequency), len(housing.names)
     shapes = np.concatenate([housing.normal_shapes, housing.face_residual.reshape(3 * bearings, -1)])
     smooth = interpolant(atv, fidelity)
-    told = told_vectors(smooth, atv, lines, fidelity)
+    told = interpolation_accuracy(smooth, atv, lines, fidelity)
     product = products(smooth, shapes.T, lines, len(atv.points), progress)
     return ModalTransferVectors(
         lines,
@@ -214,7 +214,7 @@ def _loaded(
     spectrum: ForceSpectrum, names: tuple[str, ...], lines: FloatArray
 ) -> tuple[ComplexArray, IntArray, IntArray | slice]:
     """Return the force (n, 3 n_bearing) N at lines that carry any, these lines, and their rows in the operator."""
-    force = spectrum.in_order(names)
+    force = spectrum.sort_bearings(names)
     loaded = np.flatnonzero(force.any(axis=1))
     if loaded.size == 0:
         loaded = np.array([0])  # no force anywhere: one line of zeros
@@ -238,7 +238,7 @@ def _field(
     spectrum: ForceSpectrum,
     loaded: IntArray,
     pressure: ComplexArray,
-    stage: str,
+    step: str,
 ) -> FieldPressure:
     return FieldPressure(
         spectrum.frequency[loaded],
@@ -246,7 +246,7 @@ def _field(
         pressure,
         spectrum.input_speed,
         operator.accuracy,
-        provenance=operator.provenance | {"stage": f"acoustics.{stage}"},
+        provenance=operator.provenance | {"stage": f"acoustics.{step}"},
     )
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nvhchain.acoustics.accuracy.interpolation_error import told_vectors
+from nvhchain.acoustics.accuracy.interpolation_error import interpolation_accuracy
 from nvhchain.acoustics.interpolation.nodes import Interpolant, check_lines, interpolant, line_batches, support
 from nvhchain.acoustics.surfaces.surface import frequency_lines
 from nvhchain.conventions import Progress
@@ -19,7 +19,7 @@ from nvhchain.runtime.memory import free_memory
 
 
 @checked
-def vectors_at(
+def interpolate_vectors(
     atv: TransferVectors, frequency: ArrayLike, *, fidelity: AcousticsFidelity = STANDARD.acoustics
 ) -> TransferVectors:
     """Interpolate transfer vectors at lines between the masters, as `radiate` does.
@@ -57,7 +57,7 @@ def vectors_at(
     points, faces = atv.vectors.shape[1:]
     check_lines(atv, lines)
     smooth = interpolant(atv, fidelity)
-    told = told_vectors(smooth, atv, lines, fidelity)
+    told = interpolation_accuracy(smooth, atv, lines, fidelity)
     vectors = np.empty((len(lines), paths * points, faces), dtype=complex)
     for piece, end, values in _pieces(smooth, lines):
         vectors[piece, end] = values
@@ -118,12 +118,12 @@ def project(
     Warns
     -----
     AccuracyWarning
-        See `vectors_at`.
+        See `interpolate_vectors`.
 
     Notes
     -----
     Every line interpolates the vectors first and then multiplies. The removed phase differs from face to face, so that
-    the product at the masters is no smooth function of frequency. The result equals `vectors_at` times shapes.
+    the product at the masters is no smooth function of frequency. The result equals `interpolate_vectors` times shapes.
     """
     lines = frequency_lines(frequency)
     columns = np.asarray(shapes)
@@ -135,7 +135,7 @@ def project(
     require(bool(np.isfinite(columns).all()), "shapes hold values that are not finite: remove or repair them")
     check_lines(atv, lines)
     smooth = interpolant(atv, fidelity)
-    told_vectors(smooth, atv, lines, fidelity)
+    interpolation_accuracy(smooth, atv, lines, fidelity)
     return products(smooth, columns, lines, len(atv.points), progress)
 
 
@@ -160,12 +160,12 @@ def products(
     return product
 
 
-def check_memory(size: int, what: str, fewer: str) -> None:
-    """Raise ResourceError unless `size` bytes of `what` fit into free memory."""
+def check_memory(size: int, subject: str, fewer: str) -> None:
+    """Raise ResourceError unless `size` bytes of `subject` fit into free memory."""
     free = free_memory()
     if size > free:
         raise ResourceError(
-            f"{what} need {size / 2**30:.3g} GiB, {free / 2**30:.3g} GiB are free: "
+            f"{subject} need {size / 2**30:.3g} GiB, {free / 2**30:.3g} GiB are free: "
             f"ask for fewer {fewer} or field points"
         )
 
@@ -176,7 +176,7 @@ def _pieces(smooth: Interpolant, lines: FloatArray) -> Iterator[tuple[slice, int
     With a plane, the mirror images of the field points follow the field points.
     """
     for end in range(len(smooth.atv.points)):
-        values, distance = smooth.at_nodes(end), smooth.distance(end)
+        values, distance = smooth.node_values(end), smooth.distance(end)
         for piece in line_batches(len(lines)):
             weights = smooth.weights(lines[piece])
             nodes = support(weights)

@@ -5,8 +5,13 @@ from __future__ import annotations
 import numba as nb
 import numpy as np
 
-from nvhchain.acoustics.accuracy.cancellation import ESTIMATE, cancellation_of_motion, short_waves, told_cancellation
-from nvhchain.acoustics.accuracy.mesh_error import told_resonances
+from nvhchain.acoustics.accuracy.cancellation import (
+    ESTIMATE,
+    cancellation_accuracy,
+    cancellation_of_motion,
+    short_waves,
+)
+from nvhchain.acoustics.accuracy.mesh_error import missed_resonances
 from nvhchain.acoustics.interpolation.nodes import Interpolant, check_lines, interpolant, line_batches, support
 from nvhchain.acoustics.radiation.projection import check_memory
 from nvhchain.conventions import Progress
@@ -103,7 +108,7 @@ def radiate(
     Transfer vectors are interpolated between their master frequencies, velocities never.
 
     Interpolation: `interpolation_error` of the accuracy is the largest estimated error of each point, relative to its
-    peak pressure. It is at least the error that `vectors_at` states for its vectors. A warning is given above
+    peak pressure. It is at least the error that `interpolate_vectors` states for its vectors. A warning is given above
     `fidelity.master_tolerance_db`.
 
     Resonances: the mesh may miss resonances of the air in openings (`resonance_shift` of the vectors' accuracy). From
@@ -134,13 +139,13 @@ def radiate(
         interpolation_frequency=float(frequency[error.argmax(axis=0)][relative.argmax()]),
         asked_interpolation_error_db=fidelity.master_tolerance_db,
     )
-    told |= told_resonances(shift, smooth.poles, frequency, loudest, shifted.max(axis=1), fidelity)
+    told |= missed_resonances(shift, smooth.poles, frequency, loudest, shifted.max(axis=1), fidelity)
     if of_vectors.elements_per_wavelength is not None:
         one_element = float(atv.frequency[-1]) * of_vectors.elements_per_wavelength
         quadrature = of_vectors.quadrature_error or 0.0
         left = cancellation_of_motion(surface_velocity, loudest, atv.points, atv.air, atv.plane, quadrature)
         short = short_waves(surface_velocity)
-        told |= told_cancellation(frequency, np.sign(loudest), left**2, short, fidelity, one_element, ESTIMATE)
+        told |= cancellation_accuracy(frequency, np.sign(loudest), left**2, short, fidelity, one_element, ESTIMATE)
     warn_of(told)
     return FieldPressure(
         frequency,
@@ -187,7 +192,7 @@ def interpolation_error(
     too low for a body that resonates.
 
     High above a rigid plane, the echo from the plane hits the body. Its phase turns too fast for the masters to
-    resolve. The pressure of this echo is added (`Paths.hidden_error`), at silent points as well.
+    resolve. The pressure of this echo is added (`Paths.unresolved_echo_error`), at silent points as well.
     """
     smooth = _prepare(atv, surface_velocity, fidelity)
     return _evaluate(smooth, surface_velocity, len(atv.points), None, 0.0)[1]
@@ -230,7 +235,7 @@ def _evaluate(
     blocks = [ends[start : start + together] for start in range(0, len(ends), together)]
     report = progress or (lambda done, total: None)
     for done, block in enumerate(blocks):
-        values = [smooth.at_nodes(end) for end in block]
+        values = [smooth.node_values(end) for end in block]
         distances = [smooth.distance(end) for end in block]
         for at, piece in enumerate(pieces):
             report(done * len(pieces) + at, len(blocks) * len(pieces))
@@ -251,5 +256,5 @@ def _evaluate(
     near = np.linalg.norm(vertices - middle, axis=1).max()
     distance = np.linalg.norm(smooth.atv.points[:points] - middle, axis=1).clip(near)
     loudest = (np.abs(pressure[lines]) * distance).max(axis=1, initial=0.0)  # at 1 m
-    error[lines] += (smooth.hidden_error(surface_velocity.frequency[lines]) * loudest)[:, None] / distance
+    error[lines] += (smooth.unresolved_echo_error(surface_velocity.frequency[lines]) * loudest)[:, None] / distance
     return pressure, error, shifted

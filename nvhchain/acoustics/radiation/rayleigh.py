@@ -6,7 +6,7 @@ import numpy as np
 
 from nvhchain.acoustics.accuracy.radiation_levels import level_accuracy
 from nvhchain.acoustics.radiation.projection import check_memory
-from nvhchain.acoustics.surfaces.reflecting_plane import check_plane, with_images
+from nvhchain.acoustics.surfaces.reflecting_plane import append_images, check_plane
 from nvhchain.acoustics.surfaces.surface import check_points
 from nvhchain.acoustics.waves.layer_potentials import layer_potentials
 from nvhchain.conventions import Air
@@ -26,18 +26,18 @@ def rayleigh_accuracy(surface: Surface, frequency: FloatArray, air: Air) -> Soun
     return level_accuracy(surface, frequency, air, "rayleigh")
 
 
-def check_rayleigh_memory(surface: Surface, points: int, kept: int) -> int:
+def check_rayleigh_memory(surface: Surface, points: int, stored_bytes: int) -> int:
     """Return the bytes needed to compute the vectors of one frequency.
 
-    ResourceError unless they and `kept` bytes of results fit into free memory.
+    ResourceError unless they and `stored_bytes` bytes of results fit into free memory.
     """
     task = 16 * points * (len(surface.vertices) + 2 * len(surface.triangles))
-    check_memory(task + kept, "Rayleigh integrals", "frequencies")
+    check_memory(task + stored_bytes, "Rayleigh integrals", "frequencies")
     return task
 
 
 def rayleigh_vectors(
-    frequency: FloatArray, surface: Surface, points: FloatArray, air: Air, near_ratio: float
+    frequency: FloatArray, surface: Surface, points: FloatArray, air: Air, cut_ratio: float
 ) -> ComplexArray:
     """Compute p = jωρ ∫ v_n e^{−jkr}/(2πr) dS over the faces that look towards the point.
 
@@ -51,7 +51,7 @@ def rayleigh_vectors(
         Field points (m); images behind a rigid plane are further points.
     air : Air
         Density and speed of sound.
-    near_ratio : float
+    cut_ratio : float
         Near-field limit of `layer_potentials`.
 
     Returns
@@ -69,13 +69,13 @@ def rayleigh_vectors(
     vectors = np.zeros((len(frequency), len(points), len(surface.triangles)), dtype=complex)
     for vector, f in zip(vectors, frequency, strict=True):
         omega = 2 * np.pi * float(f)
-        _, single = layer_potentials(surface, points, omega / air.speed_of_sound, near_ratio)
+        _, single = layer_potentials(surface, points, omega / air.speed_of_sound, cut_ratio)
         vector[ahead] = 2j * omega * air.density * single[ahead]
     return vectors
 
 
 def rayleigh_field(
-    surface_velocity: SurfaceVelocity, points: FloatArray, air: Air, near_ratio: float, plane: RigidPlane | None
+    surface_velocity: SurfaceVelocity, points: FloatArray, air: Air, cut_ratio: float, plane: RigidPlane | None
 ) -> FieldPressure:
     """Compute sound pressure by the Rayleigh integral at every line, without keeping transfer vectors.
 
@@ -87,7 +87,7 @@ def rayleigh_field(
         Field points (m), outside the body.
     air : Air
         Density and speed of sound.
-    near_ratio : float
+    cut_ratio : float
         Near-field limit of `layer_potentials`.
     plane : RigidPlane or None
         Rigid plane that reflects.
@@ -108,12 +108,12 @@ def rayleigh_field(
     x = check_points(surface, points)
     if plane is not None:
         check_plane(plane, surface, x)
-    ends = with_images(x, plane)
+    ends = append_images(x, plane)
     check_rayleigh_memory(surface, len(ends), 16 * len(frequency) * len(x))
     expected = rayleigh_accuracy(surface, frequency, air)
     pressure = np.empty((len(frequency), len(x)), dtype=complex)
     for line, velocity in enumerate(surface_velocity.normal_velocity):
-        vectors = rayleigh_vectors(frequency[line : line + 1], surface, ends, air, near_ratio)[0]
+        vectors = rayleigh_vectors(frequency[line : line + 1], surface, ends, air, cut_ratio)[0]
         pressure[line] = (vectors @ velocity).reshape(-1, len(x)).sum(axis=0)
     made = {"stage": "acoustics.rayleigh_field"}
     return FieldPressure(frequency, x, pressure, accuracy=expected, provenance=made)

@@ -22,7 +22,7 @@ from nvhchain.runtime.memory import free_memory
 FADE = 0.1
 """Share of the band over which the upper end of the transfer functions is faded out, as a sharp end would ring."""
 
-FADE_TURNS = 15.0
+FADE_PERIODS = 15.0
 """Periods of the fade's width after which its ringing is below `DECAY`; measured, 8 are just enough."""
 
 EARLY = 0.25
@@ -102,7 +102,7 @@ def decay_time(housing: ReducedHousing, high: float) -> float:
         f"housing mode {slowest} ({housing.natural_frequency[slowest]:g} Hz) is not damped and rings for ever: "
         "give it modal damping",
     )
-    ring, fade = -np.log(0.1 * DECAY) / rate[slowest], FADE_TURNS / (FADE * high)
+    ring, fade = -np.log(0.1 * DECAY) / rate[slowest], FADE_PERIODS / (FADE * high)
     return float(max(ring, fade) / (1.0 - EARLY))
 
 
@@ -142,7 +142,7 @@ def run_up_pressure(
     makes no sound.
     """
     rate = bearing_forces.sample_rate
-    force = bearing_forces.in_order(functions.names)
+    force = bearing_forces.sort_bearings(functions.names)
     force = np.ascontiguousarray((force - force[0]).T)
     samples, bins = _record(functions.frequency, rate)
     delay = _delays(functions, bearing_forces, rate)

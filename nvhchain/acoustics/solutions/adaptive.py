@@ -11,7 +11,7 @@ import numpy as np
 from nvhchain.acoustics.accuracy.interpolation_error import deciding_points, vector_changes, vector_errors
 from nvhchain.acoustics.interpolation.adaptive import Chosen, choose_masters, first_masters, squared_norms
 from nvhchain.acoustics.interpolation.nodes import Interpolant, Nodes, interpolant
-from nvhchain.acoustics.radiation.modal_power import waves_at_nodes, waves_nodes
+from nvhchain.acoustics.radiation.modal_power import node_waves, waves_nodes
 from nvhchain.acoustics.radiation.projection import check_memory
 from nvhchain.acoustics.solutions.work import Adaptive
 from nvhchain.acoustics.waves.multipoles import path_reach
@@ -54,7 +54,7 @@ def choose_vectors(
     first = first_masters(band.low, band.high, waves, _VECTORS_PER_WAVE, problem.fidelity)
     source = _Vectors(solve, problem.fidelity, len(points), deciding_points(problem.surface, points))
     chosen = choose_masters(source, first, problem.fidelity, progress)
-    return replace(chosen, told=chosen.told | SoundAccuracy(deciding_points=len(source.deciding)))
+    return replace(chosen, accuracy=chosen.accuracy | SoundAccuracy(deciding_points=len(source.deciding)))
 
 
 def choose_resistance(
@@ -95,11 +95,11 @@ class _Vectors:
     points: int
     deciding: IntArray
 
-    def together(self, first: TransferVectors, second: TransferVectors) -> TransferVectors:
-        return vectors_together(first, second)
+    def join(self, first: TransferVectors, second: TransferVectors) -> TransferVectors:
+        return join_vectors(first, second)
 
-    def interpolant(self, found: TransferVectors) -> Interpolant:
-        return interpolant(found, self.fidelity)
+    def interpolant(self, masters: TransferVectors) -> Interpolant:
+        return interpolant(masters, self.fidelity)
 
     def estimated_errors(self, smooth: Interpolant, lines: FloatArray) -> FloatArray:
         return vector_errors(smooth, lines, self.deciding, self.points)[0]
@@ -121,13 +121,13 @@ def _misprediction(smooth: Interpolant, solved: TransferVectors) -> float:
         error, size = np.zeros(len(weights)), np.zeros(len(weights))
         for end in range(point, len(truth.points), points):
             phase = np.exp(-1j * smooth.wavenumber(solved.frequency)[:, None] * smooth.distance(end))
-            error += (np.abs(weights @ smooth.at_nodes(end) * phase - truth.vectors[:, end]) ** 2).sum(axis=1)
+            error += (np.abs(weights @ smooth.node_values(end) * phase - truth.vectors[:, end]) ** 2).sum(axis=1)
             size += (np.abs(truth.vectors[:, end]) ** 2).sum(axis=1)
         worst = max(worst, float(np.sqrt(error / size).max()))
     return worst
 
 
-def vectors_together(*sets: TransferVectors) -> TransferVectors:
+def join_vectors(*sets: TransferVectors) -> TransferVectors:
     """Return one set of the vectors of sets at different frequencies, with at most two copies of them in memory.
 
     ResourceError if the second copy does not fit into free memory.
@@ -166,11 +166,11 @@ class _WavesBetween(Nodes):
 
     resistance: RadiationResistance
 
-    def at_nodes(self) -> ComplexArray:
+    def node_values(self) -> ComplexArray:
         """Return waves (n_column, n_node, n_row) at the nodes."""
         values = np.zeros((len(self.node), *self.resistance.waves.shape[1:]), dtype=complex)
         for node in range(len(values)):
-            waves = waves_at_nodes(self.resistance, self, node)
+            waves = node_waves(self.resistance, self, node)
             values[node, : len(waves)] = waves
         return values.transpose(2, 0, 1)
 
@@ -182,11 +182,11 @@ class _Waves:
     solve: Callable[[FloatArray, Progress], tuple[RadiationResistance, SolverRecord]]
     fidelity: AcousticsFidelity
 
-    def together(self, first: RadiationResistance, second: RadiationResistance) -> RadiationResistance:
-        return _waves_together(first, second)
+    def join(self, first: RadiationResistance, second: RadiationResistance) -> RadiationResistance:
+        return _join_waves(first, second)
 
-    def interpolant(self, found: RadiationResistance) -> _WavesBetween:
-        return _WavesBetween(**vars(waves_nodes(found, self.fidelity)), resistance=found)
+    def interpolant(self, masters: RadiationResistance) -> _WavesBetween:
+        return _WavesBetween(**vars(waves_nodes(masters, self.fidelity)), resistance=masters)
 
     def estimated_errors(self, smooth: _WavesBetween, lines: FloatArray) -> FloatArray:
         return _largest(smooth, smooth.weights(lines), smooth.error_weights(lines))
@@ -196,7 +196,7 @@ class _Waves:
 
     def misprediction(self, smooth: _WavesBetween, solved: RadiationResistance) -> float:
         weights = smooth.weights(solved.frequency)
-        values = np.tensordot(weights, smooth.at_nodes(), axes=(1, 1)).transpose(0, 2, 1)
+        values = np.tensordot(weights, smooth.node_values(), axes=(1, 1)).transpose(0, 2, 1)
         truth, found = _alike(solved.waves, values)
         wrong, size = np.linalg.norm(found - truth, axis=1), np.linalg.norm(truth, axis=1)
         return float((wrong / np.where(size > 0, size, 1.0)).max())
@@ -208,7 +208,7 @@ def _largest(smooth: _WavesBetween, whole: ComplexArray, parts: ComplexArray) ->
     whole, parts : (n_f, n_node) and (n_part, n_f, n_node) weights of the values at the nodes.
     """
     worst = np.zeros(len(whole))
-    for values in smooth.at_nodes():
+    for values in smooth.node_values():
         gram = values.conj() @ values.T
         size = squared_norms(whole, gram)
         part = squared_norms(parts, gram).max(axis=0)
@@ -222,7 +222,7 @@ def _alike(*waves: ComplexArray) -> list[ComplexArray]:
     return [np.pad(one, ((0, 0), (0, rows - one.shape[1]), (0, 0))) for one in waves]
 
 
-def _waves_together(first: RadiationResistance, second: RadiationResistance) -> RadiationResistance:
+def _join_waves(first: RadiationResistance, second: RadiationResistance) -> RadiationResistance:
     """Return both sets of masters as one."""
     frequency = np.concatenate([first.frequency, second.frequency])
     order = np.argsort(frequency)

@@ -10,9 +10,9 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nvhchain.acoustics.accuracy.cancellation import short_waves, told_cancellation, wall_waves
+from nvhchain.acoustics.accuracy.cancellation import cancellation_accuracy, short_waves, wall_waves
 from nvhchain.acoustics.accuracy.mesh_error import expected_accuracy
-from nvhchain.acoustics.accuracy.solver_error import with_solver_error
+from nvhchain.acoustics.accuracy.solver_error import solver_accuracy
 from nvhchain.acoustics.interpolation.adaptive import KNOBS, Chosen, check_band
 from nvhchain.acoustics.interpolation.paths import paths_about
 from nvhchain.acoustics.radiation.rayleigh import check_rayleigh_memory, rayleigh_accuracy
@@ -22,8 +22,8 @@ from nvhchain.acoustics.solutions.pressure import (
     STEP,
     FieldValues,
     SurfaceValues,
-    change_by_pole,
-    told_field,
+    field_accuracy,
+    resonance_shift_change,
     vertex_values,
 )
 from nvhchain.acoustics.solutions.quantity import Line, Quantity
@@ -31,11 +31,11 @@ from nvhchain.acoustics.solutions.resistance import SurfaceShapes, Waves
 from nvhchain.acoustics.solutions.vectors import Vectors
 from nvhchain.acoustics.solutions.work import Adaptive, Work
 from nvhchain.acoustics.surfaces.needles import check_needles
-from nvhchain.acoustics.surfaces.reflecting_plane import check_plane, with_images
+from nvhchain.acoustics.surfaces.reflecting_plane import append_images, check_plane
 from nvhchain.acoustics.surfaces.surface import check_mesh, check_points, real_numbers
-from nvhchain.acoustics.systems.checkpoints import kept_in
+from nvhchain.acoustics.systems.checkpoints import checkpoints_in_folder
 from nvhchain.acoustics.systems.engines import FUSED, Engine, check_memory, solve_each, systems
-from nvhchain.acoustics.systems.frequency_blocks import Solved, over_bands
+from nvhchain.acoustics.systems.frequency_blocks import Solved, solve_bands
 from nvhchain.acoustics.systems.linear_system import System
 from nvhchain.acoustics.waves.incident import IncidentField, Reflected, check_incident
 from nvhchain.acoustics.waves.multipoles import multipole_order, path_reach
@@ -190,24 +190,24 @@ class ExteriorProblem:
             If the velocity is of another surface, the mesh too coarse, or a point inside the body, too near it or
             behind the plane.
         """
-        frequency = self._moved(velocity)
+        frequency = self._frequencies(velocity)
         x = self._checked(float(frequency[-1]), points)
         quantity = FieldValues(self.surface, x, self.air, self.plane, self.fidelity.field_near_ratio)
         values, accuracy, record = self._solve(quantity, frequency, work, x, (velocity.normal_velocity,))
 
         def change(line: int, point: int, shift: float) -> float:
             paths = paths_about(self.surface, self.plane, self.air)
-            beside = self._beside(velocity, line, x[[point]], shift)
-            return change_by_pole(frequency[line], values[line, point], beside, shift, paths)
+            beside = self._neighbouring_pressure(velocity, line, x[[point]], shift)
+            return resonance_shift_change(frequency[line], values[line, point], beside, shift, paths)
 
-        told = told_field(velocity, values, accuracy, self.fidelity, change)
-        warn_of(told)
+        field = field_accuracy(velocity, values, accuracy, self.fidelity, change)
+        warn_of(field)
         return FieldPressure(
             frequency,
             x,
             np.ascontiguousarray(values[:, :-2]),
-            accuracy=accuracy | told,
-            provenance=self._made_by(quantity.stage, quantity.knobs, record),
+            accuracy=accuracy | field,
+            provenance=self._provenance(quantity.step, quantity.knobs, record),
         )
 
     @checked
@@ -240,7 +240,7 @@ class ExteriorProblem:
             If the velocity is of another surface or the mesh too coarse. Also for an incident field at 0 Hz, and for a
             point source inside the body or behind the plane.
         """
-        frequency = self._moved(velocity)
+        frequency = self._frequencies(velocity)
         require(
             incident is None or frequency[0] > 0,
             "an incident field has no limit at 0 Hz: drop the line at 0 Hz from the surface velocity",
@@ -256,7 +256,7 @@ class ExteriorProblem:
             vertex_values(self.surface, values),
             self.surface,
             accuracy,
-            provenance=self._made_by(quantity.stage, quantity.knobs, record),
+            provenance=self._provenance(quantity.step, quantity.knobs, record),
         )
 
     @checked
@@ -284,7 +284,7 @@ class ExteriorProblem:
         InputError
             If the velocity is of another surface or the mesh too coarse.
         """
-        frequency = self._moved(velocity)
+        frequency = self._frequencies(velocity)
         check_speed(velocity)
         self._checked(float(frequency[-1]), None)
         quantity = Power(
@@ -294,10 +294,10 @@ class ExteriorProblem:
         power, error = values.real.T
         one_element = float(frequency[-1]) * (accuracy.elements_per_wavelength or np.inf)
         short = short_waves(velocity)
-        told = told_cancellation(frequency, power, error, short, self.fidelity, one_element)
-        warn_of(told)
-        made = self._made_by(quantity.stage, quantity.knobs, record)
-        return SoundPower(frequency, power, accuracy=accuracy | told, provenance=made)
+        cancellation = cancellation_accuracy(frequency, power, error, short, self.fidelity, one_element)
+        warn_of(cancellation)
+        made = self._provenance(quantity.step, quantity.knobs, record)
+        return SoundPower(frequency, power, accuracy=accuracy | cancellation, provenance=made)
 
     @checked
     def resistance(
@@ -332,7 +332,7 @@ class ExteriorProblem:
             self.fidelity.radiation == "boundary_elements",
             f"radiation = {self.fidelity.radiation!r} knows no radiation resistance: choose boundary_elements",
         )
-        self._is_own(motion.surface, "shapes")
+        self._check_surface(motion.surface, "shapes")
         if isinstance(frequencies, Adaptive):
             check_band(frequencies.low, frequencies.high, self.fidelity)
             chosen = choose_resistance(self, frequencies, work.progress, partial(self._resistance_at, motion, work))
@@ -355,17 +355,17 @@ class ExteriorProblem:
         work = work if progress is None else replace(work, progress=progress)
         frequency = check_frequencies(frequencies)
         x = self._checked(float(frequency[-1]), points)
-        quantity = Vectors(self.surface, with_images(x, self.plane), self.air, self.fidelity.field_near_ratio)
+        quantity = Vectors(self.surface, append_images(x, self.plane), self.air, self.fidelity.field_near_ratio)
         if self.fidelity.radiation == "rayleigh":
             kept, columns = quantity.memory(len(frequency))
             memory = check_rayleigh_memory(self.surface, len(quantity.ends), kept + columns) + columns
             accuracy, record = rayleigh_accuracy(self.surface, frequency, self.air), SolverRecord()
             vectors = self._spread(quantity.rayleigh, quantity, frequency, work, memory, [])
-            knobs = told(self.fidelity, ("radiation", "field_near_ratio"))
+            knobs = knob_text(self.fidelity, ("radiation", "field_near_ratio"))
             made = {"stage": "acoustics.transfer_vectors", "fidelity": knobs}
         else:
             vectors, accuracy, record = self._solve(quantity, frequency, work, x)
-            made = self._made_by(quantity.stage, quantity.knobs, record)
+            made = self._provenance(quantity.step, quantity.knobs, record)
         image = None
         if self.plane is not None:
             image = vectors[:, len(x) :]
@@ -398,11 +398,11 @@ class ExteriorProblem:
             found[:, quantity.rows :],
             self.air.impedance * shapes.T @ (wall_waves(self.surface) @ shapes),
             accuracy,
-            provenance=self._made_by(quantity.stage, quantity.knobs, record),
+            provenance=self._provenance(quantity.step, quantity.knobs, record),
         )
         return resistance, record
 
-    def _beside(self, velocity: SurfaceVelocity, line: int, point: FloatArray, shift: float) -> complex:
+    def _neighbouring_pressure(self, velocity: SurfaceVelocity, line: int, point: FloatArray, shift: float) -> complex:
         """Return the pressure at a field point (1, 3) m beside a line, for the same motion.
 
         The velocity is delayed to remove the phase of the direct path.
@@ -416,15 +416,15 @@ class ExteriorProblem:
         beside = np.array([(1.0 + step) * frequency])
         return _boundary_elements(beside, delayed, problem=self, quantity=quantity, task=(task, 0.0)).values[0, 0]
 
-    def _moved(self, velocity: SurfaceVelocity) -> FloatArray:
+    def _frequencies(self, velocity: SurfaceVelocity) -> FloatArray:
         """Return the frequencies (n_f,) Hz of a velocity of this surface; InputError otherwise."""
-        self._is_own(velocity.surface, "surface velocity")
+        self._check_surface(velocity.surface, "surface velocity")
         return velocity.frequency
 
-    def _is_own(self, surface: Surface, called: str) -> None:
+    def _check_surface(self, surface: Surface, name: str) -> None:
         require(
             surface is self.surface or surface.content_hash == self.surface.content_hash,
-            f"{called} belongs to another surface ({len(surface.triangles)} triangles) than the problem "
+            f"{name} belongs to another surface ({len(surface.triangles)} triangles) than the problem "
             f"({len(self.surface.triangles)} triangles): give it on the same one",
         )
 
@@ -454,7 +454,7 @@ class ExteriorProblem:
         records: list[SolverRecord] = []
         values = self._spread(block, quantity, frequency, work, task + columns, records, rows)
         record = sum(records, SolverRecord())
-        return values, with_solver_error(expected, record, self.fidelity), record
+        return values, solver_accuracy(expected, record, self.fidelity), record
 
     def _spread(
         self,
@@ -470,7 +470,7 @@ class ExteriorProblem:
 
         memory : bytes per task.
         """
-        return over_bands(
+        return solve_bands(
             block,
             frequency,
             rows,
@@ -478,39 +478,39 @@ class ExteriorProblem:
             memory_per_task=memory,
             executor=work.executor,
             progress=work.progress,
-            shards=kept_in(
-                work.checkpoints, quantity.stage, quantity, self.fidelity, self.engine.name, self.plane, rows
+            checkpoints=checkpoints_in_folder(
+                work.checkpoints, quantity.step, quantity, self.fidelity, self.engine.name, self.plane, rows
             ),
             records=records,
         )
 
-    def _adapted(self, chosen: Chosen[H], stage: str, knobs: Sequence[str]) -> H:
+    def _adapted(self, chosen: Chosen[H], step: str, knobs: Sequence[str]) -> H:
         """Return the chosen masters, with the knobs of the choice in the provenance."""
-        record, accuracy = sum(chosen.records, SolverRecord()), chosen.found.accuracy
+        record, accuracy = sum(chosen.records, SolverRecord()), chosen.masters.accuracy
         if self.fidelity.radiation == "boundary_elements":
-            made = self._made_by(stage, (*knobs, *KNOBS), record)
-            accuracy |= with_solver_error(SoundAccuracy(), record, self.fidelity)
+            made = self._provenance(step, (*knobs, *KNOBS), record)
+            accuracy |= solver_accuracy(SoundAccuracy(), record, self.fidelity)
         else:
-            taken = told(self.fidelity, ("radiation", "field_near_ratio", *KNOBS))
-            made = {"stage": f"acoustics.{stage}", "fidelity": taken}
-        made = chosen.found.provenance | made
-        return chosen.found.replace(accuracy=accuracy | chosen.told, provenance=made)
+            taken = knob_text(self.fidelity, ("radiation", "field_near_ratio", *KNOBS))
+            made = {"stage": f"acoustics.{step}", "fidelity": taken}
+        made = chosen.masters.provenance | made
+        return chosen.masters.replace(accuracy=accuracy | chosen.accuracy, provenance=made)
 
-    def _made_by(
+    def _provenance(
         self,
-        stage: str,
-        others: Sequence[str],
+        step: str,
+        other_knobs: Sequence[str],
         record: SolverRecord,
     ) -> dict[str, Any]:
-        """Return the provenance: knobs, with `others`, and solver record."""
-        knobs = (*self.engine.knobs, "field_near_ratio", "solver", *others)
+        """Return the provenance: knobs, with `other_knobs`, and solver record."""
+        knobs = (*self.engine.knobs, "field_near_ratio", "solver", *other_knobs)
         if record.tolerance:
             knobs = (*knobs, "solver_residual", "solver_iterations")
         if "compressed" in (record.solvers or ()):
             knobs = (*knobs, "compression_error")
         return {
-            "stage": f"acoustics.{stage}",
-            "fidelity": told(self.fidelity, knobs),
+            "stage": f"acoustics.{step}",
+            "fidelity": knob_text(self.fidelity, knobs),
             "engine": self.engine.name,
             **record.provenance,
         }
@@ -543,7 +543,7 @@ def _boundary_elements(
     return Solved(values, solve_each(batches, solve))
 
 
-def told(fidelity: AcousticsFidelity, knobs: Sequence[str]) -> str:
+def knob_text(fidelity: AcousticsFidelity, knobs: Sequence[str]) -> str:
     """Return some knobs as text."""
     return f"AcousticsFidelity({', '.join(f'{name}={getattr(fidelity, name)!r}' for name in knobs)})"
 

@@ -82,7 +82,7 @@ def transfer_vectors(
     plane: RigidPlane | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
-    shards: str | Path | None = None,
+    checkpoints: str | Path | None = None,
 ) -> TransferVectors:
     """Compute pressure at field points per unit normal velocity of every face, p = vectors · v_n, at masters.
 
@@ -106,7 +106,7 @@ def transfer_vectors(
         Executor for bands of four frequencies, as many at once as memory permits.
     progress : callable, optional
         Function of the numbers of finished and of all frequencies.
-    shards : path, optional
+    checkpoints : path, optional
         Folder of checkpoints: every finished band is saved, and an interrupted run resumes from them.
 
     Returns
@@ -129,10 +129,10 @@ def transfer_vectors(
     -----
     A p = B ∂p/∂n on the surface, ∂p/∂n = −jωρ v_n and p(x) = d·p − s·∂p/∂n yield the vector −jωρ (Bᵀ A⁻ᵀ d − s). Each
     frequency has one system, solved for one right-hand side per field point, for any number of faces. Velocities should
-    be means over the faces; their variation within these follows from adjacent faces (`within_faces`). Velocities that
-    differ randomly from face to face err by up to 1.2 dB, and by up to 3 dB in the estimate of `radiate`.
-    `fidelity.radiation` = `rayleigh` selects the Rayleigh integral (`rayleigh_vectors`). Coupling to the air is
-    one-way.
+    be means over the faces; their variation within these follows from adjacent faces (`velocity_within_faces`).
+    Velocities that differ randomly from face to face err by up to 1.2 dB, and by up to 3 dB in the estimate of
+    `radiate`. `fidelity.radiation` = `rayleigh` selects the Rayleigh integral (`rayleigh_vectors`). Coupling to the air
+    is one-way.
 
     Examples
     --------
@@ -141,7 +141,7 @@ def transfer_vectors(
     (2, 1, 80)
     """
     problem = ExteriorProblem(surface, air=air, plane=plane, engine=engine_named(engine), fidelity=fidelity)
-    return problem.transfer_vectors(points, frequencies, Work(executor, progress, shards))
+    return problem.transfer_vectors(points, frequencies, Work(executor, progress, checkpoints))
 
 
 @checked
@@ -157,7 +157,7 @@ def adaptive_transfer_vectors(
     plane: RigidPlane | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
-    shards: str | Path | None = None,
+    checkpoints: str | Path | None = None,
 ) -> TransferVectors:
     """Compute transfer vectors at as few masters as `fidelity.master_tolerance_db` of interpolation permits.
 
@@ -169,7 +169,7 @@ def adaptive_transfer_vectors(
         Field points outside the body (m).
     low, high : float
         Band (Hz).
-    air, fidelity, engine, plane, executor, progress, shards
+    air, fidelity, engine, plane, executor, progress, checkpoints
         As in `transfer_vectors`.
 
     Returns
@@ -201,7 +201,7 @@ def adaptive_transfer_vectors(
     `estimate_memory`.
     """
     problem = ExteriorProblem(surface, air=air, plane=plane, engine=engine_named(engine), fidelity=fidelity)
-    return problem.transfer_vectors(points, Adaptive(low, high), Work(executor, progress, shards))
+    return problem.transfer_vectors(points, Adaptive(low, high), Work(executor, progress, checkpoints))
 
 
 @checked
@@ -215,7 +215,7 @@ def solve_direct(
     plane: RigidPlane | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
-    shards: str | Path | None = None,
+    checkpoints: str | Path | None = None,
 ) -> FieldPressure:
     """Compute sound pressure at field points by a solution at every frequency, without transfer vectors.
 
@@ -225,7 +225,7 @@ def solve_direct(
         Normal velocity at the frequencies to solve.
     points : (n_point, 3) array
         Field points outside the body (m).
-    air, fidelity, engine, plane, executor, progress, shards
+    air, fidelity, engine, plane, executor, progress, checkpoints
         As in `transfer_vectors`.
 
     Returns
@@ -255,7 +255,7 @@ def solve_direct(
     """
     surface, found = surface_velocity.surface, engine_named(engine)
     problem = ExteriorProblem(surface, air=air, plane=plane, engine=found, fidelity=fidelity)
-    return problem.pressure(surface_velocity, points, Work(executor, progress, shards))
+    return problem.pressure(surface_velocity, points, Work(executor, progress, checkpoints))
 
 
 @checked
@@ -315,7 +315,7 @@ def sound_power(
     array_standard: str = "ISO 3744",
     executor: Executor | None = None,
     progress: Progress | None = None,
-    shards: str | Path | None = None,
+    checkpoints: str | Path | None = None,
 ) -> SoundPower:
     """Compute the sound power that a vibrating surface radiates into a free field or above a plane.
 
@@ -330,7 +330,7 @@ def sound_power(
         then follows from the pressure at the microphones (`array_points`), as in a measurement.
     array_standard : str
         Standard of the microphone positions.
-    executor, progress, shards
+    executor, progress, checkpoints
         As in `transfer_vectors`.
 
     Returns
@@ -362,7 +362,7 @@ def sound_power(
     `array_standard`.
     """
     surface, frequency = surface_velocity.surface, surface_velocity.frequency
-    found, work = engine_named(engine), Work(executor, progress, shards)
+    found, work = engine_named(engine), Work(executor, progress, checkpoints)
     check_speed(surface_velocity)
     problem = ExteriorProblem(surface, air=air, plane=plane, engine=found, fidelity=fidelity)
     if fidelity.radiation == "equivalent_radiated_power":
@@ -396,7 +396,7 @@ def radiation_resistance(
     plane: RigidPlane | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
-    shards: str | Path | None = None,
+    checkpoints: str | Path | None = None,
 ) -> RadiationResistance:
     """Compute the radiation resistance of a surface in the coordinates of some shapes, at master frequencies.
 
@@ -405,8 +405,8 @@ def radiation_resistance(
     motion : SurfaceShapes
         Surface and shapes, for instance those of a housing (`housing_shapes`).
     master_frequencies : (n_f,) array
-        Frequencies (Hz), increasing; `waves_power` and `modal_power` interpolate between them.
-    air, fidelity, engine, plane, executor, progress, shards
+        Frequencies (Hz), increasing; `power_from_waves` and `modal_power` interpolate between them.
+    air, fidelity, engine, plane, executor, progress, checkpoints
         As in `transfer_vectors`.
 
     Returns
@@ -426,7 +426,7 @@ def radiation_resistance(
     """
     surface, found = motion.surface, engine_named(engine)
     problem = ExteriorProblem(surface, air=air, plane=plane, engine=found, fidelity=fidelity)
-    return problem.resistance(motion, master_frequencies, Work(executor, progress, shards))
+    return problem.resistance(motion, master_frequencies, Work(executor, progress, checkpoints))
 
 
 @checked
@@ -441,7 +441,7 @@ def adaptive_radiation_resistance(
     plane: RigidPlane | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
-    shards: str | Path | None = None,
+    checkpoints: str | Path | None = None,
 ) -> RadiationResistance:
     """Compute radiation resistance at as few masters, five or more, as `fidelity.master_tolerance_db` permits.
 
@@ -451,7 +451,7 @@ def adaptive_radiation_resistance(
         Surface and shapes.
     low, high : float
         Band (Hz).
-    air, fidelity, engine, plane, executor, progress, shards
+    air, fidelity, engine, plane, executor, progress, checkpoints
         As in `transfer_vectors`.
 
     Returns
@@ -469,8 +469,8 @@ def adaptive_radiation_resistance(
     The error of a column is the 2-norm of its waves' error relative to that of its waves, the worst of the columns.
     `choose_masters` adds masters and tests them. The accuracy states the same as that of `adaptive_transfer_vectors`
     (`estimated_error_db`, `tested_error_db`, `missed_width`). Combinations of columns that cancel have larger errors,
-    which `waves_power` states.
+    which `power_from_waves` states.
     """
     surface, found = motion.surface, engine_named(engine)
     problem = ExteriorProblem(surface, air=air, plane=plane, engine=found, fidelity=fidelity)
-    return problem.resistance(motion, Adaptive(low, high), Work(executor, progress, shards))
+    return problem.resistance(motion, Adaptive(low, high), Work(executor, progress, checkpoints))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from nvhchain.acoustics.accuracy.cancellation import cancellation_resistance
 from nvhchain.acoustics.solutions.quantity import Line, Quantity
-from nvhchain.acoustics.surfaces.velocity_in_faces import within_faces
+from nvhchain.acoustics.surfaces.velocity_slopes import velocity_within_faces
 from nvhchain.acoustics.systems.engines import workers
 from nvhchain.acoustics.systems.linear_system import System
 from nvhchain.acoustics.waves.interference import squared_waves, waves_memory
@@ -49,7 +49,7 @@ class Power(Quantity):
         Decimal digits of the spherical waves.
     """
 
-    stage, knobs = "sound_power", ("multipole_digits",)
+    step, knobs = "sound_power", ("multipole_digits",)
 
     surface: Surface
     air: Air
@@ -75,7 +75,7 @@ class Power(Quantity):
         """Return power and error power at one frequency."""
         (normal_velocity,) = row
         surface, k = self.surface, line.wavenumber
-        gradient = -1j * line.omega * self.air.density * (within_faces(surface) @ normal_velocity)
+        gradient = -1j * line.omega * self.air.density * (velocity_within_faces(surface) @ normal_velocity)
         pressure = system.solve(system.apply_b(gradient))
         error = cancellation_resistance(surface, k, pressure[:, None], self.plane, line.quadrature_error)
         power = squared_waves(surface, k, pressure, gradient, self.plane, self.digits)

@@ -7,18 +7,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nvhchain.acoustics.accuracy.cancellation import cancellation_pressure, short_waves, told_cancellation
-from nvhchain.acoustics.accuracy.mesh_error import told_resonances
-from nvhchain.acoustics.interpolation.nodes import changed_by, resonates
+from nvhchain.acoustics.accuracy.cancellation import cancellation_accuracy, cancellation_pressure, short_waves
+from nvhchain.acoustics.accuracy.mesh_error import missed_resonances
+from nvhchain.acoustics.interpolation.nodes import is_opening_resonance, pole_shift_change
 from nvhchain.acoustics.interpolation.paths import Paths
 from nvhchain.acoustics.solutions.quantity import Line, Quantity
 from nvhchain.acoustics.surfaces.burton_miller import coupling
-from nvhchain.acoustics.surfaces.openings import stored_in_openings
-from nvhchain.acoustics.surfaces.reflecting_plane import with_images
-from nvhchain.acoustics.surfaces.velocity_in_faces import within_faces
+from nvhchain.acoustics.surfaces.openings import opening_energy_ratio
+from nvhchain.acoustics.surfaces.reflecting_plane import append_images
+from nvhchain.acoustics.surfaces.velocity_slopes import velocity_within_faces
 from nvhchain.acoustics.systems.engines import workers
 from nvhchain.acoustics.systems.linear_system import System
-from nvhchain.acoustics.waves.incident import IncidentField, incident_on
+from nvhchain.acoustics.waves.incident import IncidentField, incident_field_at_points
 from nvhchain.acoustics.waves.layer_potentials import RULE_BARYCENTRIC, RULE_WEIGHT, layer_potentials
 from nvhchain.conventions import Air
 from nvhchain.fidelity import AcousticsFidelity
@@ -33,7 +33,7 @@ STEP = 0.125
 
 @dataclass(frozen=True, eq=False)
 class FieldValues(Quantity):
-    """Pressure at the field points, `cancellation_pressure` and `stored_in_openings`: (n_point + 2,).
+    """Pressure at the field points, `cancellation_pressure` and `opening_energy_ratio`: (n_point + 2,).
 
     Parameters
     ----------
@@ -45,17 +45,17 @@ class FieldValues(Quantity):
         Density and speed of sound.
     plane : RigidPlane or None
         Reflecting plane.
-    near_ratio : float
+    cut_ratio : float
         Near-field limit of `layer_potentials`.
     """
 
-    stage = "solve_direct"
+    step = "solve_direct"
 
     surface: Surface
     points: FloatArray
     air: Air
     plane: RigidPlane | None
-    near_ratio: float
+    cut_ratio: float
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -64,7 +64,7 @@ class FieldValues(Quantity):
 
     def memory(self, frequencies: int) -> tuple[int, int]:
         """Return the bytes of all results, and of the columns of one block."""
-        ends = len(with_images(self.points, self.plane))
+        ends = len(append_images(self.points, self.plane))
         layers = workers(frequencies) * min(ends, self._block) * self._layer_bytes
         return 16 * frequencies * len(self.points), layers
 
@@ -72,13 +72,13 @@ class FieldValues(Quantity):
         """Return the values at one frequency."""
         (normal_velocity,) = row
         surface, k = self.surface, line.wavenumber
-        gradient = -1j * line.omega * self.air.density * (within_faces(surface) @ normal_velocity)
+        gradient = -1j * line.omega * self.air.density * (velocity_within_faces(surface) @ normal_velocity)
         on_surface = system.solve(system.apply_b(gradient))
-        ends = with_images(self.points, self.plane)
+        ends = append_images(self.points, self.plane)
         at_ends = np.empty(len(ends), dtype=complex)
         for start in range(0, len(ends), self._block):
             some = slice(start, start + self._block)
-            double, single = layer_potentials(surface, ends[some], k, self.near_ratio)
+            double, single = layer_potentials(surface, ends[some], k, self.cut_ratio)
             at_ends[some] = double @ on_surface - single @ gradient
         found = np.zeros(self.shape, dtype=complex)
         found[:-2] = at_ends.reshape(-1, len(self.points)).sum(axis=0)
@@ -90,7 +90,7 @@ class FieldValues(Quantity):
         )
         found[-2] = largest * left[0]
         fastest = float(np.abs(normal_velocity).max()) or 1.0
-        stored = stored_in_openings(surface, self.plane, scaled, normal_velocity / fastest)
+        stored = opening_energy_ratio(surface, self.plane, scaled, normal_velocity / fastest)
         found[-1] = k * largest / fastest * stored
         return found
 
@@ -119,7 +119,7 @@ class SurfaceValues(Quantity):
         Field that the body scatters, with its reflection by a plane.
     """
 
-    stage = "surface_pressure"
+    step = "surface_pressure"
 
     surface: Surface
     air: Air
@@ -137,13 +137,15 @@ class SurfaceValues(Quantity):
     def values(self, system: System, line: Line, *row: ComplexArray) -> ComplexArray:
         """Return the coefficients at one frequency."""
         (normal_velocity,) = row
-        rhs = system.apply_b(-1j * line.omega * self.air.density * (within_faces(self.surface) @ normal_velocity))
+        rhs = system.apply_b(
+            -1j * line.omega * self.air.density * (velocity_within_faces(self.surface) @ normal_velocity)
+        )
         if self.incident is not None:
             rhs += _tested(self.surface, self.incident, line.wavenumber)
         return system.solve(rhs)
 
 
-def told_field(
+def field_accuracy(
     surface_velocity: SurfaceVelocity,
     values: ComplexArray,
     expected: SoundAccuracy,
@@ -162,19 +164,21 @@ def told_field(
     heard = loudest > 0  # relative, as squares of a pressure may overflow
     left[heard] /= loudest[heard]
     short = short_waves(surface_velocity)
-    told = told_cancellation(frequency, heard.astype(float), left**2, short, fidelity, one_element)
+    accuracy = cancellation_accuracy(frequency, heard.astype(float), left**2, short, fidelity, one_element)
     shift = expected.resonance_shift or 0.0
     if shift > 0 and stored.any():
         at = int(stored.argmax())
         changed = np.array([change(at, int(amplitude[at].argmax()), shift)])
-        told |= told_resonances(shift, 1, frequency[[at]], loudest[[at]], changed, fidelity)
-    return told
+        accuracy |= missed_resonances(shift, 1, frequency[[at]], loudest[[at]], changed, fidelity)
+    return accuracy
 
 
-def change_by_pole(frequency: float, pressure: complex, beside: complex, shift: float, paths: Paths) -> float:
+def resonance_shift_change(
+    frequency: float, pressure: complex, neighbouring_pressure: complex, shift: float, paths: Paths
+) -> float:
     """Return the change (Pa) of a pressure at a line (Hz) if a resonance of air in openings shifts.
 
-    beside : pressure at 1 + `STEP` times `shift` of the frequency.
+    neighbouring_pressure : pressure at 1 + `STEP` times `shift` of the frequency.
     shift : shift of the resonance, higher or lower, relative to its frequency.
 
     The slope of the pressure between the two frequencies defines the pole f_p of 1/(f − f_p). The slope is that over
@@ -182,13 +186,13 @@ def change_by_pole(frequency: float, pressure: complex, beside: complex, shift: 
     explain the slope.
     """
     step = STEP * shift
-    slope = (beside / ((1.0 + step) * pressure) - 1.0) / (step * frequency)
+    slope = (neighbouring_pressure / ((1.0 + step) * pressure) - 1.0) / (step * frequency)
     if abs(slope) <= paths.phase_slope + 2.0 / frequency:
         return 0.0
     pole = frequency + 1.0 / slope
-    if not resonates(pole, paths):
+    if not is_opening_resonance(pole, paths):
         return 0.0
-    changed = changed_by(pole, np.asarray(frequency - pole, dtype=complex), shift)
+    changed = pole_shift_change(pole, np.asarray(frequency - pole, dtype=complex), shift)
     return float(np.abs(pressure) * changed)
 
 
@@ -217,7 +221,7 @@ def _tested(surface: Surface, incident: IncidentField, k: float) -> ComplexArray
     corners = surface.vertices[surface.triangles]
     tested = np.zeros(len(surface.vertices), dtype=complex)
     for shape, weight in zip(RULE_BARYCENTRIC, RULE_WEIGHT, strict=True):
-        pressure, gradient = incident_on(incident, np.einsum("i,fij->fj", shape, corners), k)
+        pressure, gradient = incident_field_at_points(incident, np.einsum("i,fij->fj", shape, corners), k)
         value = weight * surface.areas * (pressure + alpha * np.einsum("fj,fj->f", gradient, surface.normals))
         for i in range(3):
             np.add.at(tested, surface.triangles[:, i], shape[i] * value)

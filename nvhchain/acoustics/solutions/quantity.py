@@ -36,13 +36,13 @@ class Quantity(Protocol):
 
     Attributes
     ----------
-    stage : str
+    step : str
         Name in provenance and checkpoints.
     knobs : tuple of str
         Fields of the fidelity that affect the values, besides those of the system.
     """
 
-    stage: ClassVar[str]
+    step: ClassVar[str]
     knobs: ClassVar[tuple[str, ...]] = ()
 
     @property

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nvhchain.acoustics.accuracy.cancellation import cancellation_resistance
 from nvhchain.acoustics.solutions.quantity import Line, Quantity
-from nvhchain.acoustics.surfaces.velocity_in_faces import within_faces
+from nvhchain.acoustics.surfaces.velocity_slopes import velocity_within_faces
 from nvhchain.acoustics.systems.engines import workers
 from nvhchain.acoustics.systems.linear_system import System
 from nvhchain.acoustics.waves.multipoles import (
@@ -59,7 +59,7 @@ def housing_shapes(housing: ReducedHousing, loaded: ArrayLike | None = None) -> 
     housing : ReducedHousing
         Housing with modes and residual motions.
     loaded : (n_bearing, 3) array of bool, optional
-        Bearings and axes that carry a force (`loaded_seats`); by default all. The other columns are zero and cost
+        Bearings and axes that carry a force (`loaded_bearings`); by default all. The other columns are zero and cost
         nothing; `modal_power` refuses forces there.
 
     Returns
@@ -104,7 +104,7 @@ class Waves(Quantity):
         Decimal digits of the waves.
     """
 
-    stage, knobs = "radiation_resistance", ("multipole_digits",)
+    step, knobs = "radiation_resistance", ("multipole_digits",)
 
     surface: Surface
     shapes: FloatArray
@@ -156,4 +156,4 @@ class Waves(Quantity):
     @cached_property
     def _motion(self) -> FloatArray:
         """Moving shapes with their variation within faces."""
-        return np.asarray(within_faces(self.surface) @ self.shapes[:, self._moving])
+        return np.asarray(velocity_within_faces(self.surface) @ self.shapes[:, self._moving])

@@ -8,7 +8,7 @@ import numpy as np
 
 from nvhchain.acoustics.radiation.rayleigh import rayleigh_vectors
 from nvhchain.acoustics.solutions.quantity import Line, Quantity
-from nvhchain.acoustics.surfaces.velocity_in_faces import within_faces
+from nvhchain.acoustics.surfaces.velocity_slopes import velocity_within_faces
 from nvhchain.acoustics.systems.engines import vectors_memory
 from nvhchain.acoustics.systems.frequency_blocks import Solved
 from nvhchain.acoustics.systems.linear_system import System
@@ -29,16 +29,16 @@ class Vectors(Quantity):
         Field points and, with a plane, their images (m).
     air : Air
         Density and speed of sound.
-    near_ratio : float
+    cut_ratio : float
         Near-field limit of `layer_potentials`.
     """
 
-    stage = "transfer_vectors"
+    step = "transfer_vectors"
 
     surface: Surface
     ends: FloatArray
     air: Air
-    near_ratio: float
+    cut_ratio: float
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -51,12 +51,12 @@ class Vectors(Quantity):
 
     def values(self, system: System, line: Line, *row: ComplexArray) -> ComplexArray:
         """Return the vectors at one frequency."""
-        double, single = layer_potentials(self.surface, self.ends, line.wavenumber, self.near_ratio)
+        double, single = layer_potentials(self.surface, self.ends, line.wavenumber, self.cut_ratio)
         of_faces = system.adjoint(double.T).T
         of_faces -= single
-        return np.asarray(-1j * line.omega * self.air.density * (of_faces @ within_faces(self.surface)))
+        return np.asarray(-1j * line.omega * self.air.density * (of_faces @ velocity_within_faces(self.surface)))
 
     def rayleigh(self, frequency: FloatArray) -> Solved:
         """Return the vectors by the Rayleigh integral."""
-        vectors = rayleigh_vectors(frequency, self.surface, self.ends, self.air, self.near_ratio)
+        vectors = rayleigh_vectors(frequency, self.surface, self.ends, self.air, self.cut_ratio)
         return Solved(vectors, SolverRecord())

@@ -11,16 +11,16 @@ from nvhchain.acoustics.surfaces.clearance import winding_numbers
 from nvhchain.acoustics.surfaces.intersections import crossing_pairs, facing_pairs, folded_pairs, neighbours
 from nvhchain.errors import InputError, require
 from nvhchain.handoff import IntArray, Surface
-from nvhchain.handoff.surface import bodies_of
+from nvhchain.handoff.surface import body_numbers
 
 LEAST_GAP = 1e-3
 """Air gap between two triangles, in longest edges of the longer one, below which they count as touching."""
 
 
 @lru_cache(maxsize=8)
-def separate(surface: Surface) -> tuple[tuple[IntArray, Surface], ...]:
+def split_bodies(surface: Surface) -> tuple[tuple[IntArray, Surface], ...]:
     """Return every body of the surface with its faces (n,) in the whole; a single body is the surface itself."""
-    body = bodies_of(surface.triangles)
+    body = body_numbers(surface.triangles)
     if not body.any():
         return ((np.arange(len(body)), surface),)
     parts = []
@@ -38,7 +38,7 @@ def check_bodies(surface: Surface) -> None:
     A body inside another one radiates nothing outside and would only add its own resonances. The check takes 0.4 s for
     30 000 triangles, once for a surface.
     """
-    body = bodies_of(surface.triangles)
+    body = body_numbers(surface.triangles)
     pairs = neighbours(surface, LEAST_GAP)
     crossing = crossing_pairs(surface, pairs)
     if len(crossing):

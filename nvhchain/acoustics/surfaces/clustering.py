@@ -7,7 +7,7 @@ import numpy as np
 from nvhchain.handoff import FloatArray, IntArray
 
 
-def halves(positions: FloatArray, group: IntArray) -> tuple[IntArray, IntArray]:
+def bisect(positions: FloatArray, group: IntArray) -> tuple[IntArray, IntArray]:
     """Cut a group of `positions` (n, 3) at the median of its longest extent."""
     axis = int(np.argmax(np.ptp(positions[group], axis=0)))
     group = group[np.argsort(positions[group, axis], kind="stable")]
@@ -22,7 +22,7 @@ def groups(positions: FloatArray, size: int) -> list[IntArray]:
         if len(group) <= size:
             found.append(group)
         else:
-            stack += halves(positions, group)
+            stack += bisect(positions, group)
     return found
 
 

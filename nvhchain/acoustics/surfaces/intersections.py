@@ -22,7 +22,7 @@ _ROUNDING = 1e-12
 FOLD = 1e-3
 """Angle (rad) between two triangles at their common edge below which they lie on each other."""
 
-_IN_PLANE = 1e-9
+_PLANE_TOLERANCE = 1e-9
 """Angle (rad) and overlap (edges) that rounding may cause for triangles that only touch each other."""
 
 
@@ -94,7 +94,7 @@ def crossing_pairs(surface: Surface, pairs: IntArray) -> IntArray:
     """
     corners = surface.vertices[surface.triangles]
     size = surface.longest_edges
-    flat = pairs[_in_one_plane(surface, pairs)]
+    flat = pairs[_coplanar(surface, pairs)]
     for one, other in ((0, 1), (1, 0)):
         # most neighbours lie on one side of each other's plane
         height = _heights(corners[pairs[:, one]], corners[pairs[:, other]], surface.normals[pairs[:, other]])
@@ -125,7 +125,7 @@ def folded_pairs(surface: Surface) -> IntArray:
     at_edge, at_vertex = pairs[common == 2], pairs[common == 1]
     inward = np.array([_inward(surface, at_edge[:, i], at_edge[:, 1 - i]) for i in (0, 1)])
     folded = np.linalg.norm(inward[0] - inward[1], axis=1) < FOLD
-    flat = _in_one_plane(surface, at_vertex)
+    flat = _coplanar(surface, at_vertex)
     meeting, in_plane = at_vertex[~flat], at_vertex[flat]
     line = np.cross(surface.normals[meeting[:, 0]], surface.normals[meeting[:, 1]])
     line /= np.linalg.norm(line, axis=1, keepdims=True)
@@ -146,11 +146,11 @@ def joined_pairs(surface: Surface) -> tuple[IntArray, IntArray]:
     return np.stack([joined.row, joined.col], axis=1).astype(np.int64), joined.data
 
 
-def _inward(surface: Surface, own: IntArray, other: IntArray) -> FloatArray:
-    """Return inward unit vectors (n, 3) in triangles `own` (n,), normal to the edge in common with `other`."""
-    shared = (surface.triangles[own][:, :, None] == surface.triangles[other][:, None, :]).any(axis=2)
+def _inward(surface: Surface, triangle: IntArray, neighbour: IntArray) -> FloatArray:
+    """Return inward unit vectors (n, 3) in triangles `triangle` (n,), normal to the edge in common with `neighbour`."""
+    shared = (surface.triangles[triangle][:, :, None] == surface.triangles[neighbour][:, None, :]).any(axis=2)
     apex = np.argmin(shared, axis=1)
-    start, end, tip = (_corner(surface, own, apex + i) for i in (1, 2, 0))
+    start, end, tip = (_corner(surface, triangle, apex + i) for i in (1, 2, 0))
     edge, arm = end - start, tip - start
     along = np.einsum("ni,ni->n", edge, arm) / np.einsum("ni,ni->n", edge, edge)
     across = arm - along[:, None] * edge
@@ -170,7 +170,7 @@ def _runs_into(surface: Surface, pairs: IntArray, line: FloatArray) -> NDArray[n
     inward = np.cross(surface.normals[:, None, None], edges)
     inward /= np.linalg.norm(inward, axis=3, keepdims=True)
     sine = np.array([np.einsum("ni,ni->n", inward[own, at, side], line) for side in (0, 1)])
-    return np.array([(sine >= -_IN_PLANE).all(axis=0), (sine <= _IN_PLANE).all(axis=0)])
+    return np.array([(sine >= -_PLANE_TOLERANCE).all(axis=0), (sine <= _PLANE_TOLERANCE).all(axis=0)])
 
 
 def _corner(surface: Surface, triangles: IntArray, number: IntArray) -> FloatArray:
@@ -178,10 +178,10 @@ def _corner(surface: Surface, triangles: IntArray, number: IntArray) -> FloatArr
     return np.asarray(surface.vertices[surface.triangles[triangles, number % 3]])
 
 
-def _in_one_plane(surface: Surface, pairs: IntArray) -> NDArray[np.bool_]:
+def _coplanar(surface: Surface, pairs: IntArray) -> NDArray[np.bool_]:
     """Return a mask of `pairs` (n, 2) of triangles that lie in one plane."""
     corners = surface.vertices[surface.triangles]
-    slack = _IN_PLANE * surface.longest_edges[pairs].max(axis=1)
+    slack = _PLANE_TOLERANCE * surface.longest_edges[pairs].max(axis=1)
     parallel = np.einsum("ni,ni->n", *surface.normals[pairs].transpose(1, 0, 2)) ** 2 > 0.9
     flat = np.zeros(len(pairs), dtype=bool)
     one, other = pairs[parallel].T
@@ -193,7 +193,7 @@ def _in_one_plane(surface: Surface, pairs: IntArray) -> NDArray[np.bool_]:
 def _overlapping(surface: Surface, pairs: IntArray) -> NDArray[np.bool_]:
     """Return a mask of `pairs` (n, 2) of triangles in one plane that overlap: no edge separates the two."""
     corners = surface.vertices[surface.triangles[pairs]]
-    slack = _IN_PLANE * surface.longest_edges[pairs].max(axis=1)
+    slack = _PLANE_TOLERANCE * surface.longest_edges[pairs].max(axis=1)
     overlapping = np.ones(len(pairs), dtype=bool)
     for own in (0, 1):
         for i in range(3):

@@ -9,12 +9,12 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from nvhchain.acoustics.surfaces._gmsh import remesh
-from nvhchain.acoustics.surfaces.bodies import separate
+from nvhchain.acoustics.surfaces.bodies import split_bodies
 from nvhchain.acoustics.surfaces.surface import NEEDLE_SHARE, SHARP_ANGLE, aspects, needle_share
 from nvhchain.errors import InputError, SolverError, require
 from nvhchain.fem.triangles import squared_distance
 from nvhchain.handoff import FloatArray, IntArray, Surface, SurfaceAccuracy
-from nvhchain.handoff.surface import bodies_of
+from nvhchain.handoff.surface import body_numbers
 from nvhchain.kinds import checked
 
 LONGEST_NEEDLE = 100.0
@@ -60,7 +60,7 @@ class Remeshed:
     ----------
     surface : Surface
         Surface for the solution.
-    given : int
+    original_triangles : int
         Number of triangles of the replaced surface.
     aspect : float
         Ratio of longest edge to height of its longest needle.
@@ -73,7 +73,7 @@ class Remeshed:
     """
 
     surface: Surface
-    given: int
+    original_triangles: int
     aspect: float
     volume_change: float
     area_change: float
@@ -81,7 +81,7 @@ class Remeshed:
 
     def __str__(self) -> str:
         return (
-            f"surface remeshed: {self.given} triangles up to {self.aspect:.3g} times as long as high -> "
+            f"surface remeshed: {self.original_triangles} triangles up to {self.aspect:.3g} times as long as high -> "
             f"{len(self.surface.triangles)}, volume {100 * self.volume_change:+.2g} % and scaled "
             f"back, area {100 * self.area_change:+.2g} %, at most {1e3 * self.distance:.2g} mm apart"
         )
@@ -99,13 +99,13 @@ def check_needles(surface: Surface) -> None:
     require(
         aspect[worst] <= LONGEST_SOLVED,
         f"surface: triangle {worst} is {aspect[worst]:.3g} times as long as high, {LONGEST_SOLVED:g} times at most "
-        "keep to the stated errors: mesh it anew with nvhchain.acoustics.without_needles(surface, element_size) and "
+        "keep to the stated errors: mesh it anew with nvhchain.acoustics.remesh_needles(surface, element_size) and "
         "give the velocities on the faces of the new surface",
     )
 
 
 @checked
-def without_needles(surface: Surface, element_size: float) -> Remeshed | None:
+def remesh_needles(surface: Surface, element_size: float) -> Remeshed | None:
     """Remesh a surface of long needles, so that it can be solved.
 
     Parameters
@@ -184,21 +184,21 @@ def _remeshed(key: _Key, size: float) -> Remeshed:
     )
 
 
-def _compared(given: Surface, size: float, cut: float) -> Remeshed:
-    vertices, triangles = remesh(*_cut(given.vertices, given.triangles, cut), size, SHARP_ANGLE)
+def _compared(original: Surface, size: float, cut: float) -> Remeshed:
+    vertices, triangles = remesh(*_cut(original.vertices, original.triangles, cut), size, SHARP_ANGLE)
     made = Surface(vertices, _outward(vertices, triangles))
-    change = made.volume / given.volume - 1.0
-    made = made.replace(vertices=_restored(made, given))
+    change = made.volume / original.volume - 1.0
+    made = made.replace(vertices=_restored(made, original))
     distance = max(
-        _distance(np.concatenate([made.vertices, made.centroids]), *_cut(given.vertices, given.triangles, size)),
-        _distance(given.vertices, *_cut(made.vertices, made.triangles, size)),
+        _distance(np.concatenate([made.vertices, made.centroids]), *_cut(original.vertices, original.triangles, size)),
+        _distance(original.vertices, *_cut(made.vertices, made.triangles, size)),
     )
-    area = float(made.areas.sum() / given.areas.sum()) - 1.0
+    area = float(made.areas.sum() / original.areas.sum()) - 1.0
     return Remeshed(
         # 0.012 for a cylinder, of which parts that radiate by themselves err by two thirds
         made.replace(accuracy=SurfaceAccuracy(abs(change) + abs(area))),
-        len(given.triangles),
-        float(aspects(given).max()),
+        len(original.triangles),
+        float(aspects(original).max()),
         change,
         area,
         distance,
@@ -207,19 +207,19 @@ def _compared(given: Surface, size: float, cut: float) -> Remeshed:
 
 def _outward(vertices: FloatArray, triangles: IntArray) -> IntArray:
     """Return triangles with every connected body oriented to enclose a positive volume."""
-    body = bodies_of(triangles)
+    body = body_numbers(triangles)
     a, b, c = (vertices[triangles[:, i]] - vertices.mean(axis=0) for i in range(3))
     inward = np.bincount(body, np.einsum("ij,ij->i", a, np.cross(b, c))) < 0
     return np.where(inward[body][:, None], triangles[:, ::-1], triangles)
 
 
-def _restored(made: Surface, given: Surface) -> FloatArray:
+def _restored(made: Surface, original: Surface) -> FloatArray:
     """Return vertices of `made` with every body scaled to the volume of the given one.
 
     The centre of scaling is the middle of the body's bounding box.
     """
     vertices = made.vertices.copy()
-    bodies = _bodies(given)
+    bodies = _bodies(original)
     for corners, middle, volume in _bodies(made):
         _, _, whole = min(bodies, key=lambda body: float(np.linalg.norm(body[1] - middle)))
         vertices[corners] = middle + np.cbrt(whole / volume) * (vertices[corners] - middle)
@@ -229,7 +229,7 @@ def _restored(made: Surface, given: Surface) -> FloatArray:
 def _bodies(surface: Surface) -> list[tuple[IntArray, FloatArray, float]]:
     """Return the vertices of every body, the middle of its bounding box (m) and its volume (m³)."""
     found = []
-    for _, body in separate(surface):
+    for _, body in split_bodies(surface):
         corners = cKDTree(surface.vertices).query(body.vertices)[1]
         middle = 0.5 * (body.vertices.min(axis=0) + body.vertices.max(axis=0))
         found.append((np.asarray(corners), middle, body.volume))

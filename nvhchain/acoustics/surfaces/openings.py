@@ -31,8 +31,8 @@ def resonance_shift(surface: Surface, plane: RigidPlane | None = None) -> float:
     return SHIFT * min(float((surface.longest_edges / _opening_widths(surface, plane)).max()), WIDEST)
 
 
-def stored_in_openings(
-    surface: Surface, plane: RigidPlane | None, on_faces: ComplexArray, velocity: ComplexArray
+def opening_energy_ratio(
+    surface: Surface, plane: RigidPlane | None, face_pressure: ComplexArray, velocity: ComplexArray
 ) -> float:
     """Return ∫ d|p|² dS / |∫ p v* dS| (Pa s) for pressures and normal velocities (n_face,), d the longest edge.
 
@@ -40,8 +40,8 @@ def stored_in_openings(
     largest if an opening resonates.
     """
     opposite = surface.areas * surface.longest_edges * np.isfinite(_opening_widths(surface, plane))
-    work = float(np.abs(surface.areas @ (on_faces * velocity.conj())))
-    return float(opposite @ np.abs(on_faces) ** 2) / work if work > 0 else 0.0
+    work = float(np.abs(surface.areas @ (face_pressure * velocity.conj())))
+    return float(opposite @ np.abs(face_pressure) ** 2) / work if work > 0 else 0.0
 
 
 @lru_cache(maxsize=8)

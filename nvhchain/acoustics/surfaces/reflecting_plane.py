@@ -7,7 +7,7 @@ import numpy as np
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray, RigidPlane, Surface
 
-__all__ = ["RigidPlane", "check_plane", "with_images"]
+__all__ = ["RigidPlane", "append_images", "check_plane"]
 
 PLANE_CLEARANCE = 0.01
 """Smallest height of a triangle over the plane, in its own longest edges. Measured down to it: a box whose bottom pumps
@@ -58,7 +58,7 @@ def check_plane(plane: RigidPlane, surface: Surface, points: FloatArray | None =
     )
 
 
-def with_images(points: FloatArray, plane: RigidPlane | None) -> FloatArray:
+def append_images(points: FloatArray, plane: RigidPlane | None) -> FloatArray:
     """Return points followed by their mirror images; without a plane, the points alone.
 
     Parameters

@@ -97,7 +97,7 @@ def needle_share(surface: Surface) -> float:
     return float(surface.areas[aspects(surface) > NEEDLE_ASPECT].sum() / surface.areas.sum())
 
 
-def edges_between(surface: Surface) -> tuple[IntArray, IntArray, FloatArray]:
+def edge_table(surface: Surface) -> tuple[IntArray, IntArray, FloatArray]:
     """Return vertices (n_edge, 2), adjacent triangles (n_edge, 2) and angle (n_edge,) rad of every edge.
 
     The angle is that between the normals of the two triangles.

@@ -10,19 +10,19 @@ import numpy as np
 
 from nvhchain.acoustics.systems.frequency_blocks import Solved
 from nvhchain.files import hdf5
-from nvhchain.files.shelf import code_version, fingerprint, found
+from nvhchain.files.result_cache import cached_result, code_version, fingerprint
 from nvhchain.handoff import FloatArray, SolvedBand
 
 
 @dataclass(frozen=True)
-class BandShards:
+class BandCheckpoints:
     """Checkpoints of the bands of one step.
 
     Parameters
     ----------
     folder : Path
         Folder of the files.
-    stage : str
+    step : str
         Name of the step.
     inputs : tuple
         All inputs of the values besides the frequencies of the band.
@@ -33,13 +33,13 @@ class BandShards:
     """
 
     folder: Path
-    stage: str
+    step: str
     inputs: tuple[Any, ...]
 
     def find(self, frequency: FloatArray) -> Solved | None:
         """Return the band of these frequencies; None if it has no checkpoint."""
         path, key = self._place(frequency)
-        band = found(path, SolvedBand, key)
+        band = cached_result(path, SolvedBand, key)
         if band is None:
             return None
         values = band.values.reshape(len(band.frequency), *band.shape)
@@ -48,22 +48,22 @@ class BandShards:
     def keep(self, frequency: FloatArray, solved: Solved) -> None:
         """Save a band, whole or not at all; WriteError for a full disk or a folder in its place."""
         path, key = self._place(frequency)
-        provenance = {"stage": f"acoustics.{self.stage}", "key": key}
+        provenance = {"stage": f"acoustics.{self.step}", "key": key}
         shape = solved.values.shape[1:]
         rows = solved.values.reshape(len(frequency), -1)
         hdf5.save(SolvedBand(frequency, rows, np.array(shape), solved.record, provenance=provenance), path)
 
     def _place(self, frequency: FloatArray) -> tuple[Path, str]:
         """Return (file, key) of the band of these frequencies."""
-        key = fingerprint("shard", code_version("acoustics"), self.stage, self.inputs, frequency)
-        return self.folder / f"{self.stage}-{key[:16]}.h5", key
+        key = fingerprint("checkpoint", code_version("acoustics"), self.step, self.inputs, frequency)
+        return self.folder / f"{self.step}-{key[:16]}.h5", key
 
 
-def kept_in(folder: str | Path | None, stage: str, *inputs: Any) -> BandShards | None:
+def checkpoints_in_folder(folder: str | Path | None, step: str, *inputs: Any) -> BandCheckpoints | None:
     """Return the checkpoints of a step with these inputs; None without a folder.
 
     The folder is created and a file is tried in it. InputError before the solution if either fails.
     """
     if not folder:
         return None
-    return BandShards(hdf5.writable_folder(folder, "shards"), stage, inputs)
+    return BandCheckpoints(hdf5.writable_folder(folder, "checkpoints"), step, inputs)

@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from nvhchain.acoustics.surfaces.bodies import separate
+from nvhchain.acoustics.surfaces.bodies import split_bodies
 from nvhchain.acoustics.systems.compression import SINGLE, CompressedMatrix
 from nvhchain.acoustics.systems.dense import SINGLE_RESIDUAL
 from nvhchain.acoustics.systems.iterative import IterativeSystem, Patches
@@ -32,7 +32,7 @@ def compressed_systems(
     if plane is not None:
         vertices, centroids = [*vertices, plane.mirror(vertices[0])], [*centroids, plane.mirror(centroids[0])]
     error = fidelity.compression_error
-    faces = [of for of, _ in separate(surface)]
+    faces = [of for of, _ in split_bodies(surface)]
     corners = [np.unique(surface.triangles[of]) for of in faces]
     a = [CompressedMatrix(surface.vertices, vertices, error, corners) for _ in range(count)]
     b = [CompressedMatrix(surface.vertices, centroids, error, faces) for _ in range(count)]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import blas, eigh
 
-from nvhchain.acoustics.surfaces.clustering import diameter, distance_to_box, groups, halves
+from nvhchain.acoustics.surfaces.clustering import bisect, diameter, distance_to_box, groups
 from nvhchain.errors import SolverError
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray
 
@@ -22,7 +22,7 @@ SEPARATION = 0.3
 """Smallest distance of a far column from a group of rows, in diameters of the group. The error does not depend on it.
 At 0.3, the compressed matrices are smallest; 0.6 and 1 take 5 to 30 % more for a gearbox."""
 
-WORTH = 0.8
+DIVISION_RATIO = 0.8
 """Largest size of factors, relative to the entries they replace, at which a group is not divided."""
 
 SKETCH = 4
@@ -33,7 +33,7 @@ SINGLE = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
-class _Near:
+class _DenseBlock:
     """Entries (n_row, n_column) stored uncompressed."""
 
     rows: IntArray
@@ -83,7 +83,7 @@ class CompressedMatrix:
         self._bodies = [np.arange(len(columns[0]))] if bodies is None else bodies
         self.shape = len(positions), len(columns[0])
         self._kind = np.complex64 if error >= SINGLE else np.complex128
-        self._near: list[_Near] = []
+        self._near: list[_DenseBlock] = []
         self._far: list[_Far] = []
         self._random = np.random.default_rng(0)
 
@@ -111,19 +111,19 @@ class CompressedMatrix:
         if far.sum() > len(group):
             block = values[np.ix_(group, columns[far])] / sizes[group, None].astype(values.real.dtype)
             directions = self._dominant(block, self._error * np.sqrt(block.size))
-            if directions.shape[1] * (len(group) + far.sum()) < WORTH * block.size:
+            if directions.shape[1] * (len(group) + far.sum()) < DIVISION_RATIO * block.size:
                 weights = directions.conj().T.astype(self._kind) @ block.astype(self._kind)
                 directions = (directions * sizes[group, None]).astype(self._kind)
                 self._far.append(_Far(rows[group], columns[far], directions, weights))
                 columns = columns[~far]
         if len(group) > SMALLEST:
-            for half in halves(self._positions[rows], group):
+            for half in bisect(self._positions[rows], group):
                 self._divide(rows, values, sizes, half, columns)
         else:
-            self._near.append(_Near(rows[group], columns, values[np.ix_(group, columns)].astype(self._kind)))
+            self._near.append(_DenseBlock(rows[group], columns, values[np.ix_(group, columns)].astype(self._kind)))
 
-    def _dominant(self, block: ComplexArray, allowed: float) -> ComplexArray:
-        """Return orthonormal directions (n_row, rank) outside which the block has at most `allowed` (Frobenius)."""
+    def _dominant(self, block: ComplexArray, tolerance: float) -> ComplexArray:
+        """Return orthonormal directions (n_row, rank) outside which the block has at most `tolerance` (Frobenius)."""
         count = SKETCH * len(block)
         if block.shape[1] > 2 * count:
             # Random sums of columns with random signs preserve the weight of every direction (Charikar, Chen & Farach-
@@ -139,7 +139,7 @@ class CompressedMatrix:
         squares = blas.zherk(1.0, by_columns, trans=2, lower=1)  # conj(block blockᴴ)
         value, vector = eigh(squares, lower=True, overwrite_a=True, check_finite=False)
         left = np.cumsum(np.maximum(value, 0.0))
-        return np.ascontiguousarray(vector[:, np.searchsorted(left, allowed**2) :].conj())
+        return np.ascontiguousarray(vector[:, np.searchsorted(left, tolerance**2) :].conj())
 
     @property
     def memory(self) -> int:

@@ -85,8 +85,8 @@ class CheapestSystem:
         self._direct = self._direct or DirectSystem(self._a, self._b)
         return self._recorded(solution(self._direct), self._direct)
 
-    def _recorded(self, solved: ComplexArray, by: System) -> ComplexArray:
-        self.record += by.record
+    def _recorded(self, solved: ComplexArray, solver: System) -> ComplexArray:
+        self.record += solver.record
         return solved
 
 

@@ -228,7 +228,7 @@ def systems(
     `fidelity.solver` = "auto" compresses if dense matrices exceed `memory`.
     """
     size = len(surface.vertices), len(surface.triangles), len(wavenumbers)
-    ways = [*_ways(*size, engine, fidelity)]
+    ways = [*_solution_methods(*size, engine, fidelity)]
     chosen, count, _ = next((way for way in ways if way[2] <= memory), _leanest(ways))
     found = _compressed if chosen.solver == "compressed" else _dense
     for start in range(0, len(wavenumbers), count):
@@ -243,9 +243,9 @@ def solve_each(batches: Iterable[list[System]], solve: Callable[[int, System], N
     """
     record, number = SolverRecord(), 0
 
-    def solved(at: int, system: System, own: int) -> SolverRecord:
+    def solved(index: int, system: System, own: int) -> SolverRecord:
         with granted(own), blas_threads(own):
-            solve(at, system)
+            solve(index, system)
         system.release()
         return system.record
 
@@ -334,7 +334,7 @@ def estimate_memory(
         )
     with_engine = engine_named(engine)
     kept = sum(vectors_memory(n_vertex, n_face, points, frequencies))
-    ways = [*_ways(n_vertex, n_face, frequencies or BAND, with_engine, fidelity)]
+    ways = [*_solution_methods(n_vertex, n_face, frequencies or BAND, with_engine, fidelity)]
     if free is None:
         return ways[0][2] + kept
     least = _leanest(ways)[2]
@@ -382,7 +382,7 @@ def _dense_size(n_vertex: int, n_face: int, engine: Engine, fidelity: AcousticsF
 def check_memory(
     surface: Surface,
     frequencies: int,
-    kept: int,
+    stored_bytes: int,
     columns: int,
     engine: Engine,
     fidelity: AcousticsFidelity = STANDARD.acoustics,
@@ -390,18 +390,18 @@ def check_memory(
 ) -> int:
     """Return the bytes of the systems of one task, a band of `frequencies`, besides its `columns` (bytes).
 
-    ResourceError unless both and `kept` bytes of results fit into free memory. `cluster.room` refuses tasks that fit
-    into no worker of the executor.
+    ResourceError unless both and `stored_bytes` bytes of results fit into free memory. `cluster.room` refuses tasks
+    that fit into no worker of the executor.
     """
     size = len(surface.vertices), len(surface.triangles), frequencies
-    return _fitting(*size, kept, columns, engine, fidelity, worker_memory(executor))[2]
+    return _fitting(*size, stored_bytes, columns, engine, fidelity, worker_memory(executor))[2]
 
 
 def _fitting(
     n_vertex: int,
     n_face: int,
     frequencies: int,
-    kept: int,
+    stored_bytes: int,
     columns: int,
     engine: Engine,
     fidelity: AcousticsFidelity,
@@ -409,7 +409,7 @@ def _fitting(
 ) -> tuple[AcousticsFidelity, int, int]:
     """Return a fidelity whose solver fits into free memory, the systems in memory together, and their bytes.
 
-    kept, columns : bytes of results, and of the columns of a task.
+    stored_bytes, columns : bytes of results, and of the columns of a task.
     workers : bytes that tasks may fill, for every size of worker, increasing. The first that holds one system counts,
         so that a scheduler may assign a task to any worker of at least that size.
 
@@ -420,20 +420,20 @@ def _fitting(
         f"engine {engine.name} cannot compress its matrices: use engine {FUSED.name} or another solver",
     )
     free = free_memory()
-    ways = [*_ways(n_vertex, n_face, frequencies, engine, fidelity)]
+    ways = [*_solution_methods(n_vertex, n_face, frequencies, engine, fidelity)]
     for limit in workers or (free,):
         for chosen, count, task in ways:
-            if _fits(count, task + columns + kept, free) and _fits(count, task + columns, limit):
+            if _fits(count, task + columns + stored_bytes, free) and _fits(count, task + columns, limit):
                 return chosen, count, task
     chosen, count, task = _leanest(ways)
-    if _fits(count, task + columns + kept, free):
+    if _fits(count, task + columns + stored_bytes, free):
         return chosen, count, task
-    results, remedies = columns + kept, []
+    results, remedies = columns + stored_bytes, []
     if task < free:
         remedies.append("ask for fewer field points or frequencies at once")
     if engine.striped and fidelity.solver not in ("auto", "compressed"):
         compressed = replace(fidelity, solver="compressed")
-        if _leanest([*_ways(n_vertex, n_face, frequencies, engine, compressed)])[2] + results < free:
+        if _leanest([*_solution_methods(n_vertex, n_face, frequencies, engine, compressed)])[2] + results < free:
             remedies.append("choose solver = 'compressed'")
     if results < free or task >= free:
         remedies.append(
@@ -445,7 +445,7 @@ def _fitting(
     )
 
 
-def _ways(
+def _solution_methods(
     n_vertex: int, n_face: int, frequencies: int, engine: Engine, fidelity: AcousticsFidelity
 ) -> Iterator[tuple[AcousticsFidelity, int, int]]:
     """Yield ways to solve at `frequencies` frequencies, the fastest first.
@@ -459,9 +459,9 @@ def _ways(
             yield chosen, count, _solver_memory(n_vertex, n_face, count, engine, chosen)
 
 
-def _leanest(ways: Sequence[tuple[AcousticsFidelity, int, int]]) -> tuple[AcousticsFidelity, int, int]:
+def _leanest(methods: Sequence[tuple[AcousticsFidelity, int, int]]) -> tuple[AcousticsFidelity, int, int]:
     """Return the way with the least memory; small systems take more if compressed, for the work in progress."""
-    return min(ways, key=lambda way: way[2])
+    return min(methods, key=lambda way: way[2])
 
 
 def _fits(count: int, need: int, free: int) -> bool:

@@ -14,7 +14,7 @@ import numpy as np
 from nvhchain.acoustics.systems.linear_system import SolverRecord
 from nvhchain.conventions import Progress
 from nvhchain.errors import InputError, SolverError, require, warn_caller
-from nvhchain.files.shelf import code_version
+from nvhchain.files.result_cache import code_version
 from nvhchain.handoff import ComplexArray, FloatArray
 from nvhchain.runtime.cluster import is_gone, room, share, worker_lost, workers_at
 
@@ -44,7 +44,7 @@ class Solved(NamedTuple):
 Band = ComplexArray | Solved
 
 
-class Shards(Protocol):
+class Checkpoints(Protocol):
     """Checkpoints of finished bands, from which an interrupted run resumes."""
 
     def find(self, frequency: FloatArray) -> Solved | None:
@@ -54,7 +54,7 @@ class Shards(Protocol):
         """Save a band."""
 
 
-def over_bands(
+def solve_bands(
     solve: Callable[..., Band],
     frequency: FloatArray,
     extra: tuple[Any, ...],
@@ -63,7 +63,7 @@ def over_bands(
     memory_per_task: int,
     executor: Executor | None,
     progress: Progress | None,
-    shards: Shards | None = None,
+    checkpoints: Checkpoints | None = None,
     records: list[SolverRecord] | None = None,
 ) -> ComplexArray:
     """Return values of `solve(frequency band, *extra bands, *arguments)` stacked over all frequencies.
@@ -71,7 +71,7 @@ def over_bands(
     extra : arrays with one row per frequency, cut like the frequencies.
     memory_per_task : bytes. Running tasks never exceed the memory of the executor's machines.
     progress : function of the numbers of finished and of all frequencies.
-    shards : checkpoints. Bands in them are not solved; solved bands are saved at once.
+    checkpoints : checkpoints. Bands in them are not solved; solved bands are saved at once.
     records : list to which the solver records are appended.
 
     The first exception of a task ends the call and cancels tasks that have not begun. If a band loses its worker,
@@ -87,7 +87,7 @@ def over_bands(
     values: ComplexArray | None = None
     done = 0
 
-    def put(band: slice, solved: Band) -> None:
+    def store(band: slice, solved: Band) -> None:
         nonlocal values, done
         part = solved.values if isinstance(solved, Solved) else solved
         if records is not None and isinstance(solved, Solved):
@@ -103,11 +103,11 @@ def over_bands(
         progress(0, len(frequency))
     jobs = []
     for band in bands:
-        kept = shards.find(frequency[band]) if shards else None
+        kept = checkpoints.find(frequency[band]) if checkpoints else None
         if kept is None:
             jobs.append((band, (frequency[band], *(rows[band] for rows in extra), *arguments)))
         else:
-            put(band, kept)
+            store(band, kept)
     if executor is None:
         solved = ((number, solve(*job)) for number, (_, job) in enumerate(jobs))
     else:
@@ -115,9 +115,9 @@ def over_bands(
     with closing(solved):
         for number, part in solved:
             band = jobs[number][0]
-            if shards and isinstance(part, Solved):
-                shards.keep(frequency[band], part)
-            put(band, part)
+            if checkpoints and isinstance(part, Solved):
+                checkpoints.keep(frequency[band], part)
+            store(band, part)
     assert values is not None
     return values
 
@@ -179,11 +179,11 @@ def _spread(
             future.cancel()
 
 
-def _turnover(before: frozenset[Any] | None, now: frozenset[Any] | None) -> float:
+def _turnover(previous: frozenset[Any] | None, now: frozenset[Any] | None) -> float:
     """Return the share of a cluster's workers lost between two checks; 1 if none are left."""
-    if now is None or before is None:
+    if now is None or previous is None:
         return 0.0
-    return len(before - now) / len(before) if before else float(not now)
+    return len(previous - now) / len(previous) if previous else float(not now)
 
 
 def _submitted(executor: Executor, *task: Any) -> Future[Band]:

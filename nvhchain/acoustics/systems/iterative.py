@@ -229,7 +229,7 @@ def _converged(
 
 
 def _cycle(
-    product: Product, precondition: Product, rhs: ComplexArray, target: FloatArray, most: int
+    product: Product, precondition: Product, rhs: ComplexArray, target: FloatArray, iterations: int
 ) -> tuple[ComplexArray, int]:
     """Return (x, iterations) of one GMRES cycle from x = 0.
 
@@ -237,15 +237,15 @@ def _cycle(
     """
     n, m = rhs.shape
     length = np.linalg.norm(rhs, axis=0)
-    basis = np.empty((m, most + 1, n), dtype=complex)
+    basis = np.empty((m, iterations + 1, n), dtype=complex)
     basis[:, 0] = (rhs / np.where(length > 0, length, 1.0)).T
-    triangle = np.zeros((m, most, most), dtype=complex)
-    g = np.zeros((m, most + 1), dtype=complex)
+    triangle = np.zeros((m, iterations, iterations), dtype=complex)
+    g = np.zeros((m, iterations + 1), dtype=complex)
     g[:, 0] = length
-    cosine, sine = np.zeros((m, most)), np.zeros((m, most), dtype=complex)
+    cosine, sine = np.zeros((m, iterations)), np.zeros((m, iterations), dtype=complex)
     steps, open_ = np.zeros(m, dtype=int), length > target
     count = 0
-    while count < most and open_.any():
+    while count < iterations and open_.any():
         j, count = count, count + 1
         w = product(precondition(basis[:, j].T)).T
         h = np.zeros((m, j + 2), dtype=complex)

@@ -13,7 +13,7 @@ from nvhchain.errors import SolverError
 from nvhchain.handoff import ComplexArray, SolverRecord
 from nvhchain.runtime.threads import blas_threads, threads
 
-LEAST = 3_000_000
+THREAD_ENTRIES = 3_000_000
 """Entries of a matrix for which a separate thread pays; limiting its BLAS to one thread takes a few milliseconds."""
 
 
@@ -54,10 +54,10 @@ def _product(matrix: ComplexArray, x: ComplexArray, exact: bool) -> ComplexArray
     transposed products with few rows used here.
     """
     if exact and matrix.dtype == np.complex64:
-        rows = max(1, LEAST // matrix.shape[1])
+        rows = max(1, THREAD_ENTRIES // matrix.shape[1])
         return np.concatenate([matrix[i : i + rows].astype(complex) @ x for i in range(0, len(matrix), rows)])
     x = x.astype(matrix.dtype)
-    count = min(threads(), matrix.size // LEAST)
+    count = min(threads(), matrix.size // THREAD_ENTRIES)
     if count < 2:
         return np.asarray((x.T @ matrix.T).T, dtype=complex)
     y = np.empty((len(matrix), *x.shape[1:]), dtype=complex)

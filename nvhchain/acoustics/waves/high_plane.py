@@ -12,11 +12,11 @@ from nvhchain.handoff import ComplexArray, FloatArray
 _NODES = 64
 """Nodes of a Gauss–Legendre rule."""
 
-_TURN = 40.0
+_PHASE_LIMIT = 40.0
 """Sum of wave order and phase (rad) of the path between body and plane that one rule integrates to rounding."""
 
 
-def with_image(amplitudes: ComplexArray, height: float, order: int) -> ComplexArray:
+def image_waves(amplitudes: ComplexArray, height: float, order: int) -> ComplexArray:
     """Return waves (n_row, m) of body and image from the amplitudes (n_row, m) of the body about its own middle.
 
     height : wavenumber times the height of the middle over the plane.
@@ -51,7 +51,7 @@ def with_image(amplitudes: ComplexArray, height: float, order: int) -> ComplexAr
 def _nodes(height: float, order: int) -> tuple[FloatArray, FloatArray]:
     """Return cosines (n,) between 0 and 1 and weights (n,) that integrate squares of the field."""
     node, weight = np.polynomial.legendre.leggauss(_NODES)
-    pieces = 1 + int((height + order) / _TURN)
+    pieces = 1 + int((height + order) / _PHASE_LIMIT)
     cosine = (np.arange(pieces)[:, None] + 0.5 * (1.0 + node)) / pieces
     return cosine.ravel(), np.tile(0.5 * weight / pieces, pieces)
 

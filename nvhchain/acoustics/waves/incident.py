@@ -120,7 +120,9 @@ class Reflected:
         return pressure + image, gradient + self.plane.mirror_direction(slope)
 
 
-def incident_on(incident: IncidentField, points: FloatArray, wavenumber: float) -> tuple[ComplexArray, ComplexArray]:
+def incident_field_at_points(
+    incident: IncidentField, points: FloatArray, wavenumber: float
+) -> tuple[ComplexArray, ComplexArray]:
     """Return pressure (n,) Pa and gradient (n, 3) Pa/m of a field at points (n, 3) m.
 
     InputError if the field returns other shapes or values that are not finite.

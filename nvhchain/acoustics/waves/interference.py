@@ -7,7 +7,7 @@ from itertools import combinations, islice
 import numpy as np
 from scipy.special import spherical_jn
 
-from nvhchain.acoustics.surfaces.bodies import separate
+from nvhchain.acoustics.surfaces.bodies import split_bodies
 from nvhchain.acoustics.waves.high_plane import polar_functions
 from nvhchain.acoustics.waves.multipoles import (
     expansion_memory,
@@ -26,10 +26,10 @@ _Source = tuple[Surface, ComplexArray, ComplexArray]
 
 def waves_memory(surface: Surface, wavenumber: float, plane: RigidPlane | None, digits: float) -> int:
     """Return the bytes that `squared_waves` needs besides its arguments."""
-    apart = _apart(surface, wavenumber, plane, digits)
+    apart = _separate_waves_pay(surface, wavenumber, plane, digits)
     return max(
         expansion_memory(body, multipole_order(body, wavenumber, plane, digits))
-        for body in ([body for _, body in separate(surface)] if apart else [surface])
+        for body in ([body for _, body in split_bodies(surface)] if apart else [surface])
     )
 
 
@@ -58,17 +58,17 @@ def squared_waves(
     """
     k = wavenumber
 
-    def own(body: Surface, pressure: ComplexArray, gradient: ComplexArray) -> float:
+    def body_waves(body: Surface, pressure: ComplexArray, gradient: ComplexArray) -> float:
         order = multipole_order(body, k, plane, digits)
         waves = multipole_amplitudes(body, k, pressure[:, None], gradient[:, None], order, plane)
         return float(np.linalg.norm(waves) ** 2)
 
-    if not _apart(surface, k, plane, digits):
-        return own(surface, pressure, gradient)
+    if not _separate_waves_pay(surface, k, plane, digits):
+        return body_waves(surface, pressure, gradient)
     sources = [
-        (body, pressure[np.unique(surface.triangles[faces])], gradient[faces]) for faces, body in separate(surface)
+        (body, pressure[np.unique(surface.triangles[faces])], gradient[faces]) for faces, body in split_bodies(surface)
     ]
-    total = sum(own(*source) for source in sources)
+    total = sum(body_waves(*source) for source in sources)
     for one, other in combinations(sources, 2):
         total += 2 * _interference(k, one, other, digits)
         if plane is not None:
@@ -76,7 +76,7 @@ def squared_waves(
     return total
 
 
-def _apart(surface: Surface, k: float, plane: RigidPlane | None, digits: float) -> bool:
+def _separate_waves_pay(surface: Surface, k: float, plane: RigidPlane | None, digits: float) -> bool:
     """Return True if the waves of every body by itself cost less than those about the middle of all.
 
     The bodies are then some wavelengths apart, and a small difference of two powers keeps its digits.
@@ -85,7 +85,7 @@ def _apart(surface: Surface, k: float, plane: RigidPlane | None, digits: float) 
     def cost(body: Surface, plane: RigidPlane | None) -> int:
         return len(body.triangles) * multipole_count(body, multipole_order(body, k, plane, digits), plane)
 
-    parts = [body for _, body in separate(surface)]
+    parts = [body for _, body in split_bodies(surface)]
     pairs = (len(parts) - 1) * (1 if plane is None else 2)
     return sum(cost(body, plane) + pairs * cost(body, None) for body in parts) < cost(surface, plane)
 

@@ -34,7 +34,7 @@ def compiled_layers():  # type: ignore[no-untyped-def]
     return nb.njit(signature, cache=True, nogil=True)(_layers)
 
 
-def _layers(points, vertices, triangles, normals, areas, k, near_ratio, barycentric, weight):  # type: ignore[no-untyped-def]
+def _layers(points, vertices, triangles, normals, areas, k, cut_ratio, barycentric, weight):  # type: ignore[no-untyped-def]
     double = np.zeros((len(points), len(vertices)), dtype=np.complex128)
     single = np.zeros((len(points), len(triangles)), dtype=np.complex128)
     corner = np.empty((3 * _DEEPEST + 4, 3, 3))  # barycentric corners of the remaining pieces
@@ -72,7 +72,7 @@ def _layers(points, vertices, triangles, normals, areas, k, near_ratio, barycent
                 distance = np.sqrt(distance)
                 top -= 1
                 size = longest * 0.5**level
-                if level < _DEEPEST and (size > near_ratio * distance or k * size > 1.0):
+                if level < _DEEPEST and (size > cut_ratio * distance or k * size > 1.0):
                     for i in range(3):
                         for j in range(3):
                             middle[i, j] = 0.5 * (piece[i, j] + piece[(i + 1) % 3, j])
@@ -108,13 +108,13 @@ def _layers(points, vertices, triangles, normals, areas, k, near_ratio, barycent
 
 
 def layer_potentials(
-    surface: Surface, points: FloatArray, wavenumber: float, near_ratio: float
+    surface: Surface, points: FloatArray, wavenumber: float, cut_ratio: float
 ) -> tuple[ComplexArray, ComplexArray]:
     """Return potentials D (n_point, n_v) and S (n_point, n_face) of both layers: p(x) = D p − S ∂p/∂n outside the body.
 
     points : (n_point, 3) m.
     wavenumber : rad/m, not negative.
-    near_ratio : longest triangle that is not cut, as a multiple of its distance from the point.
+    cut_ratio : longest triangle that is not cut, as a multiple of its distance from the point.
 
     A triangle longer than that, or longer than one radian of phase, is cut into four repeatedly. Each piece has a rule
     of degree 5. The pressure p is linear on triangles. The gradient ∂p/∂n along the outward normal is constant on
@@ -127,7 +127,7 @@ def layer_potentials(
         surface.normals,
         surface.areas,
         wavenumber,
-        near_ratio,
+        cut_ratio,
         RULE_BARYCENTRIC,
         RULE_WEIGHT,
     )

@@ -7,17 +7,17 @@ from functools import cache
 import numba as nb
 import numpy as np
 
-from nvhchain.acoustics.waves.high_plane import with_image
+from nvhchain.acoustics.waves.high_plane import image_waves
 from nvhchain.acoustics.waves.layer_potentials import RULE_BARYCENTRIC, RULE_WEIGHT
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, RigidPlane, Surface
 
 _BLOCK_BYTES = 2**27
 """Bytes of matrices between surface and waves that are held at once."""
 
-_SPARE = 16
+_EXTRA_ORDERS = 16
 """Additional orders, besides one per wave around the body, at which the recurrence of Bessel functions begins."""
 
-HIGH = 4.0
+HIGH_PLANE_RATIO = 4.0
 """Ratio of two distances of the farthest vertex, from the body's foot on a plane and from its own middle. Above it, the
 waves begin at the middle. Their number is an eighth at this ratio. It is 961 instead of 51 040 for a body of 0.4 m, 3 m
 up at k = 90 rad/m. They are less smooth in frequency: 40 masters achieve what 24 do about the foot (measured)."""
@@ -30,7 +30,7 @@ _INDEX_2 = nb.types.Array(nb.int64, 2, "C", readonly=True)
 def _bessel(x, j):  # type: ignore[no-untyped-def]
     """Compute spherical Bessel functions j_l(x), l = 0 … len(j) − 1, by downward recurrence (Miller); x > 0."""
     above, here = 0.0, 1e-280
-    for i in range(len(j) + int(x) + _SPARE, -1, -1):
+    for i in range(len(j) + int(x) + _EXTRA_ORDERS, -1, -1):
         if i < len(j):
             j[i] = here
         above, here = here, (2 * i + 1) / x * here - above
@@ -158,16 +158,16 @@ def path_reach(surface: Surface, plane: RigidPlane | None) -> float:
 
 def multipole_count(surface: Surface, order: int, plane: RigidPlane | None) -> int:
     """Return the number of spherical waves up to `order`; about the foot on a rigid plane, only even waves count."""
-    about_middle = plane is None or is_high(surface, plane)
+    about_middle = plane is None or waves_from_middle(surface, plane)
     return (order + 1) ** 2 if about_middle else (order + 1) * (order + 2) // 2
 
 
-def is_high(surface: Surface, plane: RigidPlane) -> bool:
+def waves_from_middle(surface: Surface, plane: RigidPlane) -> bool:
     """Return True if the waves begin at the middle of the body although there is a plane.
 
     Waves about its foot would be too many, as their order grows with the height.
     """
-    return _reach(surface, plane_foot(surface, plane)) > HIGH * _reach(surface, plane_foot(surface, None))
+    return _reach(surface, plane_foot(surface, plane)) > HIGH_PLANE_RATIO * _reach(surface, plane_foot(surface, None))
 
 
 def expansion_memory(surface: Surface, order: int) -> int:
@@ -198,16 +198,16 @@ def multipole_amplitudes(
     Rows are in the order l² + l + m (m < 0: sin |m|φ), so that amplitudes at several wavenumbers compare row by row.
 
     With a plane, the mirror image doubles the waves with even l + m, which are then the only rows. Half of their power
-    stays in the air, so that they are √2 times as large. If the body is high above the plane (`is_high`), the origin is
-    its own middle. The rows are then those of body and image together (`with_image`). Source: Williams, Fourier
-    Acoustics, ch. 6 and 8.
+    stays in the air, so that they are √2 times as large. If the body is high above the plane (`waves_from_middle`), the
+    origin is its own middle. The rows are then those of body and image together (`image_waves`). Source: Williams,
+    Fourier Acoustics, ch. 6 and 8.
     """
     origin, axes = _frame(surface, plane)
-    if plane is None or is_high(surface, plane):
+    if plane is None or waves_from_middle(surface, plane):
         amplitudes = waves_about(origin, axes, surface, wavenumber, pressure, gradient, order)
         if plane is None:
             return amplitudes
-        return with_image(amplitudes, wavenumber * float(plane.height(origin[None])[0]), order)
+        return image_waves(amplitudes, wavenumber * float(plane.height(origin[None])[0]), order)
     amplitudes = waves_about(origin, axes, surface, wavenumber, pressure, gradient, order, step=2)
     even = np.concatenate([_rows(m, order, 2) for m in range(order + 1)])
     return np.asarray(np.sqrt(2.0) * amplitudes[np.sort(even)])
@@ -269,7 +269,7 @@ def _frame(surface: Surface, plane: RigidPlane | None) -> tuple[FloatArray, Floa
     """Return the origin (3,) m of the waves and their axes (3, 3), one per row, the polar axis last."""
     if plane is None:
         return plane_foot(surface, None), np.eye(3)
-    return plane_foot(surface, None if is_high(surface, plane) else plane), plane_axes(plane)
+    return plane_foot(surface, None if waves_from_middle(surface, plane) else plane), plane_axes(plane)
 
 
 def _reach(surface: Surface, origin: FloatArray) -> float:

@@ -73,7 +73,7 @@ def _operation(run: Run) -> dict[str, Any]:
     speed, ramp = operation.input_speed, run.gearbox.ramp
     asked: dict[str, Any] = {"input_torque": operation.input_torque, "f_max": band.high}
     if operation.fluctuation is not None:
-        asked["fluctuation"] = operation.fluctuation.as_drive
+        asked["fluctuation"] = operation.fluctuation.drive
     if ramp is None:
         return {"input_speed": speed, "duration": 1.0 / band.resolution, **asked}
     return {"start_speed": speed, "end_speed": ramp.end_speed, "duration": ramp.duration, **asked}

@@ -27,7 +27,7 @@ def mesh_laws(run: Run) -> tuple[MeshLaw, ...]:
     tuple of MeshLaw
         One per stage.
     """
-    laws: tuple[MeshLaw, ...] = _per_stage(run, MESH_LAWS, gear.mesh_law)
+    laws: tuple[MeshLaw, ...] = _stage_hand_offs(run, MESH_LAWS, gear.mesh_law)
     if not run.gearbox.options.tilt:
         return laws
     return tuple(law.replace(tilt_ratio=of.tilt_ratio) for law, of in zip(laws, run[LOAD_DISTRIBUTIONS], strict=True))
@@ -35,16 +35,16 @@ def mesh_laws(run: Run) -> tuple[MeshLaw, ...]:
 
 def load_distributions(run: Run) -> tuple[LoadDistribution, ...]:
     """Load distribution along the flanks of every stage."""
-    return _per_stage(run, LOAD_DISTRIBUTIONS, gear.load_distribution)
+    return _stage_hand_offs(run, LOAD_DISTRIBUTIONS, gear.load_distribution)
 
 
-def _per_stage(run: Run, step: Step[Any], compute: Callable[..., Any]) -> tuple[Any, ...]:
+def _stage_hand_offs(run: Run, step: Step[Any], compute: Callable[..., Any]) -> tuple[Any, ...]:
     case = run.loaded
     options = case.options
     several = options.tilt or options.load_distribution
     shared: tuple[Compliances | None, ...] = run.compliances if several else (None,) * len(case.stages)
 
-    def of(pair: gear.GearPair, force: float, once: Compliances | None, progress: Progress) -> Any:
+    def compute_pair(pair: gear.GearPair, force: float, once: Compliances | None, progress: Progress) -> Any:
         return compute(
             pair,
             nominal_force=force,
@@ -55,6 +55,6 @@ def _per_stage(run: Run, step: Step[Any], compute: Callable[..., Any]) -> tuple[
         )
 
     return tuple(
-        run.cached(step, (pair, abs(force)), partial(of, pair, abs(force), once), stage=stage.name)
+        run.cached(step, (pair, abs(force)), partial(compute_pair, pair, abs(force), once), gear_stage=stage.name)
         for stage, pair, force, once in zip(case.stages, case.pairs, case.mesh_forces, shared, strict=True)
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from nvhchain import acoustics, dynamics
-from nvhchain.case import HEARD, RADIATED, GearboxCase
+from nvhchain.case import FIELD_POINT_QUANTITIES, RADIATED, GearboxCase
 from nvhchain.fidelity import Fidelity
 
 
@@ -18,5 +18,5 @@ def compile_kernels(case: GearboxCase, fidelity: Fidelity) -> None:
         Fidelity of this run.
     """
     dynamics.compile_time_loop()
-    if {*HEARD, *RADIATED}.intersection(case.quantities):
+    if {*FIELD_POINT_QUANTITIES, *RADIATED}.intersection(case.quantities):
         acoustics.compile_kernels(case.engine, fidelity.acoustics)

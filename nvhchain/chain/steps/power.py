@@ -27,7 +27,7 @@ def radiation_resistance(run: Run) -> RadiationResistance:
     """
     where, reduced, forces = surroundings(run), run[HOUSING], run[FORCE_SPECTRUM]
     low, high = band_of(run.case, forces.frequency)
-    loaded = acoustics.loaded_seats(reduced, forces)
+    loaded = acoustics.loaded_bearings(reduced, forces)
     band = (low * (1 - ROUNDING), high * (1 + ROUNDING))
     made: RadiationResistance = run.cached_in_parts(
         RADIATION_RESISTANCE,
@@ -39,7 +39,7 @@ def radiation_resistance(run: Run) -> RadiationResistance:
             fidelity=run.fidelity.acoustics,
             executor=run.executor,
             progress=progress,
-            shards=parts,
+            checkpoints=parts,
         ),
     )
     return made
@@ -49,7 +49,7 @@ def sound_power(run: Run) -> SoundPower:
     """Sound power of the housing under bearing forces, or of one surface velocity solved at every line."""
     speed, knobs = speed_of(run), run.fidelity.acoustics
     made: SoundPower
-    if run.scene.from_modes:
+    if run.scene.power_uses_modes:
         inputs = run[RADIATION_RESISTANCE], run[HOUSING], run[FORCE_SPECTRUM]
         made = run.cached(
             SOUND_POWER,
@@ -62,7 +62,7 @@ def sound_power(run: Run) -> SoundPower:
         SOUND_POWER,
         (velocity, where, speed),
         lambda progress, parts: acoustics.sound_power(
-            velocity, **where, fidelity=knobs, executor=run.executor, progress=progress, shards=parts
+            velocity, **where, fidelity=knobs, executor=run.executor, progress=progress, checkpoints=parts
         ).replace(input_speed=speed),
     )
     return made
@@ -72,7 +72,7 @@ def radiation_efficiency(run: Run) -> RadiationEfficiency:
     """Radiation efficiency of the housing under bearing forces, or of one surface velocity."""
     made: RadiationEfficiency
     power = run[SOUND_POWER]
-    if run.scene.from_modes:
+    if run.scene.power_uses_modes:
         modal = power, run[RADIATION_RESISTANCE], run[HOUSING], run[FORCE_SPECTRUM]
         made = run.cached(RADIATION_EFFICIENCY, modal, lambda progress: acoustics.modal_efficiency(*modal))
         return made

@@ -78,7 +78,7 @@ def transfer_vectors(run: Run) -> TransferVectors:
             fidelity=run.fidelity.acoustics,
             executor=run.executor,
             progress=progress,
-            shards=parts,
+            checkpoints=parts,
         ),
     )
     return made

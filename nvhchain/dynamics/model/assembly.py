@@ -98,7 +98,7 @@ class Assembly:
         """Return the generalised force (n,) of external torques (n_rotor,) (N m) along the running directions."""
         return np.asarray(self.torques.T @ torque)
 
-    def at_speed(self, input_speed: float) -> Assembly:
+    def set_speed(self, input_speed: float) -> Assembly:
         """Return the assembly with the gyroscopic terms of another input speed (rad/s)."""
         change = (input_speed - self.input_speed) * self.gyroscopic
         return replace(self, damping=self.damping + change, input_speed=input_speed)
@@ -129,7 +129,7 @@ def assemble(
     kinematics = train(gearbox, mesh_laws)
     bearings, n_shaft = gearbox.bearings, len(gearbox.shafts)
     n_mode = 0 if housing is None else len(housing.natural_frequency)
-    shapes, residual, modal_stiffness, modal_damping = _of_housing(gearbox, housing)
+    shapes, residual, modal_stiffness, modal_damping = _housing_matrices(gearbox, housing)
 
     contacts, of_mesh, share = all_wrenches(gearbox, kinematics, mesh_laws, gearbox.face_points)
     seats = [
@@ -164,7 +164,7 @@ def assemble(
         "the housing's seat residual is so negative that bearing and seat in series are unstable: add housing modes",
     )
 
-    mass, own_stiffness, own_damping = _own(gearbox, shafts, modal_stiffness, modal_damping)
+    mass, own_stiffness, own_damping = _uncoupled_matrices(gearbox, shafts, modal_stiffness, modal_damping)
     stiffness = np.diag(own_stiffness) + bearing_map.T @ k_eff @ bearing_map
     damping = np.diag(own_damping) + bearing_map.T @ c_eff @ bearing_map
     lowest, *_, highest = np.linalg.eigvalsh(stiffness / np.sqrt(np.outer(mass, mass)))
@@ -190,8 +190,8 @@ def assemble(
     free[turning] = null_space((root * ratio[turning])[None, :]) / root[:, None]
     n_torsion = free.shape[1]
 
-    def with_torsion(of: Sequence[Sequence[Wrench]]) -> FloatArray:
-        rows = [shafts.rows(wrenches) for wrenches in of]
+    def contact_rows(contacts: Sequence[Sequence[Wrench]]) -> FloatArray:
+        rows = [shafts.rows(wrenches) for wrenches in contacts]
         return np.array([np.concatenate([on_unknowns, on_spins @ free]) for on_unknowns, on_spins in rows])
 
     def widened(rows: FloatArray) -> FloatArray:
@@ -212,30 +212,30 @@ def assemble(
         damping=np.pad(damping, (0, n_torsion)),
         gyroscopic=gyroscopic,
         input_speed=0.0,
-        contact=with_torsion(contacts),
+        contact=contact_rows(contacts),
         mesh=of_mesh,
         share=share,
-        misalignment=with_torsion(
+        misalignment=contact_rows(
             [
                 tilt
                 for mesh, law in zip(gearbox.meshes, mesh_laws, strict=True)
                 for tilt in tilt_wrenches(gearbox, kinematics, mesh, law)
             ]
         ),
-        mesh_error=with_torsion(
+        mesh_error=contact_rows(
             [
                 error_wrenches(gearbox, kinematics, mesh, law)
                 for mesh, law in zip(gearbox.meshes, mesh_laws, strict=True)
             ]
         ),
-        torques=with_torsion([[twist] for twist in twists]),
+        torques=contact_rows([[twist] for twist in twists]),
         bearing_stiffness=widened(k_eff @ bearing_map),
         bearing_damping=widened(c_eff @ bearing_map),
         seat_shapes=shapes,
         seat_residual=residual,
         inertia=inertia,
         free=free,
-    ).at_speed(input_speed)
+    ).set_speed(input_speed)
 
 
 def _laden(gearbox: Gearbox, shaft: Shaft) -> Shaft:
@@ -244,7 +244,7 @@ def _laden(gearbox: Gearbox, shaft: Shaft) -> Shaft:
     return replace(shaft, bodies=shaft.bodies + tuple(carried)) if carried else shaft
 
 
-def _of_housing(gearbox: Gearbox, housing: ReducedHousing | None) -> tuple[FloatArray, ...]:
+def _housing_matrices(gearbox: Gearbox, housing: ReducedHousing | None) -> tuple[FloatArray, ...]:
     """Return seat shapes (3 n_bearing, n_mode) and residual (3 n_bearing, 3 n_bearing), modal stiffness and damping."""
     size = 3 * len(gearbox.bearings)
     if housing is None:
@@ -264,7 +264,7 @@ def _of_housing(gearbox: Gearbox, housing: ReducedHousing | None) -> tuple[Float
     )
 
 
-def _own(
+def _uncoupled_matrices(
     gearbox: Gearbox, shafts: Sections, modal_stiffness: FloatArray, modal_damping: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the mass, stiffness and damping of the unknowns by themselves, without torsion."""

@@ -244,7 +244,7 @@ class Drive:
     track: Track | None = None
 
     @property
-    def of_torque(self) -> bool:
+    def torque_given(self) -> bool:
         """True where the torque is given, False for the speed."""
         return self.fluctuation.quantity == "torque"
 
@@ -256,7 +256,7 @@ class Drive:
     def torque(self, middle: FloatArray, step: float) -> FloatArray:
         """Return the torque on the input (N m), mean over steps of `step` (s) about the times `middle` (s)."""
         late, early = (middle + side * step for side in (0.5, -0.5))
-        if not self.of_torque:
+        if not self.torque_given:
             return np.asarray(self.inertia * (self.speed(late) - self.speed(early)) / step)
         if self.track is None:
             return self._waves(self.motion(middle)[1], lambda one: one.amplitude)
@@ -270,7 +270,7 @@ class Drive:
         if self.track is not None:
             return np.interp(time, self.track.time, self.track.speed)
         speed, angle = self.motion(time)
-        if self.of_torque:
+        if self.torque_given:
             return self._waves(angle, lambda one: one.amplitude / (self.inertia * one.order * speed), 0.5 * pi)
         return self._waves(angle, lambda one: one.amplitude)
 
@@ -279,6 +279,6 @@ class Drive:
         if self.track is not None:
             return self.track.integral_at(time, self.track.speed, self.track.angle) / (2.0 * pi)
         speed, angle = self.motion(time)
-        if self.of_torque:
+        if self.torque_given:
             return self._waves(angle, lambda one: -one.amplitude / (self.inertia * (one.order * speed) ** 2)) / (2 * pi)
         return self._waves(angle, lambda one: one.amplitude / (one.order * speed), 0.5 * pi) / (2 * pi)

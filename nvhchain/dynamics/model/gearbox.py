@@ -28,7 +28,7 @@ LARGEST_DAMPING_TIME = 1e-2
 seat is wrong (`nvhchain.dynamics.model.assembly`)."""
 
 
-def _within(owner: str, *limits: tuple[str, float, float, float, str]) -> None:
+def _check_limits(owner: str, *limits: tuple[str, float, float, float, str]) -> None:
     """Refuse all values outside their limits.
 
     limits : (field, value, lowest, highest, unit) of every value.
@@ -72,7 +72,7 @@ class RigidBody:
     def __post_init__(self) -> None:
         check_fields(self)
         _plain(self)
-        _within(
+        _check_limits(
             "body",
             ("z", self.z, -5.0, 5.0, "m"),
             ("mass", self.mass, 0.0, 1e4, "kg"),
@@ -115,7 +115,7 @@ class Cylinder:
     def __post_init__(self) -> None:
         check_fields(self)
         _plain(self)
-        _within(
+        _check_limits(
             "segment",
             ("start", self.start, -5.0, 5.0, "m"),
             ("end", self.end, -5.0, 5.0, "m"),
@@ -131,7 +131,7 @@ class Cylinder:
             f"segment: inner_diameter = {self.inner_diameter} m must be below outer_diameter = {self.outer_diameter} m",
         )
 
-    def as_body(self) -> RigidBody:
+    def rigid_body(self) -> RigidBody:
         """Return mass and inertia of the hollow cylinder about its centre of mass."""
         outer, inner, length = 0.5 * self.outer_diameter, 0.5 * self.inner_diameter, self.end - self.start
         mass = self.density * pi * (outer**2 - inner**2) * length
@@ -180,7 +180,7 @@ class Shaft:
         check_name(self.name, "shaft: name")
         object.__setattr__(self, "axis", tuple(float(value) for value in self.axis))
         require(len(self.axis) == 2, f"shaft {self.name}: axis = {self.axis} must be (x, y) in m")
-        _within(
+        _check_limits(
             f"shaft {self.name}",
             *(("axis", value, -5.0, 5.0, "m") for value in self.axis),
             ("coupled_inertia", self.coupled_inertia, 0.0, 1e8, "kg m²"),
@@ -200,7 +200,7 @@ class Shaft:
 
     def inertia(self) -> RigidBody:
         """Return the shaft and its bodies as one body (parallel-axis theorem), without the coupled inertia."""
-        parts = [segment.as_body() for segment in self.segments] + list(self.bodies)
+        parts = [segment.rigid_body() for segment in self.segments] + list(self.bodies)
         mass = sum(part.mass for part in parts)
         polar = sum(part.polar_inertia for part in parts)
         require(
@@ -257,7 +257,7 @@ class Bearing:
         _plain(self)
         check_name(self.name, "bearing: name")
         owner = f"bearing {self.name}"
-        _within(
+        _check_limits(
             owner,
             ("z", self.z, -5.0, 5.0, "m"),
             ("radial_stiffness", self.radial_stiffness, 1e3, 1e12, "N/m"),
@@ -274,7 +274,7 @@ class Bearing:
         )
         if self.loss_factor_frequency is not None:
             lowest = self.loss_factor / (2.0 * pi * LARGEST_DAMPING_TIME)
-            _within(owner, ("loss_factor_frequency", self.loss_factor_frequency, lowest, 1e5, "Hz"))
+            _check_limits(owner, ("loss_factor_frequency", self.loss_factor_frequency, lowest, 1e5, "Hz"))
 
     @property
     def damping(self) -> tuple[float, float]:
@@ -319,7 +319,7 @@ class LooseGear:
         check_fields(self)
         _plain(self)
         check_name(self.name, "loose gear: name")
-        _within(f"loose gear {self.name}", ("drag_torque", self.drag_torque, 0.0, 1e5, "N m"))
+        _check_limits(f"loose gear {self.name}", ("drag_torque", self.drag_torque, 0.0, 1e5, "N m"))
         require(
             self.body.mass > 0.0 and self.body.polar_inertia > 0.0,
             f"loose gear {self.name}: its body has no mass or no polar inertia: give it both",
@@ -362,13 +362,13 @@ class Mesh:
     def __post_init__(self) -> None:
         check_fields(self)
         _plain(self)
-        _within(
+        _check_limits(
             "mesh",
             ("z", self.z, -5.0, 5.0, "m"),
             ("phase", self.phase, -100.0, 100.0, "rad"),
         )
         if self.tilt_ratio is not None:
-            _within("mesh", ("tilt_ratio", self.tilt_ratio, 0.0, 10.0, ""))
+            _check_limits("mesh", ("tilt_ratio", self.tilt_ratio, 0.0, 10.0, ""))
         require(
             self.pinion_shaft != self.wheel_shaft,
             f"mesh: pinion_shaft and wheel_shaft are both {self.pinion_shaft!r}: a mesh joins two shafts",
@@ -493,7 +493,7 @@ class Gearbox:
         carriers = {gear.name: gear.shaft for gear in self.loose_gears}
         return [shaft.name for shaft in self.shafts].index(carriers.get(name, name))
 
-    def with_bodies(self, shaft: str, bodies: Iterable[RigidBody]) -> Gearbox:
+    def add_bodies(self, shaft: str, bodies: Iterable[RigidBody]) -> Gearbox:
         """Return the gearbox with more bodies on one shaft, such as gears whose inertia another step computed."""
         require(
             shaft in [known.name for known in self.shafts],

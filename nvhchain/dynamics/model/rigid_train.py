@@ -13,7 +13,7 @@ from nvhchain.handoff import MeshLaw
 from nvhchain.kinds import checked
 
 
-def felt_at_input(gearbox: Gearbox, mesh_laws: Sequence[MeshLaw]) -> float:
+def input_inertia(gearbox: Gearbox, mesh_laws: Sequence[MeshLaw]) -> float:
     """Return the inertia of the train seen from the input (kg m²)."""
     model = assemble(gearbox, mesh_laws, None)
     return train_inertia(model.train, model.inertia)

@@ -28,7 +28,7 @@ class Wrench:
     rotor: int = -1
 
     @property
-    def on_shaft(self) -> FloatArray:
+    def shaft_load(self) -> FloatArray:
         """Part (6,) of the load that the shaft takes."""
         return self.load if self.rotor < 0 else self.load * [1.0, 1.0, 1.0, 1.0, 1.0, 0.0]
 
@@ -72,7 +72,7 @@ class Sections:
             # u + ψ × r with ψ = (ψx, ψy, 0)
             share = np.array([fx, fy, fz, mx - arm * fy, my + arm * fx])
             if self.elastic is not None:
-                share = np.concatenate([share, wrench.on_shaft @ self.elastic[i].at(wrench.z)])
+                share = np.concatenate([share, wrench.shaft_load @ self.elastic[i].motion_at(wrench.z)])
             on_unknowns[self.columns(i)] += share
             rotor = i if wrench.rotor < 0 else wrench.rotor
             on_spins[rotor] += self.rotation[rotor] * mz
@@ -113,7 +113,7 @@ def sections(
     if element > 0.0:
         elastic = tuple(
             elastic_shaft(
-                shaft, [(w.z, w.on_shaft) for w in acting if w.shaft == i], element=element, frequency=frequency
+                shaft, [(w.z, w.shaft_load) for w in acting if w.shaft == i], element=element, frequency=frequency
             )
             for i, shaft in enumerate(shafts)
         )

@@ -44,7 +44,7 @@ class ElasticShaft:
     shapes: FloatArray
     gyroscopic: FloatArray
 
-    def at(self, z: float) -> FloatArray:
+    def motion_at(self, z: float) -> FloatArray:
         """Return the motion (6, n_e) of the cross-section at `z`, one of the nodes."""
         return np.asarray(self.shapes[int(np.argmin(np.abs(self.z - z)))])
 
@@ -141,10 +141,10 @@ def _section(segments: Sequence[Cylinder]) -> tuple[float, ...]:
 
 
 # motions of two nodes that bend the beam in the planes z–x and z–y: deflections and slopes
-_IN_X = np.zeros((4, 12))
-_IN_X[[0, 1, 2, 3], [0, 4, 6, 10]] = 1.0, 1.0, 1.0, 1.0
-_IN_Y = np.zeros((4, 12))
-_IN_Y[[0, 1, 2, 3], [1, 3, 7, 9]] = 1.0, -1.0, 1.0, -1.0
+_BENDING_X = np.zeros((4, 12))
+_BENDING_X[[0, 1, 2, 3], [0, 4, 6, 10]] = 1.0, 1.0, 1.0, 1.0
+_BENDING_Y = np.zeros((4, 12))
+_BENDING_Y[[0, 1, 2, 3], [1, 3, 7, 9]] = 1.0, -1.0, 1.0, -1.0
 
 
 def _bending(length: float, bend: float, shear: float, mass: float, rotary: float) -> tuple[FloatArray, ...]:
@@ -190,10 +190,10 @@ def _beam(shaft: Shaft, z: FloatArray) -> tuple[FloatArray, FloatArray, FloatArr
         )
         k, m, turning = _bending(length, bend, shear, heavy, rotary)
         at = slice(6 * first, 6 * first + 12)
-        stiffness[at, at] += _IN_X.T @ k @ _IN_X + _IN_Y.T @ k @ _IN_Y
-        mass[at, at] += _IN_X.T @ m @ _IN_X + _IN_Y.T @ m @ _IN_Y
+        stiffness[at, at] += _BENDING_X.T @ k @ _BENDING_X + _BENDING_Y.T @ k @ _BENDING_Y
+        mass[at, at] += _BENDING_X.T @ m @ _BENDING_X + _BENDING_Y.T @ m @ _BENDING_Y
         # θx is minus the slope in the plane z–y
-        spin[at, at] += polar * (_IN_X.T @ turning @ _IN_Y - _IN_Y.T @ turning @ _IN_X)
+        spin[at, at] += polar * (_BENDING_X.T @ turning @ _BENDING_Y - _BENDING_Y.T @ turning @ _BENDING_X)
         for own, along, per_length in ((2, stretch, heavy), (5, twist, polar)):
             pair = np.ix_([6 * first + own, 6 * first + 6 + own], [6 * first + own, 6 * first + 6 + own])
             stiffness[pair] += along / length * np.array([[1.0, -1.0], [-1.0, 1.0]])

@@ -15,13 +15,13 @@ from nvhchain.handoff.declared import Label
 
 ROUNDING = 1e-9
 """Interpolation error over the angle within the gap, relative to a law's largest force."""
-APART = 1e-9
+TOUCHING_DEFLECTION = 1e-9
 """Rounding error (m) of the deflection of flanks that touch without load."""
-HELD = 1.5e-6, 5e-6
-"""Steps (s) that keep 1e-4 of the peak through contact loss and impact under load, without and with bent_ways
+ACCURATE_STEPS = 1.5e-6, 5e-6
+"""Steps (s) that keep 1e-4 of the peak through contact loss and impact under load, without and with path_correction
 (docs/measured/dynamics/cuts.md)."""
 ERROR = 4e-3, 2e-4
-"""Error at steps of 10 µs, relative to the peak, without and with bent_ways (same page)."""
+"""Error at steps of 10 µs, relative to the peak, without and with path_correction (same page)."""
 
 
 def parted_flanks(
@@ -43,19 +43,21 @@ def parted_flanks(
         of = model.assembly.gearbox.meshes[mesh]
         behind, front = gap_ends(model.table, int(row))
         # outside these samples the flanks touch at every angle
-        maybe = np.flatnonzero((drive[:, mesh] < front.max() - APART) & (back[:, mesh] > behind.min() + APART))
+        maybe = np.flatnonzero(
+            (drive[:, mesh] < front.max() - TOUCHING_DEFLECTION) & (back[:, mesh] > behind.min() + TOUCHING_DEFLECTION)
+        )
         place = np.mod(phases(maybe)[:, mesh], 1.0) * (len(front) - 1)
         nodes = np.arange(len(front))
-        free = (drive[maybe, mesh] < np.interp(place, nodes, front) - APART) & (
-            back[maybe, mesh] > np.interp(place, nodes, behind) + APART
+        free = (drive[maybe, mesh] < np.interp(place, nodes, front) - TOUCHING_DEFLECTION) & (
+            back[maybe, mesh] > np.interp(place, nodes, behind) + TOUCHING_DEFLECTION
         )
         if free.any():
             seconds[f"{of.pinion_shaft}–{of.wheel_shaft}"] = float(free.sum() * sample_time)
-    return stated_loss(seconds, model.step.step, model.bent)
+    return stated_loss(seconds, model.step.step, model.corrected)
 
 
 def stated_loss(seconds: Mapping[str, float], time_step: float, bent: bool) -> ForceAccuracy:
-    """State contact loss by mesh (s) under steps (s), with or without `bent_ways`."""
+    """State contact loss by mesh (s) under steps (s), with or without `path_correction`."""
     if not seconds:
         return ForceAccuracy()
     return ForceAccuracy(
@@ -63,8 +65,8 @@ def stated_loss(seconds: Mapping[str, float], time_step: float, bent: bool) -> F
         parted_time=np.array(list(seconds.values())),
         parted_error=ERROR[bent] * (time_step / 1e-5) ** 2,
         time_step=time_step,
-        needed_step=HELD[bent],
-        needed_step_bent=None if bent else HELD[True],
+        needed_step=ACCURATE_STEPS[bent],
+        needed_step_corrected=None if bent else ACCURATE_STEPS[True],
     )
 
 
@@ -98,7 +100,7 @@ def warn_or_refuse(stated: ForceAccuracy) -> None:
     Raises InputError if the expected error of contact loss reaches the peak force.
     """
     if (stated.parted_error or 0.0) >= 1.0 and stated.time_step is not None:
-        told = next(doubt.text for doubt in stated.doubts() if doubt.kind == CONTACT_LOSS)
+        text = next(doubt.text for doubt in stated.doubts() if doubt.kind == CONTACT_LOSS)
         largest = stated.time_step * (stated.parted_error or 1.0) ** -0.5
-        raise InputError(f"{told}; at most {1e6 * largest:.3g} µs are taken")
+        raise InputError(f"{text}; at most {1e6 * largest:.3g} µs are taken")
     warn_of(stated)

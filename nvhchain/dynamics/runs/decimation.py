@@ -33,8 +33,8 @@ class Decimator:
 
     stride : steps per sample.
     half : H, steps on either side of a sample that its filter covers, a multiple of stride.
-    on_state : (n_state, n_out) factor of the state.
-    on_excess : ((2 H + 2) (2 n_row + n_push), n_out) factor of the excess forces.
+    state_factor : (n_state, n_out) factor of the state.
+    excess_factor : ((2 H + 2) (2 n_row + n_push), n_out) factor of the excess forces.
     constant : (n_out,) constant part.
 
     The output around step m + H is state_m · on_state + (excesses m − 1 … m + 2 H) · on_excess + constant.
@@ -42,8 +42,8 @@ class Decimator:
 
     stride: int
     half: int
-    on_state: FloatArray
-    on_excess: FloatArray
+    state_factor: FloatArray
+    excess_factor: FloatArray
     constant: FloatArray
 
     def apply(self, states: FloatArray, excesses: FloatArray) -> FloatArray:
@@ -53,8 +53,8 @@ class Decimator:
         """
         width = 2 * self.half + 2
         windows = sliding_window_view(excesses, width, axis=0)[:: self.stride][: len(states)].transpose(0, 2, 1)
-        seen = windows.reshape(len(states), len(self.on_excess))
-        return np.asarray(states @ self.on_state + seen @ self.on_excess + self.constant, dtype=float)
+        seen = windows.reshape(len(states), len(self.excess_factor))
+        return np.asarray(states @ self.state_factor + seen @ self.excess_factor + self.constant, dtype=float)
 
 
 def low_pass(rate: float, stride: int, f_max: float, attenuation: float) -> FloatArray:

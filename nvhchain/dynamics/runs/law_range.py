@@ -34,10 +34,10 @@ def excursions(
         low, high = float(law.deflection[0]), float(law.deflection[-1])
         if lowest < low or highest > high:
             found[f"{mesh.pinion_shaft}–{mesh.wheel_shaft}"] = lowest, highest, low, high
-    return _beyond(found)
+    return _deflection_fields(found)
 
 
-def _beyond(found: Mapping[str, Sequence[float]]) -> ForceAccuracy:
+def _deflection_fields(found: Mapping[str, Sequence[float]]) -> ForceAccuracy:
     """State lowest and highest deflection and the ends of the table (m) by mesh."""
     if not found:
         return ForceAccuracy()
@@ -60,7 +60,7 @@ def joined(parts: Sequence[ForceAccuracy]) -> ForceAccuracy:
             beyond[mesh] = [min(before[0], lowest), max(before[1], highest), low, high]
         for mesh, time in zip(part.parted or (), () if part.parted_time is None else part.parted_time, strict=True):
             seconds[mesh] = seconds.get(mesh, 0.0) + float(time)
-    whole |= _beyond(beyond)
+    whole |= _deflection_fields(beyond)
     if seconds:
         whole |= ForceAccuracy(parted=tuple(map(Label, seconds)), parted_time=np.array(list(seconds.values())))
     return whole

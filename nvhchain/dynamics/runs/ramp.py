@@ -48,9 +48,9 @@ class Ramp:
 
     def motion(self, time: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return speed (rad/s) and angle (rad) at `time` (s)."""
-        return self.speed(time), 2.0 * pi * self.turns(time)
+        return self.speed(time), 2.0 * pi * self.input_turns(time)
 
-    def turns(self, time: FloatArray) -> FloatArray:
+    def input_turns(self, time: FloatArray) -> FloatArray:
         """Return the turns of the input since time 0."""
         inside = np.clip(time, 0.0, self.duration)
         angle = self.start_speed * time + self.acceleration * inside * (time - 0.5 * inside)

@@ -24,13 +24,13 @@ from nvhchain.dynamics.runs.law_range import joined
 from nvhchain.dynamics.runs.ramp import Operation
 from nvhchain.dynamics.runs.run_up_record import Sampled, record
 from nvhchain.dynamics.runs.speed_ramp import RunUp, Standing, prepare, samples, start
-from nvhchain.dynamics.time_loop.one_thread import on_one_thread
+from nvhchain.dynamics.time_loop.one_thread import one_blas_thread
 from nvhchain.dynamics.time_loop.simulation import Motion
 from nvhchain.errors import FileFormatError, require
 from nvhchain.files import hdf5
-from nvhchain.files.alone import alone_in
-from nvhchain.files.shelf import code_version, fingerprint
-from nvhchain.files.whole import in_memory, write_whole
+from nvhchain.files.atomic_write import content_of, write_atomic
+from nvhchain.files.folder_lock import hold_folder
+from nvhchain.files.result_cache import code_version, fingerprint
 from nvhchain.handoff import BearingForces, FloatArray, ForceAccuracy, MeshLaw, ReducedHousing
 from nvhchain.kinds import checked
 
@@ -71,7 +71,7 @@ class Recording:
             yield hdf5.load(path, BearingForces)
 
 
-@on_one_thread
+@one_blas_thread
 @checked
 def record_run_up(
     gearbox: Gearbox,
@@ -118,33 +118,33 @@ def record_run_up(
     folder = hdf5.writable_folder(folder, "folder")
     provenance = {"key": key, "stage": "run_up", "version": version, "fidelity": asdict(operation["fidelity"])}
 
-    def follow(at: _Place, wanted: Set[int] | None) -> _Place:
-        """Continue from `at`; save the pieces `wanted` and stop after the last of them, or save all to the end."""
+    def follow(place: _Place, wanted: Set[int] | None) -> _Place:
+        """Continue from `place`; save the pieces `wanted` and stop after the last of them, or save all to the end."""
         waiting: list[FloatArray] = []
-        for piece, stands in samples(run, at.standing):
+        for piece, stands in samples(run, place.standing):
             waiting.append(piece)
             whole = sum(len(part) for part in waiting)
             if whole >= (CONTACT_PIECE if len(answers) else PIECE) or (stands.block == run.blocks and whole > 0):
-                if wanted is None or at.written in wanted:
+                if wanted is None or place.written in wanted:
                     sampled = Sampled.room(run, whole)
                     sampled.fill(0, np.concatenate(waiting))
-                    forces = record(run, at.first, sampled, mesh_laws, operation["fidelity"])
-                    made = provenance | {"piece": at.written} | forces.provenance
-                    hdf5.save(forces.replace(provenance=made), _path(folder, at.written))
-                at, waiting = _Place(at.written + 1, at.first + whole, stands), []
+                    forces = record(run, place.first, sampled, mesh_laws, operation["fidelity"])
+                    made = provenance | {"piece": place.written} | forces.provenance
+                    hdf5.save(forces.replace(provenance=made), _path(folder, place.written))
+                place, waiting = _Place(place.written + 1, place.first + whole, stands), []
                 if wanted is None:
-                    _keep(folder, key, answers, at)
+                    _write_checkpoint(folder, key, answers, place)
             if progress:
                 progress(stands.block, run.blocks)
-            if wanted is not None and at.written > max(wanted):
+            if wanted is not None and place.written > max(wanted):
                 break
-        return at
+        return place
 
-    with alone_in(folder):
-        at, damaged = _taken_up(folder, key, answers, run)
+    with hold_folder(folder):
+        at, damaged = _resume(folder, key, answers, run)
         if damaged:
             follow(_Place(0, 0, start(run)), damaged)
-            _keep(folder, key, answers, at)
+            _write_checkpoint(folder, key, answers, at)
         written = follow(at, None).written
     paths = tuple(_path(folder, index) for index in range(written))
     warn_or_refuse(joined([hdf5.stated(path, BearingForces, ForceAccuracy) for path in paths]))
@@ -179,7 +179,7 @@ def _answers(run: RunUp, mesh_laws: Sequence[MeshLaw]) -> FloatArray:
     )
 
 
-def _taken_up(folder: Path, key: str, answers: FloatArray, run: RunUp) -> tuple[_Place, frozenset[int]]:
+def _resume(folder: Path, key: str, answers: FloatArray, run: RunUp) -> tuple[_Place, frozenset[int]]:
     """Return the place at which the run continues, and the indices of files to be computed again.
 
     The place is the beginning if there is no checkpoint. Files that changed since the checkpoint are read and checked.
@@ -245,20 +245,20 @@ def _key_of(path: Path) -> str:
         return ""
 
 
-def _keep(folder: Path, key: str, answers: FloatArray, at: _Place) -> None:
-    """Write the checkpoint after the files of `at`, which are on the disk by then."""
-    motion = at.standing.motion
+def _write_checkpoint(folder: Path, key: str, answers: FloatArray, place: _Place) -> None:
+    """Write the checkpoint after the files of `place`, which are on the disk by then."""
+    motion = place.standing.motion
     content: dict[str, Any] = {
         "key": key,
         "answers": answers,
-        "stamps": np.array([_stamp(_path(folder, index)) for index in range(at.written)], dtype=np.int64),
-        "written": at.written,
-        "first": at.first,
-        "block": at.standing.block,
+        "stamps": np.array([_stamp(_path(folder, index)) for index in range(place.written)], dtype=np.int64),
+        "written": place.written,
+        "first": place.first,
+        "block": place.standing.block,
         "state": motion.state,
         "excess": motion.excess,
         "past": np.zeros((5, len(motion.excess))) if motion.past is None else motion.past,
-        "states": at.standing.states,
-        "excesses": at.standing.excesses,
+        "states": place.standing.states,
+        "excesses": place.standing.excesses,
     }
-    write_whole(folder / "standing.npz", in_memory(lambda file: np.savez(file, **content)))
+    write_atomic(folder / "standing.npz", content_of(lambda file: np.savez(file, **content)))

@@ -14,7 +14,7 @@ from nvhchain.dynamics.runs.contact_loss import parted_flanks, warn_or_refuse
 from nvhchain.dynamics.runs.law_range import excursions
 from nvhchain.dynamics.runs.ramp import Operation
 from nvhchain.dynamics.runs.speed_ramp import RunUp, prepare, samples, start
-from nvhchain.dynamics.time_loop.one_thread import on_one_thread
+from nvhchain.dynamics.time_loop.one_thread import one_blas_thread
 from nvhchain.errors import ResourceError
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing
@@ -140,7 +140,7 @@ def run_up(
     return run_up_with_error(gearbox, mesh_laws, housing, progress=progress, **operation)[0]
 
 
-@on_one_thread
+@one_blas_thread
 @checked
 def run_up_with_error(
     gearbox: Gearbox,

@@ -17,7 +17,7 @@ import numpy as np
 
 from nvhchain.dynamics.model.fluctuation import Drive
 from nvhchain.dynamics.model.gearbox import Gearbox
-from nvhchain.dynamics.model.rigid_train import felt_at_input
+from nvhchain.dynamics.model.rigid_train import input_inertia
 from nvhchain.dynamics.model.train import train_inertia
 from nvhchain.dynamics.runs.decimation import Decimator, decimator, low_pass, low_pass_reach, record_stride
 from nvhchain.dynamics.runs.ramp import Operation, Ramp
@@ -27,9 +27,9 @@ from nvhchain.dynamics.time_loop.simulation import (
     Motion,
     Simulation,
     advance,
-    at_rest,
-    at_speed,
     carried_over,
+    quasi_static_state,
+    set_input_speed,
     simulation,
 )
 from nvhchain.errors import ResourceError, require
@@ -48,7 +48,7 @@ class RunUp:
     ramp : speed of the input against time.
     law_period : (n_mesh,) input turns after which each law repeats.
     offset : (n_mesh,) phases of the laws at time 0, in periods.
-    lead : steps before the first sample, in which the influence of the start decays.
+    settling_steps : steps before the first sample, in which the influence of the start decays.
     count : samples of the record.
     drive : fluctuation of the input; None without.
     """
@@ -58,7 +58,7 @@ class RunUp:
     ramp: Ramp
     law_period: FloatArray
     offset: FloatArray
-    lead: int
+    settling_steps: int
     count: int
     drive: Drive | None = None
 
@@ -72,9 +72,9 @@ class RunUp:
         """Filter at the start."""
         return self.decimators[0]
 
-    def part(self, block: int) -> int:
+    def model_index(self, block: int) -> int:
         """Return the index of the model that a block of the time loop takes: that of the speed in its middle."""
-        middle = ((block + 0.5) * BLOCK * self.decimator.stride - self.lead) * self.model.step.step
+        middle = ((block + 0.5) * BLOCK * self.decimator.stride - self.settling_steps) * self.model.step.step
         return min(len(self.models) - 1, max(0, int(middle / self.ramp.duration * len(self.models))))
 
     @property
@@ -85,7 +85,7 @@ class RunUp:
     @property
     def steps(self) -> int:
         """Number of steps, up to the last that the last sample's filter covers."""
-        return self.lead + (self.count - 1) * self.decimator.stride + self.decimator.half + 1
+        return self.settling_steps + (self.count - 1) * self.decimator.stride + self.decimator.half + 1
 
     @property
     def blocks(self) -> int:
@@ -96,11 +96,11 @@ class RunUp:
         """Return the times (s) of the middles of the steps."""
         whole = BLOCK * self.decimator.stride
         step = np.arange(block * whole, min((block + 1) * whole, self.steps), dtype=float)
-        return np.asarray((step - self.lead + 0.5) * self.model.step.step)
+        return np.asarray((step - self.settling_steps + 0.5) * self.model.step.step)
 
     def turns(self, time: FloatArray) -> FloatArray:
         """Return the turns of the common spin, seen from the input, at `time` (s) since the first sample."""
-        turned = self.ramp.turns(time)
+        turned = self.ramp.input_turns(time)
         return turned if self.drive is None else turned + self.drive.turns(time)
 
     def phases(self, block: int) -> FloatArray:
@@ -137,7 +137,7 @@ def prepare(
     require(isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
     fluctuation, slowest, source = operation.get("fluctuation"), min(ramp.start_speed, ramp.end_speed), 0.0
     if fluctuation is not None:
-        gearbox, source = fluctuation.source(gearbox, felt_at_input(gearbox, mesh_laws))
+        gearbox, source = fluctuation.source(gearbox, input_inertia(gearbox, mesh_laws))
     # speeds in the middle of equal parts of the run-up
     parts = fidelity.gyroscopic_speeds if gearbox.gyroscopic and ramp.acceleration else 1
     way = ramp.speed((np.arange(parts) + 0.5) / parts * ramp.duration) * gearbox.gyroscopic
@@ -159,7 +159,7 @@ def prepare(
     band = (1.0 / fidelity.time_step, stride, f_max, fidelity.stopband_attenuation)
     _check_block(model, stride, low_pass_reach(*band), parts, f_max)
     taps = low_pass(*band)
-    models = (model, *(at_speed(model, float(speed)) for speed in way[1:]))
+    models = (model, *(set_input_speed(model, float(speed)) for speed in way[1:]))
     decimators = tuple(decimator(each, stride, taps) for each in models)
     # the quasi-static start is exact from a standstill
     settle = settling_time(model, fidelity) / fidelity.time_step if ramp.start_speed > 0.0 else 0.0
@@ -201,7 +201,7 @@ def _check_block(model: Simulation, stride: int, half: int, parts: int, f_max: f
 def start(run: RunUp) -> Standing:
     """Return the quasi-static solution at the angle from which the run starts."""
     # modes of the first block, at the speed in its middle
-    motion = at_rest(run.models[run.part(0)], run.phases(0)[0])
+    motion = quasi_static_state(run.models[run.model_index(0)], run.phases(0)[0])
     past = 2 * run.decimator.half
     return Standing(
         0,
@@ -219,7 +219,7 @@ def samples(run: RunUp, standing: Standing) -> Iterator[tuple[FloatArray, Standi
     stride, past = run.decimator.stride, 2 * run.decimator.half
 
     def form(old: FloatArray, new: FloatArray, excesses: FloatArray, block: int) -> FloatArray:
-        before, after = (run.decimators[run.part(b)] for b in (max(0, block - 1), block))
+        before, after = (run.decimators[run.model_index(b)] for b in (max(0, block - 1), block))
         if before is after:
             formed = after.apply(np.concatenate([old, new]), excesses)
         else:
@@ -227,14 +227,14 @@ def samples(run: RunUp, standing: Standing) -> Iterator[tuple[FloatArray, Standi
             formed = before.apply(old, excesses)
             if len(new) > 0:
                 formed = np.concatenate([formed, after.apply(new, excesses[len(old) * stride :])])
-        first = block * BLOCK - (run.lead + run.decimator.half) // stride
+        first = block * BLOCK - (run.settling_steps + run.decimator.half) // stride
         return formed[max(0, -first) : max(0, run.count - first)]
 
     with ThreadPoolExecutor(1) as forming:
         waiting = None
         for block in range(standing.block, run.blocks):
-            steps, model, motion = BLOCK * stride, run.models[run.part(block)], standing.motion
-            before = run.models[run.part(max(0, block - 1))]
+            steps, model, motion = BLOCK * stride, run.models[run.model_index(block)], standing.motion
+            before = run.models[run.model_index(max(0, block - 1))]
             if before is not model:
                 motion = carried_over(motion, before, model)
             motion, states, excesses = advance(
@@ -242,7 +242,7 @@ def samples(run: RunUp, standing: Standing) -> Iterator[tuple[FloatArray, Standi
                 motion,
                 run.phases(block),
                 stride=stride,
-                start_time=(block * steps - run.lead) * model.step.step,
+                start_time=(block * steps - run.settling_steps) * model.step.step,
                 torque=run.torque(block),
             )
             # a last block may be shorter than the filter: there are fewer whole windows than waiting states

@@ -15,15 +15,22 @@ from scipy.fft import next_fast_len
 from nvhchain.conventions import Progress
 from nvhchain.dynamics.model.fluctuation import Drive, Fluctuation
 from nvhchain.dynamics.model.gearbox import Gearbox
-from nvhchain.dynamics.model.rigid_train import felt_at_input
+from nvhchain.dynamics.model.rigid_train import input_inertia
 from nvhchain.dynamics.model.train import Train, train
 from nvhchain.dynamics.runs.contact_loss import parted_flanks, warn_or_refuse
 from nvhchain.dynamics.runs.law_range import excursions
 from nvhchain.dynamics.runs.ramp import Ramp
 from nvhchain.dynamics.time_loop.mesh_levels import ContactForce
-from nvhchain.dynamics.time_loop.one_thread import on_one_thread
+from nvhchain.dynamics.time_loop.one_thread import one_blas_thread
 from nvhchain.dynamics.time_loop.quasi_static import law_phases
-from nvhchain.dynamics.time_loop.simulation import Motion, Simulation, advance, at_rest, bearing_force, simulation
+from nvhchain.dynamics.time_loop.simulation import (
+    Motion,
+    Simulation,
+    advance,
+    bearing_force,
+    quasi_static_state,
+    simulation,
+)
 from nvhchain.errors import ResourceError, SolverError, require
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import BearingForces, FloatArray, IntArray, MeshLaw, ReducedHousing
@@ -34,7 +41,7 @@ BLOCK = 8192
 """Steps per call of the time loop: bounds the memory of the state history."""
 
 
-@on_one_thread
+@one_blas_thread
 @checked
 def bearing_forces(
     gearbox: Gearbox,
@@ -118,8 +125,8 @@ def bearing_forces(
     if fluctuation is not None:
         also = fluctuation.period
         common = Fraction(lcm(common.numerator, also.numerator), gcd(common.denominator, also.denominator))
-        gearbox, _ = fluctuation.source(gearbox, felt_at_input(gearbox, mesh_laws))
-        own = felt_at_input(gearbox, mesh_laws)
+        gearbox, _ = fluctuation.source(gearbox, input_inertia(gearbox, mesh_laws))
+        own = input_inertia(gearbox, mesh_laws)
     check_step(gearbox, mesh_laws, kinematics, input_speed, f_max, fidelity)
     period = float(common) * 2.0 * pi / input_speed
     periods = max(1, ceil(duration / period * (1.0 - 1e-9)))
@@ -176,7 +183,7 @@ def bearing_forces(
     return made
 
 
-@on_one_thread
+@one_blas_thread
 @checked
 def steady_sweep(
     gearbox: Gearbox,
@@ -230,13 +237,13 @@ def steady_sweep(
         contact_forces=contact_forces,
     )
     tell, records = progress if progress is not None else _silent, []
-    for record in (executor.map if executor else map)(partial(_at_speed, settled), input_speeds):
+    for record in (executor.map if executor else map)(partial(_forces_of_speed, settled), input_speeds):
         records.append(record)
         tell(len(records), len(input_speeds))
     return tuple(records)
 
 
-def _at_speed(settled: Callable[..., BearingForces], speed: float) -> BearingForces:
+def _forces_of_speed(settled: Callable[..., BearingForces], speed: float) -> BearingForces:
     return settled(input_speed=speed)
 
 
@@ -263,7 +270,7 @@ class _Cycle:
         """Return the times (s) of the middles of the block of steps from `first`."""
         return np.asarray((np.arange(first, min(first + BLOCK, self.count)) + 0.5) * self.step)
 
-    def _beyond(self, time: FloatArray) -> FloatArray | float:
+    def _added_phases(self, time: FloatArray) -> FloatArray | float:
         """Return the phases (n, n_mesh) that the fluctuation adds at `time` (s)."""
         if self.drive is None:
             return 0.0
@@ -274,12 +281,12 @@ class _Cycle:
         # (n + ½)/N · repeats, reduced to one law period in whole numbers: no phase error accumulates
         odd = 2 * np.arange(first, min(first + BLOCK, self.count), dtype=np.int64)[:, None] + 1
         plain = (odd * np.array(self.repeats, dtype=np.int64) % (2 * self.count)) / (2.0 * self.count) + self.offset
-        return np.asarray(plain + self._beyond(self._middle(first)))
+        return np.asarray(plain + self._added_phases(self._middle(first)))
 
     def phases_at(self, step: IntArray) -> FloatArray:
         """Return the phases at the starts of steps (n,), which may pass the end of the period."""
         plain = step[:, None] % self.count * np.array(self.repeats) / self.count + self.offset
-        return np.asarray(plain + self._beyond(np.asarray(step * self.step, dtype=float)))
+        return np.asarray(plain + self._added_phases(np.asarray(step * self.step, dtype=float)))
 
     def torque(self, first: int) -> FloatArray | None:
         """Return the fluctuating torque on the input (N m) in the block of steps from `first`; None without."""
@@ -291,7 +298,7 @@ def _settle(
     motion: Motion,
     cycle: _Cycle,
     fidelity: DynamicsFidelity,
-    tell: Progress,
+    report: Progress,
 ) -> tuple[Motion, FloatArray, FloatArray]:
     """Run until the influence of the start has decayed; return the result of `_period` for the first settled period."""
     duration = cycle.count * model.step.step
@@ -305,7 +312,7 @@ def _settle(
         for _ in range(apart - 1):
             motion = _pass(model, motion, cycle)
         motion, latest, angular = _period(model, motion, cycle)
-        tell(min(block + 1, expected), expected + 1)
+        report(min(block + 1, expected), expected + 1)
         if force is not None:
             change, swing = float(np.abs(latest - force).max()), float(np.ptp(latest, axis=0).max())
             # rounding of the static force does not decay; without excitation there is nothing else
@@ -313,7 +320,7 @@ def _settle(
             # sum of a geometric series; before the second difference its ratio is that of the slowest mode
             left = change**2 / (before - change) if change < before < inf else change
             if change <= rounding or max(change, left) <= small:
-                tell(expected + 1, expected + 1)
+                report(expected + 1, expected + 1)
                 return motion, latest, angular
             before = change
         force = latest
@@ -387,7 +394,7 @@ def _ramp(model: Simulation, cycle: _Cycle) -> Motion:
     The drive does not fluctuate meanwhile.
     """
     repeats = np.array(cycle.repeats)
-    motion = at_rest(model, cycle.offset - 0.5 * repeats)
+    motion = quasi_static_state(model, cycle.offset - 0.5 * repeats)
     for first in range(0, cycle.count, BLOCK):
         middle = (np.arange(first, min(first + BLOCK, cycle.count)) + 0.5) / cycle.count
         # ∫ (1 − cos πx)/2 dx, in all half a period

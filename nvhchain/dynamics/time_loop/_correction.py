@@ -30,9 +30,9 @@ STANDING = 1e-12
 
 @njit("UniTuple(f8, 2)(f8[:, ::1], f8[:, :, ::1], i8, i8, i8, f8, i8, f8, f8, i8)", **COMPILED, forceinline=True)
 @CALLS
-def flank_force(grid, force, k, low, high, weight, n, side, at, hint):  # type: ignore[no-untyped-def]
-    """Return the force of a flank of mesh k at contact deflection `at`, and its slope (arguments of `mean_force`)."""
-    x = side * at
+def flank_force(grid, force, k, low, high, weight, n, side, u, hint):  # type: ignore[no-untyped-def]
+    """Return the force of a flank of mesh k at contact deflection `u`, and its slope (arguments of `mean_force`)."""
+    x = side * u
     j = cell(grid, k, n, x, hint)
     a = blend(force, k, low, high, weight, j)
     slope = (blend(force, k, low, high, weight, j + 1) - a) / (grid[k, j + 1] - grid[k, j])
@@ -49,7 +49,7 @@ def flank_force(grid, force, k, low, high, weight, n, side, at, hint):  # type: 
     forceinline=True,
 )
 @CALLS
-def left_out(  # type: ignore[no-untyped-def]
+def mean_excess_correction(  # type: ignore[no-untyped-def]
     n_c, start, end, linear, grid, force, cells, row, following, weight, hint,
     row_then, following_then, weight_then, past, shift, lean,
 ):  # fmt: skip
@@ -58,7 +58,7 @@ def left_out(  # type: ignore[no-untyped-def]
     start, end : deflections at the start of the step and near its end.
     row, following, weight : places in the laws at mid-step.
     row_then, following_then, weight_then : places in the laws at the end of the step.
-    past : (5, n_contact) values of `kept`.
+    past : (5, n_contact) values of `store_step`.
     """
     for i in range(n_c):
         k, side = i // 2, 1.0 - 2.0 * (i % 2)
@@ -86,7 +86,7 @@ def left_out(  # type: ignore[no-untyped-def]
     forceinline=True,
 )
 @CALLS
-def kept(  # type: ignore[no-untyped-def]
+def store_step(  # type: ignore[no-untyped-def]
     n_c, start, end, linear, grid, force, cells, row_then, following_then, weight_then, hint, past
 ):  # fmt: skip
     """Fill `past` with the values of this step that the next one needs.

@@ -22,9 +22,9 @@ from numba import njit
 
 from nvhchain.dynamics.time_loop import _correction as _bend
 from nvhchain.dynamics.time_loop import _law_step, _newton
-from nvhchain.dynamics.time_loop._correction import kept, left_out
+from nvhchain.dynamics.time_loop._correction import mean_excess_correction, store_step
 from nvhchain.dynamics.time_loop._law_step import COMPILED, blend, cell, mean_force, unloaded_at
-from nvhchain.dynamics.time_loop._newton import along, newton_step
+from nvhchain.dynamics.time_loop._newton import newton_step, slope_along
 from nvhchain.runtime._inlined import inlines
 
 CALLS = inlines(_bend, _law_step, _newton)
@@ -72,7 +72,7 @@ def _residual(  # type: ignore[no-untyped-def]
     forceinline=True,
 )
 @CALLS
-def _within_cells(  # type: ignore[no-untyped-def]
+def _solve_in_cells(  # type: ignore[no-untyped-def]
     n_c, y, start, free, compliance, linear, tolerance, grid, force, cells, row,
     following, weight, hint, shift, lean, end, rate, offset, node, slope, work, active,
 ):  # fmt: skip
@@ -146,14 +146,14 @@ REORDERED = {"reassoc", "contract", "nsz"}
 @njit(
     "void(i8, i8, f8[:, ::1], f8[:, ::1], f8[::1], f8[::1], f8[::1])", **COMPILED, forceinline=True, fastmath=REORDERED
 )
-def _deflections(n_mesh, n_z, read_re, read_im, re, im, out):  # type: ignore[no-untyped-def]
+def _deflections(n_mesh, n_z, read_re, read_im, re, im, deflections):  # type: ignore[no-untyped-def]
     """Compute contact deflections of both flanks of every mesh at modal coordinates re + j im."""
     for k in range(n_mesh):
         d = back = 0.0
         for m in range(n_z):
             d += read_re[2 * k, m] * re[m] - read_im[2 * k, m] * im[m]
             back += read_re[2 * k + 1, m] * re[m] - read_im[2 * k + 1, m] * im[m]
-        out[2 * k], out[2 * k + 1] = d, back
+        deflections[2 * k], deflections[2 * k + 1] = d, back
 
 
 @njit("void(i8, f8[:, ::1], i8[::1], i8[::1], i8[::1], f8[::1])", **COMPILED, forceinline=True)
@@ -167,8 +167,8 @@ def _rows_at(n, position, rows, row, following, weight):  # type: ignore[no-unty
 
 
 @cache
-def march_of(bent, pushed):  # type: ignore[no-untyped-def]
-    """Return the time loop with (`bent`) or without the correction, and with (`pushed`) or without a given force.
+def march_of(corrected, pushed):  # type: ignore[no-untyped-def]
+    """Return the time loop with (`corrected`) or without the correction, and with (`pushed`) or without a given force.
 
     Each is compiled apart, to keep the plain one fast.
     """
@@ -203,7 +203,7 @@ def march_of(bent, pushed):  # type: ignore[no-untyped-def]
         states : (n_store, n_state) filled with the state before steps 0, stride, 2 stride, …, without idle modes.
         excesses : (n_step, n_contact) filled with the excess forces of the steps (N). If `pushed`, one more column
             holds the given force of every step, which acts through the last row of `drive`.
-        turned_to : (n_step, n_mesh) row coordinates at the ends of the steps, if `bent`.
+        turned_to : (n_step, n_mesh) row coordinates at the ends of the steps, if `corrected`.
         past : (5, n_contact) values that `_correction.kept` keeps of the last step, in place.
         scratch, counters, work, turned : zeros (17, n_contact), (7, n_contact), (n_contact, n_contact + 1), (n_z,).
         """
@@ -248,19 +248,19 @@ def march_of(bent, pushed):  # type: ignore[no-untyped-def]
                     re[m] -= drive_re[n_c, m] * excesses[n, n_c]
             _deflections(n_mesh, n_z, read_re, read_im, re, turned, free)
 
-            if bent:
+            if corrected:
                 _rows_at(n, turned_to, rows, row_then, following_then, weight_then)
                 for i in range(n_c):
                     d = free[i]
                     for j in range(n_c):
                         d -= compliance[i, j] * y[j]
                     end[i] = d
-                left_out(
+                mean_excess_correction(
                     n_c, start, end, linear, grid, force, cells, row, following, weight, hint,
                     row_then, following_then, weight_then, past, shift, lean,
                 )  # fmt: skip
 
-            if _within_cells(
+            if _solve_in_cells(
                 n_c, trial, start, free, compliance, linear, tolerance, grid, force, cells, row,
                 following, weight, hint, shift, lean, end, rate, offset, node, slope, work, active,
             ):  # fmt: skip
@@ -292,15 +292,15 @@ def march_of(bent, pushed):  # type: ignore[no-untyped-def]
                         if worst <= tolerance:
                             break
                         # ψ still falls there, or rises less steeply than it fell: this is progress
-                        fall = -along(n_c, compliance, move, res)
-                        if worst < np.inf and along(n_c, compliance, move, trial_res) <= 0.9 * fall:
+                        fall = -slope_along(n_c, compliance, move, res)
+                        if worst < np.inf and slope_along(n_c, compliance, move, trial_res) <= 0.9 * fall:
                             break
                         reach *= 0.5
                     for i in range(n_c):
                         y[i], res[i], rate[i] = trial[i], trial_res[i], trial_rate[i]
 
-            if bent:
-                kept(
+            if corrected:
+                store_step(
                     n_c, start, end, linear, grid, force, cells, row_then, following_then, weight_then, hint, past
                 )  # fmt: skip
 

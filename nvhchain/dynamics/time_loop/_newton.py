@@ -50,7 +50,7 @@ def newton_step(n_c, compliance, rate, res, work, step, active):  # type: ignore
 
 
 @njit("f8(i8, f8[:, ::1], f8[::1], f8[::1])", **COMPILED, forceinline=True)
-def along(n_c, compliance, step, res):  # type: ignore[no-untyped-def]
+def slope_along(n_c, compliance, step, res):  # type: ignore[no-untyped-def]
     """Return the slope of ψ along `step`: stepᵀ G res."""
     total = 0.0
     for i in range(n_c):

@@ -34,7 +34,7 @@ class LawTable:
     potential: FloatArray
 
 
-def _between(position: FloatArray, values: FloatArray, wanted: FloatArray) -> FloatArray:
+def _interpolate(position: FloatArray, values: FloatArray, wanted: FloatArray) -> FloatArray:
     """Interpolate `values` (n, k) ≥ 0 by a local cubic that stays ≥ 0, and 0 where both neighbours are 0."""
     result = np.maximum(Akima1DInterpolator(position, values, axis=0, method="makima")(wanted), 0.0)
     left = np.clip(np.searchsorted(position, wanted, side="right") - 1, 0, len(position) - 2)
@@ -53,10 +53,10 @@ def refine(law: MeshLaw, refinement: int) -> FloatArray:
     position = law.angle[index] + turn * law.period
     # the increments keep the interpolated rows monotone; the anchor is the column nearest to zero force
     anchor = int(np.argmin(np.abs(law.force).max(axis=0)))
-    rise = _between(position, np.maximum(np.diff(law.force, axis=1), 0.0)[index], wanted)
+    rise = _interpolate(position, np.maximum(np.diff(law.force, axis=1), 0.0)[index], wanted)
     anchored = law.force[:, anchor]
     lift = float(anchored.min())
-    column = _between(position, (anchored - lift)[index, None], wanted)[:, 0] + lift
+    column = _interpolate(position, (anchored - lift)[index, None], wanted)[:, 0] + lift
     force = np.empty((n_row, len(law.deflection)))
     force[:, anchor] = column
     force[:, anchor + 1 :] = column[:, None] + np.cumsum(rise[:, anchor:], axis=1)
@@ -95,15 +95,15 @@ def row_at(table: LawTable, mesh: int, phase: float) -> FloatArray:
     return np.asarray((1.0 - weight) * force[row] + weight * force[(row + 1) % table.rows[mesh]])
 
 
-def force_at(deflection: FloatArray, row: FloatArray, where: FloatArray) -> FloatArray:
-    """Return the force of a row at deflections `where`; end slopes continue."""
-    cell = np.clip(np.searchsorted(deflection, where, side="right") - 1, 0, len(deflection) - 2)
-    return np.asarray(row[cell] + slope_at(deflection, row, where) * (where - deflection[cell]))
+def force_at(deflection: FloatArray, row: FloatArray, x: FloatArray) -> FloatArray:
+    """Return the force of a row at deflections `x`; end slopes continue."""
+    cell = np.clip(np.searchsorted(deflection, x, side="right") - 1, 0, len(deflection) - 2)
+    return np.asarray(row[cell] + slope_at(deflection, row, x) * (x - deflection[cell]))
 
 
-def slope_at(deflection: FloatArray, row: FloatArray, where: FloatArray) -> FloatArray:
-    """Return the slope of a row at deflections `where` (N/m)."""
-    cell = np.clip(np.searchsorted(deflection, where, side="right") - 1, 0, len(deflection) - 2)
+def slope_at(deflection: FloatArray, row: FloatArray, x: FloatArray) -> FloatArray:
+    """Return the slope of a row at deflections `x` (N/m)."""
+    cell = np.clip(np.searchsorted(deflection, x, side="right") - 1, 0, len(deflection) - 2)
     return np.asarray((np.diff(row) / np.diff(deflection))[cell])
 
 

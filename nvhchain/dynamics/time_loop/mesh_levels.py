@@ -70,12 +70,12 @@ class ContactLoop:
         Newton's direction is followed until ψ is nearly flat along it.
         """
 
-        def at(y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        def evaluate(y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
             end = free - compliance @ y
             mean, rate = self.mean(angle, start, end)
             return end, y - mean + 0.5 * linear * (start + end), rate - 0.5 * linear
 
-        end, residual, slope = at(y)
+        end, residual, slope = evaluate(y)
         for _ in range(iterations):
             if float(np.abs(residual).max()) <= tolerance:
                 return y, end
@@ -85,7 +85,7 @@ class ContactLoop:
             far: tuple[float, float] | None = None
             for _ in range(iterations):
                 trial = y + reach * move
-                end, left, rate = at(trial)
+                end, left, rate = evaluate(trial)
                 found = float(move @ compliance @ left)
                 if float(np.abs(left).max()) <= tolerance or abs(found) <= -FLAT * fall:
                     break

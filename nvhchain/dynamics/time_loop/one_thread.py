@@ -12,7 +12,7 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 
-def on_one_thread(function: Callable[P, R]) -> Callable[P, R]:
+def one_blas_thread(function: Callable[P, R]) -> Callable[P, R]:
     """Decorate `function` to run with the linear algebra of the process on one thread."""
 
     @wraps(function)

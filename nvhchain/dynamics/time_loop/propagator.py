@@ -124,9 +124,9 @@ def propagator(
     )
 
 
-def output_matrix(modes: ModalForm, on_position: FloatArray, on_velocity: FloatArray) -> FloatArray:
+def output_matrix(modes: ModalForm, position_factor: FloatArray, velocity_factor: FloatArray) -> FloatArray:
     """Return the matrix (n_out, n_state) with outputs = matrix · s for on_position x + on_velocity ẋ."""
-    rows = on_position @ modes.displacement + on_velocity @ modes.velocity
+    rows = position_factor @ modes.displacement + velocity_factor @ modes.velocity
     return np.hstack([rows.real, -rows.imag])
 
 

@@ -47,7 +47,7 @@ class Simulation:
     kernel : decay, gain, read and drive of `step` for the time loop; `push` follows the rows of the drive. Each is
         (2, …), real over imaginary parts, padded with idle modes to whole vector registers.
     tolerance : admissible residual of the contact forces (N), reached within `iterations`.
-    bent : True with the fourth-order correction of the excess forces (`_correction`).
+    corrected : True with the fourth-order correction of the excess forces (`_correction`).
     contact_loop : solver of the contact problem at every step, in place of `table`; None for the table.
     """
 
@@ -66,7 +66,7 @@ class Simulation:
     kernel: tuple[FloatArray, ...]
     tolerance: float
     iterations: int
-    bent: bool = False
+    corrected: bool = False
     contact_loop: ContactLoop | None = None
 
 
@@ -125,8 +125,8 @@ def simulation(
             "`table` for them",
         )
         require(
-            not fidelity.bent_ways,
-            "the mesh level `contact` has no bent_ways: take a shorter time_step, or the level `table`",
+            not fidelity.path_correction,
+            "the mesh level `contact` has no path_correction: take a shorter time_step, or the level `table`",
         )
         loop = contact_loop(contact_forces, mesh_laws)
     table = tabulate(laws_of_rows(assembly, mesh_laws, nominal), fidelity.angle_refinement)
@@ -138,7 +138,7 @@ def simulation(
         time_step,
         fidelity.contact_residual * float(np.abs(table.force).max()),
         fidelity.contact_iterations,
-        fidelity.bent_ways,
+        fidelity.path_correction,
         loop,
         fluctuating,
     )
@@ -166,7 +166,7 @@ def _discretised(
     time_step: float,
     tolerance: float,
     iterations: int,
-    bent: bool,
+    corrected: bool,
     loop: ContactLoop | None,
     fluctuating: bool,
 ) -> Simulation:
@@ -175,7 +175,7 @@ def _discretised(
     first = assembly.gearbox.rotor_index(assembly.gearbox.input_shaft)
     push = assembly.torques[first : first + 1] if fluctuating else None
     step = propagator(assembly, modes, assembly.load(torque), time_step, push)
-    if bent:
+    if corrected:
         check_bends(assembly, modes, contact_stiffness, assembly.load(torque), time_step, table)
     contact_output = output_matrix(modes, assembly.contact, np.zeros_like(assembly.contact))
     n_mesh = len(assembly.gearbox.meshes)
@@ -194,41 +194,39 @@ def _discretised(
         mean @ contact_output[0::2],
         -mean @ contact_output[1::2],
         output_matrix(modes, error, np.zeros_like(error)),
-        tuple(
-            _in_registers(part) for part in (step.decay, step.gain, step.read, np.concatenate([step.drive, step.push]))
-        ),
+        tuple(_pad_modes(part) for part in (step.decay, step.gain, step.read, np.concatenate([step.drive, step.push]))),
         tolerance,
         iterations,
-        bent,
+        corrected,
         loop,
     )
 
 
-def at_speed(model: Simulation, input_speed: float) -> Simulation:
+def set_input_speed(model: Simulation, input_speed: float) -> Simulation:
     """Return the model with the gyroscopic terms of another input speed (rad/s)."""
     return _discretised(
-        model.assembly.at_speed(input_speed),
+        model.assembly.set_speed(input_speed),
         model.table,
         model.torque,
         model.contact_stiffness,
         model.step.step,
         model.tolerance,
         model.iterations,
-        model.bent,
+        model.corrected,
         model.contact_loop,
         len(model.step.push) > 0,
     )
 
 
-def carried_over(motion: Motion, before: Simulation, after: Simulation) -> Motion:
+def carried_over(motion: Motion, source: Simulation, target: Simulation) -> Motion:
     """Return the motion of one model in the modes of another with the same unknowns."""
     z = motion.state.reshape(2, -1)
     z = z[0] + 1j * z[1]
-    x, v = (before.modes.displacement @ z).real, (before.modes.velocity @ z).real
-    return Motion(state_of(after.modes, x, v), motion.excess, motion.past)
+    x, v = (source.modes.displacement @ z).real, (source.modes.velocity @ z).real
+    return Motion(state_of(target.modes, x, v), motion.excess, motion.past)
 
 
-def _in_registers(modal: ComplexArray) -> FloatArray:
+def _pad_modes(modal: ComplexArray) -> FloatArray:
     """Return real and imaginary parts (2, …, n_z), n_z padded with zeros to a multiple of `LANES`."""
     n_z = modal.shape[-1]
     filled = np.zeros((2, *modal.shape[:-1], -(-n_z // LANES) * LANES))
@@ -236,7 +234,7 @@ def _in_registers(modal: ComplexArray) -> FloatArray:
     return filled
 
 
-def at_rest(model: Simulation, phases: FloatArray) -> Motion:
+def quasi_static_state(model: Simulation, phases: FloatArray) -> Motion:
     """Return the quasi-static solution at mesh-law `phases` (n_mesh,), in periods."""
     static = static_state(model.assembly, model.table, model.torque, phases)
     return Motion(state_of(model.modes, static.position), np.zeros(len(model.contact_stiffness) + len(model.step.push)))
@@ -290,7 +288,7 @@ def advance(
     from nvhchain.dynamics.time_loop._march import march_of  # compiles, or reads its cache, when first needed
 
     position = _row_coordinates(model, phases)
-    turned_to = _row_coordinates(model, phases_at_ends(phases) if model.bent else phases[:0])
+    turned_to = _row_coordinates(model, phases_at_ends(phases) if model.corrected else phases[:0])
     n_step = len(position)
     states = np.empty((-(-n_step // stride), len(motion.state)))
     excesses = np.empty((n_step, n_c + n_push))
@@ -301,10 +299,10 @@ def advance(
     re_im[:, : len(motion.state) // 2] = motion.state.reshape(2, -1)
     scratch = np.zeros((17, n_c))
     past = np.zeros((5, n_c)) if motion.past is None else motion.past.copy()
-    if model.bent and motion.past is None and n_step > 0:
+    if model.corrected and motion.past is None and n_step > 0:
         deflection = model.contact_output @ motion.state
         past = standing(model.table, deflection, model.contact_stiffness, phases[0, model.assembly.mesh])
-    failed = march_of(model.bent, n_push > 0)(
+    failed = march_of(model.corrected, n_push > 0)(
         *model.kernel, model.step.compliance, model.contact_stiffness,
         model.table.deflection, model.table.force, model.table.potential, model.table.rows, model.table.cells, position,
         re_im, excess, model.tolerance, model.iterations, stride, states, excesses, turned_to, past,
@@ -329,10 +327,10 @@ def _row_coordinates(model: Simulation, phases: FloatArray) -> FloatArray:
     return np.ascontiguousarray(position)
 
 
-def bearing_force(model: Simulation, states: FloatArray, before: FloatArray, excesses: FloatArray) -> FloatArray:
+def bearing_force(model: Simulation, states: FloatArray, excess_before: FloatArray, excesses: FloatArray) -> FloatArray:
     """Return bearing forces on the housing (n_step, 3 n_bearing) (N) at the step starts of an `advance` with stride 1.
 
-    before : (2 n_row + n_push,) excess forces of the step before the first (N).
+    excess_before : (2 n_row + n_push,) excess forces of the step before the first (N).
     excesses : (n_step, 2 n_row + n_push) excess forces of the steps (N).
 
     Torques do not press bearings: only contact forces count here.
@@ -342,5 +340,5 @@ def bearing_force(model: Simulation, states: FloatArray, before: FloatArray, exc
     (Euler–Maclaurin). Therefore h/12 times the jump is added to each sample. The spectrum of the record is then that of
     the force that moved the housing, to fourth order.
     """
-    jump = np.diff(excesses, axis=0, prepend=before[None, :])[:, : len(model.contact_stiffness)]
+    jump = np.diff(excesses, axis=0, prepend=excess_before[None, :])[:, : len(model.contact_stiffness)]
     return np.asarray(states @ model.bearing_output.T - jump @ model.bearing_jump.T)

@@ -13,7 +13,7 @@ from nvhchain.dynamics.time_loop.propagator import ModalForm, Propagator, propag
 from nvhchain.errors import InputError
 from nvhchain.handoff import FloatArray
 
-BENT_LIMIT = 0.4
+CORRECTION_LIMIT = 0.4
 """Largest mesh stiffness times step compliance, half of (ω h)² of the mesh, at which the correction resolves the
 curvature of the path."""
 GROWTH = 0.1
@@ -37,7 +37,7 @@ def check_bends(
     def found(step: float) -> tuple[float, float]:
         by = propagator(assembly, modes, load, step)
         stiffest = float((slopes * np.diag(by.compliance).reshape(-1, 2).max(axis=1)).max())
-        return stiffest, growth(assembly, by, linear, slopes) if stiffest <= BENT_LIMIT else inf
+        return stiffest, growth(assembly, by, linear, slopes) if stiffest <= CORRECTION_LIMIT else inf
 
     stiffest, grown = found(step)
     if grown <= GROWTH:
@@ -46,12 +46,13 @@ def check_bends(
     while found(short)[1] > 0.9 * GROWTH:
         short *= TRIED
     why = (
-        f"the stiffest mesh times what gives in a step is {stiffest:.3g}, of {BENT_LIMIT:g} at most"
-        if stiffest > BENT_LIMIT
+        f"the stiffest mesh times what gives in a step is {stiffest:.3g}, of {CORRECTION_LIMIT:g} at most"
+        if stiffest > CORRECTION_LIMIT
         else f"small motions grow by {grown:.3g} 1/s, more than damping takes out (limit {GROWTH:g} 1/s)"
     )
     raise InputError(
-        f"time step {1e6 * step:.4g} µs is too long for bent_ways: {why}: take {1e6 * short:.3g} µs or leave bent_ways "
+        f"time step {1e6 * step:.4g} µs is too long for path_correction: {why}: take {1e6 * short:.3g} µs or leave "
+        "path_correction "
         "out"
     )
 

@@ -9,7 +9,7 @@ from typing import Any
 _MEMORY = 8 << 30
 """Limit of the address space (bytes)."""
 
-_MOST = 20
+_LARGEST_RATIO = 20
 """Largest number of values in an array per byte of the file; a file may announce any number."""
 
 
@@ -29,15 +29,15 @@ def _array(data: Any, kinds: str) -> Any:
 
     if not isinstance(data, h5py.Dataset) or data.dtype.base.kind not in kinds:
         raise ValueError(f"{getattr(data, 'name', 'an array')} is not an array of numbers")
-    if data.size > _MOST * data.file.id.get_filesize():
+    if data.size > _LARGEST_RATIO * data.file.id.get_filesize():
         raise ValueError(f"{data.name} announces {data.size} numbers")
     return data[()]
 
 
-def _only(group: Any, thing: str) -> Any:
+def _only(group: Any, subject: str) -> Any:
     names = list(group)
     if len(names) != 1:
-        raise ValueError(f"it holds {len(names)} {thing}, one is needed")
+        raise ValueError(f"it holds {len(names)} {subject}, one is needed")
     return group[names[0]]
 
 

@@ -21,7 +21,7 @@ NODES = {
 
 SOLIDS = ("tetra", "hexahedron", "wedge", "pyramid")
 
-MOST = 30_000_000
+LARGEST_COUNT = 30_000_000
 """Largest number of points or cells in a mesh, and of values in an announced array per point: far above what can be
 computed."""
 
@@ -54,7 +54,7 @@ class MeshFile:
     tagged: dict[str, IntArray] = field(default_factory=dict)
     groups: dict[str, IntArray] = field(default_factory=dict)
 
-    def of(self, kind: str) -> IntArray:
+    def cells_of_kind(self, kind: str) -> IntArray:
         """Return the cells (m, k) of one kind."""
         found = [nodes for name, nodes in self.cells if name == kind]
         return np.vstack(found) if found else np.empty((0, NODES.get(kind, 0)), dtype=np.int64)
@@ -73,45 +73,45 @@ class MeshFile:
                 raise Damaged(f"{int(bad.sum())} points are {row}, first point {first + 1}: {self.points[first]}")
         self.cells = [(kind, np.asarray(nodes)) for kind, nodes in self.cells if len(nodes)]
         for kind, nodes in self.cells:
-            in_range(nodes, len(self.points), f"cells of kind {kind}")
+            check_indices(nodes, len(self.points), f"cells of kind {kind}")
         self.cells = [(kind, nodes.astype(np.int64)) for kind, nodes in self.cells]
         for name, tags in (self.tagged | self.groups).items():
-            in_range(tags, len(self.points), f"tag {name!r}")
+            check_indices(tags, len(self.points), f"tag {name!r}")
         return self
 
 
-def in_range(numbers: IntArray, count: int, owner: str) -> None:
+def check_indices(numbers: IntArray, count: int, owner: str) -> None:
     """Raise Damaged unless all `numbers` are indices below `count`."""
     if len(numbers) and (numbers.min() < 0 or numbers.max() >= count):
         raise Damaged(f"{owner} refer to points {numbers.min()}…{numbers.max()}, but there are {count} (0…{count - 1})")
 
 
-def whole(values: Any, thing: str) -> IntArray:
+def whole_numbers(values: Any, subject: str) -> IntArray:
     """Return `values` as whole numbers; raises Damaged for any other numbers."""
     values = np.asarray(values)
     if values.dtype.kind == "f" and (np.abs(values) < 2**53).all() and (values == np.floor(values)).all():
         return values.astype(np.int64)
     if values.dtype.kind not in "iu":
-        raise Damaged(f"{thing} are not whole numbers")
+        raise Damaged(f"{subject} are not whole numbers")
     return values.astype(np.int64)
 
 
-def counted(count: Any, thing: str, place: str = "") -> int:
+def checked_count(count: Any, subject: str, place: str = "") -> int:
     """Return `count` as a whole number of points, cells or values; raises Damaged if it is none or out of range."""
     at = f"{place}: " if place else ""
     try:
         number = int(count)
     except ValueError:
-        raise Damaged(f"{at}the number of {thing} is {short(count)}") from None
-    if not 0 <= number <= MOST:
-        raise Damaged(f"{at}the number of {thing} is {number}, 0…{MOST} are read")
+        raise Damaged(f"{at}the number of {subject} is {clip(count)}") from None
+    if not 0 <= number <= LARGEST_COUNT:
+        raise Damaged(f"{at}the number of {subject} is {number}, 0…{LARGEST_COUNT} are read")
     return number
 
 
-def short(text: Any, most: int = 40) -> str:
+def clip(text: Any, length: int = 40) -> str:
     """Return text of a file in a form fit for a message: printable and short."""
     text = text.decode("latin-1") if isinstance(text, bytes) else str(text)
-    return ascii(text if len(text) <= most else text[:most] + "...")
+    return ascii(text if len(text) <= length else text[:length] + "...")
 
 
 class Numbering:
@@ -142,7 +142,7 @@ def surface_nodes(parts: Iterable[tuple[str, IntArray]]) -> IntArray:
     return np.unique(np.concatenate(flat)).astype(np.int64) if flat else np.empty(0, dtype=np.int64)
 
 
-def by_size(corners: IntArray, ends: IntArray) -> list[tuple[str, IntArray]]:
+def polygons_by_size(corners: IntArray, ends: IntArray) -> list[tuple[str, IntArray]]:
     """Return polygons by their number of corners.
 
     ends : end of each polygon in `corners`, increasing.
@@ -224,5 +224,5 @@ class Cursor:
                     np.array(row, dtype="S32").astype(kind)
                 except (ValueError, OverflowError):
                     self.at = before
-                    raise self.fail(f"numbers are needed: {short(b' '.join(row))}") from None
+                    raise self.fail(f"numbers are needed: {clip(b' '.join(row))}") from None
             raise

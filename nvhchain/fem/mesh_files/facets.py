@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from nvhchain.fem.mesh_files.contents import Cursor, Damaged, MeshFile, by_size, counted, short
+from nvhchain.fem.mesh_files.contents import Cursor, Damaged, MeshFile, checked_count, clip, polygons_by_size
 from nvhchain.handoff import IntArray
 
 _HEAD, _FACET = 80, 50
@@ -58,7 +58,7 @@ def _text_corners(data: bytes) -> np.ndarray:
                 raise Damaged(f"line {number}: a facet has {len(corners) - loop} vertices, 3 are needed")
             loop = len(corners)
         elif word not in _STL_WORDS:
-            raise Damaged(f"line {number}: begins with {short(words[0])}, which is no word of STL")
+            raise Damaged(f"line {number}: begins with {clip(words[0])}, which is no word of STL")
     if word != "endsolid" or loop != len(corners):
         raise Damaged("it does not end with 'endsolid': it is cut off")
     return _floats(corners, places)
@@ -76,7 +76,7 @@ def _floats(rows: list[list[str]] | list[list[bytes]], places: list[int]) -> np.
             try:
                 np.array(row, dtype=float)
             except ValueError:
-                raise Damaged(f"line {number}: coordinates are {short(row)}, 3 numbers are needed") from None
+                raise Damaged(f"line {number}: coordinates are {clip(row)}, 3 numbers are needed") from None
         raise
 
 
@@ -101,8 +101,8 @@ def read_obj(data: bytes) -> MeshFile:
             corners += [_corner(word, len(points), number) for word in words[1:]]
             ends.append(len(corners))
         elif words[0] not in _OBJ_WORDS:
-            raise Damaged(f"line {number}: begins with {short(words[0])}, which is not read")
-    cells = by_size(np.array(corners, dtype=np.int64), np.array(ends, dtype=np.int64))
+            raise Damaged(f"line {number}: begins with {clip(words[0])}, which is not read")
+    cells = polygons_by_size(np.array(corners, dtype=np.int64), np.array(ends, dtype=np.int64))
     return MeshFile(_floats(points, places), cells)
 
 
@@ -125,7 +125,7 @@ def _corner(word: bytes, count: int, line: int) -> int:
     try:
         number = int(word.split(b"/", 1)[0])
     except ValueError:
-        raise Damaged(f"line {line}: corner {short(word)} of a face is not a number") from None
+        raise Damaged(f"line {line}: corner {clip(word)} of a face is not a number") from None
     if number == 0 or number < -count or number >= 2**31:
         raise Damaged(f"line {line}: a face refers to vertex {number}, {count} stand before it")
     return number - 1 if number > 0 else count + number
@@ -137,17 +137,17 @@ def read_off(data: bytes) -> MeshFile:
     cursor = Cursor(text)
     words = cursor.words()
     if words[0] != b"OFF":
-        raise cursor.fail(f"it begins with {short(words[0])}, not with 'OFF'")
+        raise cursor.fail(f"it begins with {clip(words[0])}, not with 'OFF'")
     words = words[1:] or cursor.words(2)
-    n_points, n_faces = (counted(word, thing, cursor.place) for word, thing in zip(words, ("points", "faces")))  # noqa: B905
+    n_points, n_faces = (checked_count(word, thing, cursor.place) for word, thing in zip(words, ("points", "faces")))  # noqa: B905
     points = cursor.table(n_points, 3, float)
     corners: list[int] = []
     ends: IntArray = np.zeros(n_faces, dtype=np.int64) if 2 * n_faces <= len(data) else cursor.binary(n_faces, "<i8")
     for face in range(n_faces):
         words = cursor.words(4)
-        size = counted(words[0], "corners", cursor.place)
+        size = checked_count(words[0], "corners", cursor.place)
         if size < 3 or len(words) < size + 1:
             raise cursor.fail(f"a face of {size} corners has {len(words) - 1}")
-        corners += [counted(word, "a corner", cursor.place) for word in words[1 : size + 1]]
+        corners += [checked_count(word, "a corner", cursor.place) for word in words[1 : size + 1]]
         ends[face] = len(corners)
-    return MeshFile(points, by_size(np.array(corners, dtype=np.int64), ends))
+    return MeshFile(points, polygons_by_size(np.array(corners, dtype=np.int64), ends))

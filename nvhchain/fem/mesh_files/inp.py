@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from nvhchain.fem.mesh_files.contents import NODES, Damaged, MeshFile, Numbering, short, surface_nodes
+from nvhchain.fem.mesh_files.contents import NODES, Damaged, MeshFile, Numbering, clip, surface_nodes
 from nvhchain.handoff import IntArray
 
 _KINDS = (
@@ -17,7 +17,7 @@ _KINDS = (
     (r"(?:S|SFM3D|R3D|M3D|CPS|CPE|CPEG|CAX|STRI|DS|ASI)(3|4|6|65|8|9)", {3: "triangle", 4: "quad", 6: "triangle6",
                                                                       65: "triangle6", 8: "quad8", 9: "quad9"}),
 )  # fmt: skip
-_WITHOUT_FACES = re.compile(
+_FACELESS = re.compile(
     r"(MASS|ROTARYI|SPRING|DASHPOT|CONN|T[23]D|B[23][123]|PIPE|DCOUP|GAP|ITS|JOINT|R[2AB]|HEATCAP|F3D)"
 )
 _DEEPEST = 20
@@ -30,7 +30,7 @@ def read_inp(path: Path) -> MeshFile:
     for name, options, rows in _blocks(_lines(path, ())):
         if name.removeprefix("END ") in levels:
             levels[name.removeprefix("END ")] = not name.startswith("END ")
-        elif levels["ASSEMBLY"] and not levels["INSTANCE"] and _of_assembly(name, options, rows):
+        elif levels["ASSEMBLY"] and not levels["INSTANCE"] and _is_assembly_data(name, options, rows):
             continue
         elif name == "NODE":
             deck.node(options, rows)
@@ -47,16 +47,16 @@ _Row = tuple[int, list[str]]
 """Line and its fields."""
 
 
-def _of_assembly(name: str, options: dict[str, str], rows: list[_Row]) -> bool:
+def _is_assembly_data(name: str, options: dict[str, str], rows: list[_Row]) -> bool:
     """Return True for data on points of the assembly itself (reference points); their labels belong to no part."""
     qualified = "INSTANCE" in options or all("." in field for _, row in rows for field in row if field)
     return name in ("NODE", "ELEMENT") or (name in ("NSET", "ELSET") and not qualified)
 
 
-def _lines(path: Path, above: tuple[Path, ...]) -> Iterator[tuple[int, str]]:
+def _lines(path: Path, including: tuple[Path, ...]) -> Iterator[tuple[int, str]]:
     """Yield lines with their number; lines of included files stand in the place of *INCLUDE."""
-    if len(above) >= _DEEPEST or path in above:
-        raise Damaged(f"{short(path.name)} includes itself, or more than {_DEEPEST} files deep")
+    if len(including) >= _DEEPEST or path in including:
+        raise Damaged(f"{clip(path.name)} includes itself, or more than {_DEEPEST} files deep")
     for number, line in enumerate(path.read_bytes().decode("utf-8", "replace").splitlines(), 1):
         text = line.strip()
         if text.startswith("**") or not text:
@@ -65,8 +65,8 @@ def _lines(path: Path, above: tuple[Path, ...]) -> Iterator[tuple[int, str]]:
         if include:
             other = path.parent / include[1].strip().strip("\"'")
             if "\0" in other.name or not other.is_file():
-                raise Damaged(f"line {number}: the file {short(include[1])} is not there")
-            yield from _lines(other, (*above, path))
+                raise Damaged(f"line {number}: the file {clip(include[1])} is not there")
+            yield from _lines(other, (*including, path))
         else:
             yield number, text
 
@@ -87,7 +87,7 @@ def _blocks(lines: Iterator[tuple[int, str]]) -> Iterator[tuple[str, dict[str, s
                 options += "," + text
             going_on = text.endswith(",")
         elif not started:
-            raise Damaged(f"line {number}: begins with {short(text)}, a keyword (*NODE) is needed")
+            raise Damaged(f"line {number}: begins with {clip(text)}, a keyword (*NODE) is needed")
         else:
             rows.append((number, [field.strip() for field in text.split(",")]))
     if started:
@@ -113,7 +113,7 @@ class _Deck:
         for number, row in rows:
             if len(row) < 3:
                 raise Damaged(f"line {number}: a node has a label and {len(row) - 1} coordinates, 3 are needed")
-        labels = np.array([_whole(row[0], number) for number, row in rows], dtype=np.int64)
+        labels = np.array([_whole_number(row[0], number) for number, row in rows], dtype=np.int64)
         points = [[_real(field, number) for field in (*row[1:4], "0")[:3]] for number, row in rows]
         self.labels.append(labels)
         self.points.append(np.array(points, dtype=float).reshape(-1, 3))
@@ -122,13 +122,13 @@ class _Deck:
 
     def element(self, options: dict[str, str], rows: list[_Row]) -> None:
         kind = _kind(options.get("TYPE", ""), rows)
-        flat = [_whole(field, number) for number, row in rows for field in row if field]
+        flat = [_whole_number(field, number) for number, row in rows for field in row if field]
         if not kind:
             return
         count = NODES[kind] + 1
         if len(flat) % count:
             raise Damaged(
-                f"line {rows[0][0]}: elements of type {short(options['TYPE'])} have {len(flat)} numbers in all, a "
+                f"line {rows[0][0]}: elements of type {clip(options['TYPE'])} have {len(flat)} numbers in all, a "
                 f"multiple of {count} is needed"
             )
         table = np.array(flat, dtype=np.int64).reshape(-1, count)
@@ -144,9 +144,9 @@ class _Deck:
         for number, row in rows:
             fields = [field for field in row if field]
             if "GENERATE" in options:
-                span = [_whole(field, number) for field in fields]
+                span = [_whole_number(field, number) for field in fields]
                 if len(span) not in (2, 3) or (len(span) == 3 and span[2] <= 0):
-                    raise Damaged(f"line {number}: first, last and step are needed, not {short(fields)}")
+                    raise Damaged(f"line {number}: first, last and step are needed, not {clip(fields)}")
                 members = range(span[0], span[1] + 1, *span[2:])
                 if len(members) > 10_000_000:
                     raise Damaged(f"line {number}: a set of {len(members)} members is not read")
@@ -157,7 +157,7 @@ class _Deck:
                 if field.strip('"').upper() in self.sets[kind]:
                     self._add(kind, name, *self.sets[kind][field.strip('"').upper()])
                 else:
-                    labels.append(_whole(field.rpartition(".")[2], number))
+                    labels.append(_whole_number(field.rpartition(".")[2], number))
             self._add(kind, name, np.array(labels, dtype=np.int64))
 
     def _add(self, kind: str, name: str, *labels: IntArray) -> None:
@@ -179,7 +179,7 @@ class _Deck:
             ]
             groups[name] = surface_nodes(inside)
         tagged = {
-            name: np.unique(index(np.concatenate(parts), f"set {short(name)}"))
+            name: np.unique(index(np.concatenate(parts), f"set {clip(name)}"))
             for name, parts in self.sets["NSET"].items()
         }
         return MeshFile(np.vstack(self.points), cells, tagged, groups)
@@ -191,17 +191,17 @@ def _kind(name: str, rows: list[_Row]) -> str:
         found = re.match(pattern + r"(?!\d)", name.upper())
         if found:
             return kinds[int(found[1])]
-    if _WITHOUT_FACES.match(name.upper()):
+    if _FACELESS.match(name.upper()):
         return ""
     at = f"line {rows[0][0]}: " if rows else ""
-    raise Damaged(f"{at}elements of type {short(name)} are not read")
+    raise Damaged(f"{at}elements of type {clip(name)} are not read")
 
 
-def _whole(text: str, line: int) -> int:
+def _whole_number(text: str, line: int) -> int:
     try:
         number = int(text)
     except ValueError:
-        raise Damaged(f"line {line}: {short(text)} is not a label, a whole number") from None
+        raise Damaged(f"line {line}: {clip(text)} is not a label, a whole number") from None
     if not 0 <= number < 2**62:
         raise Damaged(f"line {line}: {number} cannot be a label")
     return number
@@ -211,4 +211,4 @@ def _real(text: str, line: int) -> float:
     try:
         return float(text.upper().replace("D", "E")) if text else 0.0
     except ValueError:
-        raise Damaged(f"line {line}: {short(text)} is not a coordinate") from None
+        raise Damaged(f"line {line}: {clip(text)} is not a coordinate") from None

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from nvhchain.fem.mesh_files import _med
-from nvhchain.fem.mesh_files.contents import NODES, Damaged, MeshFile, short, surface_nodes
+from nvhchain.fem.mesh_files.contents import NODES, Damaged, MeshFile, clip, surface_nodes
 from nvhchain.handoff import IntArray
 from nvhchain.runtime import processes
 
@@ -32,7 +32,7 @@ def read_med(path: Path) -> MeshFile:
         raise Damaged(f"reading it did not end within {limit:.0f} s")
     if done.returncode != 0 or not done.stdout:
         said = done.stderr.decode(errors="replace").strip().splitlines()
-        raise Damaged(short(said[-1], 200)[1:-1] if said and done.returncode == 1 else "the HDF5 library fails on it")
+        raise Damaged(clip(said[-1], 200)[1:-1] if said and done.returncode == 1 else "the HDF5 library fails on it")
     with np.load(io.BytesIO(done.stdout), allow_pickle=False) as file:
         arrays = {name: file[name] for name in file.files}
     names = json.loads(str(arrays["names"]))
@@ -40,7 +40,7 @@ def read_med(path: Path) -> MeshFile:
     groups: dict[str, list[tuple[str, IntArray]]] = {name: [] for found in names["cells"].values() for name in found}
     for kind in sorted(name[6:] for name in arrays if name.startswith("nodes ")):
         if kind not in _TYPES:
-            raise Damaged(f"cells of type {short(kind)} are not read")
+            raise Damaged(f"cells of type {clip(kind)} are not read")
         flat, count = arrays[f"nodes {kind}"].ravel(), NODES[_TYPES[kind]]
         if len(flat) % count:
             raise Damaged(f"cells of type {kind} have {len(flat)} corners, a multiple of {count} is needed")

@@ -13,10 +13,10 @@ from nvhchain.fem.mesh_files.contents import (
     Damaged,
     MeshFile,
     Numbering,
-    counted,
-    short,
+    checked_count,
+    clip,
     surface_nodes,
-    whole,
+    whole_numbers,
 )
 from nvhchain.handoff import IntArray
 
@@ -59,8 +59,7 @@ class _Msh:
         version, binary, size = cursor.words(3)[:3]
         if version not in (b"2.2", b"2.1", b"2", b"4.1") or binary not in (b"0", b"1") or size != b"8":
             raise cursor.fail(
-                f"version {short(version)}, binary {short(binary)}, size {short(size)} is not read: save it as 4.1 or "
-                "2.2"
+                f"version {clip(version)}, binary {clip(binary)}, size {clip(size)} is not read: save it as 4.1 or 2.2"
             )
         self.new, self.binary, self.order = version == b"4.1", binary == b"1", "<"
         if self.binary and int(cursor.binary(1, "<i4")[0]) != 1:
@@ -79,11 +78,11 @@ class _Msh:
         done = set()
         while (line := self.cursor.line()) is not None:
             if not line.startswith(b"$") or line in done:
-                raise self.cursor.fail(f"a section is needed once, not {short(line)}")
+                raise self.cursor.fail(f"a section is needed once, not {clip(line)}")
             if line not in sections:
                 end = self.cursor.data.find(b"\n$End" + line[1:], self.cursor.at - 1)
                 if end < 0:
-                    raise self.cursor.fail(f"section {short(line)} does not end")
+                    raise self.cursor.fail(f"section {clip(line)} does not end")
                 self.cursor.at = end + 1
             else:
                 done.add(line)
@@ -108,29 +107,29 @@ class _Msh:
     def _end(self, section: bytes) -> None:
         line = self.cursor.line()
         if line != b"$End" + section[1:]:
-            raise self.cursor.fail(f"$End{section[1:].decode('latin-1')} is needed, not {short(line or b'')}")
+            raise self.cursor.fail(f"$End{section[1:].decode('latin-1')} is needed, not {clip(line or b'')}")
 
     def _names(self) -> None:
-        for _ in range(counted(self.cursor.words()[0], "groups", self.cursor.place)):
+        for _ in range(checked_count(self.cursor.words()[0], "groups", self.cursor.place)):
             line = self.cursor.line() or b""
             found = _NAME.fullmatch(line)
             if not found:
-                raise self.cursor.fail(f"dimension, number and name of a group are needed, not {short(line)}")
+                raise self.cursor.fail(f"dimension, number and name of a group are needed, not {clip(line)}")
             self.names[int(found[1]), int(found[2])] = found[3].decode("utf-8", "replace")
 
     def _nodes2(self) -> None:
         cursor = self.cursor
-        count = counted(cursor.words()[0], "nodes", cursor.place)
+        count = checked_count(cursor.words()[0], "nodes", cursor.place)
         if self.binary:
             rows = cursor.binary(count, [("number", self.order + "i4"), ("point", self.order + "f8", 3)])
             self.numbers, self.points = rows["number"].astype(np.int64), rows["point"]
         else:
             table = cursor.table(count, 4, float)
-            self.numbers, self.points = whole(table[:, 0], "node numbers"), table[:, 1:]
+            self.numbers, self.points = whole_numbers(table[:, 0], "node numbers"), table[:, 1:]
 
     def _elements2(self) -> None:
         cursor, found = self.cursor, dict[tuple[int, int], list[Any]]()
-        count = counted(cursor.words()[0], "elements", cursor.place)
+        count = checked_count(cursor.words()[0], "elements", cursor.place)
         done = 0
         while done < count:
             if self.binary:
@@ -140,7 +139,7 @@ class _Msh:
                 width = 1 + tags + NODES[self._kind(number)]
                 rows: Any = cursor.binary(block * width, self.order + "i4").reshape(block, width)
             else:
-                words = self._whole(cursor.words(3))
+                words = self._whole_numbers(cursor.words(3))
                 number, tags, block = words[1], words[2], 1
                 width = 1 + tags + NODES[self._kind(number)]
                 if tags < 0 or len(words) != width + 2:
@@ -156,7 +155,7 @@ class _Msh:
 
     def _entities(self) -> None:
         cursor = self.cursor
-        counts = [counted(n, "entities", cursor.place) for n in self._integers(4)]
+        counts = [checked_count(n, "entities", cursor.place) for n in self._integers(4)]
         for dimension, count in enumerate(counts):
             for _ in range(count):
                 if self.binary:
@@ -167,20 +166,20 @@ class _Msh:
                         self._list()
                 else:
                     words, at = cursor.words(5 if dimension == 0 else 8), 4 if dimension == 0 else 7
-                    size = counted(words[at], "groups", cursor.place)
+                    size = checked_count(words[at], "groups", cursor.place)
                     if len(words) < at + 1 + size:
                         raise cursor.fail(f"an entity announces {size} groups, {len(words) - at - 1} numbers follow")
-                    tag, *groups = self._whole([words[0], *words[at + 1 : at + 1 + size]])
+                    tag, *groups = self._whole_numbers([words[0], *words[at + 1 : at + 1 + size]])
                 self.physical[dimension, tag] = [abs(group) for group in groups]
 
     def _list(self) -> list[int]:
         cursor = self.cursor
-        size = counted(int(cursor.binary(1, self.order + "u8")[0]), "groups", cursor.place)
+        size = checked_count(int(cursor.binary(1, self.order + "u8")[0]), "groups", cursor.place)
         return [int(n) for n in cursor.binary(size, self.order + "i4")]
 
     def _nodes4(self) -> None:
         cursor = self.cursor
-        blocks, total = (counted(n, "nodes", cursor.place) for n in self._integers(4)[:2])
+        blocks, total = (checked_count(n, "nodes", cursor.place) for n in self._integers(4)[:2])
         numbers, points = [np.empty(0, dtype=np.int64)], [np.empty((0, 3))]
         for _ in range(blocks):
             dimension, _, parametric, count = self._block()
@@ -199,7 +198,7 @@ class _Msh:
 
     def _elements4(self) -> None:
         cursor = self.cursor
-        blocks, total = (counted(n, "elements", cursor.place) for n in self._integers(4)[:2])
+        blocks, total = (checked_count(n, "elements", cursor.place) for n in self._integers(4)[:2])
         self.blocks = []
         for _ in range(blocks):
             _, entity, number, count = self._block()
@@ -217,7 +216,7 @@ class _Msh:
     def _integers(self, count: int) -> list[int]:
         if self.binary:
             return [int(n) for n in self.cursor.binary(count, self.order + "u8")]
-        return self._whole(self.cursor.words(count)[:count])
+        return self._whole_numbers(self.cursor.words(count)[:count])
 
     def _block(self) -> tuple[int, int, int, int]:
         """Return the head of a block: three numbers and its count."""
@@ -226,16 +225,16 @@ class _Msh:
             first = [int(n) for n in cursor.binary(3, self.order + "i4")]
             count = int(cursor.binary(1, self.order + "u8")[0])
         else:
-            *first, count = self._whole(cursor.words(4)[:4])
-        return first[0], first[1], first[2], counted(count, "entries of a block", cursor.place)
+            *first, count = self._whole_numbers(cursor.words(4)[:4])
+        return first[0], first[1], first[2], checked_count(count, "entries of a block", cursor.place)
 
     def _kind(self, number: int) -> str:
         if number not in _TYPES:
             raise self.cursor.fail(f"elements of type {number} are not read")
         return _TYPES[number]
 
-    def _whole(self, words: list[bytes]) -> list[int]:
+    def _whole_numbers(self, words: list[bytes]) -> list[int]:
         try:
             return [int(word) for word in words]
         except ValueError:
-            raise self.cursor.fail(f"whole numbers are needed: {short(b' '.join(words))}") from None
+            raise self.cursor.fail(f"whole numbers are needed: {clip(b' '.join(words))}") from None

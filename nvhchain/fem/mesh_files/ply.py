@@ -6,7 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from nvhchain.fem.mesh_files.contents import Cursor, Damaged, MeshFile, by_size, counted, short, whole
+from nvhchain.fem.mesh_files.contents import (
+    Cursor,
+    Damaged,
+    MeshFile,
+    checked_count,
+    clip,
+    polygons_by_size,
+    whole_numbers,
+)
 
 _TYPES = {
     b"char": "i1", b"uchar": "u1", b"short": "i2", b"ushort": "u2", b"int": "i4", b"uint": "u4", b"float": "f4",
@@ -28,7 +36,7 @@ def read_ply(data: bytes) -> MeshFile:
     columns: dict[str, dict[str, Any]] = {}
     for name, count, properties in elements:
         if name in columns:
-            raise Damaged(f"element {short(name)} is announced twice")
+            raise Damaged(f"element {clip(name)} is announced twice")
         if order and not any(length for _, length, _ in properties):
             values = cursor.binary(count, [(field, order + kind) for field, _, kind in properties])
             columns[name] = {field: values[field] for field, _, _ in properties}
@@ -41,8 +49,8 @@ def read_ply(data: bytes) -> MeshFile:
     if not {"x", "y", "z"} <= set(vertex) or not isinstance(found, tuple):
         raise Damaged("it has no vertices with x, y and z, or no faces with a list vertex_indices")
     points = np.stack([np.asarray(vertex[axis], dtype=float) for axis in "xyz"], axis=1)
-    corners, ends = (whole(values, "corners of faces") for values in found)
-    return MeshFile(points, by_size(corners, ends))
+    corners, ends = (whole_numbers(values, "corners of faces") for values in found)
+    return MeshFile(points, polygons_by_size(corners, ends))
 
 
 def _header(cursor: Cursor) -> tuple[str, list[tuple[str, int, list[_Property]]]]:
@@ -58,19 +66,19 @@ def _header(cursor: Cursor) -> tuple[str, list[tuple[str, int, list[_Property]]]
         if words[0] == b"format" and len(words) == 3 and words[1] in _ORDERS:
             order = _ORDERS[words[1]]
         elif words[0] == b"element" and len(words) == 3:
-            elements.append((words[1].decode("latin-1"), counted(words[2], "elements", cursor.place), []))
+            elements.append((words[1].decode("latin-1"), checked_count(words[2], "elements", cursor.place), []))
         elif words[0] == b"property" and elements and len(words) == 3 and words[1] in _TYPES:
             elements[-1][2].append((words[2].decode("latin-1"), "", _TYPES[words[1]]))
         elif words[0] == b"property" and elements and len(words) == 5 and {words[2], words[3]} <= set(_TYPES):
             elements[-1][2].append((words[4].decode("latin-1"), _TYPES[words[2]], _TYPES[words[3]]))
         else:
-            raise cursor.fail(f"the header has a line that is not read: {short(b' '.join(words))}")
+            raise cursor.fail(f"the header has a line that is not read: {clip(b' '.join(words))}")
     if order is None:
         raise Damaged("its header does not give the format")
     for name, _, properties in elements:
         names = [field for field, _, _ in properties]
         if not names or len(set(names)) < len(names):
-            raise Damaged(f"element {short(name)} has no property, or one twice")
+            raise Damaged(f"element {clip(name)} has no property, or one twice")
     return order, elements
 
 
@@ -83,7 +91,7 @@ def _text(cursor: Cursor, count: int, properties: list[_Property]) -> dict[str, 
     for _ in range(count):
         words, at = cursor.words(), 0
         for name, length, _ in properties:
-            size = counted(words[at], "entries", cursor.place) if length and at < len(words) else 1
+            size = checked_count(words[at], "entries", cursor.place) if length and at < len(words) else 1
             at += bool(length)
             if at + size > len(words):
                 raise cursor.fail(f"{at + size} numbers are needed, {len(words)} are there")
@@ -137,4 +145,4 @@ def _length(cursor: Cursor, kind: str) -> int:
     value = cursor.binary(1, kind)[0]
     if not np.isfinite(value) or value != int(value):
         raise Damaged(f"{place}: a list has {value} entries")
-    return counted(int(value), "entries", place)
+    return checked_count(int(value), "entries", place)

@@ -9,7 +9,7 @@ from pathlib import Path
 from xml.etree.ElementTree import ParseError
 
 from nvhchain.errors import FileFormatError
-from nvhchain.fem.mesh_files.contents import Damaged, MeshFile, short
+from nvhchain.fem.mesh_files.contents import Damaged, MeshFile, clip
 from nvhchain.fem.mesh_files.facets import read_obj, read_off, read_stl
 from nvhchain.fem.mesh_files.inp import read_inp
 from nvhchain.fem.mesh_files.med import read_med
@@ -59,7 +59,7 @@ def read_mesh(path: str | Path) -> MeshFile:
     path = Path(path)
     if path.suffix.lower() not in _READERS:
         raise FileFormatError(
-            f"{path}: meshes with the ending {short(path.suffix)} are not read: convert it to one of "
+            f"{path}: meshes with the ending {clip(path.suffix)} are not read: convert it to one of "
             f"{', '.join(FORMATS)}"
         )
     name, reader = _READERS[path.suffix.lower()]
@@ -75,5 +75,5 @@ def read_mesh(path: str | Path) -> MeshFile:
     except MemoryError:
         why = "it needs more memory than there is"
     except (ValueError, IndexError, KeyError, TypeError, OverflowError, struct.error, zlib.error, ParseError) as error:
-        why = short(error) if isinstance(error, (KeyError, IndexError, TypeError)) else str(error).splitlines()[0]
+        why = clip(error) if isinstance(error, (KeyError, IndexError, TypeError)) else str(error).splitlines()[0]
     raise FileFormatError(f"{path}: not a mesh in the {name} format ({why}): export it again") from None

@@ -7,7 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from nvhchain.fem.mesh_files.contents import NODES, Cursor, Damaged, MeshFile, by_size, counted, polygon, short, whole
+from nvhchain.fem.mesh_files.contents import (
+    NODES,
+    Cursor,
+    Damaged,
+    MeshFile,
+    checked_count,
+    clip,
+    polygon,
+    polygons_by_size,
+    whole_numbers,
+)
 from nvhchain.handoff import IntArray
 
 CELL_TYPES = {
@@ -77,7 +87,7 @@ class _Legacy:
         self.cursor.at = end + 1 if end >= 0 else len(data)
         form = self.cursor.words()[0].upper()
         if form not in (b"ASCII", b"BINARY"):
-            raise self.cursor.fail(f"the form is {short(form)}, ASCII or BINARY is needed")
+            raise self.cursor.fail(f"the form is {clip(form)}, ASCII or BINARY is needed")
         self.binary = form == b"BINARY"
         self.points: Any = None
         self.lists: dict[str, tuple[IntArray, IntArray]] = {}
@@ -96,7 +106,7 @@ class _Legacy:
                 raise Damaged("it has no CELL_TYPES: it is cut off")
             cells = sorted_cells(*self.lists["cells"], self.types)
         else:
-            cells = by_size(*self.lists["polygons"]) if "polygons" in self.lists else []
+            cells = polygons_by_size(*self.lists["polygons"]) if "polygons" in self.lists else []
         return MeshFile(self.points, cells, tagged_points(self.arrays, len(self.points)))
 
     def _section(self, word: bytes, words: list[bytes]) -> None:
@@ -112,21 +122,21 @@ class _Legacy:
                     return
             return
         if word == b"POINTS" and len(words) == 3:
-            self.points = self._numbers(3 * counted(words[1], "points", cursor.place), words[2]).reshape(-1, 3)
+            self.points = self._numbers(3 * checked_count(words[1], "points", cursor.place), words[2]).reshape(-1, 3)
         elif word in _LISTS and len(words) == 3:
-            sizes = [counted(w, "cells", cursor.place) for w in words[1:]]
+            sizes = [checked_count(w, "cells", cursor.place) for w in words[1:]]
             self.lists[_LISTS[word]] = self._offsets(*sizes) if self.version == 5 else self._counted(*sizes)
         elif word == b"CELL_TYPES" and len(words) == 2:
-            self.types = self._numbers(counted(words[1], "cells", cursor.place), b"int")
+            self.types = self._numbers(checked_count(words[1], "cells", cursor.place), b"int")
         elif word in (b"POINT_DATA", b"CELL_DATA") and len(words) == 2:
-            self.owner, self.rows = word.decode(), counted(words[1], "values", cursor.place)
+            self.owner, self.rows = word.decode(), checked_count(words[1], "values", cursor.place)
         elif word == b"FIELD" and len(words) == 3:
-            for _ in range(counted(words[2], "arrays", cursor.place)):
+            for _ in range(checked_count(words[2], "arrays", cursor.place)):
                 self._field()
         elif self.owner:
             self._array(word, words)
         else:
-            raise cursor.fail(f"{short(b' '.join(words))} is not read")
+            raise cursor.fail(f"{clip(b' '.join(words))} is not read")
 
     def _field(self) -> None:
         words = self.cursor.words()
@@ -134,29 +144,31 @@ class _Legacy:
             self._section(b"METADATA", words)
             words = self.cursor.words()
         if len(words) != 4:
-            raise self.cursor.fail(f"an array is announced by {short(b' '.join(words))}, not by 4 words")
-        count = counted(words[1], "components") * counted(words[2], "values")
-        self._keep(words[0], self._numbers(counted(count, "values", self.cursor.place), words[3]))
+            raise self.cursor.fail(f"an array is announced by {clip(b' '.join(words))}, not by 4 words")
+        count = checked_count(words[1], "components") * checked_count(words[2], "values")
+        self._keep(words[0], self._numbers(checked_count(count, "values", self.cursor.place), words[3]))
 
     def _array(self, word: bytes, words: list[bytes]) -> None:
         cursor = self.cursor
         if word == b"SCALARS" and len(words) in (3, 4):
-            width = counted(words[3], "components", cursor.place) if len(words) == 4 else 1
+            width = checked_count(words[3], "components", cursor.place) if len(words) == 4 else 1
             before = cursor.at
             if (cursor.line() or b"")[:12].upper() != b"LOOKUP_TABLE":
                 cursor.at = before
             self._keep(words[1], self._numbers(self.rows * width, words[2]))
         elif word == b"LOOKUP_TABLE" and len(words) == 3:
-            self._numbers(4 * counted(words[2], "colours", cursor.place), b"unsigned_char" if self.binary else b"float")
+            self._numbers(
+                4 * checked_count(words[2], "colours", cursor.place), b"unsigned_char" if self.binary else b"float"
+            )
         elif word == b"COLOR_SCALARS" and len(words) == 3:
-            width = counted(words[2], "components", cursor.place)
+            width = checked_count(words[2], "components", cursor.place)
             self._numbers(self.rows * width, b"unsigned_char" if self.binary else b"float")
         elif word in _COMPONENTS and len(words) == 3:
             self._keep(words[1], self._numbers(self.rows * _COMPONENTS[word], words[2]))
         elif word == b"TEXTURE_COORDINATES" and len(words) == 4:
-            self._numbers(self.rows * counted(words[2], "components", cursor.place), words[3])
+            self._numbers(self.rows * checked_count(words[2], "components", cursor.place), words[3])
         else:
-            raise cursor.fail(f"{short(b' '.join(words))} is not read")
+            raise cursor.fail(f"{clip(b' '.join(words))} is not read")
 
     def _keep(self, name: bytes, values: Any) -> None:
         if self.owner == "POINT_DATA":
@@ -166,7 +178,7 @@ class _Legacy:
         """Return numbers (count,): big-endian bytes, or text up to the next line that begins with a letter."""
         cursor = self.cursor
         if kind.lower() not in _TYPES:
-            raise cursor.fail(f"numbers of type {short(kind)} are not read")
+            raise cursor.fail(f"numbers of type {clip(kind)} are not read")
         code = _TYPES[kind.lower()]
         if self.binary:
             return cursor.binary(count, ">" + code)
@@ -178,7 +190,7 @@ class _Legacy:
         try:
             numbers = np.array(words, dtype="S32").astype(np.int64 if code[0] in "iu" else float)
         except (ValueError, OverflowError) as error:
-            raise cursor.fail(f"the numbers that follow are damaged ({short(error)})") from None
+            raise cursor.fail(f"the numbers that follow are damaged ({clip(error)})") from None
         cursor.at = stop
         return numbers
 
@@ -205,8 +217,8 @@ class _Legacy:
         for word, count in ((b"OFFSETS", offsets), (b"CONNECTIVITY", corners)):
             words = self.cursor.words(2)
             if words[0].upper() != word:
-                raise self.cursor.fail(f"{short(word)} is needed, not {short(words[0])}")
-            parts.append(whole(self._numbers(count, words[1]), "cells"))
+                raise self.cursor.fail(f"{clip(word)} is needed, not {clip(words[0])}")
+            parts.append(whole_numbers(self._numbers(count, words[1]), "cells"))
         if offsets and parts[0][0] != 0:
             raise Damaged(f"the first offset is {parts[0][0]}, not 0")
         return parts[1], parts[0][1:]

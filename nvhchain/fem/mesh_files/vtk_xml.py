@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from nvhchain.fem.mesh_files.contents import Damaged, MeshFile, by_size, counted, short, whole
+from nvhchain.fem.mesh_files.contents import Damaged, MeshFile, checked_count, clip, polygons_by_size, whole_numbers
 from nvhchain.fem.mesh_files.vtk import sorted_cells, tagged_points
 from nvhchain.handoff import IntArray
 
@@ -21,7 +21,7 @@ _TYPES = {
     "Int8": "i1", "UInt8": "u1", "Int16": "i2", "UInt16": "u2", "Int32": "i4", "UInt32": "u4", "Int64": "i8",
     "UInt64": "u8", "Float32": "f4", "Float64": "f8",
 }  # fmt: skip
-_MOST = 4
+_LARGEST_RATIO = 4
 """Largest number of points, cells or corners per byte of the file; compressed data may announce any number."""
 
 _APPENDED = re.compile(rb"<AppendedData[^>]*>\s*_")
@@ -48,7 +48,7 @@ def read_vtk_xml(data: bytes) -> MeshFile:
 
 class _Document:
     def __init__(self, data: bytes) -> None:
-        self.most = _MOST * len(data)
+        self.most = _LARGEST_RATIO * len(data)
         begin = _APPENDED.search(data)
         self.appended = b""
         if begin:
@@ -60,18 +60,18 @@ class _Document:
             raise Damaged("it declares entities, which no VTK file does")
         self.root = ElementTree.fromstring(data)
         if self.root.tag != "VTKFile":
-            raise Damaged(f"its root is {short(self.root.tag)}, VTKFile is needed")
+            raise Damaged(f"its root is {clip(self.root.tag)}, VTKFile is needed")
         self.kind = self.root.get("type", "")
         if self.kind not in ("UnstructuredGrid", "PolyData"):
-            raise Damaged(f"it holds {short(self.kind)}, UnstructuredGrid or PolyData is needed")
+            raise Damaged(f"it holds {clip(self.kind)}, UnstructuredGrid or PolyData is needed")
         order, header = self.root.get("byte_order", "LittleEndian"), self.root.get("header_type", "UInt32")
         if order not in ("LittleEndian", "BigEndian") or header not in ("UInt32", "UInt64"):
-            raise Damaged(f"byte order {short(order)} or header type {short(header)} is not read")
+            raise Damaged(f"byte order {clip(order)} or header type {clip(header)} is not read")
         self.order = "<" if order == "LittleEndian" else ">"
         self.header = np.dtype(self.order + _TYPES[header])
         compressor = self.root.get("compressor")
         if compressor is not None and compressor not in _COMPRESSORS:
-            raise Damaged(f"compression {short(compressor)} is not read: save it with ZLib or without")
+            raise Damaged(f"compression {clip(compressor)} is not read: save it with ZLib or without")
         self.expand = _COMPRESSORS[compressor] if compressor else None
         encoding = self.root.find("AppendedData")
         self.raw = encoding is not None and encoding.get("encoding", "raw") == "raw"
@@ -100,18 +100,20 @@ class _Document:
             raise Damaged("it has no Points")
         points = self._values(array, 3 * n_points).reshape(-1, 3)
         if self.kind == "PolyData":
-            if counted(piece.get("NumberOfStrips", "0"), "strips"):
+            if checked_count(piece.get("NumberOfStrips", "0"), "strips"):
                 raise Damaged("it holds triangle strips: save it as triangles")
-            cells = by_size(*self._lists(piece, "Polys", self._count(piece, "NumberOfPolys")))
+            cells = polygons_by_size(*self._lists(piece, "Polys", self._count(piece, "NumberOfPolys")))
         else:
             count = self._count(piece, "NumberOfCells")
             types = (
-                whole(self._values(self._named(piece, "Cells", "types"), count), "types") if count else np.empty(0, int)
+                whole_numbers(self._values(self._named(piece, "Cells", "types"), count), "types")
+                if count
+                else np.empty(0, int)
             )
             cells = sorted_cells(*self._lists(piece, "Cells", count), types)
         arrays = {}
         for array in piece.iterfind("PointData/DataArray"):
-            width = counted(array.get("NumberOfComponents", "1") or "1", "components")
+            width = checked_count(array.get("NumberOfComponents", "1") or "1", "components")
             if width == 1 and array.get("type") in _TYPES:
                 arrays[array.get("Name", "")] = self._values(array, n_points)
         for kind, nodes in cells:
@@ -120,9 +122,9 @@ class _Document:
         return MeshFile(points, cells, tagged_points(arrays, n_points))
 
     def _count(self, piece: Any, name: str) -> int:
-        count = counted(piece.get(name, "missing"), "points or cells")
+        count = checked_count(piece.get(name, "missing"), "points or cells")
         if count > self.most:
-            raise Damaged(f"{name} is {count} in a file of {self.most // _MOST} bytes")
+            raise Damaged(f"{name} is {count} in a file of {self.most // _LARGEST_RATIO} bytes")
         return count
 
     def _named(self, piece: Any, group: str, name: str) -> Any:
@@ -135,17 +137,17 @@ class _Document:
         """Return corners and ends of `count` cells."""
         if not count:
             return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
-        ends = whole(self._values(self._named(piece, group, "offsets"), count), "offsets")
-        size = counted(ends[-1], "corners")
+        ends = whole_numbers(self._values(self._named(piece, group, "offsets"), count), "offsets")
+        size = checked_count(ends[-1], "corners")
         if size > self.most:
-            raise Damaged(f"{size} corners are announced in a file of {self.most // _MOST} bytes")
-        return whole(self._values(self._named(piece, group, "connectivity"), size), "corners"), ends
+            raise Damaged(f"{size} corners are announced in a file of {self.most // _LARGEST_RATIO} bytes")
+        return whole_numbers(self._values(self._named(piece, group, "connectivity"), size), "corners"), ends
 
     def _values(self, array: Any, count: int) -> Any:
         """Return the numbers (count,) of a DataArray."""
         name, kind, form = array.get("Name", "Points"), array.get("type"), array.get("format", "ascii")
         if kind not in _TYPES or form not in ("ascii", "binary", "appended"):
-            raise Damaged(f"array {short(name)} of type {short(kind)}, format {short(form)} is not read")
+            raise Damaged(f"array {clip(name)} of type {clip(kind)}, format {clip(form)} is not read")
         code = _TYPES[kind]
         try:
             if form == "ascii":
@@ -157,11 +159,11 @@ class _Document:
             if form == "binary":
                 data = self._decoded("".join((array.text or "").split()).encode("ascii"), size)
             else:
-                start = counted(array.get("offset", "missing"), "bytes before it")
+                start = checked_count(array.get("offset", "missing"), "bytes before it")
                 part = self.appended[start:]
                 data = self._bytes(part, size) if self.raw else self._decoded(part, size)
         except (ValueError, OverflowError, zlib.error, lzma.LZMAError, EOFError, binascii.Error) as error:
-            raise Damaged(f"array {short(name)}: {error}") from None
+            raise Damaged(f"array {clip(name)}: {error}") from None
         return np.frombuffer(data, self.order + code, count)
 
     def _decoded(self, text: bytes, size: int) -> bytes:
@@ -173,7 +175,7 @@ class _Document:
         head = width * (3 + min(blocks, size))
         encoded = 4 * -(-head // 3)
         sizes = _base64(text[:encoded], head)
-        return self._bytes(sizes[:head] + base64.b64decode(_whole(text[encoded:]), validate=True), size)
+        return self._bytes(sizes[:head] + base64.b64decode(_unpadded(text[encoded:]), validate=True), size)
 
     def _bytes(self, data: bytes, size: int) -> bytes:
         """Return the `size` bytes behind their header."""
@@ -206,10 +208,10 @@ class _Document:
 
 def _base64(text: bytes, size: int) -> bytes:
     """Return the first `size` bytes, or more."""
-    return base64.b64decode(_whole(text[: 4 * -(-size // 3)]), validate=True)
+    return base64.b64decode(_unpadded(text[: 4 * -(-size // 3)]), validate=True)
 
 
-def _whole(text: bytes) -> bytes:
+def _unpadded(text: bytes) -> bytes:
     """Return base64 up to its padding; further data may follow."""
     text = text.lstrip()
     found = re.match(rb"[A-Za-z0-9+/]*={0,2}", text)

@@ -12,7 +12,7 @@ import numpy as np
 
 from nvhchain.fem.mesh_files.contents import MeshFile
 from nvhchain.fem.mesh_files.vtk import CELL_TYPES
-from nvhchain.files.whole import write_whole
+from nvhchain.files.atomic_write import write_atomic
 from nvhchain.handoff import FloatArray
 
 _NUMBERS = {kind: number for number, kind in CELL_TYPES.items()}
@@ -33,7 +33,7 @@ def write_vtu(
     points, cells : mapping of str to (n, …) array
         Arrays on the points and on the cells, by name.
     """
-    write_whole(path, vtu_content(mesh, points=points, cells=cells))
+    write_atomic(path, vtu_content(mesh, points=points, cells=cells))
 
 
 def vtu_content(
@@ -111,7 +111,7 @@ def write_inp(path: Path, mesh: MeshFile) -> None:
     for name, numbers in mesh.tagged.items():
         lines.append(f"*NSET, NSET={name}")
         lines += _wrapped((numbers + 1).tolist(), going_on=False)
-    write_whole(path, ("\n".join(lines) + "\n").encode("utf-8"))
+    write_atomic(path, ("\n".join(lines) + "\n").encode("utf-8"))
 
 
 def _wrapped(numbers: list[int], *, going_on: bool) -> list[str]:

@@ -161,8 +161,8 @@ def _shared_nodes(mesh: GearMesh, tooth: CondensedTooth) -> tuple[IntArray, IntA
     blank, teeth, between = mesh.blank_solid, len(mesh.blank.top), len(tooth.left)
     number = np.arange(teeth)
     left = len(blank.nodes) + between * number[:, None] + np.arange(between)
-    bottom = np.stack([blank.on(line) for line in mesh.blank.top])
-    return np.hstack([left, np.roll(left, -1, axis=0), bottom]), blank.on(mesh.blank.bore)
+    bottom = np.stack([blank.stacked(line) for line in mesh.blank.top])
+    return np.hstack([left, np.roll(left, -1, axis=0), bottom]), blank.stacked(mesh.blank.bore)
 
 
 def _assembled(
@@ -173,7 +173,7 @@ def _assembled(
     own: (teeth, 3 n_i) unknowns of each tooth.  place: unknown of the matrix for every nodal unknown, −1 if held.
     """
     blank, (teeth, dense) = mesh.blank_solid, own.shape
-    part = cylindrical_stiffness(blank, blank.elements[mesh.in_sector], material).tocoo()
+    part = cylindrical_stiffness(blank, blank.elements[mesh.sector_elements], material).tocoo()
     entries = (teeth // sector * part.nnz + teeth * dense**2) // 2
     needed, available = _ASSEMBLY_BYTES * entries, free_memory()
     if needed > 0.8 * available:
@@ -209,7 +209,7 @@ def _summed(parts: list[tuple[IntArray, IntArray, FloatArray]], size: int) -> sp
 def _turned(mesh: GearMesh) -> IntArray:
     """Return the solid node of the blank that replaces each node when the blank turns by one sector."""
     index = mesh.blank_solid.index
-    new = index[:, mesh.blank.turned]
+    new = index[:, mesh.blank.rotated_nodes]
     turned = np.empty(len(mesh.blank_solid.nodes), dtype=np.int64)
     turned[index[index >= 0]] = new[index >= 0]
     return turned

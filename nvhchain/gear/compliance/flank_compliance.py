@@ -11,7 +11,7 @@ from nvhchain.conventions import Progress
 from nvhchain.errors import InputError, is_whole, require
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.compliance.body_flexibility import body_flexibility
-from nvhchain.gear.compliance.foreign_compliance import foreign_compliance
+from nvhchain.gear.compliance.imported_compliance import imported_compliance
 from nvhchain.gear.compliance.tooth_compliance import CondensedTooth, condensed_tooth
 from nvhchain.gear.drawing.body import GearBody
 from nvhchain.gear.drawing.volume_mesh import VolumeMesh
@@ -44,7 +44,7 @@ class FlankCompliance:
     blocks : (sector, reach + 1, 2, n_p, n_w, 2, n_p, n_w) array
         Compliance (m/N) by tooth, distance in teeth, flank and grid point.
     held : tuple of int, optional
-        Teeth of the sector that `blocks` contains, rising; all by default.  `of_teeth` selects them.
+        Teeth of the sector that `blocks` contains, rising; all by default.  `select_teeth` selects them.
     friction : (sector, 2 reach + 1, 2, n_p n_w, n_p n_w) array, optional
         Compliance under friction (m/N) by tooth, distance in teeth and flank.
 
@@ -106,7 +106,7 @@ class FlankCompliance:
         """Teeth of the sector that `blocks` contains."""
         return tuple(range(self.sector)) if self.held is None else self.held
 
-    def of_teeth(self, teeth: IntArray) -> FlankCompliance:
+    def select_teeth(self, teeth: IntArray) -> FlankCompliance:
         """Return the part for contact of `teeth` (any integers) only; it is smaller to send to another process."""
         held = sorted({int(t) % self.sector for t in teeth})
         at = [self.teeth_held.index(t) for t in held]
@@ -182,7 +182,7 @@ def flank_compliance(
         "contact at one place at a time; make the face narrower or the helix angle smaller",
     )
     if isinstance(body.blank, VolumeMesh):
-        radius, axial, blocks, along = foreign_compliance(
+        radius, axial, blocks, along = imported_compliance(
             body, body.blank, fidelity, reach=reach, friction=friction, progress=progress
         )
         return FlankCompliance(radius, axial, teeth, body.sector, blocks, friction=along)

@@ -25,7 +25,7 @@ def point_forces(
     radius: FloatArray,
     axial: FloatArray,
     *,
-    along_profile: bool = False,
+    profile_force: bool = False,
 ) -> sp.csr_matrix:
     """Return the nodal forces of a unit normal force into the tooth at each of n points.
 
@@ -39,7 +39,7 @@ def point_forces(
         Flanks: 0 faces +φ, 1 faces −φ.
     radius, axial : (n,) array
         Points (m); points beyond the flank are moved to its nearest edge.
-    along_profile : bool
+    profile_force : bool
         Apply unit forces towards the tip instead, in the transverse plane and tangential to the flank.
 
     Returns
@@ -62,7 +62,7 @@ def point_forces(
     # inward normal: −sin α_r outwards, ∓cos α_r along φ, ±sin β_b along z (helicoid), in the node's axes
     direction = gear.pressure_angle_at(radius)[:, None] + side[:, None] * (solid.angle[node] - angle[:, None])
     sense = np.broadcast_to(side[:, None], direction.shape)
-    if along_profile:
+    if profile_force:
         force = np.stack([np.cos(direction), -sense * np.sin(direction), np.zeros(direction.shape)], axis=-1)
     else:
         tilt = gear.base_helix_angle
@@ -81,7 +81,7 @@ def flank_loads(
     radius: FloatArray,
     axial: FloatArray,
     *,
-    along_profile: bool = False,
+    profile_force: bool = False,
 ) -> sp.csr_matrix:
     """Return the nodal forces of unit forces at a grid of points on both flanks.
 
@@ -101,7 +101,7 @@ def flank_loads(
     """
     flank = np.repeat(np.arange(2), len(radius) * len(axial))
     r, z = np.tile(np.repeat(radius, len(axial)), 2), np.tile(axial, 2 * len(radius))
-    return point_forces(gear, tooth, flank, r, z, along_profile=along_profile)
+    return point_forces(gear, tooth, flank, r, z, profile_force=profile_force)
 
 
 def flank_grid(tooth: tuple[PitchMesh, SolidMesh]) -> tuple[FloatArray, FloatArray]:
@@ -113,9 +113,9 @@ def flank_grid(tooth: tuple[PitchMesh, SolidMesh]) -> tuple[FloatArray, FloatArr
     return pitch.plane.radius[pitch.flanks[0]], solid.nodes[solid.index[:, pitch.flanks[0, 0]], 2]
 
 
-def _cell(grid: FloatArray, at: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Return the first grid point of the element that holds each of `at`, and the place −1 … 1 in it."""
+def _cell(grid: FloatArray, points: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Return the first grid point of the element that holds each of `points`, and the place −1 … 1 in it."""
     ends = grid[::2]
-    cell = np.searchsorted(ends[1:-1], at, side="right")
-    place = (2 * at - ends[cell] - ends[cell + 1]) / (ends[cell + 1] - ends[cell])
+    cell = np.searchsorted(ends[1:-1], points, side="right")
+    place = (2 * points - ends[cell] - ends[cell + 1]) / (ends[cell + 1] - ends[cell])
     return 2 * cell, np.clip(np.round(place, 12), -1.0, 1.0)  # rounding must not miss a node

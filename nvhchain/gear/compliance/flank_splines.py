@@ -68,15 +68,15 @@ def local_basis(grid: FloatArray) -> tuple[LocalBasis, FloatArray]:
 
 
 def point_weights(
-    over_radius: LocalBasis, over_axial: LocalBasis, radius: FloatArray, axial: FloatArray
+    radial_basis: LocalBasis, axial_basis: LocalBasis, radius: FloatArray, axial: FloatArray
 ) -> tuple[NDArray[np.int32], FloatArray]:
     """Return the coefficients (n, 16) that act at points (n,), numbered radius by axial, and their weights.
 
     radius, axial: (n,) m.
     """
-    first_r, value_r = over_radius.values(radius)
-    first_z, value_z = over_axial.values(axial)
-    rows = over_axial.count * (first_r[:, None] + np.arange(value_r.shape[1]))
+    first_r, value_r = radial_basis.values(radius)
+    first_z, value_z = axial_basis.values(axial)
+    rows = axial_basis.count * (first_r[:, None] + np.arange(value_r.shape[1]))
     index = rows[:, :, None] + (first_z[:, None] + np.arange(value_z.shape[1]))[:, None, :]
     weight = value_r[:, :, None] * value_z[:, None, :]
     n = len(radius)
@@ -89,7 +89,7 @@ class FlankSplines:
 
     Parameters
     ----------
-    over_radius, over_axial : LocalBasis
+    radial_basis, axial_basis : LocalBasis
         B-splines.
     coefficients : (2, n_tooth, reach + 1, n_p n_w, n_p n_w) array
         Coefficients (m/N) by flank, held tooth and distance in teeth.
@@ -99,15 +99,15 @@ class FlankSplines:
         Coefficients of `FlankCompliance.friction` (m/N).
     """
 
-    over_radius: LocalBasis
-    over_axial: LocalBasis
+    radial_basis: LocalBasis
+    axial_basis: LocalBasis
     coefficients: FloatArray
     place: IntArray
     friction: FloatArray | None = None
 
     def weights(self, radius: FloatArray, axial: FloatArray) -> tuple[NDArray[np.int32], FloatArray]:
         """Return the `point_weights` of this grid."""
-        return point_weights(self.over_radius, self.over_axial, radius, axial)
+        return point_weights(self.radial_basis, self.axial_basis, radius, axial)
 
     def add(self, total: FloatArray, side: int, tooth: IntArray, radius: FloatArray, axial: FloatArray) -> None:
         """Add to `total` (n, n) in m/N the compliance between points on flanks `side` of teeth `tooth` (n,).

@@ -11,15 +11,15 @@ import numpy as np
 from nvhchain.handoff import FloatArray, IntArray
 
 
-def monotone_cubic(x: FloatArray, y: FloatArray, first: IntArray, last: IntArray, at: float) -> FloatArray:
-    """Return the value (rows,) at x = `at` of the cubic through columns `first` to `last` of each row.
+def monotone_cubic(x: FloatArray, y: FloatArray, first: IntArray, last: IntArray, place: float) -> FloatArray:
+    """Return the value (rows,) at x = `place` of the cubic through columns `first` to `last` of each row.
 
     x: (rows, n), never falling.  y: (n,), rising.  first, last: (rows,) with x[first] ≤ at ≤ x[last], first < last. The
     curve jumps where x is equal in several columns.
     """
     row = np.arange(len(x))
     step = np.diff(x, axis=1)
-    left = np.clip((x < at).sum(axis=1) - 1, first, last - 1)
+    left = np.clip((x < place).sum(axis=1) - 1, first, last - 1)
     with np.errstate(divide="ignore", invalid="ignore"):
         slope = np.diff(y) / step
         tangent = np.zeros(x.shape)
@@ -31,7 +31,7 @@ def monotone_cubic(x: FloatArray, y: FloatArray, first: IntArray, last: IntArray
         tangent[row, last] = _end(step, slope, row, last - 1, np.maximum(last - 2, first))
         width, rise = step[row, left], slope[row, left]
         start, end = tangent[row, left], tangent[row, left + 1]
-        s, bend = at - x[row, left], (start + end - 2 * rise) / width
+        s, bend = place - x[row, left], (start + end - 2 * rise) / width
         curve = y[left] + start * s + ((rise - start) / width - bend) * (s * s) + bend / width * (s * s * s)
     return np.where(s > 0, curve, y[left])
 

@@ -66,13 +66,13 @@ def condensed_tooth(
 ) -> CondensedTooth:
     """Condense one pitch of `mesh`; with `friction`, under forces along the profile too."""
     pitch, solid = mesh.pitch, mesh.pitch_solid
-    left, right, bottom = (solid.on(line) for line in (pitch.left[:-1], pitch.right[:-1], pitch.bottom))
+    left, right, bottom = (solid.stacked(line) for line in (pitch.left[:-1], pitch.right[:-1], pitch.bottom))
     shared = unknowns(np.concatenate([left, right, bottom]))
     inner = np.setdiff1d(np.arange(3 * len(solid.nodes)), shared)
     K = cylindrical_stiffness(solid, solid.elements, material)
     radius, axial = flank_grid((pitch, solid))
     loads = [
-        flank_loads(gear, (pitch, solid), radius, axial, along_profile=along)
+        flank_loads(gear, (pitch, solid), radius, axial, profile_force=along)
         for along in ((False, True) if friction else (False,))
     ]
     load = np.hstack([forces[inner].toarray() for forces in loads])
@@ -84,7 +84,7 @@ def condensed_tooth(
     passed = -(K_io @ response[:, :points])
     stiffness = K[shared][:, shared].toarray() - K_io @ response[:, points:]
 
-    loose = ~np.isin(inner, unknowns(solid.on(pitch.centre)))
+    loose = ~np.isin(inner, unknowns(solid.stacked(pitch.centre)))
     held_nodes = inner[loose]
     with factorize(K[held_nodes][:, held_nodes]) as factor:
         held = load[loose, :n].T @ factor.solve(load[loose])

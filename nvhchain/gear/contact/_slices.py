@@ -43,11 +43,11 @@ def cholesky_solve(H: np.ndarray, x: np.ndarray, n: int) -> bool:
 
 
 @numba.njit("int64(float64, float64, float64, int64)", cache=True, nogil=True, error_model="numpy")
-def piece_of(q: float, limit: float, per_ratio: float, last: int) -> int:
+def piece_of(q: float, limit: float, pieces_per_ratio: float, last: int) -> int:
     """Return the piece of the local law for the load q > 0 (N/m)."""
     if q >= limit:
         return last
-    return max(int(np.floor(np.log(q / limit) * per_ratio)) + last, 0)
+    return max(int(np.floor(np.log(q / limit) * pieces_per_ratio)) + last, 0)
 
 
 @numba.njit(
@@ -63,7 +63,7 @@ def gaps(
     approach: np.ndarray,
     length: np.ndarray,
     limit: np.ndarray,
-    per_ratio: float,
+    pieces_per_ratio: float,
     level: np.ndarray,
     half_slope: np.ndarray,
     offset: np.ndarray,
@@ -84,7 +84,7 @@ def gaps(
         u -= approach[i]
         if F[i] > 0.0:
             q = F[i] / length[i]
-            k = piece_of(q, limit[i], per_ratio, last)
+            k = piece_of(q, limit[i], pieces_per_ratio, last)
             A, H, D, log = level[i, k], half_slope[i, k], offset[i, k], np.log(q)
             u += D + q * (A - H * log)
             energy += length[i] * (stored[i, k] + q * (D + q * (0.5 * A - H * (0.5 * log - 0.25))))
@@ -107,7 +107,7 @@ def solve(
     approach: np.ndarray,
     length: np.ndarray,
     limit: np.ndarray,
-    per_ratio: float,
+    pieces_per_ratio: float,
     level: np.ndarray,
     half_slope: np.ndarray,
     offset: np.ndarray,
@@ -135,7 +135,7 @@ def solve(
         # the law is close to linear: the scaled previous solution lies near and below the new one
         F *= scale / before if before > 0.0 else 0.0
         before = scale
-        energy, worst = gaps(C, a, length, limit, per_ratio, level, half_slope, offset, stored, F, g)
+        energy, worst = gaps(C, a, length, limit, pieces_per_ratio, level, half_slope, offset, stored, F, g)
         iteration = 0
         while worst > tolerance * scale and iteration < max_iterations:
             iteration += 1
@@ -151,7 +151,7 @@ def solve(
                 q = F[i] / length[i]
                 if q <= 0.0:
                     q = 1e-3 * min(scale / level[i, 0], limit[i])
-                k = piece_of(q, limit[i], per_ratio, last)
+                k = piece_of(q, limit[i], pieces_per_ratio, last)
                 for s in range(r):
                     H[r, s] = C[i, free[s]]
                 H[r, r] = C[i, i] + (level[i, k] - half_slope[i, k] * (np.log(q) + 1.0)) / length[i]
@@ -167,7 +167,7 @@ def solve(
                     i = free[r]
                     trial[i] = max(0.0, F[i] + alpha * step[r])
                     slope += g[i] * (trial[i] - F[i])
-                e, w = gaps(C, a, length, limit, per_ratio, level, half_slope, offset, stored, trial, g_trial)
+                e, w = gaps(C, a, length, limit, pieces_per_ratio, level, half_slope, offset, stored, trial, g_trial)
                 # near the solution Φ is flat to rounding; a falling residual is accepted instead
                 if w < 0.5 * worst or e <= energy + 1e-4 * slope:
                     accepted = True

@@ -28,7 +28,7 @@ _PART = 0.05
 """Part of a slice that remains where the limit cuts it; its middle is then nearly at the limit."""
 
 
-def with_closing_edges(engagement: Engagement, drive: float, back: float = 0.0) -> Engagement:
+def close_edges(engagement: Engagement, drive: float, back: float = 0.0) -> Engagement:
     """Return an engagement whose `corner_gap` includes all edges that close at given approaches of the flanks.
 
     Parameters

@@ -124,7 +124,7 @@ class Engagement:
             )
 
     @cached_property
-    def _between_points(self) -> tuple[FlankSplines | SliceCompliance, ...]:
+    def _rolling_speed(self) -> tuple[FlankSplines | SliceCompliance, ...]:
         return tuple(c if isinstance(c, SliceCompliance) else flank_splines(c) for c in self.compliances)
 
     @property
@@ -140,7 +140,7 @@ class Engagement:
         """Return C (n, n) in m/N: normal approach at every slice under a unit normal force at each, both gears."""
         n = len(lines.length)
         total = np.zeros((n, n))
-        for tooth, radius, between in zip(lines.tooth, lines.radius, self._between_points, strict=True):
+        for tooth, radius, between in zip(lines.tooth, lines.radius, self._rolling_speed, strict=True):
             if isinstance(between, SliceCompliance):
                 between.add(total, radius, lines.length)
             else:
@@ -162,13 +162,13 @@ class Engagement:
         """
         n = len(lines.length)
         total = np.zeros((n, n))
-        for tooth, radius, between in zip(lines.tooth, lines.radius, self._between_points, strict=True):
+        for tooth, radius, between in zip(lines.tooth, lines.radius, self._rolling_speed, strict=True):
             if isinstance(between, SliceCompliance) or between.friction is None:
                 raise InputError("friction needs the compliance along the profile: flank_compliance(…, friction=True)")
             total += between.friction_compliance(lines.side, tooth, radius, lines.axial)
         return total * (sliding_sense(self.pair, lines) * (1.0 if lines.flank == DRIVE else -1.0))
 
-    def at_angles(self, angles: FloatArray) -> Engagement:
+    def select_angles(self, angles: FloatArray) -> Engagement:
         """Return the same pair with only the compliances needed at these wheel `angles` (rad)."""
         teeth = np.hstack(
             [
@@ -178,7 +178,8 @@ class Engagement:
             ]
         )
         pinion, wheel = (
-            c if isinstance(c, SliceCompliance) else c.of_teeth(t) for c, t in zip(self.compliances, teeth, strict=True)
+            c if isinstance(c, SliceCompliance) else c.select_teeth(t)
+            for c, t in zip(self.compliances, teeth, strict=True)
         )
         return replace(self, compliances=(pinion, wheel))
 

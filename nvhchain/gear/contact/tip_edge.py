@@ -49,7 +49,7 @@ FADE = 0.13
 """Factor m in the fading of the wedge. Finite elements of held sections of teeth (20 to 82) give 0.12 to 0.14
 (benchmarks/gear/tip_edge.py)."""
 
-_BEYOND_STRIP = 0.1728
+_EDGE_DISTANCE = 0.1728
 """2 e^(7ζ(3)/π² − 2 ln 2) − 1: equivalent distance of the farther of two points under a flat punch at an edge, over c,
 less 1."""
 
@@ -109,7 +109,7 @@ def wedge_excess(distance: FloatArray, half_width: FloatArray, depth: FloatArray
     distance: m, from the tip to the middle of the contact; less than c where the strip ends at it. half_width: c, m.
     depth: h, m.  angle: W, rad.
     """
-    farther = np.maximum(distance, half_width) + _BEYOND_STRIP * half_width
+    farther = np.maximum(distance, half_width) + _EDGE_DISTANCE * half_width
     return 0.5 * (wedge_factor(angle) - 1) * np.log1p((FADE * depth / farther) ** 2)
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from nvhchain.dimensions import Angle, Length
 from nvhchain.errors import InputError, require
-from nvhchain.gear.drawing.cutouts import Cutouts, Openings, RoundCutouts, Web, within
+from nvhchain.gear.drawing.cutouts import Cutouts, Openings, RoundCutouts, Web, fits_web
 from nvhchain.gear.drawing.volume_mesh import VolumeMesh
 from nvhchain.kinds import check_fields
 
@@ -55,7 +55,7 @@ class _Opened(ABC):
         web = Web(hub, rim, thickness, self.web_offset)
         if openings is not None:
             require(
-                within(web, openings),
+                fits_web(web, openings),
                 f"openings from {openings.inner_radius:g} to {openings.outer_radius:g} m leave the web from {hub:g} to "
                 f"{rim:g} m: keep them inside it",
             )
@@ -257,7 +257,7 @@ class Differential:
         check_fields(self)
         web, cut = self.web, self.cutouts
         require(
-            within(web, cut),
+            fits_web(web, cut),
             f"windows from {self.window_inner_radius:g} to {self.window_outer_radius:g} m leave the flange from "
             f"{self.carrier_radius:g} to {self.ring_inner_radius:g} m: keep them inside it",
         )

@@ -180,7 +180,7 @@ class RoundCutouts:
         return np.hypot(outwards, across), np.arctan2(across, outwards)
 
 
-def within(web: Web, openings: Cutouts | RoundCutouts) -> bool:
+def fits_web(web: Web, openings: Cutouts | RoundCutouts) -> bool:
     """Return True if `web` contains `openings`, to rounding."""
     return web.hub_radius <= openings.inner_radius * (1 + 1e-9) and openings.outer_radius <= web.rim_radius * (1 + 1e-9)
 

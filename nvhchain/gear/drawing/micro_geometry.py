@@ -47,9 +47,9 @@ class Relief:
         require(self.length > 0, f"relief length = {self.length:g} m must be positive")
         require(self.shape in ("linear", "parabolic"), f"relief shape = {self.shape!r}: choose linear or parabolic")
 
-    def removed(self, beyond: FloatArray) -> FloatArray:
-        """Return the amount (m) at rolled length `beyond` (m) past the start."""
-        share = np.clip(beyond / self.length, 0.0, None)
+    def removed(self, excess: FloatArray) -> FloatArray:
+        """Return the amount (m) at rolled length `excess` (m) past the start."""
+        share = np.clip(excess / self.length, 0.0, None)
         return self.amount * (share if self.shape == "linear" else share**2)
 
 

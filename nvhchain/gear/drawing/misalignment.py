@@ -46,13 +46,13 @@ class Misalignment:
             )
 
     def separation(
-        self, along: FloatArray, axial: FloatArray, *, drive: bool, sense: int, pressure_angle: float, tilt: float
+        self, path_length: FloatArray, axial: FloatArray, *, drive: bool, sense: int, pressure_angle: float, tilt: float
     ) -> FloatArray:
         """Return the gap (m) that misalignment opens at contact points.
 
         Parameters
         ----------
-        along : array
+        path_length : array
             Distance from the pitch point along the line of action, from pinion to wheel (m).
         axial : array
             Axial position (m).
@@ -78,4 +78,4 @@ class Misalignment:
         if not drive:  # the two lines of action enclose 180° − 2 α_wt
             turn = self.in_plane * cos(2 * pressure_angle) + self.normal * sin(2 * pressure_angle)
         slope = sense if drive else -sense
-        return np.asarray(turn * (cos(tilt) * axial + slope * sin(tilt) * along))
+        return np.asarray(turn * (cos(tilt) * axial + slope * sin(tilt) * path_length))

@@ -19,13 +19,13 @@ from nvhchain.handoff import FloatArray
 
 
 def edge_gap(
-    beyond: FloatArray, own_base: float, mating_base: float, edge: float, line_length: float, centre_distance: float
+    excess: FloatArray, own_base: float, mating_base: float, edge: float, line_length: float, centre_distance: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the gap between an edge and the mating flank, and the place and angle at which they will meet.
 
     Parameters
     ----------
-    beyond : (n,) array
+    excess : (n,) array
         Distance on the line of action from the end of the path, which the edge has passed or not reached (m).
     own_base, mating_base : float
         Base radii of the gear with the edge and of the other (m).
@@ -47,15 +47,15 @@ def edge_gap(
     """
     # own centre at the origin, the other on the x axis; angle of the edge from the line of centres
     pressure, end = np.arccos((own_base + mating_base) / centre_distance), sqrt(edge**2 - own_base**2)
-    turned = np.arctan2(end, own_base) - pressure + np.asarray(beyond, float) / own_base
+    turned = np.arctan2(end, own_base) - pressure + np.asarray(excess, float) / own_base
     across, along = centre_distance - edge * np.cos(turned), edge * np.sin(turned)
     radius = np.hypot(across, along)
     rolled = np.sqrt(np.maximum(radius**2 - mating_base**2, 0.0))
     # mating involute through the edge: its crossing of the line of action, from that gear's tangent point
     crossing = rolled + mating_base * (pressure - np.arctan2(along, across) - np.arctan2(rolled, mating_base))
     # the normal of an involute turns from the line of action by rolled length over base radius
-    angle = np.asarray(beyond, float) / own_base + (rolled - crossing) / mating_base
-    return crossing - (line_length - end - np.asarray(beyond, float)), radius, angle
+    angle = np.asarray(excess, float) / own_base + (rolled - crossing) / mating_base
+    return crossing - (line_length - end - np.asarray(excess, float)), radius, angle
 
 
 @lru_cache
@@ -67,8 +67,8 @@ def extension(gap: float, own_base: float, mating_base: float, edge: float, line
     if gap == 0:
         return 0.0
 
-    def missing(beyond: float) -> float:
-        return float(edge_gap(np.array(beyond), own_base, mating_base, edge, line, distance)[0]) - gap
+    def missing(excess: float) -> float:
+        return float(edge_gap(np.array(excess), own_base, mating_base, edge, line, distance)[0]) - gap
 
     # bounded by the remaining rolled length on the mating gear
     left = line - sqrt(edge**2 - own_base**2)

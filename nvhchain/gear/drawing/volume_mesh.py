@@ -14,7 +14,7 @@ from nvhchain.handoff import FloatArray, IntArray
 
 ELEMENT_NODES = {"tet10": 10, "hex20": 20}
 
-OFF_FLANK = 0.05
+FLANK_LIMIT = 0.05
 """Largest distance of flank nodes from the drawn involute (normal modules); covers micro-geometry and chords of
 elements."""
 
@@ -132,7 +132,7 @@ class VolumeMesh:
         )
         bore = np.hypot(*self.nodes[self.bore, :2].T)
         require(
-            bool(np.abs(bore - gear.bore_radius).max() < OFF_FLANK * gear.normal_module),
+            bool(np.abs(bore - gear.bore_radius).max() < FLANK_LIMIT * gear.normal_module),
             f"bore nodes lie at r = {1e3 * bore.min():.4g}…{1e3 * bore.max():.4g} mm, the drawn bore at "
             f"{1e3 * gear.bore_radius:.4g} mm: tag the bore alone or correct bore_radius",
         )
@@ -140,9 +140,9 @@ class VolumeMesh:
         on = self.flanks[radius[self.flanks] > gear.form_radius * (1 - 1e-9)]
         off = radius[on] * np.abs(np.abs(offset[on]) - gear.half_tooth_angle(radius[on]))
         require(
-            len(on) > 0 and float(off.max()) < OFF_FLANK * gear.normal_module,
+            len(on) > 0 and float(off.max()) < FLANK_LIMIT * gear.normal_module,
             f"flank nodes lie up to {1e3 * float(off.max(initial=0.0)):.3g} mm off the drawn involutes, "
-            f"{1e3 * OFF_FLANK * gear.normal_module:.3g} mm at most: put tooth 0 on the x axis at mid-width, z along "
+            f"{1e3 * FLANK_LIMIT * gear.normal_module:.3g} mm at most: put tooth 0 on the x axis at mid-width, z along "
             "the shaft, and check teeth, module, helix and profile shift",
         )
 

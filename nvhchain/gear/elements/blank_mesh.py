@@ -18,7 +18,7 @@ from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.drawing.body import GearBody
 from nvhchain.gear.drawing.cutouts import Openings, RoundCutouts
 from nvhchain.gear.drawing.volume_mesh import VolumeMesh
-from nvhchain.gear.elements.grading import Grading, with_middles
+from nvhchain.gear.elements.grading import Grading, insert_middles
 from nvhchain.gear.elements.plane_mesh import BoolArray, Curve, PlaneMesh, quadratic_mesh
 from nvhchain.handoff import FloatArray, IntArray
 
@@ -47,20 +47,20 @@ class BlankMesh:
         Nodes under each tooth's pitch, counter-clockwise.
     bore : int array
         Nodes on the bore.
-    in_web : (m,) bool array
+    web_elements : (m,) bool array
         Quadrilaterals of the web.
-    in_sector : (m,) bool array
+    sector_elements : (m,) bool array
         Quadrilaterals under the first sector of teeth.
-    turned : (n,) int array
+    rotated_nodes : (n,) int array
         Node that replaces each node when the blank turns by one sector.
     """
 
     plane: PlaneMesh
     top: IntArray
     bore: IntArray
-    in_web: BoolArray
-    in_sector: BoolArray
-    turned: IntArray
+    web_elements: BoolArray
+    sector_elements: BoolArray
+    rotated_nodes: IntArray
 
 
 def innermost_solid(body: GearBody) -> float:
@@ -130,7 +130,7 @@ def blank_mesh(body: GearBody, top_radius: float, fidelity: GearFidelity) -> Bla
     plane = quadratic_mesh(radius[used], angle[used], number.reshape(quads.shape), tuple(curves))
 
     turned = new[np.roll(grid, -per_tooth * body.sector, axis=1)].ravel()[used]
-    edges = plane.between(turned[plane.edges[:, 0]], turned[plane.edges[:, 1]])
+    edges = plane.edge_nodes(turned[plane.edges[:, 0]], turned[plane.edges[:, 1]])
     under = per_tooth * np.arange(gear.teeth)[:, None] + np.arange(per_tooth + 1)
     web_row = np.zeros(rows, dtype=bool)
     if web is not None:
@@ -139,10 +139,10 @@ def blank_mesh(body: GearBody, top_radius: float, fidelity: GearFidelity) -> Bla
     return BlankMesh(
         plane=plane,
         top=np.stack([plane.chain(new[line]) for line in grid[-1, under % columns]]),
-        bore=np.append(new[grid[0]], plane.between(new[grid[0]], new[after[0]])),
-        in_web=web_row[row],
-        in_sector=column < per_tooth * body.sector,
-        turned=np.append(turned, edges),
+        bore=np.append(new[grid[0]], plane.edge_nodes(new[grid[0]], new[after[0]])),
+        web_elements=web_row[row],
+        sector_elements=column < per_tooth * body.sector,
+        rotated_nodes=np.append(turned, edges),
     )
 
 
@@ -177,11 +177,11 @@ def _rows(body: GearBody, top_radius: float, height: float, fine: float) -> Floa
     radii = [stops[0]]
     for stop in stops[1:]:
         if stop > radii[-1] * (1 + 1e-6):
-            radii += list(_between(radii[-1], stop, height, fine, ends)[1:])
+            radii += list(_graded_radii(radii[-1], stop, height, fine, ends)[1:])
     return np.array(radii)
 
 
-def _between(low: float, high: float, height: float, fine: float, ends: list[float]) -> FloatArray:
+def _graded_radii(low: float, high: float, height: float, fine: float, ends: list[float]) -> FloatArray:
     """Return radii from `low` to `high`, at most `height` apart, and `fine` at the nearest of `ends`; all m."""
     if not ends or fine >= height:
         return np.linspace(low, high, ceil((high - low) / height - 1e-9) + 1)
@@ -249,7 +249,7 @@ def _ring(
     for number, (row, column) in enumerate(sides):
         ring.append((row + len(radii) * column)[:-1])
         way = np.abs(radii[row] - radii[row[0]]) if number % 2 else np.arange(len(row))  # rows may differ in height
-        r, phi = cut.outline(number, with_middles(way / way[-1])[:-1])
+        r, phi = cut.outline(number, insert_middles(way / way[-1])[:-1])
         radius.append(r)
         angle.append(middle + phi)
     return np.concatenate(ring), np.concatenate(radius), np.concatenate(angle)

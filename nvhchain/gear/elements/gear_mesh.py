@@ -24,7 +24,7 @@ from nvhchain.gear.elements.pitch_mesh import PitchMesh, pitch_mesh
 from nvhchain.gear.elements.plane_mesh import BoolArray, PlaneMesh
 from nvhchain.handoff import FloatArray, IntArray
 
-_THIN, _IN_WEB, _FLAT = 0.3, 0.4, 0.3
+_THIN, _WEB_PART, _FLAT = 0.3, 0.4, 0.3
 """Three limits of thin webs. Webs with less than the first part of the layers bend about their ends. They get up to the
 second part of the layers and at least two. No layer is flatter than the third part of an even one."""
 
@@ -50,7 +50,7 @@ class SolidMesh:
     elements: IntArray
     index: IntArray
 
-    def on(self, plane_nodes: IntArray) -> IntArray:
+    def stacked(self, plane_nodes: IntArray) -> IntArray:
         """Return the solid nodes above and below `plane_nodes`, level by level."""
         stacked = self.index[:, plane_nodes]
         return stacked[stacked >= 0]
@@ -66,7 +66,7 @@ class GearMesh:
         Transverse meshes.
     pitch_solid, blank_solid : SolidMesh
         Solid meshes.
-    in_sector : (m,) bool array
+    sector_elements : (m,) bool array
         Bricks of the blank under the first sector of teeth.
     """
 
@@ -74,7 +74,7 @@ class GearMesh:
     blank: BlankMesh
     pitch_solid: SolidMesh
     blank_solid: SolidMesh
-    in_sector: BoolArray
+    sector_elements: BoolArray
 
 
 def gear_mesh(body: GearBody, fidelity: GearFidelity) -> GearMesh:
@@ -83,13 +83,13 @@ def gear_mesh(body: GearBody, fidelity: GearFidelity) -> GearMesh:
     blank = blank_mesh(body, pitch.inner_radius, fidelity)
     stations, in_web = _stations(body, fidelity)
     present = np.ones((len(in_web), len(blank.plane.quads)), dtype=bool)
-    present[:, blank.in_web] = in_web[:, None]
+    present[:, blank.web_elements] = in_web[:, None]
     return GearMesh(
         pitch=pitch,
         blank=blank,
         pitch_solid=pitch_solid,
         blank_solid=_swept(body, blank.plane, rim, pitch.inner_radius, stations, present),
-        in_sector=np.broadcast_to(blank.in_sector, present.shape)[present],
+        sector_elements=np.broadcast_to(blank.sector_elements, present.shape)[present],
     )
 
 
@@ -152,7 +152,7 @@ def _web_layers(web: Web, even: FloatArray) -> tuple[FloatArray, BoolArray]:
     )
     if round(web.thickness / width * layers) < ceil(_THIN * layers):
         count = max(2, round(web.thickness / width * layers / _FLAT))
-        return _thin_web_layers(low, high, even, min(count, ceil(_IN_WEB * layers)))
+        return _thin_web_layers(low, high, even, min(count, ceil(_WEB_PART * layers)))
     count = max(1, min(round(web.thickness / width * layers), layers - below - above))
     first = round((low - even[0]) / width * layers)
     first = min(max(first, int(below)), layers - int(above) - count) if below else 0

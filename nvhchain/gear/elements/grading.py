@@ -54,12 +54,12 @@ class Grading:
         """Distance from the centre at which elements reach the largest size (m)."""
         return self.zone + (self.largest - self.size) / self.growth
 
-    def _count(self, at: FloatArray) -> FloatArray:
-        """Return the number of elements from the centre to `at` (m): the integral of 1/size."""
-        away = np.abs(at - self.centre)
+    def _count(self, place: FloatArray) -> FloatArray:
+        """Return the number of elements from the centre to `place` (m): the integral of 1/size."""
+        away = np.abs(place - self.centre)
         growing = np.clip(away - self.zone, 0.0, self._grown - self.zone)
         number = np.minimum(away, self.zone) / self.size + np.log1p(self.growth * growing / self.size) / self.growth
-        return np.sign(at - self.centre) * (number + np.maximum(away - self._grown, 0.0) / self.largest)
+        return np.sign(place - self.centre) * (number + np.maximum(away - self._grown, 0.0) / self.largest)
 
     def _place(self, count: FloatArray) -> FloatArray:
         """Return the position (m) for a number of elements from the centre; the inverse of `_count`."""
@@ -72,7 +72,7 @@ class Grading:
         return self.centre + np.sign(count) * (away + part)
 
 
-def with_middles(ends: FloatArray) -> FloatArray:
+def insert_middles(ends: FloatArray) -> FloatArray:
     """Return the element ends with their middles in between."""
     points = np.empty(2 * len(ends) - 1)
     points[::2], points[1::2] = ends, 0.5 * (ends[:-1] + ends[1:])

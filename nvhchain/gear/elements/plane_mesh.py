@@ -34,7 +34,7 @@ class PlaneMesh:
     quads: IntArray
     edges: IntArray
 
-    def between(self, first: IntArray, second: IntArray) -> IntArray:
+    def edge_nodes(self, first: IntArray, second: IntArray) -> IntArray:
         """Return the nodes on the edges that join corners `first` and `second`."""
         key = self.edges[:, 0] * self.corners + self.edges[:, 1]
         wanted = np.minimum(first, second) * self.corners + np.maximum(first, second)
@@ -44,7 +44,7 @@ class PlaneMesh:
         """Return the nodes along a line of `corners`, edge nodes included."""
         corners = np.asarray(corners)
         line = np.empty(2 * len(corners) - 1, dtype=np.int64)
-        line[::2], line[1::2] = corners, self.between(corners[:-1], corners[1:])
+        line[::2], line[1::2] = corners, self.edge_nodes(corners[:-1], corners[1:])
         return line
 
 

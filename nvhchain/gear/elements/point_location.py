@@ -17,10 +17,10 @@ _CANDIDATES = 24
 _NEWTON_STEPS = 12
 """Newton steps for the place in an element; four usually suffice from its middle."""
 
-_INSIDE = 1e-9
+_FACE_TOLERANCE = 1e-9
 """Rounding (half elements) by which a point on a face may lie outside and still be accepted at once."""
 
-_OUTSIDE = 0.1
+_SURFACE_TOLERANCE = 0.1
 """Distance (half elements) by which a point on a drawn surface may miss the mesh, whose faces are parabolas."""
 
 
@@ -58,16 +58,16 @@ class ElementSearch:
         candidates = self._tree.query(points, k=range(1, min(_CANDIDATES, self._tree.n) + 1))[1]
         best, place, element = np.full(len(points), np.inf), np.zeros((len(points), 3)), np.zeros(len(points), np.int64)
         for column in candidates.T:
-            at = np.flatnonzero(best > _INSIDE)  # points not yet located
+            at = np.flatnonzero(best > _FACE_TOLERANCE)  # points not yet located
             if not len(at):
                 break
             xi = self._place(points[at], column[at])
-            outside = self._outside(xi)
+            outside = self._excess(xi)
             better = outside < best[at]
             kept = at[better]
             best[kept], place[kept], element[kept] = outside[better], xi[better], column[kept]
         worst = int(np.argmax(best))
-        if best[worst] > _OUTSIDE:
+        if best[worst] > _SURFACE_TOLERANCE:
             where = ", ".join(f"{1e3 * c:.4g}" for c in points[worst])
             raise InputError(
                 f"the point ({where}) mm lies outside the mesh by {best[worst]:.2g} of half an element: "
@@ -78,7 +78,7 @@ class ElementSearch:
         share = np.clip(np.column_stack([1 - place.sum(axis=1), place]), 0.0, None)
         return element, share[:, 1:] / share.sum(axis=1, keepdims=True)
 
-    def _outside(self, place: FloatArray) -> FloatArray:
+    def _excess(self, place: FloatArray) -> FloatArray:
         """Return the distance (half elements) by which places lie outside; negative inside."""
         if self._brick:
             return np.asarray(np.abs(place).max(axis=1) - 1.0)

@@ -63,7 +63,7 @@ def joined_mesh(body: GearBody, mesh: GearMesh) -> tuple[VolumeMesh, IntArray]:
         c, s = np.cos(tooth * gear.pitch_angle), np.sin(tooth * gear.pitch_angle)
         first = len(blank.nodes) + tooth * len(pitch.nodes)
         bricks.append(pitch.elements + first)
-        flanks.append(pitch.on(mesh.pitch.flanks.ravel()) + first)
+        flanks.append(pitch.stacked(mesh.pitch.flanks.ravel()) + first)
         points.append(pitch.nodes @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1.0]]))
     nodes = np.vstack(points)
     same = cKDTree(nodes).query_pairs(_SAME * gear.normal_module, output_type="ndarray")
@@ -75,7 +75,7 @@ def joined_mesh(body: GearBody, mesh: GearMesh) -> tuple[VolumeMesh, IntArray]:
         nodes=place,
         elements=label[np.vstack(bricks)].astype(np.int64),
         kind="hex20",
-        bore=np.unique(label[blank.on(mesh.blank.bore)]).astype(np.int64),
+        bore=np.unique(label[blank.stacked(mesh.blank.bore)]).astype(np.int64),
         flanks=np.unique(label[np.concatenate(flanks)]).astype(np.int64),
         order=max(body.blank.symmetry, 1) if body.sector > 1 else gear.teeth,
     )

@@ -13,13 +13,13 @@ from nvhchain.errors import require
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.compliance.analytic import SliceCompliance
 from nvhchain.gear.compliance.flank_compliance import FlankCompliance
-from nvhchain.gear.contact.closing_edges import with_closing_edges
+from nvhchain.gear.contact.closing_edges import close_edges
 from nvhchain.gear.contact.contact_lines import ContactLines
 from nvhchain.gear.contact.contact_lines import separation as unloaded_gap
 from nvhchain.gear.contact.engagement import Engagement
 from nvhchain.gear.drawing.pair import GearPair
 from nvhchain.gear.laws.mesh_law import pair_compliances
-from nvhchain.gear.laws.transmission_error import angle_blocks, body_period_angles, loaded_mesh, on_blocks
+from nvhchain.gear.laws.transmission_error import angle_blocks, body_period_angles, compute_blocks, loaded_mesh
 from nvhchain.handoff import FloatArray, LoadDistribution
 from nvhchain.kinds import checked
 
@@ -75,15 +75,15 @@ def load_distribution(
     angle = body_period_angles(pair, fidelity)
     engagement = Engagement(pair, compliances or pair_compliances(pair, fidelity), fidelity)
     work = partial(
-        on_blocks,
+        compute_blocks,
         _carried,
         blocks=angle_blocks(angle),
-        given=(nominal_force,),
+        fixed=(nominal_force,),
         executor=executor,
         progress=progress,
     )
     rows = work(engagement)
-    closing = with_closing_edges(engagement, rows[:, -1].max())
+    closing = close_edges(engagement, rows[:, -1].max())
     sliding, arm, offset, tilt, slices, _ = (rows if closing is engagement else work(closing)).T
     return LoadDistribution(
         angle=angle,

@@ -11,11 +11,11 @@ from nvhchain.errors import SolverError, require, warn_caller
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.compliance.analytic import SliceCompliance, slice_compliance
 from nvhchain.gear.compliance.flank_compliance import FlankCompliance, flank_compliance
-from nvhchain.gear.contact.closing_edges import with_closing_edges
+from nvhchain.gear.contact.closing_edges import close_edges
 from nvhchain.gear.contact.engagement import Engagement, engaged_reach
 from nvhchain.gear.drawing.pair import BACK, DRIVE, GearPair
 from nvhchain.gear.drawing.volume_mesh import VolumeMesh
-from nvhchain.gear.laws.transmission_error import angle_blocks, body_period_angles, loaded_mesh, on_blocks
+from nvhchain.gear.laws.transmission_error import angle_blocks, body_period_angles, compute_blocks, loaded_mesh
 from nvhchain.handoff import FloatArray, MeshLaw
 from nvhchain.kinds import checked
 
@@ -76,11 +76,11 @@ def mesh_law(
     if compliances is None:
         compliances = pair_compliances(pair, fidelity, progress=lambda done, _: report(done))
     engagement, deflection = engaged(pair, nominal_force, fidelity, compliances)
-    force = on_blocks(
+    force = compute_blocks(
         _force_rows,
         engagement,
         blocks=blocks,
-        given=(deflection,),
+        fixed=(deflection,),
         executor=executor,
         progress=lambda done, _: report(teeth + done),
     )
@@ -145,7 +145,7 @@ def engaged(
     angle = body_period_angles(pair, fidelity)
     engagement = Engagement(pair, compliances or pair_compliances(pair, fidelity), fidelity)
     deflection = deflection_grid(engagement, nominal_force, angle)
-    closing = with_closing_edges(engagement, deflection[-1], -deflection[0] - pair.backlash)
+    closing = close_edges(engagement, deflection[-1], -deflection[0] - pair.backlash)
     if closing is engagement:
         return engagement, deflection
     return closing, deflection_grid(closing, nominal_force, angle)

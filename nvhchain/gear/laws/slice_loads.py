@@ -42,7 +42,7 @@ def slice_loads(
     along = friction * sliding_sense(pair, lines) * (1.0 if lines.flank == DRIVE else -1.0)
     flank = np.full(len(contact.force), lines.side)
     normal, slid = (
-        point_forces(geometry, tooth, flank, lines.radius[gear], lines.axial, along_profile=a) for a in (False, True)
+        point_forces(geometry, tooth, flank, lines.radius[gear], lines.axial, profile_force=a) for a in (False, True)
     )
     return sp.csr_matrix(normal @ sp.diags(contact.force) + slid @ sp.diags(along * contact.force))
 

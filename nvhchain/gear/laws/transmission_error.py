@@ -18,7 +18,7 @@ from nvhchain.conventions import Progress
 from nvhchain.errors import InputError, SolverError, require
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.compliance.monotone_cubic import monotone_cubic
-from nvhchain.gear.contact.closing_edges import with_closing_edges
+from nvhchain.gear.contact.closing_edges import close_edges
 from nvhchain.gear.contact.contact_lines import ContactLines
 from nvhchain.gear.contact.engagement import Engagement
 from nvhchain.gear.contact.friction import lever_arms
@@ -259,9 +259,9 @@ def loaded_transmission_error(
     pair = engagement.pair
     force, angle = pair.normal_force(pinion_torque), body_period_angles(pair, engagement.fidelity)
     given = (force, friction, friction_bending)
-    work = partial(on_blocks, _deflections, blocks=angle_blocks(angle), given=given, executor=executor)
+    work = partial(compute_blocks, _deflections, blocks=angle_blocks(angle), fixed=given, executor=executor)
     deflection = work(engagement)
-    closing = with_closing_edges(engagement, deflection.max())
+    closing = close_edges(engagement, deflection.max())
     if closing is not engagement:
         deflection = work(closing)
     return angle, deflection / np.cos(pair.base_helix_angle)
@@ -279,22 +279,22 @@ def angle_blocks(angle: FloatArray) -> list[FloatArray]:
     return [angle[i : i + size] for i in range(0, len(angle), size)]
 
 
-def on_blocks(
+def compute_blocks(
     work: Callable[..., FloatArray],
     engagement: Engagement,
     *,
     blocks: list[FloatArray],
-    given: tuple[Any, ...],
+    fixed: tuple[Any, ...],
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> FloatArray:
-    """Return `work(engagement, angles, *given)` on all `angle_blocks`, stacked along axis 0.
+    """Return `work(engagement, angles, *fixed)` on all `angle_blocks`, stacked along axis 0.
 
     executor: runs the blocks.  progress: called with (blocks done, blocks in all).
     """
     # a block is sent without the teeth that its angles do not reach
-    tasks = [engagement.at_angles(block) if executor else engagement for block in blocks]
-    arguments = ([argument] * len(blocks) for argument in given)
+    tasks = [engagement.select_angles(block) if executor else engagement for block in blocks]
+    arguments = ([argument] * len(blocks) for argument in fixed)
     found: list[FloatArray] = []
     for rows in (executor.map if executor else map)(work, tasks, blocks, *arguments):
         found.append(rows)

@@ -1,10 +1,10 @@
 """Reference contact: both gears as finite elements with refined flanks, no analytical local part, no friction."""
 
 from nvhchain.gear.reference.alignment import realigned
+from nvhchain.gear.reference.contact_cells import CoarseGear, TouchingTeeth, coarse_gear, touching_teeth
 from nvhchain.gear.reference.loaded_pair import Carried, ReferenceMesh, carried, pair_compliance, reference_mesh
 from nvhchain.gear.reference.pressure import PressureField, pressed
 from nvhchain.gear.reference.resolution import ReferenceResolution
-from nvhchain.gear.reference.touching import CoarseGear, TouchingTeeth, coarse_gear, touching_teeth
 
 __all__ = [
     "Carried",

@@ -8,8 +8,8 @@ import numpy as np
 
 from nvhchain.errors import require
 from nvhchain.gear.drawing.pair import GearPair
+from nvhchain.gear.reference.contact_cells import TouchingTeeth, symmetric
 from nvhchain.gear.reference.flanks import opened
-from nvhchain.gear.reference.touching import TouchingTeeth, symmetric
 
 
 def realigned(touching: TouchingTeeth, pair: GearPair, other: GearPair) -> TouchingTeeth:
@@ -52,6 +52,6 @@ def realigned(touching: TouchingTeeth, pair: GearPair, other: GearPair) -> Touch
     cells = touching.cells
     travel = float(pair.base_radius[1]) * touching.angle - np.array(touching.pairs)[touching.pair] * pair.base_pitch
     crossing = pair.pitch_point + travel + np.tan(pair.base_helix_angle) * pair.sense * cells.axial
-    at = (crossing, cells.across, cells.axial)
+    at = (crossing, cells.transverse, cells.axial)
     gap = cells.gap + opened(other, *at) - opened(pair, *at)
     return replace(touching, cells=replace(cells, gap=gap))

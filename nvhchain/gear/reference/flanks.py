@@ -32,7 +32,7 @@ class Section:
     ----------
     crossing : float
         s where the pinion's flank crosses the line of action (m), clipped to the limits.
-    apart : float
+    separation : float
         Distance of the true crossing from the limits (m); 0 where the teeth can touch.
     low, high : float
         t of the wheel's and of the pinion's tip (m); rows of elements lie between them.
@@ -41,7 +41,7 @@ class Section:
     """
 
     crossing: float
-    apart: float
+    separation: float
     low: float
     high: float
     ends: tuple[float, float]
@@ -61,7 +61,9 @@ def section(pair: GearPair, angle: float, tooth: int, axial: float, limits: tupl
     true += axial * np.tan(pair.base_helix_angle) * pair.sense
     crossing = min(max(true, limits[0]), limits[1])
     usable = [body.geometry.usable_flank for body in (pair.pinion, pair.wheel)]
-    (start, high), (end, low) = ([float(across(pair, gear, crossing, r)) for r in usable[gear]] for gear in (0, 1))
+    (start, high), (end, low) = (
+        [float(transverse_position(pair, gear, crossing, r)) for r in usable[gear]] for gear in (0, 1)
+    )
     require(
         low < high,
         f"tooth pair {tooth} is out of reach at s = {1e3 * crossing:.4g} mm: narrow the limits",
@@ -69,7 +71,7 @@ def section(pair: GearPair, angle: float, tooth: int, axial: float, limits: tupl
     return Section(crossing, abs(true - crossing), low, high, (start, end))
 
 
-def on_flank(s: Section, gear: int, t: FloatArray, reach: float) -> FloatArray:
+def move_onto_flank(s: Section, gear: int, t: FloatArray, reach: float) -> FloatArray:
     """Return the ends of rows `t` (n,) in m, moved onto the flank of `gear`.
 
     Where the mating tip stands beside the fillet, rows are squeezed into the remaining involute. These are the rows
@@ -85,22 +87,22 @@ def on_flank(s: Section, gear: int, t: FloatArray, reach: float) -> FloatArray:
     return np.asarray(sign * np.where(rows < kept, squeezed, rows))
 
 
-def _own(pair: GearPair, gear: int, crossing: FloatArray | float) -> FloatArray | float:
+def _crossing_length(pair: GearPair, gear: int, crossing: FloatArray | float) -> FloatArray | float:
     """Return the rolled length at which the flank of `gear` crosses the line of action (m)."""
     return crossing if gear == 0 else pair.line_length - crossing
 
 
-def across(pair: GearPair, gear: int, crossing: float, rolled: FloatArray | float) -> FloatArray:
+def transverse_position(pair: GearPair, gear: int, crossing: float, rolled: FloatArray | float) -> FloatArray:
     """Return t (m) of the points of the flank of `gear` (0 pinion, 1 wheel) at rolled lengths (m)."""
     base, rho = float(pair.base_radius[gear]), np.asarray(rolled, float)
-    alpha = (_own(pair, gear, crossing) - rho) / base
+    alpha = (_crossing_length(pair, gear, crossing) - rho) / base
     t = base * (np.cos(alpha) - 1) - rho * np.sin(alpha)
     return np.asarray(t if gear == 0 else -t)
 
 
 def rolled_length(pair: GearPair, gear: int, crossing: FloatArray | float, t: FloatArray) -> FloatArray:
     """Return the rolled lengths (m) of the points of the flank of `gear` at `t` (m)."""
-    base, own = float(pair.base_radius[gear]), _own(pair, gear, crossing)
+    base, own = float(pair.base_radius[gear]), _crossing_length(pair, gear, crossing)
     wanted = np.asarray(t if gear == 0 else -np.asarray(t), float)
     rho = np.sqrt(np.maximum(own**2 + 2 * base * wanted, 1e-4 * own**2))
     for _ in range(_NEWTON):
@@ -117,7 +119,7 @@ def gap(pair: GearPair, crossing: float, t: FloatArray) -> FloatArray:
         rho, base, own = (
             rolled_length(pair, gear, crossing, t),
             float(pair.base_radius[gear]),
-            _own(pair, gear, crossing),
+            _crossing_length(pair, gear, crossing),
         )
         alpha = (own - rho) / base
         along.append(base * np.sin(alpha) + rho * np.cos(alpha))

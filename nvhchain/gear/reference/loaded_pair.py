@@ -12,9 +12,9 @@ from nvhchain.errors import SolverError
 from nvhchain.gear.compliance.body_flexibility import body_flexibility
 from nvhchain.gear.compliance.flank_compliance import load_patterns
 from nvhchain.gear.drawing.pair import GearPair
+from nvhchain.gear.reference.contact_cells import CoarseGear, TouchingTeeth
 from nvhchain.gear.reference.pressure import pressed
 from nvhchain.gear.reference.resolution import ReferenceResolution
-from nvhchain.gear.reference.touching import CoarseGear, TouchingTeeth
 from nvhchain.handoff import FloatArray
 
 
@@ -36,7 +36,7 @@ class Carried:
     answer: FloatArray
     share: tuple[tuple[FloatArray, ...], ...]
 
-    def between(self, tooth: int, loaded: int) -> FloatArray:
+    def response(self, tooth: int, loaded: int) -> FloatArray:
         """Return the response (r, r) in m/N of `tooth` to patterns on `loaded` (any integers)."""
         if loaded >= tooth:
             return self.answer[tooth % self.sector, loaded - tooth]
@@ -116,7 +116,7 @@ def pair_compliance(touching: TouchingTeeth, place: int, gears: tuple[Carried, C
         for i, first in enumerate(touching.pairs):
             total[np.ix_(at[i], at[i])] += touching.teeth[gear][i].own
             for j, second in enumerate(touching.pairs):
-                answer = carrier.between(sense * (first + shift), sense * (second + shift))
+                answer = carrier.response(sense * (first + shift), sense * (second + shift))
                 total[np.ix_(at[i], at[j])] += share[i].T @ answer @ share[j]
     return 0.5 * (total + total.T)
 

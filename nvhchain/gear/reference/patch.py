@@ -18,15 +18,15 @@ _FACE = np.array([[-1, -1], [0, -1], [1, -1], [-1, 0], [1, 0], [-1, 1], [0, 1], 
 """Nodes of a brick's face, row by row."""
 
 
-def face_shape(along: FloatArray, up: FloatArray) -> FloatArray:
+def face_shape(axial: FloatArray, radial: FloatArray) -> FloatArray:
     """Return the serendipity shape functions (n, 8) of a face at local −1 … 1, in the order of `_FACE`."""
-    value = np.empty((len(along), 8))
+    value = np.empty((len(axial), 8))
     for node, (a, b) in enumerate(_FACE):
-        u, v = 1 + a * along, 1 + b * up
+        u, v = 1 + a * axial, 1 + b * radial
         if a and b:
-            value[:, node] = u * v * (a * along + b * up - 1) / 4
+            value[:, node] = u * v * (a * axial + b * radial - 1) / 4
         else:
-            value[:, node] = ((1 - along**2) * v if a == 0 else (1 - up**2) * u) / 2
+            value[:, node] = ((1 - axial**2) * v if a == 0 else (1 - radial**2) * u) / 2
     return value
 
 
@@ -136,11 +136,11 @@ def _tie(pitch: RefinedPitch, coarse: GearMesh, tooth: CondensedTooth) -> tuple[
     return sp.csr_matrix(sp.kron(weights, sp.eye(3))), outer
 
 
-def _local(at: FloatArray, grid: FloatArray) -> tuple[IntArray, FloatArray]:
+def _local(points: FloatArray, grid: FloatArray) -> tuple[IntArray, FloatArray]:
     """Return the element of a rising `grid` that contains each point, and the place −1 … 1 in it."""
-    element = np.clip(np.searchsorted(grid, at) - 1, 0, len(grid) - 2)
+    element = np.clip(np.searchsorted(grid, points) - 1, 0, len(grid) - 2)
     start, end = grid[element], grid[element + 1]
-    return element, np.clip(2 * (at - start) / (end - start) - 1, -1.0, 1.0)
+    return element, np.clip(2 * (points - start) / (end - start) - 1, -1.0, 1.0)
 
 
 def _mirrored(forces: FloatArray, coarse: GearMesh, tooth: CondensedTooth) -> FloatArray:

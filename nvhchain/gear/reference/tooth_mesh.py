@@ -14,7 +14,7 @@ import numpy as np
 
 from nvhchain.gear.drawing.geometry import GearGeometry
 from nvhchain.gear.elements.gear_mesh import SolidMesh
-from nvhchain.gear.elements.grading import Grading, with_middles
+from nvhchain.gear.elements.grading import Grading, insert_middles
 from nvhchain.gear.reference.resolution import ReferenceResolution
 from nvhchain.handoff import FloatArray, IntArray
 
@@ -144,19 +144,19 @@ def _columns(gear: GearGeometry, resolution: ReferenceResolution) -> FloatArray:
     middle = 0.5 * (gear.form_radius + gear.tip_circle_radius)
     half = middle * float(gear.half_tooth_angle(middle))
     size = resolution.contact_element / half
-    return with_middles(Grading(1.0, size, size, resolution.growth).ends(-1.0, 1.0))
+    return insert_middles(Grading(1.0, size, size, resolution.growth).ends(-1.0, 1.0))
 
 
-def _profile(gear: GearGeometry, rolled: FloatArray, below: int) -> tuple[FloatArray, FloatArray]:
+def _profile(gear: GearGeometry, rolled: FloatArray, fillet_points: int) -> tuple[FloatArray, FloatArray]:
     """Return radius (m) and half tooth angle (rad) from mid-fillet to the tip.
 
-    `below` points precede those at `rolled` (m).
+    `fillet_points` points precede those at `rolled` (m).
     """
     lowest = float(np.hypot(gear.base_radius, rolled[0]))
     fillet = gear.fillet(np.linspace(_SPLIT, 0.0, _CURVE_POINTS))
     flank = np.linspace(gear.form_radius, lowest, _CURVE_POINTS)[1:]
     radius, half = np.append(fillet[0], flank), np.append(fillet[1], gear.half_tooth_angle(flank))
-    r, psi = _evenly(radius, half, below)
+    r, psi = _evenly(radius, half, fillet_points)
     on_flank = np.hypot(gear.base_radius, rolled)
     return np.append(r[:-1], on_flank), np.append(psi[:-1], gear.half_tooth_angle(on_flank))
 

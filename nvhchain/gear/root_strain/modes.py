@@ -50,7 +50,7 @@ class RootStrainModes:
         PINION or WHEEL.
     teeth : tuple of int
         Teeth at which the strain is computed.
-    over_radius, over_axial : LocalBasis
+    radial_basis, axial_basis : LocalBasis
         B-splines on the grid of the flank.
     coefficients : (n_tooth, z, n_place, 6, 2, n_p n_w) array
         Strain per force (1/N).  [i, d, …, f] belongs to normal forces on flank f of tooth teeth[i] + d.
@@ -58,8 +58,8 @@ class RootStrainModes:
 
     gear: int
     teeth: tuple[int, ...]
-    over_radius: LocalBasis
-    over_axial: LocalBasis
+    radial_basis: LocalBasis
+    axial_basis: LocalBasis
     coefficients: FloatArray
 
     def strain(self, loaded: Sequence[LoadedMesh]) -> FloatArray:
@@ -78,7 +78,7 @@ class RootStrainModes:
         total = np.zeros((len(loaded), len(self.teeth), *self.coefficients.shape[2:4]))
         for case, mesh in enumerate(loaded):
             lines = mesh.lines
-            index, weight = point_weights(self.over_radius, self.over_axial, lines.radius[self.gear], lines.axial)
+            index, weight = point_weights(self.radial_basis, self.axial_basis, lines.radius[self.gear], lines.axial)
             share = weight * mesh.force[:, None]
             for i, tooth in enumerate(self.teeth):
                 distance = (lines.tooth[self.gear] - tooth) % self.coefficients.shape[1]
@@ -120,7 +120,7 @@ def root_strain_modes(
     ResourceError
         If memory is short.
     """
-    body = _of(pair, gear, teeth)
+    body = _gear_body(pair, gear, teeth)
     mesh, tooth, probed = _prepared(body, places, fidelity)
     radius, axial, count = tooth.radius, tooth.axial, body.geometry.teeth
     grid = flank_loads(body.geometry, (mesh.pitch, mesh.pitch_solid), radius, axial)[probed.loaded]
@@ -183,7 +183,7 @@ def nodal_force_strain(
         If memory is short.
     """
     check_coefficient(friction)
-    body = _of(pair, gear, teeth)
+    body = _gear_body(pair, gear, teeth)
     mesh, tooth, probed = _prepared(body, places, fidelity)
     count = body.geometry.teeth
     strain = np.zeros((len(loaded), len(teeth), 6 * len(places)))
@@ -204,7 +204,7 @@ def nodal_force_strain(
     return strain.reshape(len(loaded), len(teeth), len(places), 6)
 
 
-def _of(pair: GearPair, gear: int, teeth: Sequence[int]) -> GearBody:
+def _gear_body(pair: GearPair, gear: int, teeth: Sequence[int]) -> GearBody:
     """Return the body of the pinion or the wheel, and check the teeth."""
     require(gear in (PINION, WHEEL), f"gear = {gear}: PINION ({PINION}) or WHEEL ({WHEEL}) is needed")
     require(all(is_whole(t) for t in teeth), f"teeth = {tuple(teeth)}: whole numbers are needed")
@@ -255,7 +255,7 @@ def _probed(mesh: GearMesh, tooth: CondensedTooth, material: Material, submodel:
     K = cylindrical_stiffness(solid, solid.elements, material)
     shared = unknowns(np.concatenate([tooth.left, tooth.right, tooth.bottom]))
     inner = np.setdiff1d(np.arange(K.shape[0]), shared)
-    loaded = unknowns(np.unique(solid.on(flanks.ravel())))
+    loaded = unknowns(np.unique(solid.stacked(flanks.ravel())))
     at = np.searchsorted(inner, loaded)
     if not np.array_equal(inner[np.minimum(at, len(inner) - 1)], loaded):
         raise InputError("the flanks reach the rim that the tooth shares: raise dedendum or transverse_refinement")

@@ -148,7 +148,7 @@ class _Profile:
         self.fillet = self.length[on]
         self.tangent = np.arctan2(-np.gradient(y[on], self.fillet), np.gradient(x[on], self.fillet))
 
-    def at_tangent(self, angle: float) -> float:
+    def tangent_length(self, angle: float) -> float:
         """Return the arc length (m) on the fillet where its tangent and the centre line enclose `angle` (rad)."""
         low, high = float(self.tangent.min()), float(self.tangent.max())
         require(
@@ -158,7 +158,7 @@ class _Profile:
         )
         return float(np.interp(angle, self.tangent[::-1], self.fillet[::-1]))
 
-    def at(self, length: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def position(self, length: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return radius (m) and angle from the centre line (rad) at arc lengths (m)."""
         return np.interp(length, self.length, self.radius), np.interp(length, self.length, self.angle)
 
@@ -169,7 +169,7 @@ def _rows(
     """Return the strain rows (6, unknowns) of one place."""
     name, half = type(place).__name__, 0.5 * gear.face_width
     require(place.flank in (0, 1), f"{name}.flank = {place.flank}: 0 faces +φ, 1 faces −φ")
-    middle = profile.at_tangent(place.tangent_angle)
+    middle = profile.tangent_length(place.tangent_angle)
     if isinstance(place, RootElement):
         require(abs(place.axial) <= half, f"{name}.axial = {place.axial:g} m leaves the face width ±{half:g} m")
         at = (profile, place.flank, np.array([middle]), np.array([place.axial]))
@@ -208,7 +208,7 @@ def _rows(
 
 def _surface(gear: GearGeometry, profile: _Profile, flank: int, length: FloatArray, axial: FloatArray) -> FloatArray:
     """Return points (n, 3) of the tooth's surface at arc lengths along the profile and axial positions (m)."""
-    radius, half = profile.at(length)
+    radius, half = profile.position(length)
     angle = (1 - 2 * flank) * half + gear.twist * axial
     return np.column_stack([radius * np.cos(angle), radius * np.sin(angle), axial])
 
@@ -217,11 +217,11 @@ def _frame(gear: GearGeometry, profile: _Profile, flank: int, length: FloatArray
     """Return the directions t, a, n in columns (n, 3, 3); a points towards +z."""
     step = 1e-3 * (profile.length[-1] - profile.length[0])
 
-    def along(ds: float, dz: float) -> FloatArray:
+    def tangent(ds: float, dz: float) -> FloatArray:
         ahead, behind = (_surface(gear, profile, flank, length + s * ds, axial + s * dz) for s in (1, -1))
         return (ahead - behind) / np.linalg.norm(ahead - behind, axis=1)[:, None]
 
-    t, lead = along(step, 0.0), along(0.0, step)
+    t, lead = tangent(step, 0.0), tangent(0.0, step)
     n = np.cross(t, lead) * (2 * flank - 1)
     n /= np.linalg.norm(n, axis=1)[:, None]
     a = np.cross(t, n) * (1 - 2 * flank)

@@ -55,7 +55,7 @@ def root_submodel(body: GearBody, mesh: GearMesh, places: list[RootPlace], fidel
     fine = replace(fidelity, transverse_refinement=k, profile_elements=profile)
     pitch, solid = tooth_mesh(body, fine)
     operator = strain_operator(body.geometry, solid, places)
-    moved_nodes = np.unique(np.concatenate([solid.on(line) for line in (pitch.left, pitch.right, pitch.bottom)]))
+    moved_nodes = np.unique(np.concatenate([solid.stacked(line) for line in (pitch.left, pitch.right, pitch.bottom)]))
     moved = unknowns(moved_nodes)
     inner = np.setdiff1d(np.arange(3 * len(solid.nodes)), moved)
     K = cylindrical_stiffness(solid, solid.elements, body.material)

@@ -172,7 +172,7 @@ class Casting:
         self._check_walls()
         self._check_bores()
 
-    def on_engine_side(self, bore: Bore) -> bool:
+    def sits_in_engine_side(self, bore: Bore) -> bool:
         """Return True if `bore` sits in the engine-side wall, False for the rear wall."""
         return abs(bore.centre[2] - self.bell_depth) < abs(bore.centre[2] - self.depth)
 
@@ -216,7 +216,7 @@ class Casting:
         require(len(self.bores) > 0, "Casting bores is empty: at least one bearing seat is needed")
         check_names([bore.name for bore in self.bores], "Casting bores")
         for bore in self.bores:
-            engine = self.on_engine_side(bore)
+            engine = self.sits_in_engine_side(bore)
             wall = self.bell_depth + self.end_wall / 2 if engine else self.depth - self.end_wall / 2
             require(
                 abs(bore.centre[2] - wall) < (bore.length - self.end_wall) / 2,
@@ -232,7 +232,7 @@ class Casting:
                 f"(room for {room:g} m): enlarge the gear space",
             )
             for other in self.bores:
-                if other is bore or self.on_engine_side(other) != engine:
+                if other is bore or self.sits_in_engine_side(other) != engine:
                     continue
                 gap = (
                     hypot(bore.centre[0] - other.centre[0], bore.centre[1] - other.centre[1])

@@ -67,7 +67,7 @@ def modal_contributions(
         len(lines) == len(modal.frequency) and np.allclose(lines, modal.frequency, rtol=1e-9),
         f"the load has {len(lines)} lines, the modal transfer vectors {len(modal.frequency)}: make them at its lines",
     )
-    force = force_spectrum.in_order(housing.names)
+    force = force_spectrum.sort_bearings(housing.names)
     rate = 2j * np.pi * lines[:, None]
     modes = modal.modes * (rate * modal_displacement(housing, lines, force))[:, None, :]
     residual = modal.residual.reshape(*modal.residual.shape[:2], -1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from nvhchain.housing.casting.casting import Casting
-from nvhchain.housing.casting.outline import Arc, inside
+from nvhchain.housing.casting.outline import Arc, inner_distance
 from nvhchain.housing.casting.solids import outline_at
 
 COARSEST_FACE = 0.6
@@ -46,7 +46,7 @@ def encloses(casting: Casting, point: tuple[float, float, float]) -> bool:
         True inside the outer walls.
     """
     x, y, z = point
-    depth_inside = inside(outline_at(casting, casting.wall), np.array([[x, y]]))[0]
+    depth_inside = inner_distance(outline_at(casting, casting.wall), np.array([[x, y]]))[0]
     return bool(0.0 < z < casting.depth and depth_inside > 0)
 
 
@@ -65,7 +65,7 @@ def room_around(casting: Casting, axis: tuple[float, float]) -> float:
     float
         Radius (m) at the rear wall, the narrowest place.
     """
-    return float(inside(outline_at(casting, 0.0), np.array([axis]))[0])
+    return float(inner_distance(outline_at(casting, 0.0), np.array([axis]))[0])
 
 
 def envelope_area(casting: Casting) -> float:

@@ -53,12 +53,12 @@ def mesh_casting(casting: Casting, fidelity: HousingFidelity) -> HousingMesh:
     nodes = straightened(raw["nodes"], elements)
     boundary = boundary_faces(elements)
     seats = tuple(
-        _on_cylinder(nodes, boundary, bore.centre[:2], seat_range(bore), bore.radius, f"seat {bore.name}")
+        _cylinder_nodes(nodes, boundary, bore.centre[:2], seat_range(bore), bore.radius, f"seat {bore.name}")
         for bore in casting.bores
     )
     span = (0.0, lug_height(casting))
     bolts = tuple(
-        _on_cylinder(nodes, boundary, axis, span, casting.bolt_radius, f"bolt {number + 1}")
+        _cylinder_nodes(nodes, boundary, axis, span, casting.bolt_radius, f"bolt {number + 1}")
         for number, axis in enumerate(bolt_circle(casting))
     )
     held = np.zeros(len(nodes), dtype=bool)
@@ -110,12 +110,12 @@ def radiating_surface(casting: Casting, element_size: float) -> Surface:
     return Surface(raw["nodes"], triangles if surface_sign > 0 else triangles[:, ::-1])
 
 
-def on_engine_plane(surface: Surface) -> IntArray:
+def engine_plane_faces(surface: Surface) -> IntArray:
     """Return the faces (n_face,) bool of the radiating surface that close the engine side: rigid and silent."""
     return (np.abs(surface.vertices[surface.triangles, 2]) < _TOUCH).all(axis=1)
 
 
-def _on_cylinder(
+def _cylinder_nodes(
     nodes: FloatArray,
     boundary: IntArray,
     axis: tuple[float, ...] | FloatArray,

@@ -52,15 +52,15 @@ def hull(circles: Sequence[tuple[float, float, float]], offset: float = 0.0) -> 
     return tuple(arcs)
 
 
-def _tangent(x: FloatArray, y: FloatArray, radius: FloatArray, i: int, j: int, near: float) -> float:
-    """Return the normal direction (rad) of the common outer tangent of circles i and j that lies close to `near`."""
+def _tangent(x: FloatArray, y: FloatArray, radius: FloatArray, i: int, j: int, angle: float) -> float:
+    """Return the normal direction (rad) of the common outer tangent of circles i and j that lies close to `angle`."""
     dx, dy = x[j] - x[i], y[j] - y[i]
     distance, base = np.hypot(dx, dy), np.arctan2(dy, dx)
     # n·(c_j − c_i) + r_j − r_i = 0
     lean = np.arccos((radius[i] - radius[j]) / distance)
     options = np.array([base + lean, base - lean])
-    turn = (options - near + np.pi) % (2 * np.pi) - np.pi
-    return float(near + turn[np.abs(turn).argmin()])
+    turn = (options - angle + np.pi) % (2 * np.pi) - np.pi
+    return float(angle + turn[np.abs(turn).argmin()])
 
 
 def stations(arcs: Sequence[Arc], count: int, start: float = 0.0) -> tuple[FloatArray, FloatArray]:
@@ -85,7 +85,7 @@ def stations(arcs: Sequence[Arc], count: int, start: float = 0.0) -> tuple[Float
     return np.array(points).reshape(-1, 2), np.array(normals).reshape(-1, 2)
 
 
-def inside(arcs: Sequence[Arc], points: FloatArray) -> FloatArray:
+def inner_distance(arcs: Sequence[Arc], points: FloatArray) -> FloatArray:
     """Return the distance (k,) m of `points` (k, 2) inside the outline; outside, minus a lower bound of it."""
     angle = np.linspace(0.0, 2 * np.pi, _DIRECTIONS, endpoint=False)
     normal = np.stack([np.cos(angle), np.sin(angle)])

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray, IntArray, Surface
 from nvhchain.housing.casting.casting import Casting
-from nvhchain.housing.casting.mesh import on_engine_plane
+from nvhchain.housing.casting.mesh import engine_plane_faces
 
 _SAME_PLACE = 1e-9
 """Largest difference of two distances to node groups that count as one, over the surface's extent."""
@@ -42,9 +42,9 @@ def casting_panels(casting: Casting, surface: Surface) -> Panels:
     part[centre[:, 2] > casting.depth - casting.chamfer] = 4
     part[(centre[:, 2] < casting.flange_thickness + 0.25 * edge) & (np.abs(normal[:, 2]) > 0.5)] = 5
     part[centre[:, 2] < 0.9 * casting.flange_thickness] = 5
-    part[on_engine_plane(surface)] = 6
+    part[engine_plane_faces(surface)] = 6
     for bore in casting.bores:
-        if casting.on_engine_side(bore):
+        if casting.sits_in_engine_side(bore):
             continue
         reach = bore.radius + casting.boss_thickness + 0.1 * edge
         distance = np.hypot(centre[:, 0] - bore.centre[0], centre[:, 1] - bore.centre[1])

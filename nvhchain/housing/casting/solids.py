@@ -11,7 +11,7 @@ import numpy as np
 
 from nvhchain.handoff import FloatArray
 from nvhchain.housing.casting.casting import Bore, Casting
-from nvhchain.housing.casting.outline import Arc, hull, inside, stations
+from nvhchain.housing.casting.outline import Arc, hull, inner_distance, stations
 
 Solid = dict[str, Any]
 
@@ -19,14 +19,14 @@ _CORNER = np.sqrt(2) - 1
 """Shift of the ends of a 45° chamfer over the wall thickness by which the wall is offset."""
 
 
-def casting_recipe(casting: Casting, size: float, per_turn: float) -> dict[str, Any]:
+def casting_recipe(casting: Casting, size: float, elements_per_turn: float) -> dict[str, Any]:
     """Return the recipe of the casting for quadratic tetrahedra of edge length `size` (m), or shorter if walls need it.
 
-    per_turn : elements around round edges.
+    elements_per_turn : elements around round edges.
     """
     size = min(size, _longest(casting))
-    rear = [bore for bore in casting.bores if not casting.on_engine_side(bore)]
-    engine = [bore for bore in casting.bores if casting.on_engine_side(bore)]
+    rear = [bore for bore in casting.bores if not casting.sits_in_engine_side(bore)]
+    engine = [bore for bore in casting.bores if casting.sits_in_engine_side(bore)]
     outside = [_shell(casting), _flange(casting), *_lugs(casting)]
     outside += [_boss(casting, bore) for bore in rear]
     outside += _end_ribs(casting, rear) + _side_ribs(casting)
@@ -38,7 +38,7 @@ def casting_recipe(casting: Casting, size: float, per_turn: float) -> dict[str, 
         "dimension": 3,
         "size": size,
         "smallest": size / 2,
-        "per_turn": per_turn,
+        "per_turn": elements_per_turn,
         "steps": [
             {"op": "fuse", "solids": outside},
             {"op": "cut", "solids": [_cavity(casting), _recess(casting)]},
@@ -60,7 +60,7 @@ def _longest(casting: Casting) -> float:
 
 def envelope_recipe(casting: Casting, size: float) -> dict[str, Any]:
     """Return the recipe of the filled outer body (no cavity, holes, lugs, ribs) for triangles of edge `size` (m)."""
-    rear = [_boss(casting, bore) for bore in casting.bores if not casting.on_engine_side(bore)]
+    rear = [_boss(casting, bore) for bore in casting.bores if not casting.sits_in_engine_side(bore)]
     return {
         "dimension": 2,
         "size": size,
@@ -83,7 +83,7 @@ def seat_range(bore: Bore) -> tuple[float, float]:
 def _bore_range(casting: Casting, bore: Bore) -> tuple[float, float]:
     """Return the lower and upper z (m) of the hole; an engine-side bore also cuts the ribs that meet at its boss."""
     low, high = seat_range(bore)
-    if casting.on_engine_side(bore):
+    if casting.sits_in_engine_side(bore):
         low = min(low, casting.bell_depth - casting.rib_height)
     return low, high
 
@@ -161,7 +161,7 @@ def _cylinder(centre: Sequence[float] | FloatArray, low: float, high: float, rad
 
 def _boss(casting: Casting, bore: Bore) -> Solid:
     low, high = seat_range(bore)
-    if casting.on_engine_side(bore):
+    if casting.sits_in_engine_side(bore):
         low, high = min(low, casting.bell_depth), max(high, casting.bell_depth + casting.end_wall)
     else:
         low = min(low, casting.depth - casting.end_wall)
@@ -171,14 +171,14 @@ def _boss(casting: Casting, bore: Bore) -> Solid:
 
 def _first_outside(border: tuple[Arc, ...], path: FloatArray) -> int:
     """Return the index of the first point of a straight `path` (k, 2) m outside the convex border; 0 if none."""
-    return bisect_left(range(len(path)), True, key=lambda i: bool(inside(border, path[i])[0] < 0)) % len(path)
+    return bisect_left(range(len(path)), True, key=lambda i: bool(inner_distance(border, path[i])[0] < 0)) % len(path)
 
 
 def _end_ribs(casting: Casting, bores: Sequence[Bore]) -> list[Solid]:
     """Return ribs on the outside of an end wall: from boss to boss, and spokes from each boss to the side wall."""
     if casting.rib_height == 0 or not bores:
         return []
-    engine = casting.on_engine_side(bores[0])
+    engine = casting.sits_in_engine_side(bores[0])
     if engine:
         low, high = casting.bell_depth - casting.rib_height, casting.bell_depth + casting.end_wall / 2
         border = outline_at(casting, 0.5 * casting.wall)

@@ -19,19 +19,19 @@ from nvhchain.fem.superelement import CraigBampton
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray
 from nvhchain.housing.casting.casting import Casting
-from nvhchain.housing.casting.mesh import mesh_casting, on_engine_plane, radiating_surface
+from nvhchain.housing.casting.mesh import engine_plane_faces, mesh_casting, radiating_surface
 from nvhchain.housing.imported.repair import sound_mesh
-from nvhchain.housing.imported.solid_model import constrained, with_seats
+from nvhchain.housing.imported.solid_model import append_seats, constrained
 from nvhchain.housing.reduction import check_bending_resolution, held_matrices
 from nvhchain.housing.skin.normal_motion import normal_motion
 
-_PER_SEAT = 6
+_SEAT_FREEDOMS = 6
 
 
 def craig_bampton(
     K: sp.csr_matrix,
     M: sp.csr_matrix,
-    to_outputs: sp.csr_matrix,
+    output_operator: sp.csr_matrix,
     f_top: float,
     *,
     names: tuple[str, ...],
@@ -43,7 +43,7 @@ def craig_bampton(
     ----------
     K, M : (n, n) sparse matrix
         Stiffness and mass; the unknowns of the seats come last (`held_matrices`).
-    to_outputs : (n_out, n) sparse matrix
+    output_operator : (n_out, n) sparse matrix
         Map from unknowns to output motions.
     f_top : float
         Upper limit of the modes (Hz).
@@ -64,10 +64,10 @@ def craig_bampton(
     SolverError
         If a mode does not converge.
     """
-    boundary = _PER_SEAT * len(names)
+    boundary = _SEAT_FREEDOMS * len(names)
     require(
-        0 < boundary < K.shape[0] and to_outputs.shape[1] == K.shape[0],
-        f"{len(names)} seats and outputs of shape {to_outputs.shape} do not fit {K.shape[0]} unknowns",
+        0 < boundary < K.shape[0] and output_operator.shape[1] == K.shape[0],
+        f"{len(names)} seats and outputs of shape {output_operator.shape} do not fit {K.shape[0]} unknowns",
     )
     inner, outer = slice(0, K.shape[0] - boundary), slice(K.shape[0] - boundary, K.shape[0])
     K_ii, M_ii = sp.csr_matrix(K[inner, inner]), sp.csr_matrix(M[inner, inner])
@@ -86,7 +86,7 @@ def craig_bampton(
         stiffness=(stiffness + stiffness.T) / 2,
         mass=(mass + mass.T) / 2,
         interface_frequency=frequency,
-        motion=np.asarray(to_outputs @ basis),
+        motion=np.asarray(output_operator @ basis),
         names=tuple(names),
         positions=np.asarray(positions, dtype=float),
     )
@@ -106,7 +106,7 @@ def exchange_casting(
     check_bending_resolution(casting, f_max, fidelity)
     mesh = mesh_casting(casting, fidelity)
     surface = radiating_surface(casting, surface_size)
-    motion = normal_motion(mesh.nodes, mesh.skin, surface, on_engine_plane(surface), fidelity.samples_per_face)
+    motion = normal_motion(mesh.nodes, mesh.skin, surface, engine_plane_faces(surface), fidelity.samples_per_face)
     K, M, T = held_matrices(mesh, casting)
     return craig_bampton(
         K,
@@ -123,7 +123,7 @@ def exchange_model(model: SolidModel, seats: Sequence[RigidSet], *, f_top: float
 
     f_top : upper limit (Hz) of modes with the seats held.
     """
-    sound, _ = sound_mesh(with_seats(model, seats))
+    sound, _ = sound_mesh(append_seats(model, seats))
     K, M, _ = constrained(sound)
     return craig_bampton(
         K,

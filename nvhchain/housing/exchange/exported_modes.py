@@ -11,7 +11,7 @@ import numpy as np
 from nvhchain.errors import require
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.handoff import FloatArray, ReducedHousing, Surface
-from nvhchain.housing.modes.truncation import with_ritz_vectors
+from nvhchain.housing.modes.truncation import append_ritz_vectors
 
 _FLAT = 0.03
 """Share of the trace of Σ n nᵀ at a vertex that is added in all directions.
@@ -48,7 +48,7 @@ def exported_modes(housing: ReducedHousing) -> ModalModel:
     seats, faces = housing.seat_shapes.reshape(-1, 3 * count), housing.normal_shapes
     frequency, damping = housing.natural_frequency, housing.modal_damping
     if housing.seat_residual.any():
-        omega2, damping, seats, faces = with_ritz_vectors(housing)
+        omega2, damping, seats, faces = append_ritz_vectors(housing)
         frequency = np.sqrt(omega2) / (2 * np.pi)
     require(len(frequency) > 0, "the housing has neither modes nor residual flexibility: there is nothing to write")
     vertices = fitted_motion(surface, faces)

@@ -7,7 +7,7 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from nvhchain.fem.faces import element_faces, flat_triangles, on_boundary, six_node_facets
+from nvhchain.fem.faces import boundary_rows, element_faces, flat_triangles, six_node_facets
 from nvhchain.fem.solid_model import SolidModel
 from nvhchain.fem.triangles import lying_on
 from nvhchain.handoff import FloatArray, IntArray
@@ -15,7 +15,7 @@ from nvhchain.handoff import FloatArray, IntArray
 COINCIDENT = 1e-4
 """Largest distance of two nodes at the same place, over the mean edge; files round to seven digits of the extent."""
 
-_ON_SKIN = 1e-3
+_SKIN_TOLERANCE = 1e-3
 """Largest distance between the middle of a flat facet and a facet that it lies on, over the latter's size."""
 
 _CURVED = 1.25
@@ -50,7 +50,7 @@ def open_joints(model: SolidModel, edge: float) -> list[str]:
     Faces that differ only by coincident nodes are excluded, as `cracks` reports them. `edge` is the mean edge (m).
     """
     faces, owner = element_faces([(block.shape, block.nodes) for block in model.blocks])
-    outside = on_boundary(faces, model.labels, model.source)
+    outside = boundary_rows(faces, model.labels, model.source)
     told = _same(faces[outside, :4], _coincident(model.nodes, edge), len(model.nodes))
     nodes, triangles, face = _triangles(model.nodes, faces[outside])
     rigid = np.ones(len(model.nodes) + 1, dtype=bool)  # index −1, without a fourth corner, is the last
@@ -64,15 +64,16 @@ def open_joints(model: SolidModel, edge: float) -> list[str]:
     normal, centre = cross[free] / twice[:, None], corners.mean(axis=1)
     bend, sag = _curvature(triangles, corners, normal)
     size = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1)
-    one, other = lying_on(centre, corners, np.maximum(_ON_SKIN, 2 * _CURVED * sag / size)).T
+    one, other = lying_on(centre, corners, np.maximum(_SKIN_TOLERANCE, 2 * _CURVED * sag / size)).T
     # chords of one arc lie apart by the sum of their distances from the arc
     round_ = np.where(np.minimum(sag[one], sag[other]) > 0, _CURVED * (sag[one] + sag[other]), 0.0)
     above = np.einsum("ka,ka->k", centre[one] - centre[other], normal[other])
     angle = np.arccos(-np.einsum("ka,ka->k", normal[one], normal[other]).clip(-1, 1))
     against = np.flatnonzero(
-        (angle < _FACING + (bend[one] + bend[other]) / 2) & (np.abs(above) < np.maximum(_ON_SKIN * size[other], round_))
+        (angle < _FACING + (bend[one] + bend[other]) / 2)
+        & (np.abs(above) < np.maximum(_SKIN_TOLERANCE * size[other], round_))
     )
-    flat = np.abs(above[against]) < _ON_SKIN * size[other[against]]
+    flat = np.abs(above[against]) < _SKIN_TOLERANCE * size[other[against]]
     element, facing = (owner[outside[face[side[against]]]] for side in (one, other))
     at = one[against]
     # a wall is at least as thick as the element behind its skin; facets that meet at an edge of the body diverge
@@ -102,7 +103,7 @@ def _triangles(nodes: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray
     face = np.concatenate([np.flatnonzero(faces[:, 3] < 0), four, four])
     ends = nodes[facets[:, :3]]
     bulge = np.linalg.norm(nodes[facets[:, 3:]] - (ends + np.roll(ends, -1, axis=1)) / 2, axis=2).max(axis=1)
-    straight = bulge < _ON_SKIN * np.linalg.norm(ends - np.roll(ends, -1, axis=1), axis=2).max(axis=1)
+    straight = bulge < _SKIN_TOLERANCE * np.linalg.norm(ends - np.roll(ends, -1, axis=1), axis=2).max(axis=1)
     facets[straight, 3:] = -1
     curved = np.flatnonzero(~straight)
     return nodes, flat_triangles(facets), face[np.concatenate([np.flatnonzero(straight), *[curved] * 4])]
@@ -141,7 +142,7 @@ def _curvature(facets: IntArray, corners: FloatArray, normal: FloatArray) -> tup
     return turned.max(axis=1), (turned * area[:, None] / length).sum(axis=1) / 8
 
 
-def _joined(corners: IntArray, owners: IntArray, one: IntArray, other: IntArray) -> IntArray:
+def _joined(corners: IntArray, owners: IntArray, first: IntArray, second: IntArray) -> IntArray:
     """Return indices of the pairs of elements that have a corner in common.
 
     corners : (f, 4) of all faces, with their elements `owners` (f,).
@@ -149,7 +150,7 @@ def _joined(corners: IntArray, owners: IntArray, one: IntArray, other: IntArray)
     known = corners >= 0
     rows = np.repeat(owners, known.sum(axis=1))
     of = sp.csr_matrix((np.ones(len(rows)), (rows, corners[known])))
-    common: IntArray = np.asarray(of[one].multiply(of[other]).sum(axis=1), dtype=np.int64).ravel()
+    common: IntArray = np.asarray(of[first].multiply(of[second]).sum(axis=1), dtype=np.int64).ravel()
     return np.flatnonzero(common)
 
 

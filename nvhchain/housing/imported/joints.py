@@ -24,7 +24,7 @@ _NAMED = 6
 """Number of nodes of a joint in the message."""
 
 
-def on_a_line(points: FloatArray) -> bool:
+def are_collinear(points: FloatArray) -> bool:
     """Return True if points (n, 3) m lie on a line, about which the parts that they join can turn."""
     if len(points) < 3:
         return True
@@ -36,12 +36,12 @@ def check_joints(model: SolidModel, edge: float) -> None:
     """Raise InputError unless all elements of a quadratic model are one body; `edge` is the mean edge (m)."""
     faces, owner = element_faces([(block.shape, block.nodes) for block in model.blocks])
     corners = faces[:, :4]
-    body = _by_faces(corners, owner, model.elements)
+    body = _face_bodies(corners, owner, model.elements)
     bodies = int(body.max()) + 1
     if bodies == 1:
         return
     corner_of = _incidence(corners, body[owner], len(model.nodes), bodies)
-    pairs = [*_face_on_face(corners, body[owner], corner_of), *_in_rigid_sets(model, corner_of)]
+    pairs = [*_face_on_face(corners, body[owner], corner_of), *_rigid_set_pairs(model, corner_of)]
     count = bodies + len(model.rigid_sets)
     part = _components(np.array(pairs, dtype=np.int64).reshape(-1, 2), count)[:bodies]
     names, part = np.unique(part, return_inverse=True)
@@ -53,7 +53,7 @@ def check_joints(model: SolidModel, edge: float) -> None:
     raise InputError(f"{model.source}: the mesh is in {len(names)} parts of {listed} elements: {remedy}")
 
 
-def _by_faces(corners: IntArray, owner: IntArray, elements: int) -> IntArray:
+def _face_bodies(corners: IntArray, owner: IntArray, elements: int) -> IntArray:
     """Return the body (m,) of every element: elements with a common face belong to one body."""
     order = np.lexsort(np.sort(corners, axis=1).T)
     key = np.sort(corners, axis=1)[order]
@@ -88,14 +88,14 @@ def _face_on_face(corners: IntArray, body: IntArray, corner_of: sp.csr_matrix) -
     return list(zip(body[hit.row[whole]].tolist(), hit.col[whole].tolist(), strict=True))
 
 
-def _in_rigid_sets(model: SolidModel, corner_of: sp.csr_matrix) -> list[tuple[int, int]]:
+def _rigid_set_pairs(model: SolidModel, corner_of: sp.csr_matrix) -> list[tuple[int, int]]:
     """Return pairs of a body and a rigid set that holds nodes of it off a line; sets are counted after the bodies."""
     pairs = []
     for number, rigid in enumerate(model.rigid_sets, corner_of.shape[1]):
         members = sp.csc_matrix(corner_of[rigid.nodes])
         for body in np.flatnonzero(np.diff(members.indptr)):
             inside = rigid.nodes[members.indices[members.indptr[body] : members.indptr[body + 1]]]
-            if not on_a_line(model.nodes[inside]):
+            if not are_collinear(model.nodes[inside]):
                 pairs.append((int(body), number))
     return pairs
 

@@ -138,7 +138,7 @@ def housing_from_modes(
         shells=shells,
     )
     facets = skin.facets[envelope.exposed]
-    motion = skin.on_nodes(
+    motion = skin.restrict(
         normal_motion(skin.nodes, facets, envelope.surface, envelope.silent, fidelity.samples_per_face)
     )
     at_seats = model.shapes[:, seats].reshape(len(frequency), -1)
@@ -170,7 +170,7 @@ def housing_from_modes(
         provenance=provenance,
     )
     places, displaced = skin_sources(skin.nodes, facets, surface_size)
-    flux = (skin.on_nodes(displaced) @ model.shapes.reshape(len(frequency), -1).T).T
+    flux = (skin.restrict(displaced) @ model.shapes.reshape(len(frequency), -1).T).T
     accuracy |= stated_mapping_errors(reduced, places, flux[keep].T, (share @ flux[~keep]).T, f_max)
     if residual_vectors:
         accuracy |= HousingAccuracy(truncation_error_db=truncation_error(reduced, f_max).level)

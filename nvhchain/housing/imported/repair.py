@@ -17,7 +17,7 @@ from nvhchain.fem.elements import reference_element
 from nvhchain.fem.solid_model import CORNERS, EDGES, ElementBlock, RigidSet, SolidModel
 from nvhchain.handoff import FloatArray, IntArray
 from nvhchain.housing.imported.cracks import cracks, open_joints
-from nvhchain.housing.imported.joints import check_joints, on_a_line
+from nvhchain.housing.imported.joints import are_collinear, check_joints
 
 QUADRATIC = {"tet": "tet10", "wedge": "wedge15", "hex": "hex20"}
 _FLIP = {"tet": (0, 2, 1, 3), "wedge": (3, 4, 5, 0, 1, 2), "hex": (4, 5, 6, 7, 0, 1, 2, 3)}
@@ -37,8 +37,8 @@ def sound_mesh(model: SolidModel) -> tuple[SolidModel, tuple[str, ...]]:
     notes: list[str] = []
     used = np.concatenate([block.nodes.ravel() for block in model.blocks])
     check_extent(model.nodes[used], model.source)
-    model = _without_collapsed(model, notes)
-    model = _without_copies(model, notes)
+    model = _drop_collapsed(model, notes)
+    model = _drop_copies(model, notes)
     model = _compact(model, notes)
     model = _right_side_out(model, notes)
     open_nodes = cracks(model, mean_edge(model))
@@ -62,7 +62,7 @@ def mean_edge(model: SolidModel) -> float:
     return float(np.linalg.norm(model.nodes[ends[:, 0]] - model.nodes[ends[:, 1]], axis=1).mean())
 
 
-def _without_collapsed(model: SolidModel, notes: list[str]) -> SolidModel:
+def _drop_collapsed(model: SolidModel, notes: list[str]) -> SolidModel:
     """Return the model without elements collapsed to nothing; refuse elements that repeat a corner otherwise."""
     blocks, dropped = [], 0
     for block in model.blocks:
@@ -93,7 +93,7 @@ def check_extent(nodes: FloatArray, source: str) -> None:
     )
 
 
-def _without_copies(model: SolidModel, notes: list[str]) -> SolidModel:
+def _drop_copies(model: SolidModel, notes: list[str]) -> SolidModel:
     """Return the model with one of several elements on the same corners; refuse copies of another material."""
     table = np.full((model.elements, 8), -1)
     start = 0
@@ -242,7 +242,7 @@ def raised(model: SolidModel, notes: list[str] | None = None) -> SolidModel:
         nodes=nodes,
         labels=np.concatenate([model.labels, last + 1 + np.arange(len(new))]),
         blocks=tuple(blocks),
-        rigid_sets=tuple(_with_middles(rigid, ends, count) for rigid in model.rigid_sets),
+        rigid_sets=tuple(_insert_middles(rigid, ends, count) for rigid in model.rigid_sets),
         held=np.vstack([model.held, model.held[ends].all(axis=1)]),
         groups={name: _joined(members, ends, count) for name, members in model.groups.items()},
     )
@@ -252,7 +252,7 @@ def _edge_list(block: ElementBlock) -> IntArray:
     return np.sort(edge_nodes(block), axis=-1).reshape(-1, 2)
 
 
-def _with_middles(rigid: RigidSet, ends: IntArray, count: int) -> RigidSet:
+def _insert_middles(rigid: RigidSet, ends: IntArray, count: int) -> RigidSet:
     return replace(rigid, nodes=_joined(rigid.nodes, ends, count))
 
 
@@ -292,7 +292,7 @@ def _check_constraints(model: SolidModel) -> None:
         )
     for rigid in model.rigid_sets:
         require(
-            bool(rigid.held[3:].all()) or not on_a_line(model.nodes[rigid.nodes]),
+            bool(rigid.held[3:].all()) or not are_collinear(model.nodes[rigid.nodes]),
             f"{model.source}: rigid set {rigid.name} is {len(rigid.nodes)} node(s) on a line: nothing resists its "
             "rotation; give it three nodes that are not on a line",
         )

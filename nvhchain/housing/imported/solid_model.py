@@ -91,7 +91,7 @@ def reduce_model(
     check_modal_damping(modal_damping, "reduce_model")
     tell = progress or (lambda done, total: None)
     tell(0, _STEPS)
-    model, notes = sound_mesh(with_seats(model, seats))
+    model, notes = sound_mesh(append_seats(model, seats))
     warn(f"{model.source}: {note}" for note in notes)
     skin = solid_skin(model)
     warn(resolution(model, skin, f_max, fidelity.elements_per_bending_wavelength))
@@ -113,7 +113,7 @@ def reduce_model(
     tell(2, _STEPS)
     K, M, T = constrained(model)
     tell(3, _STEPS)
-    to_faces, to_flux = (sp.csr_matrix(skin.on_nodes(operator) @ T) for operator in (motion, flux))
+    to_faces, to_flux = (sp.csr_matrix(skin.restrict(operator) @ T) for operator in (motion, flux))
     count = len(seats)
 
     def reduce_to(f_top: float) -> ReducedHousing:
@@ -181,7 +181,7 @@ def model_extent(model: SolidModel) -> tuple[float, int]:
     return 0.5 * area, 3 * len(model.nodes)
 
 
-def with_seats(model: SolidModel, seats: Sequence[RigidSet]) -> SolidModel:
+def append_seats(model: SolidModel, seats: Sequence[RigidSet]) -> SolidModel:
     """Return the model with `seats` as its last rigid sets."""
     require(len(seats) > 0, "no bearing seats are given: at least one is needed")
     for seat in seats:

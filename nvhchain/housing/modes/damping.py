@@ -45,7 +45,7 @@ class DampingCurve:
         for name, value in (("frequency", frequency), ("ratio", ratio)):
             object.__setattr__(self, name, tuple(value.tolist()))
 
-    def at(self, frequency: FloatArray) -> FloatArray:
+    def ratio_at(self, frequency: FloatArray) -> FloatArray:
         """Return the ratio at `frequency` (Hz, any shape)."""
         return np.asarray(np.interp(frequency, self.frequency, self.ratio))
 
@@ -62,5 +62,5 @@ def check_modal_damping(damping: float | DampingCurve, owner: str) -> None:
 def damping_of_modes(damping: float | DampingCurve, natural_frequency: FloatArray) -> FloatArray:
     """Return the fraction of critical damping (m,) of the modes at `natural_frequency` (m,) Hz."""
     if isinstance(damping, DampingCurve):
-        return damping.at(natural_frequency)
+        return damping.ratio_at(natural_frequency)
     return np.full(len(natural_frequency), float(damping))

@@ -63,7 +63,7 @@ def respond(
 
 def aligned_force(housing: ReducedHousing, spectrum: ForceSpectrum) -> ComplexArray:
     """Return forces (n_f, 3 n_bearing) N in the order of the housing's seats."""
-    return spectrum.in_order(housing.names)
+    return spectrum.sort_bearings(housing.names)
 
 
 def modal_displacement(
@@ -136,7 +136,7 @@ def _receptance(
     housing: ReducedHousing, frequency: FloatArray, structural: bool | None, damping: DampingCurve | None
 ) -> ComplexArray:
     """Return modal coordinates per modal force (n_f, n_mode) s²."""
-    curve = None if damping is None else damping.at(np.asarray(frequency))
+    curve = None if damping is None else damping.ratio_at(np.asarray(frequency))
     return housing.receptance(frequency, structural=structural, damping=curve)
 
 
@@ -146,5 +146,5 @@ def _residual_loss(
     """Return the damping factor 1 + jη on the residual's stiffness; η = 2ζ of the line or the highest mode."""
     structural = bool(housing.structural_damping) if structural is None else structural
     if structural and damping is not None:
-        return np.asarray(1 + 2j * damping.at(np.asarray(frequency))[:, None])
+        return np.asarray(1 + 2j * damping.ratio_at(np.asarray(frequency))[:, None])
     return 1 / housing.residual_gain(structural=structural)

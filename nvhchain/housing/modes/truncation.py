@@ -132,7 +132,7 @@ def truncation_errors(housing: ReducedHousing, frequency: FloatArray, *, modes: 
         As in `truncation_error`.
     """
     everything = _everything(housing)
-    return _at_lines(everything, everything.count if modes is None else modes, np.asarray(frequency, dtype=float))
+    return _error_lines(everything, everything.count if modes is None else modes, np.asarray(frequency, dtype=float))
 
 
 def truncation_report(housing: ReducedHousing, f_max: float, *, modes: int | None = None) -> HousingAccuracy:
@@ -174,7 +174,7 @@ def fewest_modes(housing: ReducedHousing, f_max: float, tolerance_db: float) -> 
     return high
 
 
-def without_modes(housing: ReducedHousing, keep: int) -> ReducedHousing:
+def exclude_modes(housing: ReducedHousing, keep: int) -> ReducedHousing:
     """Return the housing with the lowest `keep` modes; the static share of the others moves to the residual."""
     count = 3 * len(housing.names)
     omega2 = (2 * np.pi * housing.natural_frequency[keep:]) ** 2
@@ -199,7 +199,7 @@ def without_modes(housing: ReducedHousing, keep: int) -> ReducedHousing:
     )
 
 
-def with_ritz_vectors(housing: ReducedHousing) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+def append_ritz_vectors(housing: ReducedHousing) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return the modes, then the Ritz vectors that carry the residual flexibility, Σ ψψᵀ/λ, at most three per seat.
 
     The results are eigenvalues (k,) rad²/s², damping (k,), and mass-normalised motions of the seats (k, 3 n_bearing)
@@ -230,7 +230,7 @@ def with_ritz_vectors(housing: ReducedHousing) -> tuple[FloatArray, FloatArray, 
 
 
 def _everything(housing: ReducedHousing) -> _Modes:
-    omega2, zeta, seats, faces = with_ritz_vectors(housing)
+    omega2, zeta, seats, faces = append_ritz_vectors(housing)
     faces = faces * np.sqrt(housing.surface.areas)
     return _Modes(len(housing.natural_frequency), omega2, zeta, seats @ seats.T, faces @ faces.T)
 
@@ -242,7 +242,7 @@ def _error(modes: _Modes, keep: int, f_max: float) -> TruncationError:
     return TruncationError(*(float(np.sqrt(missed / whole)) if whole > 0 else 0.0 for missed, whole in sums))
 
 
-def _at_lines(modes: _Modes, keep: int, frequency: FloatArray) -> FloatArray:
+def _error_lines(modes: _Modes, keep: int, frequency: FloatArray) -> FloatArray:
     """Return the relative error (n_f,) of the faces' motion line by line."""
     _, (missed, whole) = _energies(modes, keep, frequency)
     return np.asarray(np.sqrt(missed / np.where(whole > 0, whole, 1.0)))
@@ -250,7 +250,7 @@ def _at_lines(modes: _Modes, keep: int, frequency: FloatArray) -> FloatArray:
 
 def _worst_level(modes: _Modes, keep: int, f_max: float) -> float:
     """Return the largest reported error (dB)."""
-    at_lines = _at_lines(modes, keep, _reported(f_max))
+    at_lines = _error_lines(modes, keep, _reported(f_max))
     return max(_error(modes, keep, f_max).level, float(20 * np.log10(1 + at_lines.max())))
 
 

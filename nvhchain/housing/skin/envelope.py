@@ -19,8 +19,8 @@ from scipy.sparse.csgraph import connected_components
 
 from nvhchain.errors import InputError, require
 from nvhchain.handoff import FloatArray, IntArray, Surface
-from nvhchain.handoff.surface import bodies_of
-from nvhchain.housing.skin.regions import CAVITY, OUTSIDE, PLUG, WALL, Regions, regions
+from nvhchain.handoff.surface import body_numbers
+from nvhchain.housing.skin.regions import CAVITY, EXTERIOR, PLUG, WALL, Regions, regions
 from nvhchain.housing.skin.skin import Skin
 from nvhchain.housing.skin.surface_nets import relaxed, split, surface_nets, well_composed
 
@@ -90,7 +90,7 @@ def outer_envelope(
     if surface is None:
         surface, silent = _net(space, face_size * _CELL)
     else:
-        silent = _on_plane(surface, floor)
+        silent = _plane_faces(surface, floor)
     _check_volume(space, surface)
     notes = (*_notes(skin, space, surface, exposed), *_narrow(space, opening))
     return Envelope(surface, silent, exposed, notes)
@@ -131,10 +131,10 @@ def _exposed(
         nearest = distance_transform_edt(solid, return_distances=False, return_indices=True)
         place = tuple(front[buried].T)
         result[buried] = space.label[tuple(axis[place] for axis in nearest)]
-    return _without_crumbs(result == OUTSIDE, beside, area, least) & ~closed
+    return _join_crumbs(result == EXTERIOR, beside, area, least) & ~closed
 
 
-def _on_plane(surface: Surface, floor: tuple[FloatArray, FloatArray] | None) -> IntArray:
+def _plane_faces(surface: Surface, floor: tuple[FloatArray, FloatArray] | None) -> IntArray:
     """Return the faces (n_face,) bool of a supplied surface that lie on the engine's plane."""
     if floor is None:
         return np.zeros(len(surface.areas), dtype=bool)
@@ -160,23 +160,23 @@ def _neighbours(facets: IntArray, among: IntArray) -> sp.csr_matrix:
     return beside
 
 
-def _follow_neighbours(result: IntArray, beside: sp.csr_matrix) -> None:
+def _follow_neighbours(result: IntArray, neighbours: sp.csr_matrix) -> None:
     """Let facets in gaps narrower than a voxel, or beside another wall, follow the majority of their neighbours."""
     while True:
         open_yet = np.flatnonzero(result == WALL)
-        sides = np.column_stack([result == OUTSIDE, (result == CAVITY) | (result == PLUG)])
-        votes = beside[open_yet] @ sides.astype(float)
+        sides = np.column_stack([result == EXTERIOR, (result == CAVITY) | (result == PLUG)])
+        votes = neighbours[open_yet] @ sides.astype(float)
         decided = votes[:, 0] != votes[:, 1]
         if not decided.any():
             return
-        result[open_yet[decided]] = np.where(votes[decided, 0] > votes[decided, 1], OUTSIDE, CAVITY)
+        result[open_yet[decided]] = np.where(votes[decided, 0] > votes[decided, 1], EXTERIOR, CAVITY)
 
 
-def _without_crumbs(exposed: IntArray, beside: sp.csr_matrix, area: FloatArray, least: float) -> IntArray:
+def _join_crumbs(exposed: IntArray, neighbours: sp.csr_matrix, area: FloatArray, least: float) -> IntArray:
     """Let patches smaller than `least` (m²) join their surroundings."""
-    first, second = beside.nonzero()
+    first, second = neighbours.nonzero()
     same = exposed[first] == exposed[second]
-    link = sp.coo_matrix((np.ones(int(same.sum())), (first[same], second[same])), shape=beside.shape)
+    link = sp.coo_matrix((np.ones(int(same.sum())), (first[same], second[same])), shape=neighbours.shape)
     _, patch = connected_components(link, directed=False)
     alone = np.bincount(patch, area)[patch] < least
     surrounded = np.zeros(len(exposed), dtype=bool)
@@ -189,16 +189,16 @@ def _net(space: Regions, cell: float) -> tuple[Surface, IntArray]:
     body = _filled(space)
     sigma = _SMOOTHING * cell / space.size
     layers = [(0, 0), (0, 0), (0, 0)]
-    if space.on_floor:  # mirrored below, so that nothing is rounded there
+    if space.has_floor:  # mirrored below, so that nothing is rounded there
         mirrored = min(body.shape[2], int(np.ceil(4 * sigma + 2 * cell / space.size)))
         body = np.concatenate([body[:, :, :mirrored][:, :, ::-1], body], axis=2)
         layers[2] = (mirrored, 0)
-    smooth = gaussian_filter(body, sigma, mode="constant" if not space.on_floor else "nearest")
+    smooth = gaussian_filter(body, sigma, mode="constant" if not space.has_floor else "nearest")
     lattice = _lattice(space, cell)
     inside = _sampled(smooth, space, lattice, layers[2][0]) - 0.5
-    if space.on_floor:
+    if space.has_floor:
         inside[:, :, 0] = -0.5
-    full = well_composed(inside > 0, space.on_floor)
+    full = well_composed(inside > 0, space.has_floor)
     if not full.any():
         raise InputError(
             f"the body is thinner than a radiating face of {1e3 * cell / _CELL:.3g} mm and has no such envelope: "
@@ -207,21 +207,21 @@ def _net(space: Regions, cell: float) -> tuple[Surface, IntArray]:
     level = np.where(full, np.maximum(inside, 0.02), np.minimum(inside, -0.02))
     vertices, quads = surface_nets(full, level)
     vertices = relaxed(vertices, quads, lambda at: _field(smooth, space, lattice, cell, layers[2][0], at))
-    if space.on_floor:
+    if space.has_floor:
         vertices[vertices[:, 2] < 1.0, 2] = 0.5  # the lattice's first layer lies half a cell below the floor
     triangles = split(vertices, quads)
-    on_floor = space.on_floor & (vertices[triangles, 2] < 0.5 + 1e-9).all(axis=1)
+    has_floor = space.has_floor & (vertices[triangles, 2] < 0.5 + 1e-9).all(axis=1)
     start = np.array([axis[0] for axis in lattice])
     place = (start + cell * vertices) @ space.axes.T
     surface = Surface(place, triangles)
-    return surface, np.asarray(on_floor)
+    return surface, np.asarray(has_floor)
 
 
 def _filled(space: Regions) -> FloatArray:
     """Return the share of every voxel that the body with its cavities fills."""
-    body = (space.label != OUTSIDE).astype(np.float32)
+    body = (space.label != EXTERIOR).astype(np.float32)
     # the skin passes the middle of the voxels it touches
-    body[binary_dilation(space.label == OUTSIDE, mask=space.label != CAVITY) & (space.label == WALL)] = 0.5
+    body[binary_dilation(space.label == EXTERIOR, mask=space.label != CAVITY) & (space.label == WALL)] = 0.5
     return body
 
 
@@ -235,7 +235,7 @@ def _lattice(space: Regions, cell: float) -> list[FloatArray]:
     first, last = (space.origin + space.size * end for end in (body.min(axis=0), body.max(axis=0)))
     for axis, count in enumerate(space.label.shape):
         low, high = space.origin[axis], space.origin[axis] + (count - 1) * space.size
-        if axis == 2 and space.on_floor:
+        if axis == 2 and space.has_floor:
             start = low - space.size / 2 - cell / 2
         else:
             inside = max(1.0, np.ceil((last[axis] - first[axis]) / cell))
@@ -245,20 +245,20 @@ def _lattice(space: Regions, cell: float) -> list[FloatArray]:
     return axes
 
 
-def _sampled(smooth: FloatArray, space: Regions, lattice: list[FloatArray], below: int) -> FloatArray:
+def _sampled(smooth: FloatArray, space: Regions, lattice: list[FloatArray], floor: int) -> FloatArray:
     grid = np.stack(np.meshgrid(*lattice, indexing="ij"))
     place = (grid - space.origin[:, None, None, None]) / space.size
-    place[2] += below
+    place[2] += floor
     return np.asarray(map_coordinates(smooth, place, order=1, mode="constant"))
 
 
 def _field(
-    smooth: FloatArray, space: Regions, lattice: list[FloatArray], cell: float, below: int, at: FloatArray
+    smooth: FloatArray, space: Regions, lattice: list[FloatArray], cell: float, floor: int, places: FloatArray
 ) -> FloatArray:
     """Return the averaged body minus one half at places (v, 3) in lattice units."""
     start = np.array([axis[0] for axis in lattice])
-    place = (start + cell * at - space.origin) / space.size
-    place[:, 2] += below
+    place = (start + cell * places - space.origin) / space.size
+    place[:, 2] += floor
     return np.asarray(map_coordinates(smooth, place.T, order=1, mode="constant")) - 0.5
 
 
@@ -288,7 +288,7 @@ def _notes(skin: Skin, space: Regions, surface: Surface, exposed: IntArray) -> t
     require(bool(exposed.any()), "no facet of the skin touches the outside: is the engine's plane on the right side?")
     cavity = _cavity(space, corners[~np.broadcast_to(skin.sheets, len(corners))])
     closed = f" with {1e3 * cavity:.3g} litres of cavity closed off" if cavity else ""
-    bodies = 1 + int(bodies_of(surface.triangles).max())
+    bodies = 1 + int(body_numbers(surface.triangles).max())
     apart = f" around {bodies} bodies" if bodies > 1 else ""
     return (
         f"envelope of {len(surface.triangles)} faces{apart}, {1e3 * surface.volume:.4g} litres{closed}; "

@@ -19,7 +19,7 @@ from nvhchain.errors import ResourceError, require
 from nvhchain.handoff import FloatArray, IntArray
 from nvhchain.housing.skin.surface_nets import BoolArray
 
-WALL, OUTSIDE, CAVITY, PLUG = 0, 1, 2, 3
+WALL, EXTERIOR, CAVITY, PLUG = 0, 1, 2, 3
 
 LARGEST_GRID = 60_000_000
 """Largest number of voxels; about 25 bytes each are in use at a time."""
@@ -40,11 +40,11 @@ class Regions:
 
     Parameters
     ----------
-    label : `WALL`, `OUTSIDE`, `CAVITY` or `PLUG` of every voxel.
+    label : `WALL`, `EXTERIOR`, `CAVITY` or `PLUG` of every voxel.
     origin : centre of the first voxel (m).
     axes : (3, 3) columns are the grid's axes in space.
     size : edge of a voxel (m).
-    on_floor : True if the grid ends at the engine's plane, half a voxel below its first layer.
+    has_floor : True if the grid ends at the engine's plane, half a voxel below its first layer.
     narrow : for every smaller ball that found cavities, their volume (m³) and the ball's diameter (m).
     """
 
@@ -52,7 +52,7 @@ class Regions:
     origin: FloatArray
     axes: FloatArray
     size: float
-    on_floor: bool
+    has_floor: bool
     narrow: tuple[tuple[float, float], ...] = ()
 
     def index(self, points: FloatArray) -> IntArray:
@@ -157,23 +157,23 @@ def _mark(wall: BoolArray, points: FloatArray, low: FloatArray, size: float) -> 
     wall[tuple(place.T)] = True
 
 
-def _labelled(wall: BoolArray, radius: float, on_floor: bool) -> tuple[IntArray, list[tuple[int, float]]]:
+def _labelled(wall: BoolArray, radius: float, has_floor: bool) -> tuple[IntArray, list[tuple[int, float]]]:
     """Return the region of every voxel, and voxels and ball radius of the cavities that only smaller balls find.
 
     radius : radius of the ball in voxels.
     """
     free = ~wall
     # sealed voids, and the inside of solid walls, need no ball
-    open_air = _reached(free, on_floor)
+    open_air = _reached(free, has_floor)
     depth = distance_transform_edt(free)
-    outside = _reached(core := open_air & (depth > radius), on_floor)
+    outside = _reached(core := open_air & (depth > radius), has_floor)
     waiting = [(0.0, core & ~outside)]
     known = core & ~outside
     narrow = []
     smaller = radius * _SHRINK
     while smaller >= 1.0:
         core = open_air & (depth > smaller)
-        new = core & ~_reached(core, on_floor) & ~known & ~outside
+        new = core & ~_reached(core, has_floor) & ~known & ~outside
         if new.any():
             number, _ = components(new | known)
             new &= ~np.isin(number, np.unique(number[known]))  # corners of a known cavity
@@ -200,15 +200,15 @@ def _labelled(wall: BoolArray, radius: float, on_floor: bool) -> tuple[IntArray,
     pocket, _ = components(free & ~outside & ~cavity)
     crumb = (np.bincount(pocket.ravel()) < _CRUMB)[pocket]
     cavity |= (pocket > 0) & ~crumb
-    return np.select([outside, cavity], [OUTSIDE, CAVITY], WALL).astype(np.int8), [
+    return np.select([outside, cavity], [EXTERIOR, CAVITY], WALL).astype(np.int8), [
         found for found in volumes if found[0] >= _CRUMB
     ]
 
 
-def _reached(core: BoolArray, on_floor: bool) -> BoolArray:
+def _reached(core: BoolArray, has_floor: bool) -> BoolArray:
     """Return the voxels connected with the border of the grid."""
     number, _ = components(core)
     border = [number[0], number[-1], number[:, 0], number[:, -1], number[:, :, -1]]
-    border += [] if on_floor else [number[:, :, 0]]
+    border += [] if has_floor else [number[:, :, 0]]
     reached = np.unique(np.concatenate([side.ravel() for side in border]))
     return np.asarray(np.isin(number, reached[reached > 0]))

@@ -115,9 +115,11 @@ def _alike(triangles: IntArray) -> tuple[IntArray, IntArray, IntArray]:
     return turn, patch, np.asarray(torn)
 
 
-def _turns(one: IntArray, other: IntArray, same: IntArray, link: sp.csr_matrix, patch: IntArray) -> IntArray:
+def _turns(triangle: IntArray, neighbour: IntArray, same: IntArray, link: sp.csr_matrix, patch: IntArray) -> IntArray:
     """Return triangles (k,) bool to turn to the orientation of the first of their patch, along a tree of neighbours."""
-    differs = sp.csr_matrix((np.r_[same, same] + 1.0, (np.r_[one, other], np.r_[other, one])), shape=link.shape)
+    differs = sp.csr_matrix(
+        (np.r_[same, same] + 1.0, (np.r_[triangle, neighbour], np.r_[neighbour, triangle])), shape=link.shape
+    )
     turn = np.zeros(link.shape[0], dtype=bool)
     _, starts, sizes = np.unique(patch, return_index=True, return_counts=True)
     for first in starts[sizes > 1]:

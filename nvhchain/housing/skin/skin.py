@@ -34,7 +34,7 @@ class Skin:
         """Four flat triangles (4 k, 3) per facet, which follow its curved edges."""
         return flat_triangles(self.facets)
 
-    def on_nodes(self, operator: sp.csr_matrix) -> sp.csr_matrix:
+    def restrict(self, operator: sp.csr_matrix) -> sp.csr_matrix:
         """Return an operator (…, 3 (n + q)) on displacements of `nodes` as one (…, 3 n) on those of the model."""
         return sp.csr_matrix(operator @ sp.kron(self.interpolation, sp.identity(3)))
 

@@ -22,7 +22,7 @@ BoolArray = NDArray[np.bool_]
 _RELAXATIONS = 8
 """Number of steps that even out the triangles; each draws the vertices back to the surface, which stays in place."""
 
-_WITHIN = 0.1
+_CELL_MARGIN = 0.1
 """Least distance of a vertex from the border of its cell, over the cell."""
 
 
@@ -30,7 +30,7 @@ _CRUMB = 27
 """Least number of lattice points of a body, three each way; a smaller one hangs on another by less than a face."""
 
 
-def well_composed(full: BoolArray, on_floor: bool) -> BoolArray:
+def well_composed(full: BoolArray, has_floor: bool) -> BoolArray:
     """Return the bodies without crumbs, inner holes and cells that touch at an edge or corner only."""
     full = full.copy()
     while True:
@@ -56,7 +56,7 @@ def well_composed(full: BoolArray, on_floor: bool) -> BoolArray:
             opposite |= (pair & (count_inside == 2)) | (gap & (count_inside == 6))
         for corner in corners:
             _corner(full, (0, 1, 2), corner)[opposite] = True
-        if on_floor:
+        if has_floor:
             full[:, :, 0] = False
         if int(full.sum()) == before:
             return full
@@ -127,7 +127,7 @@ def relaxed(vertices: FloatArray, quads: IntArray, field: Callable[[FloatArray],
         )
         squared = np.maximum((slope**2).sum(axis=1), 0.05)
         vertices = vertices - (field(vertices) / squared)[:, None] * slope
-        vertices = np.clip(vertices, cells + _WITHIN, cells + 1 - _WITHIN)
+        vertices = np.clip(vertices, cells + _CELL_MARGIN, cells + 1 - _CELL_MARGIN)
     return vertices
 
 

@@ -65,11 +65,11 @@ def unit_called(text: str) -> str | None:
     return name if name in _SYMBOLS else _ANY_CASE.get(name.casefold())
 
 
-def unit_in_name(channel: str, like: str) -> str | None:
-    """Return the unit at the end of a channel's name, if it measures the quantity of `like`.
+def unit_in_name(channel: str, expected: str) -> str | None:
+    """Return the unit at the end of a channel's name, if it measures the quantity of `expected`.
 
     Examples are kN in `Fx [kN]` or its column `Fx [kN][0]`.
     """
     brackets = _LAST_BRACKETS.search(channel)
     unit = unit_called(brackets.group(1)) if brackets else None
-    return unit if any(unit in quantity and like in quantity for quantity in _QUANTITIES) else None
+    return unit if any(unit in quantity and expected in quantity for quantity in _QUANTITIES) else None

@@ -18,11 +18,11 @@ from scipy.io import loadmat, savemat
 from scipy.io.matlab import MatlabOpaque
 
 from nvhchain.errors import FileFormatError, require
-from nvhchain.files.whole import in_memory, write_output
+from nvhchain.files.atomic_write import content_of, write_output
 from nvhchain.handoff import BearingForces, FloatArray
 from nvhchain.interop.forces.channel_units import unit_called
 from nvhchain.interop.forces.channels import Record
-from nvhchain.interop.forces.force_channels import OF_MESHES, beside_forces
+from nvhchain.interop.forces.force_channels import MESH_QUANTITIES, mesh_quantities
 
 AXES = "xyz"
 
@@ -225,10 +225,10 @@ def write_csv(forces: BearingForces, path: Path) -> Path:
     names = ["time", "input_speed", *(csv_name(bearing, axis) for bearing in forces.names for axis in AXES)]
     require(len(set(names)) == len(names), f"{path}: bearing names differ by blanks only: {forces.names}; rename one")
     units = ["s", "rad/s", *["N"] * (3 * len(forces.names))]
-    beside = beside_forces(forces)
+    beside = mesh_quantities(forces)
     for quantity, values in beside.items():
         names += columns_of(quantity, values)
-        units += [OF_MESHES[quantity]] * values.shape[1]
+        units += [MESH_QUANTITIES[quantity]] * values.shape[1]
     table = np.column_stack(
         [forces.time, forces.input_speed, forces.force.reshape(len(forces.time), -1), *beside.values()]
     )
@@ -259,7 +259,7 @@ def write_mat(forces: BearingForces, path: Path) -> Path:
         f"{path}: forces of {forces.force.nbytes / 2**30:.3g} GiB exceed an array of a MAT file, which holds "
         f"{LARGEST_MAT / 2**30:g} GiB: write .h5, which MATLAB reads, too",
     )
-    beside = beside_forces(forces)
+    beside = mesh_quantities(forces)
     content = {
         "time": forces.time,
         "input_speed": forces.input_speed,
@@ -268,9 +268,9 @@ def write_mat(forces: BearingForces, path: Path) -> Path:
         "positions": forces.positions,
         **beside,
         "units": {"time": "s", "input_speed": "rad/s", "force": "N", "positions": "m"}
-        | {name: OF_MESHES[name] for name in beside},
+        | {name: MESH_QUANTITIES[name] for name in beside},
     }
-    return write_output(path, in_memory(lambda file: savemat(file, content, appendmat=False, oned_as="column")))
+    return write_output(path, content_of(lambda file: savemat(file, content, appendmat=False, oned_as="column")))
 
 
 def write_hdf5(forces: BearingForces, path: Path) -> Path:
@@ -283,11 +283,11 @@ def write_hdf5(forces: BearingForces, path: Path) -> Path:
         with h5py.File(memory, "w") as file:
             for name, unit in (("time", "s"), ("input_speed", "rad/s"), ("force", "N"), ("positions", "m")):
                 file.create_dataset(name, data=getattr(forces, name)).attrs["units"] = unit
-            for name, values in beside_forces(forces).items():
-                file.create_dataset(name, data=values).attrs["units"] = OF_MESHES[name]
+            for name, values in mesh_quantities(forces).items():
+                file.create_dataset(name, data=values).attrs["units"] = MESH_QUANTITIES[name]
             file.create_dataset("names", data=np.array(forces.names, dtype=h5py.string_dtype()))
 
-    return write_output(path, in_memory(write))
+    return write_output(path, content_of(write))
 
 
 def _reason(error: BaseException) -> str:

@@ -23,7 +23,7 @@ from nvhchain.interop.forces.sampling import resampled, uniform_time
 from nvhchain.kinds import check_fields, checked
 from nvhchain.names import check_name
 
-OF_MESHES = {"mesh_deflection": "m", "transmission_error": "m", "output_lag": "rad"}
+MESH_QUANTITIES = {"mesh_deflection": "m", "transmission_error": "m", "output_lag": "rad"}
 """Quantities of a record beside forces, by the names of `BearingForces`, with their units in files written here."""
 
 FARTHEST = 5.0
@@ -177,16 +177,16 @@ class ForceChannels:
         return [*self.forces, *self.mesh_deflection, *self.transmission_error, *single]
 
 
-def beside_forces(forces: BearingForces) -> dict[str, FloatArray]:
-    """Return all recorded quantities of the meshes, each (n_t, n), by the names of `OF_MESHES`."""
-    found = {name: getattr(forces, name) for name in OF_MESHES}
+def mesh_quantities(forces: BearingForces) -> dict[str, FloatArray]:
+    """Return all recorded quantities of the meshes, each (n_t, n), by the names of `MESH_QUANTITIES`."""
+    found = {name: getattr(forces, name) for name in MESH_QUANTITIES}
     return {
         name: values.reshape(len(values), -1) for name, values in found.items() if values is not None and values.size
     }
 
 
 @checked
-def to_bearing_forces(
+def convert_record(
     record: Record,
     channels: ForceChannels,
     *,
@@ -228,7 +228,7 @@ def to_bearing_forces(
         table = table * scale
     if not np.array_equal(turn, np.eye(3)):
         table = table @ turn
-    of_meshes = _of_meshes(record, channels, count)
+    of_meshes = _declared_mesh_quantities(record, channels, count)
     if channels.resample_rate is None:
         time = uniform_time(time, record.source)
     else:
@@ -255,7 +255,7 @@ def to_bearing_forces(
     )
 
 
-def _of_meshes(record: Record, channels: ForceChannels, count: int) -> dict[str, FloatArray]:
+def _declared_mesh_quantities(record: Record, channels: ForceChannels, count: int) -> dict[str, FloatArray]:
     """Return the declared quantities beside forces, each (n_t, n), in m and rad."""
     lag = (channels.output_lag,) if channels.output_lag is not None else ()
     found = {}

@@ -20,7 +20,7 @@ from nvhchain.interop.forces.csv_mat_hdf5 import (
     write_hdf5,
     write_mat,
 )
-from nvhchain.interop.forces.force_channels import BearingChannels, ForceChannels, beside_forces, to_bearing_forces
+from nvhchain.interop.forces.force_channels import BearingChannels, ForceChannels, convert_record, mesh_quantities
 from nvhchain.interop.forces.uff58 import MESH_NODES, SPEED_NODE, read_uff, write_uff
 from nvhchain.kinds import checked
 
@@ -93,7 +93,7 @@ def read_bearing_forces(
     InputError
         For missing or contradictory data, times that are not uniform, and another format.
     """
-    return to_bearing_forces(read_record(path), channels, positions=positions)
+    return convert_record(read_record(path), channels, positions=positions)
 
 
 @checked
@@ -132,14 +132,14 @@ def write_bearing_forces(forces: BearingForces, path: str | Path) -> ForceChanne
         time_channel=None if kind == "uff" else "time",
         sample_rate=forces.sample_rate if kind == "uff" else None,
         periodic=forces.periodic,
-        **_of_meshes(kind, forces),
+        **_mesh_channels(kind, forces),
     )
 
 
-def _of_meshes(kind: str, forces: BearingForces) -> dict[str, Any]:
+def _mesh_channels(kind: str, forces: BearingForces) -> dict[str, Any]:
     """Return the channels of the recorded quantities of the meshes as arguments of `ForceChannels`."""
     named: dict[str, Any] = {}
-    for quantity, values in beside_forces(forces).items():
+    for quantity, values in mesh_quantities(forces).items():
         nodes = [f"{MESH_NODES[quantity] + i}:scalar" for i in range(values.shape[1])]
         channels = nodes if kind == "uff" else columns_of(quantity, values)
         named[quantity] = channels[0] if quantity == "output_lag" else tuple(channels)

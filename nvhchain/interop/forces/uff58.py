@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 
 from nvhchain.errors import FileFormatError
-from nvhchain.files.whole import write_output
+from nvhchain.files.atomic_write import write_output
 from nvhchain.handoff import BearingForces, FloatArray
 from nvhchain.interop.forces.channel_units import TIME_UNITS, unit_called
 from nvhchain.interop.forces.channels import Record
-from nvhchain.interop.forces.force_channels import OF_MESHES, beside_forces
+from nvhchain.interop.forces.force_channels import MESH_QUANTITIES, mesh_quantities
 from nvhchain.runtime.extras import check_installed
 
 DIRECTIONS = ("scalar", "x", "y", "z", "rx", "ry", "rz")
@@ -53,7 +53,7 @@ def read_uff(path: Path) -> Record:
     try:
         file = pyuff.UFF(str(path))
         types = [int(kind) for kind in file.get_set_types()]
-        sets = [_as_dict(file.read_sets(i)) for i, kind in enumerate(types) if kind in (58, 164)]
+        sets = [_block(file.read_sets(i)) for i, kind in enumerate(types) if kind in (58, 164)]
     except Exception as error:  # pyuff raises bare Exception
         raise FileFormatError(f"{path}: not a universal file: {str(error).splitlines()[0]}") from None
     codes = dict.fromkeys(int(s["units_code"]) for s in sets if s["type"] == 164)
@@ -89,9 +89,9 @@ def write_uff(forces: BearingForces, path: Path) -> Path:
         for axis in (1, 2, 3):
             sets.append(_function(forces.time, forces.force[:, i, axis - 1], i + 1, axis, bearing, 9, "N"))
 
-    for quantity, values in beside_forces(forces).items():
+    for quantity, values in mesh_quantities(forces).items():
         for i, column in enumerate(values.T):
-            label, node, unit = quantity.replace("_", " "), MESH_NODES[quantity] + i, OF_MESHES[quantity]
+            label, node, unit = quantity.replace("_", " "), MESH_NODES[quantity] + i, MESH_QUANTITIES[quantity]
             sets.append(_function(forces.time, column, node, 0, label, DISPLACEMENT, unit))
     return write_output(path, sets)
 
@@ -148,5 +148,5 @@ def _obstacle(function: dict[str, Any], name: str) -> str:
     return "" if kind in allowed else f"holds no force (ordinate type {kind} of dataset 58)"
 
 
-def _as_dict(found: Any) -> dict[str, Any]:
+def _block(found: Any) -> dict[str, Any]:
     return dict(found)

@@ -10,7 +10,7 @@ import numpy as np
 
 from nvhchain.errors import FileFormatError, InputError, require
 from nvhchain.fem.modal_model import ModalModel
-from nvhchain.files.whole import in_memory, write_output
+from nvhchain.files.atomic_write import content_of, write_output
 
 UNITS = {"nodes": "m", "labels": "1", "triangles": "1", "frequency": "Hz", "damping": "1", "shapes": "kg-1/2"}
 """Dataset → its unit.
@@ -108,4 +108,4 @@ def write_modal_hdf5(model: ModalModel, path: str | Path) -> Path:
             for name, members in model.groups.items():
                 file.create_dataset(f"groups/{name.replace('/', '_')}", data=members)
 
-    return write_output(Path(path), in_memory(write))
+    return write_output(Path(path), content_of(write))

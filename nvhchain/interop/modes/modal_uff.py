@@ -16,8 +16,8 @@ import numpy as np
 from nvhchain.errors import FileFormatError, InputError, require
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.handoff import FloatArray, IntArray
-from nvhchain.interop.common.units import UnitSystem, unit_system
-from nvhchain.interop.modes.uff_skin import rows_of, skin
+from nvhchain.interop.modes.uff_skin import select_rows, skin
+from nvhchain.interop.notation.units import UnitSystem, unit_system
 
 _NUMBER = re.compile(r"[+-]?(?:\d+\.\d*[+-]\d{3}(?![\d.])|(?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?)")
 _BARE_EXPONENT = re.compile(r"(?<=[\d.])(?=[+-]\d{3}$)")
@@ -120,7 +120,7 @@ def read_modal_uff(path: str | Path, *, units: str | None = None) -> ModalModel:
     for shape in shapes:
         mode = modes.pop(0)  # released after the copy: modes may take gigabytes
         require(mode.mass > 0, f"{path}: a mode has modal mass {mode.mass:g}: export shapes with their modal mass")
-        shape[rows_of(labels, mode.labels, f"{path}: a mode")] = mode.motion / np.sqrt(mode.mass * system.mass)
+        shape[select_rows(labels, mode.labels, f"{path}: a mode")] = mode.motion / np.sqrt(mode.mass * system.mass)
         shape[len(labels) :] = found.centres @ shape[: len(labels)]
     return ModalModel(
         nodes=np.vstack([place, found.centres @ place]),
@@ -136,16 +136,19 @@ def read_modal_uff(path: str | Path, *, units: str | None = None) -> ModalModel:
     )
 
 
-def _agreed(stated: UnitSystem | None, asked: UnitSystem | None, path: Path) -> UnitSystem:
+def _agreed(stated: UnitSystem | None, requested: UnitSystem | None, path: Path) -> UnitSystem:
     """Return the file's units, else the requested ones, else SI; file and request must agree."""
     if stated is None:
-        return asked or unit_system("m-kg-s")
-    if asked is not None:
-        same = np.allclose([stated.length, stated.mass], [asked.length, asked.mass], rtol=1e-6) and asked.time == 1.0
+        return requested or unit_system("m-kg-s")
+    if requested is not None:
+        same = (
+            np.allclose([stated.length, stated.mass], [requested.length, requested.mass], rtol=1e-6)
+            and requested.time == 1.0
+        )
         require(
             bool(same),
             f"{path}: dataset 164 states units of {stated.length:g} m and {stated.mass:g} kg, not those of "
-            f"{asked.name}: leave units out",
+            f"{requested.name}: leave units out",
         )
     return stated
 
@@ -238,14 +241,14 @@ def _groups(lines: list[str]) -> Iterator[tuple[str, tuple[list[int], list[int]]
 
 
 def _members(
-    found: tuple[list[int], list[int]], elements: Mapping[int, tuple[int, list[int]]], labels: IntArray, what: str
+    found: tuple[list[int], list[int]], elements: Mapping[int, tuple[int, list[int]]], labels: IntArray, subject: str
 ) -> IntArray:
     """Return rows of the nodes of a group and of its elements."""
     nodes, of_elements = found
     missing = [label for label in of_elements if label not in elements]
     if missing:
-        raise FileFormatError(f"{what}: element {missing[0]} is not defined")
-    return np.unique(rows_of(labels, [*nodes, *(n for label in of_elements for n in elements[label][1])], what))
+        raise FileFormatError(f"{subject}: element {missing[0]} is not defined")
+    return np.unique(select_rows(labels, [*nodes, *(n for label in of_elements for n in elements[label][1])], subject))
 
 
 def _mode(kind: int, lines: list[str], others: set[int]) -> Iterator[_Mode]:

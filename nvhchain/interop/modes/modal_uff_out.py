@@ -9,10 +9,10 @@ import numpy as np
 
 from nvhchain.errors import require
 from nvhchain.fem.modal_model import ModalModel
-from nvhchain.files.whole import write_output
+from nvhchain.files.atomic_write import write_output
 from nvhchain.handoff import FloatArray
-from nvhchain.interop.common.units import UnitSystem, unit_system
 from nvhchain.interop.modes.modal_uff import DISPLACEMENT, NODE, NORMAL_MODE
+from nvhchain.interop.notation.units import UnitSystem, unit_system
 
 
 def write_modal_uff(model: ModalModel, path: str | Path, *, units: str = "m-kg-s") -> Path:

@@ -36,7 +36,7 @@ SOLIDS: dict[int, tuple[str, _Places, _Places]] = {
 Parabolic elements list nodes round each layer.
 """
 
-_BESIDE = 0.05
+_COAT_DISTANCE = 0.05
 """Largest distance of a point on a triangle, over its size: a coat may follow a curve that the solids cut short."""
 
 _WHOLE = 0.999
@@ -63,13 +63,13 @@ class UniversalSkin:
 
 
 def skin(
-    elements: list[tuple[int, list[int]]], labels: IntArray, nodes: FloatArray, moves: IntArray, what: str
+    elements: list[tuple[int, list[int]]], labels: IntArray, nodes: FloatArray, moves: IntArray, subject: str
 ) -> UniversalSkin:
     """Return the boundary of the solids and the shells beside it.
 
     nodes : (n, 3) m, of `labels` (n,).
     moves : (n,) bool, nodes with displacements in every mode.
-    what : table of the elements as messages call it.
+    subject : table of the elements as messages call it.
 
     Shells that coat solids replace the covered skin, oriented outward, if more of them has displacements than of the
     solids' skin. Shells elsewhere radiate from both sides. Faces with a mid-edge node without displacements use their
@@ -81,10 +81,10 @@ def skin(
     for descriptor in dict.fromkeys(kind for kind, _ in elements):
         corners, middles = _layout(descriptor)
         if corners:
-            members = _members(elements, descriptor, 1 + max(*corners, *middles), what)
-            at_corners = rows_of(labels, members[:, corners].ravel(), what).reshape(len(members), -1)
+            members = _members(elements, descriptor, 1 + max(*corners, *middles), subject)
+            at_corners = select_rows(labels, members[:, corners].ravel(), subject).reshape(len(members), -1)
             rows[descriptor] = np.hstack([at_corners, _moving_rows(labels, members[:, middles], moves)])
-    require(bool(rows), f"{what} holds no shells and no solids: export the skin with the shapes")
+    require(bool(rows), f"{subject} holds no shells and no solids: export the skin with the shapes")
     faces = [_face(found, len(SHELLS[kind][0])) for kind, found in rows.items() if kind in SHELLS]
     shells = np.concatenate([*faces, np.empty((0, 8), dtype=np.int64)])
     solids = {kind: _once(found) for kind, found in rows.items() if kind in SOLIDS}
@@ -93,7 +93,9 @@ def skin(
         copies = sum(len(rows[kind]) - len(found) for kind, found in solids.items())
         if copies:
             notes.append(f"{copies} solids on the nodes of others left out")
-        boundary = boundary_faces([_with_edges(SOLIDS[kind][0], found) for kind, found in solids.items()], labels, what)
+        boundary = boundary_faces(
+            [_append_edges(SOLIDS[kind][0], found) for kind, found in solids.items()], labels, subject
+        )
         if len(shells):
             boundary, shells = _chosen(boundary, shells, nodes, moves, notes)
     outward, centres = six_node_facets(boundary, len(nodes))
@@ -101,7 +103,7 @@ def skin(
     triangles = np.concatenate([outward, sheets])
     used = np.unique(triangles[:, :3])
     still = int((~moves[used]).sum())
-    require(still < len(used), f"{what}: no node of the skin has displacements in every mode: export them there")
+    require(still < len(used), f"{subject}: no node of the skin has displacements in every mode: export them there")
     if still:
         notes.append(f"{still} of {len(used)} corners of the skin have no displacements: they stand still")
     return UniversalSkin(
@@ -112,16 +114,16 @@ def skin(
     )
 
 
-def _members(elements: list[tuple[int, list[int]]], descriptor: int, least: int, what: str) -> IntArray:
+def _members(elements: list[tuple[int, list[int]]], descriptor: int, least: int, subject: str) -> IntArray:
     """Return labels (m, nodes) of the nodes of all elements of one descriptor, which have `least` nodes."""
     found = [members for kind, members in elements if kind == descriptor]
     for members in found:
         if len(members) != least:
-            raise FileFormatError(f"{what}: an element of type {descriptor} has {len(members)} nodes, not {least}")
+            raise FileFormatError(f"{subject}: an element of type {descriptor} has {len(members)} nodes, not {least}")
     return np.array(found, dtype=np.int64)
 
 
-def _with_edges(shape: str, rows: IntArray) -> tuple[str, IntArray]:
+def _append_edges(shape: str, rows: IntArray) -> tuple[str, IntArray]:
     """Return solids with all places of mid-edge nodes, −1 for missing ones."""
     none = np.full((len(rows), CORNERS[shape] + len(EDGES[shape]) - rows.shape[1]), -1)
     return shape, np.hstack([rows, none])
@@ -132,7 +134,7 @@ def _chosen(
 ) -> tuple[IntArray, IntArray]:
     """Return faces of the skin, outward, and the shells that are not on it."""
     skin = _flat(boundary, nodes)
-    on_skin, below = lying_on(_middles(shells, nodes), skin, _BESIDE).T
+    on_skin, below = lying_on(_middles(shells, nodes), skin, _COAT_DISTANCE).T
     coat = np.zeros(len(shells), dtype=bool)
     coat[on_skin] = True
     if coat.any():
@@ -144,7 +146,7 @@ def _chosen(
         if own < _WHOLE and _WHOLE * theirs > own:
             notes.append(f"{moved}: the shells are taken there")
             bare = np.ones(len(boundary), dtype=bool)
-            bare[lying_on(_middles(boundary, nodes), _flat(shells[coat], nodes), _BESIDE)[:, 0]] = False
+            bare[lying_on(_middles(boundary, nodes), _flat(shells[coat], nodes), _COAT_DISTANCE)[:, 0]] = False
             boundary = np.concatenate([boundary[bare], _outward(shells, on_skin, skin[below], nodes)[coat]])
         elif own < _WHOLE:
             notes.append(f"{moved}: the solids' skin is taken")
@@ -155,11 +157,11 @@ def _chosen(
     return boundary, shells[~coat]
 
 
-def _outward(shells: IntArray, which: IntArray, below: FloatArray, nodes: FloatArray) -> IntArray:
-    """Return shells (f, 8), `which` (q,) of them oriented like the triangles `below` (q, 3, 3) on which they lie."""
+def _outward(shells: IntArray, which: IntArray, base: FloatArray, nodes: FloatArray) -> IntArray:
+    """Return shells (f, 8), `which` (q,) of them oriented like the triangles `base` (q, 3, 3) on which they lie."""
     corners = nodes[np.where(shells[:, :4] >= 0, shells[:, :4], shells[:, :1])]
     own = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-    normal = np.cross(below[:, 1] - below[:, 0], below[:, 2] - below[:, 0])
+    normal = np.cross(base[:, 1] - base[:, 0], base[:, 2] - base[:, 0])
     along = np.bincount(which, np.einsum("qa,qa->q", own[which], normal), minlength=len(shells))
     four = shells[:, 3:4] >= 0
     over = shells[:, [0, 3, 2, 1, 7, 6, 5, 4]]
@@ -220,11 +222,11 @@ def _moving_rows(labels: IntArray, wanted: IntArray, moves: IntArray) -> IntArra
     return np.where((labels[rows] == wanted) & moves[rows], rows, -1)
 
 
-def rows_of(labels: IntArray, wanted: IntArray | list[int], what: str) -> IntArray:
-    """Return rows of the `wanted` labels among all labels, sorted; `what` names the table in messages."""
+def select_rows(labels: IntArray, wanted: IntArray | list[int], subject: str) -> IntArray:
+    """Return rows of the `wanted` labels among all labels, sorted; `subject` names the table in messages."""
     numbers = np.asarray(wanted, dtype=np.int64)
     rows = np.minimum(np.searchsorted(labels, numbers), len(labels) - 1)
     known = labels[rows] == numbers
     if not known.all():
-        raise FileFormatError(f"{what}: node {numbers[~known][0]} is not defined")
+        raise FileFormatError(f"{subject}: node {numbers[~known][0]} is not defined")
     return np.asarray(rows)

@@ -120,10 +120,10 @@ class Parts:
         fixed = np.array([str(c + 1) in self.held.get(rigid.reference, ()) for c in range(6)])
         return RigidSet(rigid.name, nodes[reference].copy(), members, rigid.reference, fixed)
 
-    def _rows(self, labels: IntArray, wanted: Iterable[int], what: str) -> IntArray:
+    def _rows(self, labels: IntArray, wanted: Iterable[int], subject: str) -> IntArray:
         numbers = np.asarray(list(wanted), dtype=np.int64)
         rows = np.searchsorted(labels, numbers)
         known = np.take(labels, np.minimum(rows, len(labels) - 1)) == numbers
         if not known.all():
-            raise FileFormatError(f"{self.source}: {what}: node {numbers[~known][0]} is not defined")
+            raise FileFormatError(f"{self.source}: {subject}: node {numbers[~known][0]} is not defined")
         return np.asarray(rows, dtype=np.int64)

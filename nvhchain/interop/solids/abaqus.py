@@ -15,8 +15,8 @@ import numpy as np
 
 from nvhchain.errors import FileFormatError, InputError, require
 from nvhchain.fem.solid_model import SolidModel
-from nvhchain.interop.common._names import marks, restored
-from nvhchain.interop.common.units import unit_system
+from nvhchain.interop.notation._names import marks, restored
+from nvhchain.interop.notation.units import unit_system
 from nvhchain.interop.solids._model_parts import Parts
 from nvhchain.interop.solids.abaqus_keywords import Block, all_lines, blocks, real
 from nvhchain.interop.solids.abaqus_rigid import (
@@ -273,7 +273,7 @@ def _assign(file: AbaqusFile) -> None:
         key = owner, elset.upper()
         require(key in file.elsets, f"{file.parts.source}: section for set {elset}, which is not defined")
         group = elset if instances[elset.upper()] == 1 else f"{owner}.{elset}"
-        file.parts.materials[group] = file.system.material(**found, where=where)
+        file.parts.materials[group] = file.system.material(**found, place=where)
         for label in dict.fromkeys(file.elsets[key]):
             require(
                 label not in given,

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from nvhchain.errors import InputError, require
 from nvhchain.handoff import FloatArray
-from nvhchain.interop.common.units import UnitSystem
+from nvhchain.interop.notation.units import UnitSystem
 from nvhchain.interop.solids._model_parts import Parts
 from nvhchain.interop.solids.abaqus_keywords import Block, real
 

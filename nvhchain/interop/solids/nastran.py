@@ -16,8 +16,8 @@ import numpy as np
 from nvhchain.errors import FileFormatError, InputError
 from nvhchain.fem.solid_model import SolidModel
 from nvhchain.handoff import FloatArray
-from nvhchain.interop.common._names import marks, restored
-from nvhchain.interop.common.units import UnitSystem, unit_system
+from nvhchain.interop.notation._names import marks, restored
+from nvhchain.interop.notation.units import UnitSystem, unit_system
 from nvhchain.interop.solids._model_parts import TRANSLATIONS, Parts, Rigid
 from nvhchain.interop.solids.nastran_cards import cards, numbers, real, split_deck
 
@@ -62,13 +62,13 @@ def read_nastran(path: str | Path, *, units: str, spc: int | None = None) -> Sol
     """
     path, system = Path(path), unit_system(units)
     control, bulk = split_deck(path)
-    by_name: dict[str, list[list[str]]] = {}
+    named_cards: dict[str, list[list[str]]] = {}
     for card in cards(bulk):
-        by_name.setdefault(card[0], []).append(card)
+        named_cards.setdefault(card[0], []).append(card)
     direct = [line.strip() for line in control if re.match(r"\s*[KMB]2(GG|PP)", line, re.IGNORECASE)]
     if direct:
         raise InputError(f"{path}: case control adds matrices, {direct[0]}, which are not read: remove them")
-    refused = Counter({name: len(found) for name, found in by_name.items() if not _PASSED_OVER.match(name)})
+    refused = Counter({name: len(found) for name, found in named_cards.items() if not _PASSED_OVER.match(name)})
     if refused:
         listed = ", ".join(f"{count} {name}" for name, count in sorted(refused.items()))
         raise InputError(
@@ -76,12 +76,12 @@ def read_nastran(path: str | Path, *, units: str, spc: int | None = None) -> Sol
         )
     parts, found = Parts(str(path)), dict(marks(bulk))
     try:
-        _grids(by_name, parts)
-        _elements(by_name, parts)
-        _materials(by_name, parts, system)
-        _rigid_sets(by_name, parts)
-        _constraints(by_name, parts, _selected(control, path) if spc is None else spc)
-        _groups(by_name, parts, found.pop("group", {}))
+        _grids(named_cards, parts)
+        _elements(named_cards, parts)
+        _materials(named_cards, parts, system)
+        _rigid_sets(named_cards, parts)
+        _constraints(named_cards, parts, _selected(control, path) if spc is None else spc)
+        _groups(named_cards, parts, found.pop("group", {}))
     except (ValueError, IndexError, KeyError) as error:
         if isinstance(error, InputError):
             raise
@@ -89,10 +89,10 @@ def read_nastran(path: str | Path, *, units: str, spc: int | None = None) -> Sol
     return restored(parts.model(system.length), found)
 
 
-def _grids(by_name: dict[str, list[list[str]]], parts: Parts) -> None:
-    frames = _frames(by_name)
-    defaults = (by_name.get("GRDSET", [[]])[0] + [""] * 9)[1:9]
-    for card in by_name.get("GRID", []):
+def _grids(named_cards: dict[str, list[list[str]]], parts: Parts) -> None:
+    frames = _frames(named_cards)
+    defaults = (named_cards.get("GRDSET", [[]])[0] + [""] * 9)[1:9]
+    for card in named_cards.get("GRID", []):
         field = card[1:] + [""] * (8 - len(card[1:]))
         point = tuple(real(x) if x else 0.0 for x in field[2:5])
         system = int(field[1] or defaults[1] or 0)
@@ -112,10 +112,10 @@ def _grids(by_name: dict[str, list[list[str]]], parts: Parts) -> None:
             parts.rotated[label] = rotated
 
 
-def _frames(by_name: dict[str, list[list[str]]]) -> dict[int, Callable[[FloatArray], FloatArray]]:
+def _frames(named_cards: dict[str, list[list[str]]]) -> dict[int, Callable[[FloatArray], FloatArray]]:
     """Return coordinate systems CORD2R, CORD2C and CORD2S: number → map of coordinates to the basic system."""
     frames: dict[int, Callable[[FloatArray], FloatArray]] = {0: lambda point: point}
-    waiting = [card for name in ("CORD2R", "CORD2C", "CORD2S") for card in by_name.get(name, [])]
+    waiting = [card for name in ("CORD2R", "CORD2C", "CORD2S") for card in named_cards.get(name, [])]
     while waiting:
         ready = [card for card in waiting if int(card[2] or 0) in frames]
         if not ready:
@@ -145,12 +145,12 @@ def _placed(kind: str, origin: FloatArray, axes: FloatArray) -> Callable[[FloatA
     return place
 
 
-def _elements(by_name: dict[str, list[list[str]]], parts: Parts) -> None:
+def _elements(named_cards: dict[str, list[list[str]]], parts: Parts) -> None:
     for names in (tuple(SOLIDS), ("RBE2",)):
-        _check_once([card[1] for name in names for card in by_name.get(name, [])], "element", parts)
+        _check_once([card[1] for name in names for card in named_cards.get(name, [])], "element", parts)
     for name, (linear, quadratic, place) in SOLIDS.items():
         corners = int(linear.lstrip("tehxwdg"))
-        for card in by_name.get(name, []):
+        for card in named_cards.get(name, []):
             members = [int(x) if x else 0 for x in card[3:]]
             while len(members) > corners and not members[-1]:
                 members.pop()
@@ -168,15 +168,15 @@ def _elements(by_name: dict[str, list[list[str]]], parts: Parts) -> None:
             rows.append(members)
 
 
-def _materials(by_name: dict[str, list[list[str]]], parts: Parts, system: UnitSystem) -> None:
+def _materials(named_cards: dict[str, list[list[str]]], parts: Parts, system: UnitSystem) -> None:
     scale = 1.0
-    for card in by_name.get("PARAM", []):
+    for card in named_cards.get("PARAM", []):
         if card[1].upper() == "WTMASS":
             scale = real(card[2])
     for name in ("MAT1", "PSOLID"):
-        _check_once([card[1] for card in by_name.get(name, [])], name, parts)
-    known = {card[1]: card[2:] + [""] * 4 for card in by_name.get("MAT1", [])}
-    for card in by_name.get("PSOLID", []):
+        _check_once([card[1] for card in named_cards.get(name, [])], name, parts)
+    known = {card[1]: card[2:] + [""] * 4 for card in named_cards.get("MAT1", [])}
+    for card in named_cards.get("PSOLID", []):
         kind = (card[7:8] or [""])[0].upper()
         if kind not in ("", "SMECH"):
             raise InputError(
@@ -196,15 +196,15 @@ def _materials(by_name: dict[str, list[list[str]]], parts: Parts, system: UnitSy
         parts.materials[card[1]] = system.material(young, poisson, real(density) * scale, where)
 
 
-def _check_once(numbers: list[str], what: str, parts: Parts) -> None:
+def _check_once(numbers: list[str], subject: str, parts: Parts) -> None:
     """Raise FileFormatError if one of the numbers is given twice."""
     twice = [number for number, count in Counter(numbers).items() if count > 1]
     if twice:
-        raise FileFormatError(f"{parts.source}: {what} {twice[0]} is defined twice")
+        raise FileFormatError(f"{parts.source}: {subject} {twice[0]} is defined twice")
 
 
-def _rigid_sets(by_name: dict[str, list[list[str]]], parts: Parts) -> None:
-    for card in by_name.get("RBE2", []):
+def _rigid_sets(named_cards: dict[str, list[list[str]]], parts: Parts) -> None:
+    for card in named_cards.get("RBE2", []):
         members = [x for x in card[4:] if x and "." not in x]  # the last field may be a thermal expansion
         if not set(card[3]) >= TRANSLATIONS:
             raise InputError(
@@ -224,17 +224,17 @@ def _selected(control: list[str], path: Path) -> int | None:
     return chosen[0] if chosen else None
 
 
-def _constraints(by_name: dict[str, list[list[str]]], parts: Parts, chosen: int | None) -> None:
+def _constraints(named_cards: dict[str, list[list[str]]], parts: Parts, chosen: int | None) -> None:
     sets: dict[int, list[tuple[int, str]]] = {}
-    for card in by_name.get("SPC1", []):
+    for card in named_cards.get("SPC1", []):
         sets.setdefault(int(card[1]), []).extend((node, card[2]) for node in numbers(card[3:], parts.nodes))
-    for card in by_name.get("SPC", []):
+    for card in named_cards.get("SPC", []):
         for i in range(2, len(card), 3):
             if card[i]:
                 if i + 2 < len(card) and card[i + 2] and real(card[i + 2]) != 0.0:
                     raise InputError(f"{parts.source}: SPC {card[1]} enforces a motion: only 0 can be held")
                 sets.setdefault(int(card[1]), []).append((int(card[i]), card[i + 1]))
-    for card in by_name.get("SPCADD", []):
+    for card in named_cards.get("SPCADD", []):
         sets[int(card[1])] = [entry for number in numbers(card[2:]) for entry in sets.get(number, [])]
     if not sets:
         return
@@ -251,6 +251,6 @@ def _constraints(by_name: dict[str, list[list[str]]], parts: Parts, chosen: int 
         parts.held[node] |= set(components)
 
 
-def _groups(by_name: dict[str, list[list[str]]], parts: Parts, names: Mapping[str, str]) -> None:
-    for card in by_name.get("SET1", []):
+def _groups(named_cards: dict[str, list[list[str]]], parts: Parts, names: Mapping[str, str]) -> None:
+    for card in named_cards.get("SET1", []):
         parts.groups[names.get(card[1], f"SET1 {card[1]}")] = numbers(card[2:], parts.nodes)

@@ -6,7 +6,7 @@ import re
 from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 
-from nvhchain.interop.common._includes import lines_with_includes
+from nvhchain.interop.notation._includes import lines_with_includes
 
 _SHORT_EXPONENT = re.compile(r"(?<=[0-9.])([+-]\d+)$")
 
@@ -102,7 +102,7 @@ def numbers(fields: list[str], known: Collection[int] | None = None) -> list[int
         if words[i] == "THRU":
             by = i + 2 < len(words) and words[i + 2] == "BY"
             span = range(result.pop(), int(words[i + 1]) + 1, int(words[i + 3]) if by else 1)
-            result += span if known is None else _inside(span, known)
+            result += span if known is None else _known_in_range(span, known)
             i += 4 if by else 2
         else:
             result.append(int(words[i]))
@@ -110,7 +110,7 @@ def numbers(fields: list[str], known: Collection[int] | None = None) -> list[int
     return result
 
 
-def _inside(span: range, known: Collection[int]) -> list[int]:
+def _known_in_range(span: range, known: Collection[int]) -> list[int]:
     """Return the known numbers in a range, which may be far longer than their list."""
     if len(span) > len(known):
         return sorted(n for n in known if n in span)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from nvhchain.errors import FileFormatError
-from nvhchain.fem.mesh_files.contents import NODES, Damaged, MeshFile, Numbering, short
+from nvhchain.fem.mesh_files.contents import NODES, Damaged, MeshFile, Numbering, clip
 from nvhchain.interop.solids.nastran_cards import cards, real, split_deck
 
 NASTRAN_ENDINGS = (".bdf", ".nas", ".dat", ".fem")
@@ -37,7 +37,7 @@ def _faces(path: Path) -> MeshFile:
             if name == "GRID":
                 row = [*fields, "", "", "", "", ""]
                 if row[1] not in ("", "0"):
-                    raise Damaged(f"GRID {row[0]} lies in system {short(row[1])}: write it in the basic one")
+                    raise Damaged(f"GRID {row[0]} lies in system {clip(row[1])}: write it in the basic one")
                 labels.append(int(row[0]))
                 points.append([real(field or "0") for field in row[2:5]])
             elif name in _FACES:
@@ -47,7 +47,7 @@ def _faces(path: Path) -> MeshFile:
         except Damaged:
             raise
         except (ValueError, IndexError):
-            raise Damaged(f"{name} {short(' '.join(fields))} has fields that are no numbers, or too few") from None
+            raise Damaged(f"{name} {clip(' '.join(fields))} has fields that are no numbers, or too few") from None
     index = Numbering(np.array(labels, dtype=np.int64))
     cells = []
     for kind, rows in found.items():

@@ -9,10 +9,10 @@ import numpy as np
 
 from nvhchain.conventions import Material
 from nvhchain.fem.solid_model import ElementBlock, RigidSet, SolidModel
-from nvhchain.files.whole import write_output
+from nvhchain.files.atomic_write import write_output
 from nvhchain.handoff import IntArray
-from nvhchain.interop.common._names import abaqus_names, changed, mark, renumbered, short_labels
-from nvhchain.interop.common.units import UnitSystem, unit_system
+from nvhchain.interop.notation._names import abaqus_names, changed, mark, renumbered, short_labels
+from nvhchain.interop.notation.units import UnitSystem, unit_system
 from nvhchain.interop.solids.abaqus_sets import HIDDEN
 from nvhchain.interop.solids.nastran import SOLIDS
 

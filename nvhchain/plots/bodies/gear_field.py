@@ -94,8 +94,8 @@ def gear_field(
     contact = _contact_lines(field, rest, bent)
     for ax, elements in zip(drawn, (field.elements, _loaded_elements(field)), strict=True):
         surface = shell(len(rest), elements, field.kind)
-        here, at_rest = surface.on_nodes(bent), surface.on_nodes(rest)
-        colours = np.asarray(scale.to_rgba(surface.on_nodes(values)))[:, :3]
+        here, at_rest = surface.extend_values(bent), surface.restrict(rest)
+        colours = np.asarray(scale.to_rgba(surface.extend_values(values)))[:, :3]
         body = Part(here[surface.triangles], colours[surface.triangles])
         outline = Part(np.zeros((0, 3, 3)), np.zeros(3), lines=surface.outline(at_rest), width=1.2)
         draw_scene(ax, [body, outline], view=view, engine=engine)

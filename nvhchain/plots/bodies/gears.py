@@ -183,7 +183,7 @@ def gear_part(
     gear = body.geometry
     surface = shell(len(mesh.nodes), mesh.elements, mesh.kind)
     c, s = np.cos(turn), np.sin(turn)
-    nodes = surface.on_nodes(mesh.nodes @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]))
+    nodes = surface.extend_values(mesh.nodes @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]))
     if place is not None:
         nodes = nodes + place
     colours = np.tile(to_rgb(colour), (len(surface.corners), 1))

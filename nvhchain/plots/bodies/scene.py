@@ -16,7 +16,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from nvhchain.errors import require
-from nvhchain.fem.faces import element_faces, flat_triangles, on_boundary, six_node_facets
+from nvhchain.fem.faces import boundary_rows, element_faces, flat_triangles, six_node_facets
 from nvhchain.handoff import FloatArray, IntArray
 from nvhchain.plots.bodies._pyvista_scene import render_scene
 from nvhchain.runtime.extras import check_installed
@@ -82,7 +82,7 @@ class Shell:
     edges: IntArray
     sides: IntArray
 
-    def on_nodes(self, values: FloatArray) -> FloatArray:
+    def extend_values(self, values: FloatArray) -> FloatArray:
         """Return values (n, …) at the nodes of the mesh and of the middles of faces."""
         weight = np.array([-0.25] * 4 + [0.5] * 4)
         return np.concatenate([values, np.einsum("k,qk...->q...", weight, values[self.middles])])
@@ -105,7 +105,7 @@ class Shell:
 def shell(count: int, elements: IntArray, kind: str) -> Shell:
     """Return the surface of elements of `kind` hex20 or tet10 between `count` nodes."""
     everything, _ = element_faces([(_SHAPES[kind], elements)])
-    faces = everything[on_boundary(everything, np.arange(count), "mesh")]
+    faces = everything[boundary_rows(everything, np.arange(count), "mesh")]
     facets, _ = six_node_facets(faces, count)
     four = faces[:, 3] >= 0
     owner = np.concatenate([np.flatnonzero(~four), np.flatnonzero(four), np.flatnonzero(four)])

@@ -16,9 +16,9 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from nvhchain.errors import require
-from nvhchain.files.whole import in_memory, write_whole
+from nvhchain.files.atomic_write import content_of, write_atomic
 from nvhchain.handoff import ComplexArray, FloatArray, ReducedHousing, Surface, SurfaceVelocity
-from nvhchain.interop.common.surface_motion import vertex_motion
+from nvhchain.interop.notation.surface_motion import vertex_motion
 from nvhchain.plots._style import panels, styled
 from nvhchain.plots.bodies._pyvista_frames import render_frames
 from nvhchain.plots.bodies.surface import strongest_line
@@ -105,7 +105,7 @@ def operating_shape(
         Axes with a colour bar in mm/s.
     """
     line = strongest_line(velocity) if line is None else line
-    v = _at_its_largest(velocity.normal_velocity[line], velocity.surface)
+    v = _largest_phase(velocity.normal_velocity[line], velocity.surface)
     (image,) = _pictures(velocity.surface, v.real[None], v.real[None], elevation, azimuth, engine)
     (ax,) = panels(1, None, height=6.4, width=9.0)
     ax.imshow(image)
@@ -162,7 +162,7 @@ def animate(
         np.shape(normal_motion) == (len(surface.triangles),),
         f"normal motion of shape {np.shape(normal_motion)}: ({len(surface.triangles)},) is needed",
     )
-    turned = _at_its_largest(np.asarray(normal_motion, dtype=complex), surface)
+    turned = _largest_phase(np.asarray(normal_motion, dtype=complex), surface)
     phase = np.exp(2j * np.pi * np.arange(frames) / frames)
     states = (turned * phase[:, None]).real
     images = _pictures(surface, states, np.broadcast_to(turned.real, states.shape), elevation, azimuth, engine)
@@ -172,10 +172,10 @@ def animate(
     def write(file: BytesIO) -> None:
         pictures[0].save(file, format="GIF", save_all=True, append_images=pictures[1:], duration=duration, loop=0)
 
-    return write_whole(path, in_memory(write))
+    return write_atomic(path, content_of(write))
 
 
-def _at_its_largest(motion: ComplexArray, surface: Surface) -> ComplexArray:
+def _largest_phase(motion: ComplexArray, surface: Surface) -> ComplexArray:
     """Return the motion with a phase that makes its real part carry most of it."""
     moment = np.sum(surface.areas * motion**2)
     turned = motion * np.exp(-0.5j * np.angle(moment))

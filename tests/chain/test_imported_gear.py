@@ -12,7 +12,7 @@ from nvhchain.chain import steps
 from nvhchain.chain.running import Run
 from nvhchain.errors import InputError
 from nvhchain.fidelity import GearFidelity
-from nvhchain.files.shelf import fingerprint
+from nvhchain.files.result_cache import fingerprint
 from nvhchain.gear import mass_properties, whole_mesh
 from nvhchain.scene import Scene, preflight
 

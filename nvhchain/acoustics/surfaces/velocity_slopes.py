@@ -7,19 +7,19 @@ from functools import lru_cache
 import numpy as np
 from scipy.sparse import csr_array, diags_array, eye_array
 
-from nvhchain.acoustics.surfaces.surface import SHARP_ANGLE, edges_between
+from nvhchain.acoustics.surfaces.surface import SHARP_ANGLE, edge_table
 from nvhchain.handoff import FloatArray, Surface
 
-_MOST = 0.2
+_LARGEST_SLOPE = 0.2
 """Largest contribution of the slopes of one face to any motion; it is 0.08 for equal triangles. Adjacent needles would
 contribute many times their differences."""
 
-_ONE_WAY = 1e-6
+_SPREAD_RATIO = 1e-6
 """Ratio of the spread of adjacent faces across a line to that along it, below which they define no slope across it."""
 
 
 @lru_cache(maxsize=8)
-def within_faces(surface: Surface) -> csr_array:
+def velocity_within_faces(surface: Surface) -> csr_array:
     """Return the factor (n_face, n_face) from piecewise constant velocities to those that a wave transmits.
 
     Notes
@@ -39,7 +39,7 @@ def within_faces(surface: Surface) -> csr_array:
     moments = np.stack([most, surface.areas**2 / (108.0 * most)], axis=1)  # their product is that of every triangle
     slopes = _slopes(surface, axes, np.sqrt(moments))
     part = np.max([surface.areas * (slope.power(2) @ (1.0 / surface.areas)) for slope in slopes], axis=0)
-    share = surface.areas * _MOST / np.maximum(part, _MOST)
+    share = surface.areas * _LARGEST_SLOPE / np.maximum(part, _LARGEST_SLOPE)
     lost = sum(slope.T @ diags_array(share) @ slope for slope in slopes)
     return csr_array(eye_array(len(surface.triangles)) + diags_array(1.0 / surface.areas) @ lost)
 
@@ -50,13 +50,13 @@ def _slopes(surface: Surface, axes: FloatArray, lengths: FloatArray) -> list[csr
     The differences are fitted to the faces adjacent to each one.
     """
     faces = len(surface.triangles)
-    _, sides, angle = edges_between(surface)
+    _, sides, angle = edge_table(surface)
     flat = sides[angle < SHARP_ANGLE]
     at, by = np.concatenate([flat, flat[:, ::-1]]).T
     offset = np.einsum("ni,nik->nk", surface.centroids[by] - surface.centroids[at], axes[at]) / lengths[at]
     spread = np.zeros((faces, 2, 2))
     np.add.at(spread, at, offset[:, :, None] * offset[:, None, :])
-    fit = np.linalg.pinv(spread, rcond=_ONE_WAY, hermitian=True)
+    fit = np.linalg.pinv(spread, rcond=_SPREAD_RATIO, hermitian=True)
     weights = np.einsum("nik,nk->ni", fit[at], offset)
     rows, columns = np.concatenate([at, at]), np.concatenate([by, at])
     return [csr_array((np.concatenate([w, -w]), (rows, columns)), shape=(faces, faces)) for w in weights.T]

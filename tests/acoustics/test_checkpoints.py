@@ -19,7 +19,7 @@ from nvhchain.acoustics.systems.frequency_blocks import BAND
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError, SolverError, WriteError
 from nvhchain.fidelity import AcousticsFidelity
-from nvhchain.files.shelf import Shelf
+from nvhchain.files.result_cache import ResultCache
 from nvhchain.handoff import FieldPressure
 
 CASES = Path(__file__).parents[2] / "cases"
@@ -29,7 +29,7 @@ MASTERS = np.linspace(100.0, 2000.0, 14)
 
 
 def vectors(folder, *, surface=BODY, points=POINTS, masters=MASTERS, air=AIR, fidelity=FIDELITY, **more):
-    return transfer_vectors(surface, points, masters, air=air, fidelity=fidelity, shards=folder, **more)
+    return transfer_vectors(surface, points, masters, air=air, fidelity=fidelity, checkpoints=folder, **more)
 
 
 def same(some, whole):
@@ -66,7 +66,7 @@ def half(tmp_path):
 def test_a_killed_process_leaves_whole_bands_and_the_next_one_solves_only_the_rest(tmp_path, solved, whole):
     script = f"""
         import numpy as np
-        from tests.acoustics.test_shards import Path, vectors
+        from tests.acoustics.test_checkpoints import Path, vectors
         vectors(Path({str(tmp_path)!r}), progress=lambda done, total: print(done, flush=True))
     """
     command = [sys.executable, "-c", textwrap.dedent(script)]
@@ -179,7 +179,7 @@ def test_a_shelf_without_a_folder_keeps_no_parts():
         seen.append(parts)
         return FieldPressure([50.0], [[0.0, 0, 1]], [[1.0 + 1j]])
 
-    Shelf(None).stage_in_parts("p-{key}", FieldPressure, "acoustics", (), compute, fidelity=None)
+    ResultCache(None).cached_in_parts("p-{key}", FieldPressure, "acoustics", (), compute, fidelity=None)
     assert seen == [None]
 
 
@@ -187,7 +187,7 @@ def test_a_folder_may_be_named_by_text_and_a_file_in_its_place_is_refused_before
     file = tmp_path / "file"
     file.write_text("in the way")
     for place in (file, file / "below", "/proc/nvhchain", "/proc"):  # the last is there, and nobody may write into it
-        with pytest.raises(InputError, match=r"shards = .* cannot take files .*name another folder"):
+        with pytest.raises(InputError, match=r"checkpoints = .* cannot take files .*name another folder"):
             vectors(place, masters=MASTERS[:1])
     assert solved == []
     vectors(str(tmp_path / "new" / "folder"), masters=MASTERS[:1])

@@ -40,7 +40,7 @@ def test_forces_of_another_program_are_placed_by_the_names_of_the_bores(cases, c
     assert read.periodic
 
 
-def test_foreign_forces_sound_like_our_own(cases, coarse, compared, tmp_path):
+def test_imported_forces_sound_like_our_own(cases, coarse, compared, tmp_path):
     own = hdf5.load(compared[0] / cases[0].name / "bearing_forces.h5", BearingForces)
     path = written(own, tmp_path)
     bores = {bore.name: bore.centre for bore in cases[0].housing.bores}

@@ -20,7 +20,7 @@ from nvhchain import __version__
 from nvhchain.conventions import Progress
 from nvhchain.errors import FileFormatError, concerning
 from nvhchain.files import hdf5
-from nvhchain.files.alone import remove_left, say_waiting
+from nvhchain.files.folder_lock import log_waiting, remove_abandoned
 from nvhchain.handoff import HandOff, warn_of
 
 H = TypeVar("H", bound=HandOff)
@@ -68,7 +68,7 @@ def code_version(package: str) -> str:
     return f"{__version__}+{fingerprint(hdf5.SCHEMA_VERSION, *(file.read_bytes() for file in files))[:12]}"
 
 
-def found(path: Path, kind: type[H], key: str) -> H | None:
+def cached_result(path: Path, kind: type[H], key: str) -> H | None:
     """Return the hand-off in `path` if it is whole, of this kind and has this `key` in its provenance, else None."""
     if not path.exists():
         return None
@@ -79,8 +79,8 @@ def found(path: Path, kind: type[H], key: str) -> H | None:
     return hand_off if hand_off.provenance.get("key") == key else None
 
 
-def made_as(hand_off: HandOff) -> tuple[str, str] | None:
-    """Return step and key under which the shelf made a hand-off, or None if it did not."""
+def origin(hand_off: HandOff) -> tuple[str, str] | None:
+    """Return step and key under which the cache made a hand-off, or None if it did not."""
     history = hand_off.provenance
     return (history["stage"], history["key"]) if "key" in history else None
 
@@ -98,20 +98,20 @@ _PATIENCE = 2.0
 
 
 @contextmanager
-def _alone(path: Path | None) -> Iterator[None]:
+def _exclusive(path: Path | None) -> Iterator[None]:
     """Let one of a user's processes on this machine at a time look for, or make, the content of `path`."""
     if path is None:
         yield
         return
     place = hashlib.sha256(os.fsencode(path.resolve())).hexdigest()[:16]
     temporary, mine = Path(tempfile.gettempdir()), f"nvhchain-{os.getuid()}"
-    remove_left(temporary, f"{mine}-*.lock")
+    remove_abandoned(temporary, f"{mine}-*.lock")
     lock = temporary / f"{mine}-{place}.lock"
     hold = FileLock(lock)
     try:
         hold.acquire(timeout=_PATIENCE)
     except Timeout:
-        say_waiting(path, lock)
+        log_waiting(path, lock)
         hold.acquire()
     try:
         yield
@@ -124,37 +124,37 @@ def _alone(path: Path | None) -> Iterator[None]:
 class Watcher(Protocol):
     """Observer of a run: steps begin, advance and end."""
 
-    def begin(self, stage: str) -> None:
+    def begin(self, step: str) -> None:
         """Receive the begin of a step."""
         ...
 
-    def step(self, stage: str, done: int, total: int) -> None:
+    def step(self, step: str, done: int, total: int) -> None:
         """Receive the progress of a step: `done` of `total` parts are finished."""
         ...
 
-    def end(self, stage: str, how: str) -> None:
-        """Receive the end of a step; `how` is `computed` or `cached`."""
+    def end(self, step: str, outcome: str) -> None:
+        """Receive the end of a step; `outcome` is `computed` or `cached`."""
         ...
 
 
 class Unwatched:
     """Watcher without effect."""
 
-    def begin(self, stage: str) -> None:
+    def begin(self, step: str) -> None:
         """Do nothing."""
         pass
 
-    def step(self, stage: str, done: int, total: int) -> None:
+    def step(self, step: str, done: int, total: int) -> None:
         """Do nothing."""
         pass
 
-    def end(self, stage: str, how: str) -> None:
+    def end(self, step: str, outcome: str) -> None:
         """Do nothing."""
         pass
 
 
 @dataclasses.dataclass(frozen=True)
-class Shelf:
+class ResultCache:
     """Store of finished steps; without a folder everything is computed and nothing is kept.
 
     Parameters
@@ -168,7 +168,7 @@ class Shelf:
     folder: Path | None
     watcher: Watcher = dataclasses.field(default_factory=Unwatched)
 
-    def stage(
+    def cached(
         self,
         name: str,
         kind: type[H],
@@ -214,8 +214,8 @@ class Shelf:
             "version": version,
             "fidelity": dataclasses.asdict(fidelity) if fidelity is not None else None,
         }
-        with concerning(stage), _alone(path):
-            there = found(path, kind, key) if path else None
+        with concerning(stage), _exclusive(path):
+            there = cached_result(path, kind, key) if path else None
             if there is None:
                 self.watcher.begin(stage)
                 made = compute(partial(self.watcher.step, stage))
@@ -228,7 +228,7 @@ class Shelf:
             warn_of(there)
             return there
 
-    def stage_in_parts(
+    def cached_in_parts(
         self,
         name: str,
         kind: type[H],
@@ -238,13 +238,13 @@ class Shelf:
         *,
         fidelity: Any,
     ) -> H:
-        """Return the result of a step like `stage`; `compute` also takes a folder for checkpoints.
+        """Return the result of a step like `cached`; `compute` also takes a folder for checkpoints.
 
-        The folder is removed when the result is on the shelf.
+        The folder is removed when the result is in the cache.
         """
         key, stage, path = self._place(name, code_version(package), inputs, fidelity)
         parts = path.with_name(f"{stage}-{key[:10]}.parts") if path else None
-        whole = self.stage(name, kind, package, inputs, lambda progress: compute(progress, parts), fidelity=fidelity)
+        whole = self.cached(name, kind, package, inputs, lambda progress: compute(progress, parts), fidelity=fidelity)
         if parts is not None:
             shutil.rmtree(parts, ignore_errors=True)
         return whole

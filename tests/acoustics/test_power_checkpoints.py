@@ -33,15 +33,15 @@ pytestmark = pytest.mark.filterwarnings("ignore:the parts of the motion cancel")
 
 
 def waves(folder, **more):
-    return radiation_resistance(SHAPES, LINES, **SAME | more, shards=folder).waves
+    return radiation_resistance(SHAPES, LINES, **SAME | more, checkpoints=folder).waves
 
 
 def power(folder, **more):
-    return sound_power(VELOCITY, **SAME | more, shards=folder).power
+    return sound_power(VELOCITY, **SAME | more, checkpoints=folder).power
 
 
 def pressure(folder, **more):
-    return solve_direct(VELOCITY, POINT, **SAME | more, shards=folder).pressure
+    return solve_direct(VELOCITY, POINT, **SAME | more, checkpoints=folder).pressure
 
 
 def same(some, whole):
@@ -109,9 +109,9 @@ def test_bands_of_another_motion_are_not_used(tmp_path, solved):
         run(tmp_path)
     solved.clear()
     twice = VELOCITY.replace(normal_velocity=2 * VELOCITY.normal_velocity)
-    sound_power(twice, **SAME, shards=tmp_path)
-    radiation_resistance(replace(SHAPES, shapes=2 * SHAPES.shapes), LINES, **SAME, shards=tmp_path)
-    solve_direct(twice, POINT, **SAME, shards=tmp_path)
+    sound_power(twice, **SAME, checkpoints=tmp_path)
+    radiation_resistance(replace(SHAPES, shapes=2 * SHAPES.shapes), LINES, **SAME, checkpoints=tmp_path)
+    solve_direct(twice, POINT, **SAME, checkpoints=tmp_path)
     assert len(solved) == 3 * len(LINES)
 
 
@@ -122,16 +122,16 @@ def test_chosen_masters_are_asked_for_again_when_the_run_goes_on(tmp_path, solve
     count = len(whole.frequency)
     with pytest.raises(Interrupted):
         adaptive_radiation_resistance(
-            SHAPES, 50.0, 2000.0, **knobs, shards=tmp_path, progress=interrupt(count - BAND + 1)
+            SHAPES, 50.0, 2000.0, **knobs, checkpoints=tmp_path, progress=interrupt(count - BAND + 1)
         )
     kept = sum(len(hdf5.load(path, SolvedBand).frequency) for path in tmp_path.glob("*.h5"))
     assert kept >= count - BAND
     solved.clear()
-    again = adaptive_radiation_resistance(SHAPES, 50.0, 2000.0, **knobs, shards=tmp_path)
+    again = adaptive_radiation_resistance(SHAPES, 50.0, 2000.0, **knobs, checkpoints=tmp_path)
     assert len(solved) == count - kept
     assert same(again.waves, whole.waves)
     solved.clear()
-    adaptive_radiation_resistance(SHAPES, 50.0, 2000.0, **knobs, shards=tmp_path)
+    adaptive_radiation_resistance(SHAPES, 50.0, 2000.0, **knobs, checkpoints=tmp_path)
     assert solved == []
 
 

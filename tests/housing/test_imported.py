@@ -82,7 +82,7 @@ def reduce_box(model, fidelity=BOX, **options):
         return reduce_model(model, seats, fidelity=fidelity, **given), [str(w.message) for w in caught]
 
 
-def test_tolerance_in_decibel_decides_how_many_modes_a_foreign_model_keeps():
+def test_tolerance_in_decibel_decides_how_many_modes_an_imported_model_keeps():
     found = []
     for tolerance in (3.0, 0.1):
         asked = replace(BOX, truncation_tolerance_db=tolerance)
@@ -94,7 +94,7 @@ def test_tolerance_in_decibel_decides_how_many_modes_a_foreign_model_keeps():
     assert found[0] == pytest.approx(found[1][: len(found[0])], rel=1e-9)
 
 
-def test_damping_of_a_foreign_model_may_be_a_curve_that_is_read_at_its_modes():
+def test_damping_of_an_imported_model_may_be_a_curve_that_is_read_at_its_modes():
     curve = DampingCurve((0.0, 4000.0), (0.01, 0.03))
     reduced, _ = reduce_box(held_box("hex8"), modal_damping=curve)
     assert reduced.modal_damping == pytest.approx(0.01 + 0.02 * reduced.natural_frequency / 4000.0)

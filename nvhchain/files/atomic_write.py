@@ -1,7 +1,7 @@
 """Files that appear whole and verified, or fail with an error.
 
 Libraries hide errors at the closing of a file: h5py leaves zeros or nothing. Writers therefore make their content in
-memory (`in_memory`) or piece by piece, and `write_whole` writes it to the disk.
+memory (`content_of`) or piece by piece, and `write_atomic` writes it to the disk.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import BinaryIO, TypeAlias
 from zlib import crc32
 
 from nvhchain.errors import InputError, WriteError, require
-from nvhchain.files.alone import remove_left
+from nvhchain.files.folder_lock import remove_abandoned
 
 Content: TypeAlias = bytes | bytearray | memoryview
 """Bytes of a file, or of a piece of one."""
@@ -37,24 +37,24 @@ _PIECE = 1 << 20
 """Bytes read at once."""
 
 
-def in_memory(write: Callable[[BytesIO], object]) -> memoryview:
+def content_of(write: Callable[[BytesIO], object]) -> memoryview:
     """Return everything that `write` writes to a file in memory."""
     file = BytesIO()
     write(file)
     return file.getbuffer()
 
 
-def write_whole(path: Path, content: Content | Iterable[Content]) -> Path:
+def write_atomic(path: Path, content: Content | Iterable[Content]) -> Path:
     """Write `content` under a temporary name beside `path`, read it back from the disk, and rename it.
 
     Unfinished files of killed processes in the folder are removed. WriteError is raised if the system refuses or the
     disk returns something else; `path` is then unchanged.
     """
     pieces = [content] if isinstance(content, Content) else content
-    remove_left(path.parent, ".nvhchain-*.part")
+    remove_abandoned(path.parent, ".nvhchain-*.part")
     part = path.with_name(f".nvhchain-{secrets.token_hex(8)}.part")
     try:
-        with _held(part) as file:
+        with _locked_file(part) as file:
             _write(file, part, pieces)
             os.replace(part, path)
         _sync_folder(path.parent)
@@ -81,7 +81,7 @@ def write_output(path: Path, content: Content | Iterable[Content]) -> Path:
         folder = path.absolute().parent
         require(folder.is_dir(), f"{path}: the folder {path.parent} does not exist: make it or choose another")
         require(not path.is_dir(), f"{path}: a folder stands where a file is to be written: choose another name")
-        return write_whole(path, content)
+        return write_atomic(path, content)
     except OSError as error:
         if error.errno in FULL:
             raise
@@ -89,11 +89,11 @@ def write_output(path: Path, content: Content | Iterable[Content]) -> Path:
         raise InputError(f"{path}: cannot be written ({reason}): choose another folder or name") from error
 
 
-def _held(part: Path) -> BinaryIO:
-    """Return a new file with a lock that ends with this process; `remove_left` ignores it until then."""
+def _locked_file(part: Path) -> BinaryIO:
+    """Return a new file with a lock that ends with this process; `remove_abandoned` ignores it until then."""
     while True:
         file = part.open("xb")
-        with suppress(OSError):  # file systems without locks: `remove_left` removes nothing there
+        with suppress(OSError):  # file systems without locks: `remove_abandoned` removes nothing there
             fcntl.flock(file.fileno(), fcntl.LOCK_EX)
         if os.fstat(file.fileno()).st_nlink:
             return file

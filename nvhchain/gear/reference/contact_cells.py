@@ -15,9 +15,9 @@ from nvhchain.gear.drawing.geometry import GearGeometry
 from nvhchain.gear.drawing.pair import GearPair
 from nvhchain.gear.elements.blank_mesh import innermost_solid
 from nvhchain.gear.elements.gear_mesh import GearMesh, gear_mesh
-from nvhchain.gear.elements.grading import Grading, with_middles
+from nvhchain.gear.elements.grading import Grading, insert_middles
 from nvhchain.gear.elements.plane_mesh import BoolArray
-from nvhchain.gear.reference.flanks import Section, gap, on_flank, opened, rolled_length, section
+from nvhchain.gear.reference.flanks import Section, gap, move_onto_flank, opened, rolled_length, section
 from nvhchain.gear.reference.patch import RefinedTooth, cell_loads, cells, refined_tooth
 from nvhchain.gear.reference.resolution import ReferenceResolution
 from nvhchain.gear.reference.tooth_mesh import RefinedPitch, refined_pitch
@@ -33,7 +33,7 @@ class CellFields:
 
     Parameters
     ----------
-    across, axial : (n,) array
+    transverse, axial : (n,) array
         t and z of their middles (m).
     width : (n,) array
         Width along t (m).
@@ -45,7 +45,7 @@ class CellFields:
         Cells at the limit of the search range; pressure must not reach them.
     """
 
-    across: FloatArray
+    transverse: FloatArray
     axial: FloatArray
     width: FloatArray
     length: FloatArray
@@ -152,7 +152,7 @@ def touching_teeth(
     width = {c.body.geometry.face_width for c in coarse}
     require(len(width) == 1, "the reference contact needs gears of one face width")
     faces = np.linspace(0.0, 0.5, layers // 2 + 1) if half else np.linspace(-0.5, 0.5, layers + 1)
-    axial = with_middles(faces * pair.face_width)
+    axial = insert_middles(faces * pair.face_width)
     numbers, fields, teeth = [], [], []
     for number in _pairs(pair, angle, resolution):
         found = _one_pair(pair, coarse, angle, number, axial, resolution, half=half)
@@ -203,7 +203,7 @@ def _one_pair(
     fine = (resolution.contact_element, resolution.fine_zone, resolution.growth)
     gradings = [Grading(s.nearest, *fine) for s in sections]
     count = max(g.needed(s.low, s.high) for g, s in zip(gradings, sections, strict=True))
-    t = np.array([with_middles(g.ends(s.low, s.high, count)) for g, s in zip(gradings, sections, strict=True)])
+    t = np.array([insert_middles(g.ends(s.low, s.high, count)) for g, s in zip(gradings, sections, strict=True)])
     rows = [_rows_on(sections, gear, t, resolution) for gear in (0, 1)]
     apart = np.abs(np.stack(rows) - t).max(axis=0)
     fields, kept = _candidates(pair, sections, t, apart <= resolution.contact_element, axial, resolution, half=half)
@@ -249,7 +249,7 @@ def _candidates(
     common = matched[:, :-2:2] & matched[:, 1::2] & matched[:, 2::2]
     common = (common[:-2:2] & common[1::2] & common[2::2]).ravel()
     nearest = np.repeat(np.array([s.nearest for s in sections])[1::2], cells_across)
-    apart = np.array([s.apart for s in sections])
+    apart = np.array([s.separation for s in sections])
     free = np.repeat(np.maximum(np.maximum(apart[:-2:2], apart[1::2]), apart[2::2]) > 0, cells_across)
     near = (np.abs(middle - nearest) < resolution.reach) & (gaps < resolution.largest_gap) & ~free
     wanted = near & common
@@ -258,7 +258,7 @@ def _candidates(
     before[:, 1:], after[:, :-1] = grid[:, :-1], grid[:, 1:]
     kept = np.flatnonzero(wanted)
     fields = CellFields(
-        across=middle[kept],
+        transverse=middle[kept],
         axial=np.repeat(axial[1::2], cells_across)[kept],
         width=width[kept],
         length=np.repeat(np.diff(axial[::2]), cells_across)[kept] * (1 + half),
@@ -272,7 +272,7 @@ def _rows_on(sections: list[Section], gear: int, t: FloatArray, resolution: Refe
     """Return row ends and middles (levels, 2 n + 1) in m, moved onto the flank of `gear`."""
     reach = 1.5 * resolution.reach  # includes a margin beyond the cells
     ends = zip(sections, t[:, ::2], strict=True)
-    return np.array([with_middles(on_flank(s, gear, row, reach)) for s, row in ends])
+    return np.array([insert_middles(move_onto_flank(s, gear, row, reach)) for s, row in ends])
 
 
 def _gap(pair: GearPair, s: Section, t: FloatArray, axial: float) -> FloatArray:

@@ -41,7 +41,7 @@ def folder(request, tmp_path_factory):
     return folder
 
 
-def test_gearbox_in_a_foreign_housing_moves_like_in_the_casting(request, folder, coarse):
+def test_gearbox_in_an_imported_housing_moves_like_in_the_casting(request, folder, coarse):
     fine_faces = replace(coarse.acoustics, elements_per_wavelength=10.0)
     fidelity = replace(coarse, housing=FIDELITY, acoustics=fine_faces)
     foreign = nvh.load_case(folder / "case.toml")
@@ -62,7 +62,7 @@ def test_gearbox_in_a_foreign_housing_moves_like_in_the_casting(request, folder,
     assert np.abs(20 * np.log10(flux[1][loud] / flux[0][loud])).max() < 1.0  # faces of their own, 23 mm
 
 
-def test_plan_counts_the_modes_of_a_foreign_model_by_a_tolerance(folder, capsys):
+def test_plan_counts_the_modes_of_an_imported_model_by_a_tolerance(folder, capsys):
     assert main(["plan", str(folder / "case.toml"), "--fidelity", "draft", "--mode-tolerance-db", "0.2"]) == 0
     assert "the fewest modes that keep to 0.2 dB" in capsys.readouterr().out
 

@@ -18,7 +18,7 @@ from nvhchain.names import check_name, check_names, folded
 FEWEST_LINES = 4
 """Smallest number of lines in the band for a window of a run-up: the width of the main lobe of a Hann window."""
 
-MOST_SECONDS = 86400
+LONGEST_RAMP = 86400
 """Longest duration (s) of a ramp."""
 
 
@@ -106,8 +106,8 @@ class Ramp:
         check_fields(self)
         _check_end(self.end_speed)
         require(
-            0 < self.duration <= MOST_SECONDS,
-            f"duration = {self.duration:g} s is outside 0…{MOST_SECONDS:g} s: give it in s",
+            0 < self.duration <= LONGEST_RAMP,
+            f"duration = {self.duration:g} s is outside 0…{LONGEST_RAMP:g} s: give it in s",
         )
 
     def lasting(self, input_speed: float, inertia: float) -> float:
@@ -151,8 +151,8 @@ class TorqueRamp:
             "change its sign or the end_speed",
         )
         require(
-            duration <= MOST_SECONDS,
-            f"{turning} takes {duration:.3g} s to {30.0 / pi * self.end_speed:.5g} rpm, of {MOST_SECONDS:g} s at most: "
+            duration <= LONGEST_RAMP,
+            f"{turning} takes {duration:.3g} s to {30.0 / pi * self.end_speed:.5g} rpm, of {LONGEST_RAMP:g} s at most: "
             "raise it",
         )
         return duration
@@ -218,7 +218,7 @@ class Operation:
             f"mesh_torque = {self.mesh_torque} N m is outside 0…1e7 N m: give it in N m",
         )
         if self.ramp is None and self.fluctuation is not None:
-            _ = self.fluctuation.as_drive.period
+            _ = self.fluctuation.drive.period
 
 
 Quantity = Literal[
@@ -226,7 +226,7 @@ Quantity = Literal[
 ]
 """Quantity that a case can ask for; steps that none of its quantities needs are not computed."""
 
-HEARD = frozenset({"pressure", "directivity"})
+FIELD_POINT_QUANTITIES = frozenset({"pressure", "directivity"})
 """Quantities at field points."""
 
 RADIATED = frozenset({"sound_power", "radiation_efficiency", "directivity"})
@@ -241,7 +241,7 @@ def check_quantities(quantities: tuple[Quantity, ...], points: tuple[FieldPoint,
     )
     check_names([point.name for point in points], "field_points")
     require(
-        not HEARD.intersection(quantities) or bool(points),
+        not FIELD_POINT_QUANTITIES.intersection(quantities) or bool(points),
         "field_points: the sound pressure is asked for nowhere: give one, or leave `pressure` and `directivity` out of "
         "quantities",
     )

@@ -27,9 +27,9 @@ Marks = Mapping[str, Mapping[str, str]]
 """Kind → text in the file → original."""
 
 
-def mark(comment: str, kind: str, now: object, before: object) -> str:
+def mark(comment: str, kind: str, now: object, original: object) -> str:
     """Return a mark as one line; `comment` starts a comment, `$` or `**`."""
-    return f"{comment} nvhchain {kind} {now} {before}"
+    return f"{comment} nvhchain {kind} {now} {original}"
 
 
 def marks(lines: Iterable[str]) -> Marks:
@@ -111,6 +111,6 @@ def abaqus_names(names: Iterable[str]) -> list[str]:
     return result
 
 
-def changed(comment: str, kind: str, before: Iterable[object], now: Iterable[object]) -> Iterator[str]:
+def changed(comment: str, kind: str, originals: Iterable[object], now: Iterable[object]) -> Iterator[str]:
     """Yield marks of all names or numbers that differ from the originals."""
-    return (mark(comment, kind, new, old) for old, new in zip(before, now, strict=True) if new != old)
+    return (mark(comment, kind, new, old) for old, new in zip(originals, now, strict=True) if new != old)

@@ -11,7 +11,7 @@ from nvhchain.fem import lowest_modes
 from nvhchain.housing.imported.repair import sound_mesh
 from nvhchain.housing.imported.solid_model import constrained
 from nvhchain.interop import read_abaqus, read_nastran, read_solid_model, write_abaqus, write_nastran
-from nvhchain.interop.common.units import unit_system
+from nvhchain.interop.notation.units import unit_system
 from nvhchain.interop.solids._model_parts import Parts, Rigid
 from nvhchain.interop.solids.abaqus_keywords import blocks
 from nvhchain.interop.solids.nastran_cards import cards, split_deck

@@ -29,14 +29,14 @@ class UnitSystem:
         """Density in kg/m³ per unit."""
         return self.mass / self.length**3
 
-    def material(self, young: float, poisson: float, density: float, where: str) -> Material:
+    def material(self, young: float, poisson: float, density: float, place: str) -> Material:
         """Return a material in SI from numbers of the file; InputError names the unit system."""
         try:
             return Material(young * self.stress, poisson, density * self.density)
         except InputError as error:
             others = ", ".join(name for name in UNIT_SYSTEMS if name != self.name)
             raise InputError(
-                f"{where}: E = {young:g}, density {density:g} read in {self.name}: {error}; the file may be in {others}"
+                f"{place}: E = {young:g}, density {density:g} read in {self.name}: {error}; the file may be in {others}"
             ) from None
 
 

@@ -15,7 +15,7 @@ _log = logging.getLogger(__name__)
 
 
 @contextmanager
-def alone_in(folder: Path) -> Iterator[None]:
+def hold_folder(folder: Path) -> Iterator[None]:
     """Hold an existing folder; wait for the process that holds it, and log which it is.
 
     The system ends the hold with the process, and nothing remains in the folder. The hold has no effect on file systems
@@ -26,7 +26,7 @@ def alone_in(folder: Path) -> Iterator[None]:
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            say_waiting(folder)
+            log_waiting(folder)
             fcntl.flock(descriptor, fcntl.LOCK_EX)
         except OSError:
             _log.debug("%s: its file system has no locks", folder)
@@ -35,7 +35,7 @@ def alone_in(folder: Path) -> Iterator[None]:
         os.close(descriptor)
 
 
-def remove_left(folder: Path, pattern: str) -> None:
+def remove_abandoned(folder: Path, pattern: str) -> None:
     """Remove files of `folder` whose makers held a lock on them and have ended; the others stay.
 
     On file systems without locks all files stay.
@@ -51,13 +51,13 @@ def remove_left(folder: Path, pattern: str) -> None:
                 os.close(descriptor)
 
 
-def say_waiting(place: Path, held: Path | None = None) -> None:
+def log_waiting(place: Path, locked: Path | None = None) -> None:
     """Log the process that `place` is waited for, unless this process started it.
 
-    `held` is the locked file or folder, by default `place`.
+    `locked` is the locked file or folder, by default `place`.
     """
     try:
-        holder = psutil.Process(_holder(held or place))
+        holder = psutil.Process(_holder(locked or place))
         if holder.ppid() == os.getpid():
             return
         command = " ".join(" ".join(holder.cmdline()[1:]).split())

@@ -29,13 +29,13 @@ from nvhchain.handoff import FloatArray, IntArray
 _HELD_DEPTH = 2.0
 """Depth below the root circle from which the held tooth is held (normal modules); as in a generated mesh."""
 
-_ON = 1e-6
+_BOUNDARY_TOLERANCE = 1e-6
 """Tolerance within which a node counts as on the centre line or the edge of the pitch, relative to the pitch angle."""
 
 _FACE_NODES = {"tet10": 6, "hex20": 8}
 
 
-def foreign_compliance(
+def imported_compliance(
     body: GearBody,
     mesh: VolumeMesh,
     fidelity: GearFidelity,
@@ -57,7 +57,7 @@ def foreign_compliance(
     normal, sliding = {}, {}
     free = np.setdiff1d(np.arange(K.shape[0]), unknowns(mesh.bore))
     for t in range(-reach, sector + reach):
-        normal[t], sliding[t] = loads.of_tooth(t)
+        normal[t], sliding[t] = loads.tooth_forces(t)
     n = normal[0].shape[1]
     blocks = np.empty((sector, reach + 1, n, n))
     rubbed = np.empty((sector, 2 * reach + 1, 2, n // 2, n // 2)) if friction else None
@@ -79,7 +79,7 @@ def foreign_compliance(
                 progress(t + 1, sector)
     for t in range(sector):
         for flank, own in enumerate((slice(0, n // 2), slice(n // 2, n))):
-            held = _held(body, mesh, K, t, flank)
+            held = _half_tooth_solution(body, mesh, K, t, flank)
             blocks[t, 0, own, own] -= held(normal[t][:, own], normal[t][:, own])
             if rubbed is not None:
                 rubbed[t, reach, flank] -= held(normal[t][:, own], sliding[t][:, own])
@@ -104,7 +104,7 @@ class _Loads:
         self._radius = np.tile(np.repeat(radius, len(axial)), 2)
         self._axial = np.tile(axial, 2 * len(radius))
 
-    def of_tooth(self, tooth: int) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+    def tooth_forces(self, tooth: int) -> tuple[sp.csr_matrix, sp.csr_matrix]:
         """Return nodal forces (unknowns, points) in N of unit forces on a tooth: inward normal, and towards the tip."""
         gear, r, z, side = self._gear, self._radius, self._axial, self._side
         alpha, tilt = gear.pressure_angle_at(r), gear.base_helix_angle
@@ -112,9 +112,9 @@ class _Loads:
         element, xi = self._search.find(np.column_stack([r * np.cos(angle), r * np.sin(angle), z]))
         shape, nodes = self._search.shape(xi), self._elements[element]
 
-        def spread(radial: FloatArray, around: FloatArray, along: FloatArray) -> sp.csr_matrix:
+        def spread(radial: FloatArray, circumferential: FloatArray, axial: FloatArray) -> sp.csr_matrix:
             c, s = np.cos(angle), np.sin(angle)
-            force = np.column_stack([c * radial - s * around, s * radial + c * around, along])
+            force = np.column_stack([c * radial - s * circumferential, s * radial + c * circumferential, axial])
             value = shape[:, :, None] * force[:, None]
             column = np.broadcast_to(np.arange(len(r))[:, None, None], value.shape)
             at = 3 * nodes[:, :, None] + np.arange(3)
@@ -125,7 +125,7 @@ class _Loads:
         return normal, spread(np.cos(alpha), -side * np.sin(alpha), np.zeros(len(r)))
 
 
-def _held(
+def _half_tooth_solution(
     body: GearBody, mesh: VolumeMesh, K: sp.csr_matrix, tooth: int, flank: int
 ) -> Callable[[sp.csr_matrix, sp.csr_matrix], FloatArray]:
     """Return the function (points, forces) ↦ Lᵀ K⁻¹ P with one half of the tooth free."""
@@ -134,9 +134,9 @@ def _held(
     outwards = (1 - 2 * flank) * offset / gear.pitch_angle
     loose: IntArray = np.flatnonzero(
         (number == tooth)
-        & (outwards > _ON)
-        & (outwards < 0.5 - _ON)
-        & (radius > gear.root_radius - _HELD_DEPTH * gear.normal_module * (1 - _ON))
+        & (outwards > _BOUNDARY_TOLERANCE)
+        & (outwards < 0.5 - _BOUNDARY_TOLERANCE)
+        & (radius > gear.root_radius - _HELD_DEPTH * gear.normal_module * (1 - _BOUNDARY_TOLERANCE))
         & ~np.isin(np.arange(len(radius)), mesh.bore)
     )
     free = unknowns(loose)

@@ -22,13 +22,13 @@ It is the worst ratio of the gearboxes of benchmarks/chain/error_band.py, none e
 dB.
 """
 
-WIDEST_HELD_OUT = 14.93
+WIDEST_TESTED = 14.93
 """Face width over module of the widest gear in the margin's cases (cases/gearbox)."""
 
-LARGEST_OVERLAP_HELD_OUT = 1.652
+LARGEST_OVERLAP_TESTED = 1.652
 """Largest overlap ratio of the gears in the margin's cases (32-47 at 27 degrees)."""
 
-SHORTEST_HELD_OUT = 0.1047
+SHORTEST_WAVE_TESTED = 0.1047
 """Shortest bending wavelength (m) of a wall at the upper frequency in the margin's cases."""
 
 
@@ -56,12 +56,12 @@ def _is_extent(swept: Mapping[str, Any]) -> bool:
     return all(isinstance(number, float | int) for number in (*swept["width"], *swept["overlap"], swept["wave"] or 0))
 
 
-def growth(turned: Fidelity, base: Fidelity, cases: Sequence[Case], swept: Mapping[str, Any] | None) -> float:
-    """Return the factor, at least 1, on the error of `turned` against `base` in other cases.
+def growth(setting: Fidelity, base: Fidelity, cases: Sequence[Case], swept: Mapping[str, Any] | None) -> float:
+    """Return the factor, at least 1, on the error of `setting` against `base` in other cases.
 
     Parameters
     ----------
-    turned : Fidelity
+    setting : Fidelity
         Fidelity with a knob turned.
     base : Fidelity
         Base of the sweep.
@@ -95,10 +95,10 @@ def growth(turned: Fidelity, base: Fidelity, cases: Sequence[Case], swept: Mappi
     )
     here = [extent(case) for case in cases]
     factors = [1.0]
-    measured = max(_added(swept, turned, base), default=0.0)
+    measured = max(_added(swept, setting, base), default=0.0)
     if measured > 0:
-        factors += [added / measured for of in here for added in _added(of, turned, base)]
-    if swept["wave"] and turned.housing.element_size != base.housing.element_size:
+        factors += [added / measured for of in here for added in _added(of, setting, base)]
+    if swept["wave"] and setting.housing.element_size != base.housing.element_size:
         factors += [(swept["wave"] / of["wave"]) ** 2 for of in here if of["wave"]]
     return max(factors)
 
@@ -113,13 +113,13 @@ def quiet_points(cases: Sequence[Case], swept: int) -> float:
     return max(1.0, sqrt(max(len(case.field_points) for case in cases) / swept))
 
 
-def beyond_held_out(turned: Fidelity, base: Fidelity, cases: Sequence[Case]) -> float:
+def preset_growth(setting: Fidelity, base: Fidelity, cases: Sequence[Case]) -> float:
     """Return the factor, at least 1, on the error of a joint preset beyond the cases of the margin.
 
     It is `growth` from the widest gears and the shortest waves of these cases.
     """
-    widest = {"width": [WIDEST_HELD_OUT], "overlap": [LARGEST_OVERLAP_HELD_OUT], "wave": SHORTEST_HELD_OUT}
-    return growth(turned, base, cases, widest)
+    widest = {"width": [WIDEST_TESTED], "overlap": [LARGEST_OVERLAP_TESTED], "wave": SHORTEST_WAVE_TESTED}
+    return growth(setting, base, cases, widest)
 
 
 def open_below(fidelity: Fidelity, case: Case) -> list[float]:
@@ -155,10 +155,10 @@ def open_below(fidelity: Fidelity, case: Case) -> list[float]:
     return limits
 
 
-def _added(of: Mapping[str, Any], turned: Fidelity, base: Fidelity) -> list[float]:
-    """Return the relative error of the transmission error that `turned` adds to that of `base`, per stage."""
+def _added(grown: Mapping[str, Any], setting: Fidelity, base: Fidelity) -> list[float]:
+    """Return the relative error of the transmission error that `setting` adds to that of `base`, per stage."""
     errors = [
-        (relative_law_error(*gear, turned.gear), relative_law_error(*gear, base.gear))
-        for gear in zip(of["width"], of["overlap"], strict=True)
+        (relative_law_error(*gear, setting.gear), relative_law_error(*gear, base.gear))
+        for gear in zip(grown["width"], grown["overlap"], strict=True)
     ]
     return [sqrt(max(more**2 - less**2, 0.0)) for more, less in errors]

@@ -9,7 +9,7 @@ from nvhchain.conventions import ALUMINIUM, STEEL
 from nvhchain.fem.solid_model import RigidSet
 from nvhchain.housing.imported.repair import sound_mesh
 from nvhchain.interop import read_abaqus, read_nastran, write_abaqus, write_nastran
-from nvhchain.interop.common._names import LARGEST_LABEL, abaqus_names, short_labels
+from nvhchain.interop.notation._names import LARGEST_LABEL, abaqus_names, short_labels
 from nvhchain.interop.solids.nastran_cards import cards, real
 from nvhchain.interop.solids.writers import real16, real20
 from nvhchain.testing.elements import held_box

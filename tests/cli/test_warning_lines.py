@@ -3,7 +3,7 @@
 import warnings
 
 from nvhchain.cli import commands, main
-from nvhchain.cli.doubts import in_lines
+from nvhchain.cli.warning_lines import warning_lines
 from nvhchain.errors import AccuracyWarning, concerning, warn_caller
 
 
@@ -15,7 +15,7 @@ def doubt(text, kind, *about):
 
 def test_one_line_of_each_kind_names_cases_and_steps():
     lines = list(
-        in_lines(
+        warning_lines(
             [
                 doubt("mesh is coarse: 1 dB", "mesh", "solid", "transfer_vectors"),
                 doubt("point is near", "point", "solid", "pressure"),
@@ -32,8 +32,8 @@ def test_one_line_of_each_kind_names_cases_and_steps():
 
 def test_many_cases_are_counted_and_a_warning_outside_a_run_stands_alone():
     many = [doubt("coarse", "mesh", f"case {n}") for n in range(12)]
-    assert list(in_lines(many)) == ["case 0, case 1, case 2 and 9 more: coarse"]
-    assert list(in_lines([doubt("coarse", "")])) == ["coarse"]
+    assert list(warning_lines(many)) == ["case 0, case 1, case 2 and 9 more: coarse"]
+    assert list(warning_lines([doubt("coarse", "")])) == ["coarse"]
 
 
 def test_a_command_shows_them_at_its_end_also_where_it_fails(capsys, monkeypatch):

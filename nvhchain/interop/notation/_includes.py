@@ -12,7 +12,7 @@ def lines_with_includes(
     path: Path,
     joined: Callable[[Iterable[str]], Iterator[str]],
     included: Callable[[str], tuple[str, str] | None],
-    within: tuple[Path, ...] = (),
+    including: tuple[Path, ...] = (),
 ) -> Iterator[str]:
     """Yield the lines of `path`.
 
@@ -22,7 +22,7 @@ def lines_with_includes(
 
     Raises FileFormatError if a file is missing or includes itself.
     """
-    if path in within:
+    if path in including:
         raise FileFormatError(f"{path}: includes itself")
     try:
         content = path.read_text(encoding="utf-8", errors="replace").splitlines()
@@ -32,4 +32,4 @@ def lines_with_includes(
         found = included(line)
         yield line.rstrip() if found is None else found[0]
         if found is not None:
-            yield from lines_with_includes(path.parent / found[1], joined, included, (*within, path))
+            yield from lines_with_includes(path.parent / found[1], joined, included, (*including, path))

@@ -60,9 +60,9 @@ def forces_band(run: Run) -> ErrorBand | RunUpBand:
     """Return the error band of the bearing forces, at lines or over the speed."""
     assert isinstance(run.case, GearboxCase)
     if run.force_spectrum is not None:
-        return force_band(run.case, run.fidelity, run.force_spectrum, housing=_made_housing(run), **_laws(run))
+        return force_band(run.case, run.fidelity, run.force_spectrum, housing=_computed_housing(run), **_laws(run))
     assert run.bearing_forces is not None
-    return run_up_force_band(run.case, run.fidelity, run.bearing_forces, housing=_made_housing(run), **_laws(run))
+    return run_up_force_band(run.case, run.fidelity, run.bearing_forces, housing=_computed_housing(run), **_laws(run))
 
 
 def surface_band(run: Run) -> ErrorBand:
@@ -72,7 +72,7 @@ def surface_band(run: Run) -> ErrorBand:
         run.case,
         run.fidelity,
         run.surface_velocity,
-        housing=_made_housing(run),
+        housing=_computed_housing(run),
         force_spectrum=run.force_spectrum,
         **_laws(run),
     )
@@ -103,7 +103,7 @@ def pressure_band(run: Run) -> ErrorBand | RunUpBand:
         run.pressure,
         run.surface_velocity,
         transfer_vectors=run.transfer_vectors,
-        housing=_made_housing(run),
+        housing=_computed_housing(run),
         force_spectrum=run.force_spectrum,
         **_laws(run),
     )
@@ -118,14 +118,14 @@ def sound_power_band(run: Run) -> ErrorBand:
         run.sound_power,
         velocity=run.surface_velocity,
         radiation_resistance=run.radiation_resistance,
-        housing=_made_housing(run),
+        housing=_computed_housing(run),
         force_spectrum=run.force_spectrum,
         **_laws(run),
         surface=run.housing.surface if run.housing is not None else None,
     )
 
 
-def _made_housing(run: Run) -> ReducedHousing | None:
+def _computed_housing(run: Run) -> ReducedHousing | None:
     return None if "housing" in run.supplied else run.housing
 
 

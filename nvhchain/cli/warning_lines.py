@@ -10,7 +10,7 @@ _NAMED = 3
 """Largest number of cases or steps that a line names."""
 
 
-def in_lines(doubts: Sequence[AccuracyWarning]) -> Iterator[str]:
+def warning_lines(doubts: Sequence[AccuracyWarning]) -> Iterator[str]:
     """Yield one line of each kind, in the order of their first occurrence.
 
     Parameters
@@ -28,12 +28,12 @@ def in_lines(doubts: Sequence[AccuracyWarning]) -> Iterator[str]:
         kinds.setdefault(doubt.kind, []).append(doubt)
     for alike in kinds.values():
         texts = list(dict.fromkeys(str(doubt) for doubt in alike))
-        where = _where(alike)
+        where = _cases_and_steps(alike)
         more = f" ({len(texts) - 1} more of this kind)" if len(texts) > 1 else ""
         yield f"{where}{': ' if where else ''}{texts[0]}{more}"
 
 
-def _where(alike: Sequence[AccuracyWarning]) -> str:
+def _cases_and_steps(alike: Sequence[AccuracyWarning]) -> str:
     """Return cases with their steps: "solid (pressure, sound_power), slotted (pressure)"."""
     steps: dict[str, list[str]] = {}
     for doubt in alike:

@@ -15,7 +15,7 @@ import pytest
 from nvhchain import DRAFT
 from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.files import hdf5
-from nvhchain.files.shelf import Shelf, code_version, fingerprint, made_as
+from nvhchain.files.result_cache import ResultCache, code_version, fingerprint, origin
 from nvhchain.handoff import FieldPressure, SoundAccuracy
 
 
@@ -31,7 +31,7 @@ def counted(tmp_path):
                 [50.0], [[0.0, 0, 1]], [[1.0 + 1j]], accuracy=SoundAccuracy(interpolation_error=[0.01])
             )
 
-        return Shelf(tmp_path).stage(name, FieldPressure, "acoustics", inputs, compute, fidelity=fidelity)
+        return ResultCache(tmp_path).cached(name, FieldPressure, "acoustics", inputs, compute, fidelity=fidelity)
 
     return run, calls, tmp_path
 
@@ -47,7 +47,7 @@ def test_what_is_found_repeats_the_warnings_of_its_making(tmp_path):
     near = SoundAccuracy(clearance=0.1, expected_error_nearest_db=2.0)
 
     def ask():
-        return Shelf(tmp_path).stage(
+        return ResultCache(tmp_path).cached(
             "pressure", FieldPressure, "acoustics", (1.0,),
             lambda progress: FieldPressure([50.0], [[0.0, 0, 1]], [[1.0 + 1j]], accuracy=near), fidelity=None,
         )  # fmt: skip
@@ -69,7 +69,7 @@ def test_a_stale_statement_of_accuracy_reaches_nothing_that_follows(tmp_path):
             made.append(name)
             return FieldPressure([50.0], [[0.0, 0, 1]], [[1.0]], accuracy=accuracy(*inputs))
 
-        return Shelf(tmp_path).stage(name, FieldPressure, "acoustics", inputs, compute, fidelity=None)
+        return ResultCache(tmp_path).cached(name, FieldPressure, "acoustics", inputs, compute, fidelity=None)
 
     def run():
         vectors = step("vectors", 1.0, accuracy=lambda _: SoundAccuracy(expected_error_db=0.1))
@@ -80,7 +80,7 @@ def test_a_stale_statement_of_accuracy_reaches_nothing_that_follows(tmp_path):
     assert (run().content_hash, made) == (first.content_hash, ["vectors", "heard", "band"])
     kept = hdf5.load(tmp_path / "vectors.h5")
     hdf5.save(kept.replace(accuracy=SoundAccuracy(expected_error_db=2.0)), tmp_path / "vectors.h5")
-    assert made_as(hdf5.load(tmp_path / "vectors.h5")) == made_as(kept)
+    assert origin(hdf5.load(tmp_path / "vectors.h5")) == origin(kept)
     later = run()
     assert made == ["vectors", "heard", "band", "heard", "band"]
     assert later.accuracy == SoundAccuracy(expected_error_db=2.0, cancellation_error_db=0.5)
@@ -114,7 +114,7 @@ def test_who_comes_second_waits_and_finds(tmp_path):
         return FieldPressure([50.0], [[0.0, 0, 1]], [[1.0 + 1j]], provenance={})
 
     def ask():
-        return Shelf(tmp_path).stage("p", FieldPressure, "acoustics", (1.0,), slowly, fidelity=None)
+        return ResultCache(tmp_path).cached("p", FieldPressure, "acoustics", (1.0,), slowly, fidelity=None)
 
     with ThreadPoolExecutor(2) as pool:
         first = pool.submit(ask)
@@ -129,7 +129,7 @@ def test_a_process_that_was_killed_at_a_stage_holds_up_nobody(counted):
     run, calls, folder = counted
     script = f"""
 from pathlib import Path
-from nvhchain.files.shelf import _alone
+from nvhchain.files.result_cache import _alone
 with _alone(Path({str(folder / "pressure.h5")!r})):
     print("held", flush=True)
     input()
@@ -146,7 +146,7 @@ def test_a_stage_that_is_refused_leaves_no_folder(tmp_path):
         raise InputError("too small")
 
     with pytest.raises(InputError):
-        Shelf(tmp_path / "out").stage("p", FieldPressure, "acoustics", (), refused, fidelity=None)
+        ResultCache(tmp_path / "out").cached("p", FieldPressure, "acoustics", (), refused, fidelity=None)
     assert not list(tmp_path.iterdir())
 
 

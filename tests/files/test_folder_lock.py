@@ -12,13 +12,13 @@ from threading import Timer
 import psutil
 import pytest
 
-from nvhchain.files.alone import alone_in
+from nvhchain.files.folder_lock import hold_folder
 
 CASES = Path(__file__).parents[2] / "cases"
 HOLD = """
     import sys
     from pathlib import Path
-    from nvhchain.files.alone import alone_in
+    from nvhchain.files.folder_lock import alone_in
     with alone_in(Path(sys.argv[1])):
         print("held", flush=True)
         sys.stdin.read()
@@ -54,7 +54,7 @@ def test_a_held_folder_is_waited_for_with_a_line_that_names_the_process(holder, 
 
 def test_processes_started_here_are_waited_for_without_a_line(holder, tmp_path, caplog):
     Timer(0.2, holder.kill).start()
-    with alone_in(tmp_path):
+    with hold_folder(tmp_path):
         assert caplog.text == ""
 
 

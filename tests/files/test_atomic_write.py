@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from nvhchain.errors import WriteError
-from nvhchain.files import whole
-from nvhchain.files.whole import write_whole
+from nvhchain.files import atomic_write
+from nvhchain.files.atomic_write import write_atomic
 
 CASES = Path(__file__).parents[2] / "cases"
 
@@ -37,7 +37,7 @@ WRITERS = """
         save([Figure(figsize=(1, 1)).subplots()], path)
 
     def standing(path):
-        from nvhchain.files.whole import in_memory, write_whole
+        from nvhchain.files.atomic_write import in_memory, write_whole
 
         write_whole(path, in_memory(lambda file: np.savez(file, a=np.arange(9.0))))
 
@@ -93,27 +93,27 @@ def test_what_fails_after_the_last_byte_is_an_error_and_leaves_what_was_there(tm
         raise OSError(5, "Input/output error")
 
     (tmp_path / "a").write_bytes(b"before")
-    monkeypatch.setattr(whole.os, call, fail)
+    monkeypatch.setattr(atomic_write.os, call, fail)
     with pytest.raises(WriteError, match=r"a: cannot be written \(Input/output error\): check the disk"):
-        write_whole(tmp_path / "a", b"after")
+        write_atomic(tmp_path / "a", b"after")
     assert [path.read_bytes() for path in tmp_path.iterdir()] == [b"before"]
 
 
 def test_a_disk_that_returns_something_else_is_found_before_the_rename(tmp_path, monkeypatch):
     (tmp_path / "a").write_bytes(b"before")
     for returned in (b"aftes", b"afte", b""):
-        monkeypatch.setattr(whole, "_read", lambda _, returned=returned: iter([returned]))
+        monkeypatch.setattr(atomic_write, "_read", lambda _, returned=returned: iter([returned]))
         with pytest.raises(WriteError, match=r"5 that were written\): check the disk"):
-            write_whole(tmp_path / "a", [b"aft", b"er"])
+            write_atomic(tmp_path / "a", [b"aft", b"er"])
         assert [path.read_bytes() for path in tmp_path.iterdir()] == [b"before"]
     monkeypatch.undo()
-    assert write_whole(tmp_path / "a", [b"aft", b"er"]).read_bytes() == b"after"
+    assert write_atomic(tmp_path / "a", [b"aft", b"er"]).read_bytes() == b"after"
 
 
 def test_files_have_the_permissions_that_the_user_asks_for(tmp_path):
     before = os.umask(0o027)
     try:
-        assert write_whole(tmp_path / "a", b"x").stat().st_mode & 0o777 == 0o640
+        assert write_atomic(tmp_path / "a", b"x").stat().st_mode & 0o777 == 0o640
     finally:
         os.umask(before)
 

@@ -37,9 +37,9 @@ WRITERS = """
         save([Figure(figsize=(1, 1)).subplots()], path)
 
     def standing(path):
-        from nvhchain.files.atomic_write import in_memory, write_whole
+        from nvhchain.files.atomic_write import content_of, write_atomic
 
-        write_whole(path, in_memory(lambda file: np.savez(file, a=np.arange(9.0))))
+        write_atomic(path, content_of(lambda file: np.savez(file, a=np.arange(9.0))))
 
     WRITERS = {
         "hand_off.h5": lambda path: hdf5.save(FORCES, path),

@@ -18,8 +18,8 @@ CASES = Path(__file__).parents[2] / "cases"
 HOLD = """
     import sys
     from pathlib import Path
-    from nvhchain.files.folder_lock import alone_in
-    with alone_in(Path(sys.argv[1])):
+    from nvhchain.files.folder_lock import hold_folder
+    with hold_folder(Path(sys.argv[1])):
         print("held", flush=True)
         sys.stdin.read()
 """

@@ -129,8 +129,8 @@ def test_a_process_that_was_killed_at_a_stage_holds_up_nobody(counted):
     run, calls, folder = counted
     script = f"""
 from pathlib import Path
-from nvhchain.files.result_cache import _alone
-with _alone(Path({str(folder / "pressure.h5")!r})):
+from nvhchain.files.result_cache import _exclusive
+with _exclusive(Path({str(folder / "pressure.h5")!r})):
     print("held", flush=True)
     input()
 """

@@ -18,12 +18,12 @@ ROOT = Path(__file__).parents[2]
 WRITER = """
 import sys, time
 from pathlib import Path
-from nvhchain.files.atomic_write import write_whole
+from nvhchain.files.atomic_write import write_atomic
 def pieces():
     yield b"half"
     print("begun", flush=True)
     time.sleep(600)
-write_whole(Path(sys.argv[1]), pieces())
+write_atomic(Path(sys.argv[1]), pieces())
 """
 
 

@@ -94,7 +94,7 @@ def gear_field(
     contact = _contact_lines(field, rest, bent)
     for ax, elements in zip(drawn, (field.elements, _loaded_elements(field)), strict=True):
         surface = shell(len(rest), elements, field.kind)
-        here, at_rest = surface.extend_values(bent), surface.restrict(rest)
+        here, at_rest = surface.extend_values(bent), surface.extend_values(rest)
         colours = np.asarray(scale.to_rgba(surface.extend_values(values)))[:, :3]
         body = Part(here[surface.triangles], colours[surface.triangles])
         outline = Part(np.zeros((0, 3, 3)), np.zeros(3), lines=surface.outline(at_rest), width=1.2)

@@ -20,7 +20,7 @@ from nvhchain.dynamics import Recording
 from nvhchain.errors import InputError, concerning
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.files.hdf5 import writable_folder
-from nvhchain.files.result_cache import ResultCache, Unwatched, Watcher
+from nvhchain.files.result_cache import CaseWatcher, ResultCache, Unwatched, Watcher
 from nvhchain.handoff import (
     BearingForces,
     ForceSpectrum,
@@ -201,6 +201,8 @@ def _started(
     preflight(case, fidelity, scene.supplied, record_in_files=record_in_files)
     supplied.check(scene, hand_offs)
     watcher = watcher or Unwatched()
+    if isinstance(watcher, CaseWatcher):
+        watcher.begin_case(case.name)
     spine = ResultCache(writable_folder(out, "out") if out else None, watcher)
     shared = ResultCache(writable_folder(operators, "operators") if operators else spine.folder, watcher)
     return Run(scene, spine, shared, executor, hand_offs)

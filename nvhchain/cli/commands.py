@@ -155,7 +155,7 @@ def compare(options: argparse.Namespace) -> int:
     from nvhchain.case import load_case
     from nvhchain.chain.prefetch import operators_ahead
     from nvhchain.error_band import format_level
-    from nvhchain.report import OPERATORS, check_comparable, compare
+    from nvhchain.report import OPERATORS, check_comparable, compare, verdict
 
     cases = [load_case(path) for path in options.cases]
     check_comparable(cases)
@@ -170,6 +170,9 @@ def compare(options: argparse.Namespace) -> int:
         widest = max(inf if edge is None else abs(edge - level) for edge in edges)
         _report_wider_limits(options.tolerance_db, name, widest)
         show(f"{name}: {format_level(level, 'dB(A)', edges)}")
+    for sentence in verdict(summary):
+        show(sentence)
+    show(f"Figures, sound and tables: {out / 'report.html'}")
     return 0
 
 

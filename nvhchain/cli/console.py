@@ -96,11 +96,20 @@ def standard_streams() -> Iterator[None]:
 
 
 class Console:
-    """Progress on stderr: bars with remaining time on a terminal, one line per finished step elsewhere."""
+    """Progress on stderr: bars with remaining time on a terminal, a line at the begin of each step elsewhere.
+
+    The end of every step has a line too. Lines that belong to a case are indented below its name.
+    """
 
     def __init__(self) -> None:
         self._bar: Any = None
         self._started = 0.0
+        self._indent = ""
+
+    def begin_case(self, name: str) -> None:
+        """Print the name of the case that is run."""
+        show(f"{name}:", error=True)
+        self._indent = "  "
 
     def begin(self, step: str) -> None:
         """Begin a step."""
@@ -109,8 +118,13 @@ class Console:
             from tqdm import tqdm
 
             self._bar = tqdm(
-                desc=printable(step), total=1, leave=False, bar_format="{desc}: {percentage:3.0f}% |{bar}| {remaining}"
+                desc=self._indent + printable(step),
+                total=1,
+                leave=False,
+                bar_format="{desc}: {percentage:3.0f}% |{bar}| {remaining}",
             )
+        else:
+            show(f"{self._indent}{step} …", error=True)
 
     def step(self, step: str, done: int, total: int) -> None:
         """Advance the bar of the step to `done` of `total`."""
@@ -124,4 +138,4 @@ class Console:
             self._bar.close()
             self._bar = None
         seconds = f" in {time.perf_counter() - self._started:.1f} s" if outcome == "computed" else ""
-        show(f"{step}: {outcome}{seconds}", error=True)
+        show(f"{self._indent}{step}: {outcome}{seconds}", error=True)

@@ -137,6 +137,15 @@ class Watcher(Protocol):
         ...
 
 
+@runtime_checkable
+class CaseWatcher(Watcher, Protocol):
+    """Watcher that also receives the name of each case that is run."""
+
+    def begin_case(self, name: str) -> None:
+        """Receive the begin of a run; `name` is that of its case."""
+        ...
+
+
 class Unwatched:
     """Watcher without effect."""
 

@@ -47,9 +47,12 @@ class Table:
         return "\n".join("| " + " | ".join(line) + " |" for line in (self.header, rule, *self.rows))
 
     def csv(self) -> str:
-        """Return comma-separated values according to RFC 4180."""
+        """Return comma-separated values by RFC 4180, with ASCII minus signs and empty cells for absent values."""
         buffer = io.StringIO()
-        csv.writer(buffer).writerows((self.header, *self.rows))
+        plain = (
+            [("" if cell == ABSENT else cell).replace("−", "-") for cell in row] for row in (self.header, *self.rows)
+        )
+        csv.writer(buffer).writerows(plain)
         return buffer.getvalue()
 
 

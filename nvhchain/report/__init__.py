@@ -6,6 +6,7 @@ from nvhchain.report.drawing import draw
 from nvhchain.report.exchange import export_craig_bampton
 from nvhchain.report.gear_pictures import draw_case, loaded_gear
 from nvhchain.report.page import write_page
+from nvhchain.report.verdict import verdict
 
 __all__ = [
     "OPERATORS",
@@ -16,5 +17,6 @@ __all__ = [
     "draw_case",
     "export_craig_bampton",
     "loaded_gear",
+    "verdict",
     "write_page",
 ]

@@ -29,6 +29,7 @@ from nvhchain.names import check_names
 from nvhchain.plots.files import save
 from nvhchain.report.limits import limits
 from nvhchain.report.marks import order_marks
+from nvhchain.report.page import write_page
 from nvhchain.report.run_up import compare_run_ups
 
 OPERATORS = "operators"
@@ -75,9 +76,9 @@ def compare(
 
     Notes
     -----
-    The hand-offs of a case lie in out/<name>, the shared operators in out/operators. Figures (PNG), sound (WAV) and
-    summary.json lie in `out` itself. At constant speed the table of differences (text, CSV) is added. Two comparisons
-    in one folder wait for each other.
+    The hand-offs of a case lie in out/<name>, the shared operators in out/operators. Figures (PNG), sound (WAV),
+    summary.json and the page report.html lie in `out` itself. At constant speed the table of differences (text, CSV)
+    is added. Two comparisons in one folder wait for each other.
     """
     check_comparable(cases)
     out = writable_folder(out, "out")
@@ -109,6 +110,7 @@ def _compared(
         "configurations": configurations,
     }
     write_text(out / "summary.json", json.dumps(summary, indent=1) + "\n")
+    write_page(out)
     return summary
 
 

@@ -1,4 +1,4 @@
-"""HTML page of a comparison: levels, figures, sound, and the fidelity of every hand-off."""
+"""HTML page of a comparison: verdict, levels, figures, sound, and the fidelity of every hand-off."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from nvhchain.errors import InputError, require
 from nvhchain.files import hdf5
 from nvhchain.files.hdf5 import write_text
 from nvhchain.names import check_names, printable
+from nvhchain.report.verdict import verdict
 
 CAPTIONS = {
     "pressure_spectrum": "Sound pressure level at the field point, plain and A-weighted.",
@@ -37,6 +38,7 @@ table { border-collapse: collapse } th, td { padding: .2rem .8rem; border-bottom
 figure { margin: 2rem 0 } img { max-width: 100% } figcaption { color: #555 } pre { overflow-x: auto }
 </style></head><body>
 <h1>$title</h1>
+$verdict
 <p>Fidelity <code>$fidelity</code>, field point $point.</p>
 $levels
 $differences
@@ -91,6 +93,7 @@ def _page(folder: Path, summary: dict[str, Any]) -> str:
         title=escape(" and ".join(names)),
         fidelity=escape(summary["fidelity"]),
         point=escape(f"{point['name']} at {point['position_m']} m"),
+        verdict="".join(f"<p>{escape(sentence.strip())}</p>" for sentence in verdict(summary)),
         levels=_table(
             ("configuration", "level / dB(A)", "limits / dB(A)", "sound"),
             (

@@ -28,10 +28,19 @@ def test_rows_are_overall_then_the_strongest_orders_in_rising_order():
     )
 
 
+def test_csv_has_ascii_minus_signs_and_empty_cells_for_absent_values():
+    table = difference_table(CONFIGURATIONS)
+    rows = list(csv.reader(io.StringIO(table.csv(), newline="")))
+    assert rows[0][-1] == "slotted - solid"
+    assert rows[3] == ["order 18 / dB", "750.0", "", "50.0", ""]
+    assert table.csv().isascii()
+
+
 def test_text_markdown_and_csv_hold_the_same_cells():
     table = difference_table(CONFIGURATIONS)
     cells = [list(row) for row in (table.header, *table.rows)]
-    assert list(csv.reader(io.StringIO(table.csv(), newline=""))) == cells
+    plain = [[cell.replace("–", "").replace("−", "-") for cell in row] for row in cells]
+    assert list(csv.reader(io.StringIO(table.csv(), newline=""))) == plain
     pipes = [[cell.strip() for cell in line.strip("|").split("|")] for line in table.markdown().splitlines()]
     assert [pipes[0], *pipes[2:]] == cells
     lines = table.text().splitlines()

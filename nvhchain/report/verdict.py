@@ -1,0 +1,129 @@
+"""Verdict of a comparison in sentences: who is louder, by how much, where, and because of which lines."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from nvhchain.levels import a_weighting
+
+LINES = 3
+"""Largest number of lines named for a difference."""
+
+LEAST_SHARE = 0.05
+"""Least share in the difference of energy of a line that is named."""
+
+SILENCE = -100.0
+"""Level (dB) at and below which a line counts as silent."""
+
+
+def verdict(summary: Mapping[str, Any]) -> list[str]:
+    """Return sentences that compare every configuration with the first.
+
+    Parameters
+    ----------
+    summary : mapping
+        Content of summary.json, as `compare` returns it.
+
+    Returns
+    -------
+    list of str
+        Sentences in the order of the configurations; indented ones belong to the sentence before. Empty for one
+        configuration.
+
+    Notes
+    -----
+    The limits of a difference are those at which the errors of both levels add up, dB. The energies of lines are
+    A-weighted; a line's share is its part in the difference of both energies.
+    """
+    (base, first), *others = summary["configurations"].items()
+    point = summary["field_point"]["name"]
+    sentences = []
+    for name, configuration in others:
+        sentences.append(_overall(name, configuration, base, first, point))
+        if "over_speed" in configuration:
+            sentences.append(_over_speed(configuration, first))
+        else:
+            sentences += _lines(name, configuration, base, first)
+    return sentences
+
+
+def _overall(name: str, other: Mapping[str, Any], base: str, first: Mapping[str, Any], point: str) -> str:
+    difference = other["overall_dBA"] - first["overall_dBA"]
+    if min(other["overall_dBA"], first["overall_dBA"]) <= SILENCE:
+        return f"{name} and {base} cannot be compared at {point}: one of them is silent"
+    lower, upper = (_ends(of.get("error_band_dBA", (None, None))) for of in (other, first))
+    least, most = lower[0] - upper[1], lower[1] - upper[0]
+    word = "louder" if difference > 0 else "quieter"
+    if difference < 0:
+        least, most = -most, -least
+    limits = f"{_number(least)}…{_number(most)} dB if the errors of both levels add up"
+    decided = "" if least > 0 else "; within these limits either may be the louder"
+    return f"{name} is {abs(difference):.1f} dB {word} than {base} at {point} ({limits}){decided}"
+
+
+def _over_speed(other: Mapping[str, Any], first: Mapping[str, Any]) -> str:
+    speed, level = _curve(other["over_speed"])
+    base_speed, base_level = _curve(first["over_speed"])
+    chosen = (speed >= base_speed.min()) & (speed <= base_speed.max())
+    if not chosen.any():
+        return "  no speed is common to both"
+    difference = level[chosen] - np.interp(speed[chosen], base_speed, base_level)
+    speed, low, high = speed[chosen], int(difference.argmin()), int(difference.argmax())
+    louder = np.count_nonzero(difference > 0)
+    return (
+        f"  louder at {louder} of {len(speed)} speeds: {_number(difference[low])} dB at {speed[low]:.0f} rpm to "
+        f"{_number(difference[high])} dB at {speed[high]:.0f} rpm"
+    )
+
+
+def _curve(rows: Sequence[Mapping[str, float]]) -> tuple[Any, Any]:
+    """Return speeds (n,) rpm in rising order, and levels (n,) dB(A)."""
+    speed, level = np.array([[row["speed_rpm"], row["level_dBA"]] for row in rows]).T
+    order = speed.argsort()
+    return speed[order], level[order]
+
+
+def _lines(name: str, other: Mapping[str, Any], base: str, first: Mapping[str, Any]) -> list[str]:
+    """Return a line of text for each of the lines that make most of the difference."""
+    levels = [{round(line["order"], 6): line for line in of["orders"]} for of in (first, other)]
+    if min(first["overall_dBA"], other["overall_dBA"]) <= SILENCE:
+        return []
+    rows = []
+    for order in sorted(set(levels[0]) | set(levels[1])):
+        weighted = [_weighted(of.get(order)) for of in levels]
+        frequency = (levels[1].get(order) or levels[0][order])["frequency_hz"]
+        rows.append((10 ** (weighted[1] / 10) - 10 ** (weighted[0] / 10), order, frequency, *weighted))
+    total = sum(row[0] for row in rows)
+    if not total:
+        return []
+    rows.sort(key=lambda row: -row[0] / total)
+    return [
+        f"  order {order:g} ({frequency:.0f} Hz): {_level(before)} → {_level(after)} dB(A) from {base} to {name}, "
+        f"{100 * change / total:.0f} % of the difference in energy"
+        for change, order, frequency, before, after in rows[:LINES]
+        if change / total >= LEAST_SHARE
+    ]
+
+
+def _weighted(line: Mapping[str, float] | None) -> float:
+    return -inf if line is None else line["level_db"] + float(a_weighting(line["frequency_hz"]))
+
+
+def _level(value: float) -> str:
+    return "silence" if value <= SILENCE else f"{value:.1f}"
+
+
+def _ends(limits: Sequence[float | None]) -> tuple[float, float]:
+    """Return limits in which an open end is infinite."""
+    lower, upper = limits
+    return -inf if lower is None else lower, inf if upper is None else upper
+
+
+def _number(value: float) -> str:
+    if abs(value) == inf:
+        return "−∞" if value < 0 else "∞"
+    return f"{value:.1f}".replace("-", "−")

@@ -1,0 +1,66 @@
+"""Verdict of a comparison: sentences from a summary whose numbers are known."""
+
+import math
+
+from nvhchain.levels import a_weighting
+from nvhchain.report import verdict
+
+
+def configuration(levels, limits, *, frequency=1000.0):
+    """Summary of one configuration: {order: level at `frequency` times order, dB(A)}."""
+    lines = [
+        {"order": order, "frequency_hz": order * frequency, "level_db": level - float(a_weighting(order * frequency))}
+        for order, level in levels.items()
+    ]
+    overall = 10 * math.log10(sum(10 ** (level / 10) for level in levels.values()))
+    return {"overall_dBA": overall, "error_band_dBA": limits, "orders": lines, "lines": []}
+
+
+def summary(**configurations):
+    return {"field_point": {"name": "microphone"}, "configurations": configurations}
+
+
+def test_difference_has_the_limits_of_both_levels_added():
+    first, second = configuration({1: 60.0}, [59.0, 61.5]), configuration({1: 66.0}, [64.0, 67.0])
+    assert verdict(summary(solid=first, slotted=second))[0] == (
+        "slotted is 6.0 dB louder than solid at microphone (2.5…8.0 dB if the errors of both levels add up)"
+    )
+    assert verdict(summary(slotted=second, solid=first))[0] == (
+        "solid is 6.0 dB quieter than slotted at microphone (2.5…8.0 dB if the errors of both levels add up)"
+    )
+
+
+def test_limits_that_cross_zero_decide_nothing():
+    first, second = configuration({1: 60.0}, [None, 63.0]), configuration({1: 62.0}, [59.0, 64.0])
+    assert verdict(summary(a=first, b=second))[0].endswith(
+        "(−4.0…∞ dB if the errors of both levels add up); within these limits either may be the louder"
+    )
+
+
+def test_lines_that_make_the_difference_are_named_with_their_weighted_levels_and_shares():
+    first, second = (
+        configuration({1: 60.0, 2: 50.0, 3: 40.0}, [59, 61]),
+        configuration({1: 60.0, 2: 60.0, 4: 50.0}, [62, 64]),
+    )
+    assert verdict(summary(a=first, b=second))[1:] == [
+        "  order 2 (2000 Hz): 50.0 → 60.0 dB(A) from a to b, 91 % of the difference in energy",
+        "  order 4 (4000 Hz): silence → 50.0 dB(A) from a to b, 10 % of the difference in energy",
+    ]
+
+
+def test_run_ups_are_compared_over_the_speeds_that_they_share():
+    def run_up(speeds, levels):
+        rows = [{"speed_rpm": speed, "level_dBA": level} for speed, level in zip(speeds, levels, strict=True)]
+        return {"overall_dBA": 60.0, "error_band_dBA": [59.0, 61.0], "over_speed": rows}
+
+    first, second = run_up([1000, 2000, 3000], [50, 60, 70]), run_up([3500, 2500, 1500, 1000], [90, 62, 58, 49])
+    assert verdict(summary(a=first, b=second))[1] == (
+        "  louder at 1 of 3 speeds: −3.0 dB at 2500 rpm to 3.0 dB at 1500 rpm"
+    )
+
+
+def test_silent_or_equal_configurations_name_no_line():
+    one, silent = configuration({1: 60.0}, [59.0, 61.0]), configuration({1: -400.0}, [None, None])
+    assert verdict(summary(a=one, b=silent)) == ["b and a cannot be compared at microphone: one of them is silent"]
+    assert len(verdict(summary(a=one, b=one))) == 1
+    assert verdict(summary(a=one)) == []

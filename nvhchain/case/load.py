@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 from nvhchain.case._table import build
 from nvhchain.case.gearbox import GearboxCase
 from nvhchain.case.radiator import RadiatorCase
+from nvhchain.dimensions import UNITS
 from nvhchain.errors import InputError, require
 from nvhchain.interop import ForceChannels
 from nvhchain.kinds import NAMES, checked
@@ -43,13 +46,16 @@ def load_channels(path: str | Path) -> ForceChannels:
 
 
 @checked
-def load_case(path: str | Path) -> Case:
+def load_case(path: str | Path, *, changes: Sequence[str] = ()) -> Case:
     """Read and validate a case file.
 
     Parameters
     ----------
     path : str or Path
         TOML file.
+    changes : sequence of str
+        Values that replace those of the file, such as "operation.input_speed_rpm = 1800" or
+        "gears.wheel.face_width_mm = 30"; entries of a list have their name in the path.
 
     Returns
     -------
@@ -67,6 +73,8 @@ def load_case(path: str | Path) -> Case:
     """
     path = Path(path)
     table = _read(path, ())
+    for change in changes:
+        table = _merge(table, _by_name(parse_change(change), table, change), f"{change}: ", replace=True)
     kind = table.pop("kind", None)
     kinds: dict[str, type[GearboxCase] | type[RadiatorCase]] = {"gearbox": GearboxCase, "radiator": RadiatorCase}
     if kind is None:
@@ -80,6 +88,68 @@ def load_case(path: str | Path) -> Case:
     _place_meshes(table.get("gears"), path.parent)
     _place_records(table.get("operation"), path.parent)
     return build(kinds[kind], table, str(path))
+
+
+def parse_change(text: str) -> dict[str, Any]:
+    """Return the nested tables of an assignment "path = value"; a value that is not TOML is a text.
+
+    Parameters
+    ----------
+    text : str
+        Assignment; names with spaces are quoted in the path.
+
+    Returns
+    -------
+    dict
+        One key, its value a table or the value itself.
+
+    Raises
+    ------
+    InputError
+        If the text has no path or no value.
+    """
+    path, equals, value = text.partition("=")
+    require(
+        bool(path.strip() and equals and value.strip()) and "\n" not in text,
+        f"{text!r} is no assignment: write path=value, such as operation.input_speed_rpm=1800",
+    )
+    for right in (value, json.dumps(value.strip())):
+        try:
+            table = tomllib.loads(f"{path} = {right}")
+        except tomllib.TOMLDecodeError:
+            continue
+        _check_texts(table, text)
+        return table
+    raise InputError(f"{path.strip()!r} is no path of a value: separate keys by dots, and quote names with spaces")
+
+
+def _by_name(change: Mapping[str, Any], table: Mapping[str, Any], text: str) -> dict[str, Any]:
+    """Return a change in which tables by name are lists of named tables, where the case has such lists."""
+    placed: dict[str, Any] = {}
+    for key, value in change.items():
+        old = table.get(key)
+        if isinstance(value, Mapping) and _named(old):
+            names = [item["name"] for item in old]  # type: ignore[union-attr]
+            for name in value:
+                close = get_close_matches(name, names, 1)
+                hint = f": did you mean {close[0]}?" if close else ""
+                require(name in names, f"{text}: no {name!r} in {key} ({', '.join(names)}){hint}")
+            items = {item["name"]: item for item in old}  # type: ignore[union-attr]
+            placed[key] = [
+                {"name": name, **_by_name(inner, items[name], text)} if isinstance(inner, Mapping) else inner
+                for name, inner in value.items()
+            ]
+            require(
+                all(isinstance(item, Mapping) for item in placed[key]),
+                f"{text}: {key} are tables: name the field that changes",
+            )
+        elif isinstance(value, Mapping) and isinstance(old, Mapping):
+            placed[key] = _by_name(value, old, text)
+            if "type" in old:
+                placed[key].setdefault("type", old["type"])
+        else:
+            placed[key] = value
+    return placed
 
 
 def _place_meshes(gears: Any, folder: Path) -> None:
@@ -128,23 +198,34 @@ def _check_texts(value: Any, place: str) -> None:
         check_text(value, place)
 
 
-def _merge(base: Mapping[str, Any], change: Mapping[str, Any], place: str) -> dict[str, Any]:
-    """Return `base` with `change` merged into it; a table with another `type` replaces that of the base."""
+def _merge(base: Mapping[str, Any], change: Mapping[str, Any], place: str, *, replace: bool = False) -> dict[str, Any]:
+    """Return `base` with `change` merged into it; a table with another `type` replaces that of the base.
+
+    With `replace`, a value also replaces one that the base gives in another unit.
+    """
     merged = dict(base)
     for key, value in change.items():
+        for other in [other for other in merged if replace and other != key and _stem(other) == _stem(key)]:
+            del merged[other]
         old = merged.get(key)
         if isinstance(value, Mapping) and isinstance(old, Mapping) and value.get("type") == old.get("type"):
-            merged[key] = _merge(old, value, f"{place}{key}.")
+            merged[key] = _merge(old, value, f"{place}{key}.", replace=replace)
         elif _named(value) and _named(old):
             for items in (old, value):
                 check_names([item["name"] for item in items], f"{place}{key}")  # type: ignore[union-attr]
             by_name = {item["name"]: item for item in old}  # type: ignore[union-attr]
             for item in value:
-                by_name[item["name"]] = _merge(by_name.get(item["name"], {}), item, f"{place}{key}.")
+                by_name[item["name"]] = _merge(by_name.get(item["name"], {}), item, f"{place}{key}.", replace=replace)
             merged[key] = list(by_name.values())
         else:
             merged[key] = value
     return merged
+
+
+def _stem(key: str) -> str:
+    """Return a key without the suffix of its unit."""
+    stem, _, unit = key.rpartition("_")
+    return stem if stem and unit in UNITS else key
 
 
 def _named(value: Any) -> bool:

@@ -53,7 +53,17 @@ def parser() -> argparse.ArgumentParser:
     top.add_argument("--version", action="version", version=f"nvhchain {__version__}")
     verbs = top.add_subparsers(required=True, metavar="COMMAND")
 
-    common = _Parser(add_help=False)
+    changes = _Parser(add_help=False)
+    changes.add_argument(
+        "--set",
+        metavar="PATH=VALUE",
+        action="append",
+        default=[],
+        help="value that replaces the case's, such as operation.input_speed_rpm=1800 or gears.NAME.x=0.1, or a knob: "
+        "fidelity.gear.slices=9 (repeatable)",
+    )
+
+    common = _Parser(add_help=False, parents=[changes])
     accuracy = common.add_mutually_exclusive_group()
     accuracy.add_argument("--fidelity", choices=list(PRESETS), default="standard", help="accuracy preset")
     accuracy.add_argument(
@@ -181,7 +191,9 @@ def parser() -> argparse.ArgumentParser:
     report.add_argument("folder", metavar="DIR")
     report.set_defaults(action=commands.report)
 
-    tradeoff = verbs.add_parser("tradeoff", help="measure what each knob of the fidelity costs and saves")
+    tradeoff = verbs.add_parser(
+        "tradeoff", parents=[changes], help="measure what each knob of the fidelity costs and saves"
+    )
     tradeoff.add_argument("case", metavar="CASE")
     tradeoff.add_argument(
         "--fidelity", choices=list(PRESETS), default="reference", help="the yardstick, from which knobs are turned"
@@ -201,7 +213,7 @@ def parser() -> argparse.ArgumentParser:
     plan.add_argument("case", metavar="CASE")
     plan.set_defaults(action=commands.plan)
 
-    check = verbs.add_parser("check", help="read and validate a case")
+    check = verbs.add_parser("check", parents=[changes], help="read and validate a case")
     check.add_argument("case", metavar="CASE")
     check.set_defaults(action=commands.check)
 

@@ -6,14 +6,14 @@ import argparse
 from collections.abc import Collection, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import replace
+from dataclasses import fields, is_dataclass, replace
 from math import inf, radians
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from nvhchain.cli.console import Console
 from nvhchain.cli.output import show
-from nvhchain.errors import InputError
+from nvhchain.errors import InputError, require
 from nvhchain.fidelity import PRESETS, Fidelity
 
 if TYPE_CHECKING:
@@ -27,12 +27,44 @@ def _fidelity(options: argparse.Namespace, cases: Sequence[Case], supplied: Coll
     The planner's choice concerns steps that are not `supplied`. It is printed on stderr.
     """
     if options.tolerance_db is None:
-        return _apply_mode_tolerance(PRESETS[options.fidelity], options.mode_tolerance_db, cases)
+        return _change_knobs(
+            _apply_mode_tolerance(PRESETS[options.fidelity], options.mode_tolerance_db, cases), options
+        )
     from nvhchain.tradeoff import cheapest
 
     choice = cheapest(cases, options.tolerance_db, supplied=supplied)
     show(choice, error=True)
-    return _apply_mode_tolerance(choice.fidelity, options.mode_tolerance_db, cases)
+    return _change_knobs(_apply_mode_tolerance(choice.fidelity, options.mode_tolerance_db, cases), options)
+
+
+_KNOB = "fidelity."
+"""Begin of the path of a changed knob."""
+
+
+def _case_changes(options: argparse.Namespace) -> list[str]:
+    return [change for change in options.set if not change.startswith(_KNOB)]
+
+
+def _change_knobs(fidelity: Fidelity, options: argparse.Namespace) -> Fidelity:
+    """Return the fidelity with the knobs of `--set fidelity.PACKAGE.KNOB=VALUE`."""
+    from nvhchain.case.load import parse_change
+
+    known = [part.name for part in fields(fidelity) if is_dataclass(getattr(fidelity, part.name))]
+    for change in options.set:
+        if not change.startswith(_KNOB):
+            continue
+        packages = parse_change(change)["fidelity"]
+        shape = f"--set {change}: write fidelity.PACKAGE.KNOB=VALUE; packages are {', '.join(known)}"
+        require(isinstance(packages, dict), shape)
+        for package, knobs in packages.items():
+            require(package in known and isinstance(knobs, dict), shape)
+            old = getattr(fidelity, package)
+            names = [knob.name for knob in fields(old)]
+            for knob in knobs:
+                require(knob in names, f"--set {change}: knobs of fidelity.{package} are {', '.join(names)}")
+            parts: dict[str, Any] = {package: replace(old, **knobs)}
+            fidelity = replace(fidelity, name=f"{fidelity.name} with {change}", **parts)
+    return fidelity
 
 
 def _apply_mode_tolerance(fidelity: Fidelity, tolerance: float | None, cases: Sequence[Case]) -> Fidelity:
@@ -89,7 +121,7 @@ def run(options: argparse.Namespace) -> int:
     from nvhchain.error_band import format_level, save_error_bands
     from nvhchain.files import hdf5
 
-    case = load_case(options.case)
+    case = load_case(options.case, changes=_case_changes(options))
     given = supplied.arguments(hdf5.load(path) for path in options.use)
     if options.forces:
         given["bearing_forces"] = _imported_forces(Path(options.forces), case)
@@ -136,7 +168,7 @@ def record(options: argparse.Namespace) -> int:
     from nvhchain.chain import supplied
     from nvhchain.files import hdf5
 
-    case = load_case(options.case)
+    case = load_case(options.case, changes=_case_changes(options))
     given = supplied.arguments(hdf5.load(path) for path in options.use)
     useless = sorted(set(given) - {"mesh_laws", "load_distributions", "housing"})
     if useless:
@@ -157,7 +189,7 @@ def compare(options: argparse.Namespace) -> int:
     from nvhchain.error_band import format_level
     from nvhchain.report import OPERATORS, check_comparable, compare, verdict
 
-    cases = [load_case(path) for path in options.cases]
+    cases = [load_case(path, changes=_case_changes(options)) for path in options.cases]
     check_comparable(cases)
     fidelity, out, watcher = _fidelity(options, cases), Path(options.out), Console()
     with (
@@ -209,7 +241,7 @@ def gear_field(options: argparse.Namespace) -> int:
     from nvhchain.files import hdf5
     from nvhchain.report import loaded_gear
 
-    case = load_case(options.case)
+    case = load_case(options.case, changes=_case_changes(options))
     if not isinstance(case, GearboxCase):
         raise InputError(f"{options.case}: {case.name} is a radiator: it has no gears")
     fidelity, angle = _fidelity(options, [case]), radians(options.wheel_angle)
@@ -232,7 +264,7 @@ def contributions(options: argparse.Namespace) -> int:
     from nvhchain.files import hdf5
     from nvhchain.report import contributions
 
-    case = load_case(options.case)
+    case = load_case(options.case, changes=_case_changes(options))
     given = supplied.arguments(hdf5.load(path) for path in options.use)
     out = Path(options.out or Path("out") / case.name)
     fidelity = _fidelity(options, [case], given)
@@ -247,7 +279,7 @@ def craig_bampton(options: argparse.Namespace) -> int:
     from nvhchain.case import load_case
     from nvhchain.report import export_craig_bampton
 
-    case = load_case(options.case)
+    case = load_case(options.case, changes=_case_changes(options))
     made = export_craig_bampton(case, options.out, fidelity=_fidelity(options, [case]), modes_to=options.modes_to)
     show(f"{options.out}: {len(made.names)} seats, {len(made.interface_frequency)} modes")
     return 0
@@ -266,7 +298,7 @@ def tradeoff(options: argparse.Namespace) -> int:
     from nvhchain import tradeoff
     from nvhchain.case import load_case
 
-    case = load_case(options.case)
+    case = load_case(options.case, changes=_case_changes(options))
     out = Path(options.out or Path("out") / f"tradeoff-{case.name}")
     sweep = tradeoff.tradeoff(
         case, out=out, fidelity=PRESETS[options.fidelity], knobs=options.knob, progress=_variants, watcher=Console()
@@ -285,7 +317,7 @@ def plan(options: argparse.Namespace) -> int:
     from nvhchain.case import load_case
     from nvhchain.scene import check_knobs, plan
 
-    case = load_case(options.case)
+    case = load_case(options.case, changes=_case_changes(options))
     fidelity = _fidelity(options, [case])
     check_knobs(case, fidelity)
     show(plan(case, fidelity=fidelity))
@@ -298,7 +330,7 @@ def check(options: argparse.Namespace) -> int:
     from nvhchain.scene import check_case
     from nvhchain.scene.advice import advice
 
-    case = load_case(options.case)
+    case = load_case(options.case, changes=_case_changes(options))
     check_case(case)
     show(f"{options.case}: {case.name} is valid")
     for why in advice(case) if isinstance(case, GearboxCase) else ():

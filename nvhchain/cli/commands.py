@@ -118,7 +118,7 @@ def run(options: argparse.Namespace) -> int:
     from nvhchain.case import load_case
     from nvhchain.chain import supplied
     from nvhchain.chain.prefetch import operators_ahead
-    from nvhchain.error_band import format_level, save_error_bands
+    from nvhchain.error_band import ErrorBand, format_level, format_parts, save_error_bands
     from nvhchain.files import hdf5
 
     case = load_case(options.case, changes=_case_changes(options))
@@ -158,6 +158,10 @@ def run(options: argparse.Namespace) -> int:
     if "pressure" in result.error_bands:
         for point, heard, limits in zip(case.field_points, result.overall, result.error_band.overall, strict=True):
             show(f"{case.name}: {format_level(heard, 'dB(A)', limits)} at {point.name}")
+        band = result.error_band
+        if isinstance(band, ErrorBand):
+            parts = format_parts([(source, share[0], frequency[0]) for source, share, frequency in band.parts])
+            show(f"Limits at {case.field_points[0].name}: {parts or 'narrow'}")
     return 0
 
 

@@ -20,7 +20,7 @@ Resonances of shafts on bearings that move with the housing's FE mesh are covere
 line lay on one, forces have been 3 dB off with limits of 1.3 dB.
 """
 
-from nvhchain.error_band.band import COVERAGE, ErrorBand, format_level, format_limits
+from nvhchain.error_band.band import COVERAGE, ErrorBand, format_level, format_limits, format_parts
 from nvhchain.error_band.files import save_error_bands
 from nvhchain.error_band.quantities import error_band, force_band, power_band, velocity_band
 from nvhchain.error_band.run_bands import BANDS
@@ -35,6 +35,7 @@ __all__ = [
     "force_band",
     "format_level",
     "format_limits",
+    "format_parts",
     "power_band",
     "run_up_band",
     "run_up_force_band",

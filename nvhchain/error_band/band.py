@@ -80,6 +80,37 @@ class ErrorBand:
         return np.asarray(total - 20 * np.log10(self.reference / REFERENCE_PRESSURE))
 
     @property
+    def parts(self) -> list[tuple[str, FloatArray, FloatArray]]:
+        """Parts of the overall limits, the largest at the first place first: (source, share, frequency).
+
+        The share (n_place,) of a source is that of its square in the sum of all squares. The frequency (n_place,) is
+        that of the line at which the source adds most, Hz.
+        """
+        total = sum(self._overall_squares.values(), np.zeros(self.amplitude.shape[1]))
+        found = []
+        for name, square in self._overall_squares.items():
+            worst = (self._weight * self.amplitude * self.sources[name]).argmax(axis=0)
+            share = np.divide(square, total, out=np.zeros_like(total), where=total > 0)
+            found.append((name, share, self.frequency[worst]))
+        return sorted(found, key=lambda part: -part[1][0])
+
+    @cached_property
+    def _weight(self) -> FloatArray:
+        """Weights (n_f, 1) of the lines' energies in the overall level."""
+        if not self.weighted:
+            return np.ones((len(self.frequency), 1))
+        return np.asarray(10 ** (levels.a_weighting(self.frequency) / 10)[:, None])
+
+    @cached_property
+    def _overall_squares(self) -> dict[str, FloatArray]:
+        """Squared change (n_place,) of the overall energy by each source."""
+        found = {}
+        for name, source in self.sources.items():
+            parts = self._weight * (self.amplitude / self._unit) * (source / self._unit)
+            found[name] = (parts**2).sum(axis=0) if name == "housing" else parts.sum(axis=0) ** 2
+        return found
+
+    @property
     def overall(self) -> FloatArray:
         """Limits (n_place, 2) of the overall level, dB(A) or dB; the lower one is −inf if the error exceeds the sound.
 
@@ -90,22 +121,36 @@ class ErrorBand:
         (p ± e)² − p². By Cauchy and Schwarz the lower limit of the energy is at most (1 − Σpe/Σp²)² of it. The upper
         limit of silence is the level of its error.
         """
-        weight = np.ones((len(self.frequency), 1))
-        if self.weighted:
-            weight = 10 ** (levels.a_weighting(self.frequency) / 10)[:, None]
-        amplitude, error = self.amplitude / self._unit, self.error / self._unit
+        weight, amplitude, error = self._weight, self.amplitude / self._unit, self.error / self._unit
         energy = (weight * amplitude**2).sum(axis=0)
-        squares = np.zeros_like(energy)
-        for name, source in self.sources.items():
-            parts = weight * amplitude * (source / self._unit)
-            squares += (parts**2).sum(axis=0) if name == "housing" else parts.sum(axis=0) ** 2
-        moved = COVERAGE * np.sqrt(squares)
+        moved = COVERAGE * np.sqrt(sum(self._overall_squares.values(), np.zeros_like(energy)))
         left = np.maximum(1.0 - moved / np.where(energy > 0, energy, 1.0), 0.0)
         most = energy + 2.0 * moved + (weight * error**2).sum(axis=0)
         with np.errstate(divide="ignore"):
             lower = self.level + 20 * np.log10(left)
             upper = levels.decibel(self._unit, self.reference) + 10 * np.log10(most)
         return np.stack([lower, np.maximum(upper, self.level)], axis=1)
+
+
+def format_parts(parts: Sequence[tuple[str, float, float]]) -> str:
+    """Return the largest parts of confidence limits as text.
+
+    Parameters
+    ----------
+    parts : sequence of (str, float, float)
+        Source, share and frequency (Hz) of its largest line; the largest part first.
+
+    Returns
+    -------
+    str
+        Text such as "71 % from housing (most at 4833 Hz), 12 % from gear.slices (most at 1667 Hz)"; empty without
+        parts of at least a tenth.
+    """
+    return ", ".join(
+        f"{100 * share:.0f} % from {source} (most at {frequency:.0f} Hz)"
+        for source, share, frequency in parts[:3]
+        if share >= 0.1
+    )
 
 
 def format_level(level: float, unit: str, limits: Sequence[float | None]) -> str:

@@ -28,6 +28,10 @@ def limits(result: Result) -> dict[str, Any]:
             {"frequency_hz": float(f), "limits_db": finite(edges)}
             for f, *edges in zip(band.frequency, band.lower[:, 0], band.upper[:, 0], strict=True)
         ]
+        found["limit_parts"] = [
+            {"source": source, "share": float(share[0]), "frequency_hz": float(frequency[0])}
+            for source, share, frequency in band.parts
+        ]
     others = {name: of for name, of in result.error_bands.items() if name != "pressure"}
     found["other_quantities"] = {
         name: {"level": float(of.level.max()), "limits": finite(of.overall[of.level.argmax()])}

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from nvhchain.error_band import format_parts
 from nvhchain.levels import a_weighting
 
 LINES = 3
@@ -40,6 +41,8 @@ def verdict(summary: Mapping[str, Any]) -> list[str]:
     A-weighted; a line's share is its part in the difference of both energies.
     """
     (base, first), *others = summary["configurations"].items()
+    if not others:
+        return []
     point = summary["field_point"]["name"]
     sentences = []
     for name, configuration in others:
@@ -48,7 +51,7 @@ def verdict(summary: Mapping[str, Any]) -> list[str]:
             sentences.append(_over_speed(configuration, first))
         else:
             sentences += _lines(name, configuration, base, first)
-    return sentences
+    return sentences + [line for name, of in summary["configurations"].items() for line in _limits(name, of)]
 
 
 def _overall(name: str, other: Mapping[str, Any], base: str, first: Mapping[str, Any], point: str) -> str:
@@ -109,12 +112,19 @@ def _lines(name: str, other: Mapping[str, Any], base: str, first: Mapping[str, A
     ]
 
 
+def _limits(name: str, configuration: Mapping[str, Any]) -> list[str]:
+    """Return the sentence on what widens the limits of a configuration most."""
+    parts = [(part["source"], part["share"], part["frequency_hz"]) for part in configuration.get("limit_parts", [])]
+    text = format_parts(parts)
+    return [f"Limits of {name}: {text}"] if text else []
+
+
 def _weighted(line: Mapping[str, float] | None) -> float:
     return -inf if line is None else line["level_db"] + float(a_weighting(line["frequency_hz"]))
 
 
 def _level(value: float) -> str:
-    return "silence" if value <= SILENCE else f"{value:.1f}"
+    return "silence" if value <= SILENCE else _number(value)
 
 
 def _ends(limits: Sequence[float | None]) -> tuple[float, float]:

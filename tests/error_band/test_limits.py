@@ -93,3 +93,21 @@ def test_overall_limits_hold_errors_of_one_sign_that_differ_from_line_to_line():
     low, high = (overall(frequency, (pressure + way * error).astype(complex))[0] for way in (-1, 1))
     assert low - 1.0 < band.overall[0, 0] <= low
     assert band.overall[0, 1] == pytest.approx(high, abs=1e-9)
+
+
+def test_parts_of_the_overall_limits_add_up_and_name_the_line_that_each_widens_most():
+    frequency = np.array([500.0, 1000.0, 2000.0])
+    amplitude = np.array([[0.1], [1.0], [0.2]])
+    sources = {"masters": np.array([[0.0], [0.01], [0.2]]), "housing": np.array([[0.05], [0.3], [0.0]])}
+    band = ErrorBand(frequency, amplitude, sources, weighted=False)
+    (first, share, at), (second, rest, where) = band.parts
+    assert (first, second) == ("housing", "masters")
+    assert (at[0], where[0]) == (1000.0, 2000.0)
+    housing, masters = 0.005**2 + 0.3**2, (0.01 + 0.04) ** 2  # masters add over the lines, the housing in quadrature
+    assert share[0] == pytest.approx(housing / (housing + masters))
+    assert share[0] + rest[0] == pytest.approx(1.0)
+
+
+def test_band_without_errors_has_no_parts_of_limits():
+    band = ErrorBand(np.array([500.0]), np.ones((1, 2)), {"masters": np.zeros((1, 2))})
+    assert [share.tolist() for _, share, _ in band.parts] == [[0.0, 0.0]]

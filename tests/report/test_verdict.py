@@ -64,3 +64,12 @@ def test_silent_or_equal_configurations_name_no_line():
     assert verdict(summary(a=one, b=silent)) == ["b and a cannot be compared at microphone: one of them is silent"]
     assert len(verdict(summary(a=one, b=one))) == 1
     assert verdict(summary(a=one)) == []
+
+
+def test_limits_name_their_largest_parts_and_the_line_to_blame():
+    one = configuration({1: 60.0}, [55.0, 63.0])
+    parts = [("housing", 0.85, 1000.0), ("masters", 0.12, 2000.0), ("gear.slices", 0.03, 1000.0)]
+    one["limit_parts"] = [{"source": source, "share": share, "frequency_hz": f} for source, share, f in parts]
+    assert verdict(summary(a=configuration({1: 60.0}, [59.0, 61.0]), b=one))[-1] == (
+        "Limits of b: 85 % from housing (most at 1000 Hz), 12 % from masters (most at 2000 Hz)"
+    )

@@ -93,7 +93,7 @@ def _page(folder: Path, summary: dict[str, Any]) -> str:
         title=escape(" and ".join(names)),
         fidelity=escape(summary["fidelity"]),
         point=escape(f"{point['name']} at {point['position_m']} m"),
-        verdict="".join(f"<p>{escape(sentence.strip())}</p>" for sentence in verdict(summary)),
+        verdict=_verdict(summary),
         levels=_table(
             ("configuration", "level / dB(A)", "limits / dB(A)", "sound"),
             (
@@ -110,6 +110,15 @@ def _page(folder: Path, summary: dict[str, Any]) -> str:
 def escape(text: object) -> str:
     """Return text for a page, without markup or control characters."""
     return as_html(printable(str(text)))
+
+
+def _verdict(summary: dict[str, Any]) -> str:
+    """Return the sentences of the verdict; indented ones are the items of a list."""
+    parts = []
+    for sentence in verdict(summary):
+        text = escape(sentence.strip())
+        parts.append(f"<ul><li>{text}</li></ul>" if sentence.startswith(" ") else f"<p>{text}</p>")
+    return "\n".join(parts).replace("</ul>\n<ul>", "\n")
 
 
 def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:

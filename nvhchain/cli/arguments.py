@@ -9,6 +9,7 @@ from typing import NoReturn
 
 from nvhchain import __version__
 from nvhchain.cli import commands
+from nvhchain.cli.examples import EXAMPLES
 from nvhchain.fidelity import PRESETS
 from nvhchain.names import printable
 
@@ -84,6 +85,15 @@ def parser() -> argparse.ArgumentParser:
     where = spread.add_mutually_exclusive_group()
     where.add_argument("--workers", metavar="N", type=int, help="spread the work over N processes of this machine")
     where.add_argument("--scheduler", metavar="ADDRESS", help="spread the work over a dask scheduler, tcp://HOST:PORT")
+
+    new = verbs.add_parser(
+        "new",
+        help="copy a commented example case, to be changed into one's own",
+        epilog="; ".join(f"{name}: {meaning}" for name, (_, meaning) in EXAMPLES.items()),
+    )
+    new.add_argument("example", choices=list(EXAMPLES), help="kind of case")
+    new.add_argument("folder", metavar="DIR", type=_folder, help="folder of the new file")
+    new.set_defaults(action=commands.new)
 
     run = verbs.add_parser("run", parents=[common, spread], help="compute the sound pressure of a case")
     run.add_argument("case", metavar="CASE", help="case file (TOML)")

@@ -112,6 +112,16 @@ def _imported_forces(path: Path, case: Case) -> BearingForces:
     return read_bearing_forces(path, load_channels(path.with_suffix(".toml")), positions=case.seats)
 
 
+def new(options: argparse.Namespace) -> int:
+    """Copy an example case into a folder, to be changed."""
+    from nvhchain.cli.examples import copy_example
+
+    case, *bases = copy_example(options.example, Path(options.folder))
+    show(f"{case}" + (f", based on {', '.join(map(str, bases))}" if bases else ""))
+    show(f"Change it, then: nvhchain check {case}; nvhchain plan {case}; nvhchain run {case} --fidelity draft")
+    return 0
+
+
 def run(options: argparse.Namespace) -> int:
     """Compute the results of a case; print levels with their limits, and write the error bands of every line."""
     from nvhchain import chain

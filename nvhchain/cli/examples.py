@@ -1,0 +1,60 @@
+"""Commented example cases for a first case of one's own."""
+
+from __future__ import annotations
+
+import shutil
+import tomllib
+from pathlib import Path
+
+import nvhchain
+from nvhchain.errors import InputError
+
+EXAMPLES = {
+    "single-stage": ("small/single_stage.toml", "one helical pair in a small casting; seconds at `draft`"),
+    "gearbox": ("gearbox/solid.toml", "two stages with solid gears in a casting"),
+    "slotted": ("gearbox/slotted.toml", "the gearbox with slots in gear 2, as changes of a base file"),
+    "run-up": ("gearbox/run_up_solid.toml", "the gearbox from low to high speed"),
+    "rattle": ("small/rattle.toml", "a fluctuating drive that makes a loose gear rattle"),
+    "radiator": ("sphere/on_floor.toml", "a small sphere above a floor: acoustics alone"),
+}
+"""Name of an example → (file, what it is)."""
+
+
+def copy_example(name: str, folder: Path) -> list[Path]:
+    """Copy an example and the files that it is based on.
+
+    Parameters
+    ----------
+    name : str
+        Key of `EXAMPLES`.
+    folder : Path
+        Folder of the new files; created if needed.
+
+    Returns
+    -------
+    list of Path
+        New files, the example first.
+
+    Raises
+    ------
+    InputError
+        If a file is there already.
+    """
+    sources = [_examples() / EXAMPLES[name][0]]
+    while base := tomllib.loads(sources[-1].read_text(encoding="utf-8")).get("base"):
+        sources.append(sources[-1].parent / base)
+    targets = [folder / source.name for source in sources]
+    for target in targets:
+        if target.exists():
+            raise InputError(f"{target} exists: name another folder, or remove it")
+    folder.mkdir(parents=True, exist_ok=True)
+    for source, target in zip(sources, targets, strict=True):
+        shutil.copyfile(source, target)
+    return targets
+
+
+def _examples() -> Path:
+    """Return the folder of the examples: of an installed package, or of the repository."""
+    package = Path(nvhchain.__file__).parent
+    installed = package / "examples"
+    return installed if installed.is_dir() else package.parent / "cases"

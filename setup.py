@@ -1,0 +1,24 @@
+"""Build of the package: the example cases are part of it."""
+
+import shutil
+from pathlib import Path
+
+from setuptools import setup
+from setuptools.command.build_py import build_py
+
+
+class BuildWithExamples(build_py):
+    """Build that copies cases/*/*.toml to nvhchain/examples."""
+
+    def run(self) -> None:
+        """Copy modules and examples."""
+        super().run()
+        if self.editable_mode:
+            return
+        for path in Path("cases").glob("*/*.toml"):
+            target = Path(self.build_lib, "nvhchain", "examples", *path.parts[1:])
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(path, target)
+
+
+setup(cmdclass={"build_py": BuildWithExamples})

@@ -1,3 +1,4 @@
 """Command line as `python -m nvhchain`."""
 
-from nvhchain.cli import __main__  # noqa: F401  # runs the command
+if __name__ == "__main__":
+    from nvhchain.cli import __main__  # noqa: F401  # runs the command

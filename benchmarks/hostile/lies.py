@@ -13,6 +13,7 @@ import io
 import json
 import os
 import random
+import re
 import resource
 import select
 import signal
@@ -230,12 +231,16 @@ def summaries(folder: Path, count: int, seed: int, seconds: float) -> Outcome:
     return judged("summaries", count, judge, seconds=seconds)
 
 
+_PROGRESS = re.compile(r"[^:]+:|  [\w-]+( …|: cached|: computed in [\d.]+ s)")
+"""Lines of a case and of its steps, which precede an error."""
+
+
 def _commanded(*arguments: str) -> str:
     """How a command of the command line ended."""
     out, err = io.StringIO(), io.StringIO()
     with redirect_stdout(out), redirect_stderr(err):
         code = command_line(arguments)
-    lines = err.getvalue().splitlines()
+    lines = [line for line in err.getvalue().splitlines() if not _PROGRESS.fullmatch(line)]
     if code == 0:
         return "accepted"
     if code not in (1, 2) or not lines or not all(line.startswith("nvhchain: ") for line in lines):

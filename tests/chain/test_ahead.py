@@ -106,7 +106,7 @@ def test_what_a_run_refuses_is_refused_before_anything_is_begun(case, coarse, tm
 def test_cases_that_cannot_be_compared_are_refused_by_the_command_before_anything_is_begun(
     request, tmp_path, capsys, monkeypatch
 ):
-    monkeypatch.setattr(ResultCache, "stage", None)
+    monkeypatch.setattr(ResultCache, "cached", None)
     solid = str(request.config.rootpath / "cases" / "gearbox" / "solid.toml")
     assert main(["compare", solid, solid, "--out", str(tmp_path / "out")]) == 2
     assert "names must be distinct" in capsys.readouterr().err

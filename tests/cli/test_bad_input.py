@@ -1,5 +1,6 @@
 """Bad input on the command line: exit code 2, one line that names value and remedy, nothing left behind."""
 
+import re
 from pathlib import Path
 
 import h5py
@@ -34,9 +35,10 @@ def refused(tmp_path, capsys, request):
         out = tmp_path / "out"
         assert main(["run", str(case), "--fidelity", "draft", "--out", str(out), *arguments]) == 2
         captured = capsys.readouterr()
-        lines = captured.err.strip().splitlines()
+        lines = [line for line in captured.err.splitlines() if line.startswith("nvhchain: ")]
+        rest = [line for line in captured.err.splitlines() if line not in lines]
+        assert all(re.fullmatch(r"[\w-]+:|  \w+ …", line) for line in rest), captured.err  # case and steps begun
         assert 0 < len(lines) < 4, captured.err
-        assert all(line.startswith("nvhchain: ") for line in lines), captured.err
         assert captured.out == ""
         assert not out.exists() or not list(out.rglob("*"))
         return " ".join(lines)
@@ -200,7 +202,7 @@ def _forces(folder, step, count):
 
 @pytest.mark.parametrize("folder", ["out", "operators"])
 def test_a_folder_that_cannot_be_written_is_refused_before_anything_is_computed(request, tmp_path, monkeypatch, folder):
-    monkeypatch.setattr(ResultCache, "stage", None)
+    monkeypatch.setattr(ResultCache, "cached", None)
     case = load_case(request.config.rootpath / SOLID)
     (tmp_path / "file").touch()
     for place in (tmp_path / "file", tmp_path / "file" / "below", "/proc/nvhchain"):

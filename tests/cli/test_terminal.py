@@ -12,8 +12,9 @@ from nvhchain.cli import main
 SPHERE = Path(__file__).parents[2] / "cases" / "sphere" / "on_floor.toml"
 LEVELS = (
     "sphere-over-floor: 92.7 dB(A) (92.5…93.0) at on the floor\nsphere-over-floor: 89.8 dB(A) (89.5…90.0) at 1 m up\n"
+    "Limits at on the floor: 100 % from surface mesh (most at 1000 Hz)\n"
 )
-FOUND = "transfer_vectors: cached\npressure: cached\n"
+FOUND = "sphere-over-floor:\n  transfer_vectors: cached\n  pressure: cached\n"
 POSIX = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
 
 

@@ -37,7 +37,7 @@ def field():
 def test_surface_of_a_box_has_its_area_and_twelve_sharp_edges(make):
     nodes, elements = make((2, 1, 1), (2.0, 1.0, 1.0))
     of = shell(len(nodes), elements, "hex20" if make is brick else "tet10")
-    placed = of.restrict(nodes)
+    placed = of.extend_values(nodes)
     a, b, c = placed[of.triangles].transpose(1, 0, 2)
     normal = 0.5 * np.cross(b - a, c - a)
     assert np.linalg.norm(normal, axis=1).sum() == pytest.approx(10.0)

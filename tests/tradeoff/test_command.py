@@ -60,8 +60,8 @@ def test_fidelity_and_tolerance_exclude_each_other(capsys):
 def test_the_planner_is_told_what_a_run_finds_ready_made(request, tmp_path, monkeypatch, capsys):
     told = []
 
-    def planned(cases, tolerance, *, given):
-        told.append(set(given))
+    def planned(cases, tolerance, *, supplied):
+        told.append(set(supplied))
         raise InputError("seen")
 
     monkeypatch.setattr("nvhchain.tradeoff.cheapest", planned)

@@ -8,10 +8,11 @@ OUT ?= out
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: help setup demo test test-all extremes kills lies lint docs clean distclean
+.PHONY: help setup demo gallery test test-all extremes kills lies lint docs clean distclean
 
 help:
 	@echo "make demo       compare the solid and the slotted gearbox, results in $(OUT)/  (FIDELITY=draft|standard|reference)"
+	@echo "make gallery    make figures and tables of the thesis, chapters 3 to 5, in $(OUT)/gallery/  (FIDELITY=...)"
 	@echo "make test       run the tests that a change needs;  make test-all also runs those marked slow"
 	@echo "make extremes   try thousands of generated cases within and beyond sense"
 	@echo "make kills      random signals to commands and their children  (KILLS=500 SEED=1)"
@@ -28,6 +29,9 @@ $(READY): pyproject.toml constraints.txt scripts/prepare.sh
 
 demo: $(READY)
 	$(BIN)/nvhchain compare cases/gearbox/solid.toml cases/gearbox/slotted.toml --fidelity $(FIDELITY) --out $(OUT)
+
+gallery: $(READY)
+	$(BIN)/python -m nvhchain.gallery --fidelity $(FIDELITY) --out $(OUT)/gallery
 
 test: $(READY)
 	$(BIN)/python -m pytest --durations=15 -n 2 --dist loadfile -m "not slow"

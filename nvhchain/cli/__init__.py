@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import warnings
+from argparse import ArgumentParser
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -16,7 +17,7 @@ from nvhchain.cli.termination import Terminated, termination_interrupts
 from nvhchain.cli.warning_lines import warning_lines
 from nvhchain.errors import AccuracyWarning, InputError, Mistakes, SolverError
 
-__all__ = ["Console", "main", "parser"]
+__all__ = ["Console", "main", "parser", "reported"]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -32,16 +33,33 @@ def main(arguments: Sequence[str] | None = None) -> int:
     int
         Exit code.
     """
+    return reported(parser(), arguments)
+
+
+def reported(words: ArgumentParser, arguments: Sequence[str] | None) -> int:
+    """Run the action of a parser's options and print a failure as one line, several mistakes as one line each.
+
+    Parameters
+    ----------
+    words : ArgumentParser
+        Parser; its options have an `action`, which takes them and returns an exit code.
+    arguments : sequence of str, optional
+        Arguments; those of the process by default.
+
+    Returns
+    -------
+    int
+        Exit code.
+    """
     with standard_streams():
-        return _reported(arguments)
+        return _reported(words, arguments)
 
 
-def _reported(arguments: Sequence[str] | None) -> int:
-    """Return the exit code of a command and print a failure as one line, several mistakes as one line each."""
+def _reported(words: ArgumentParser, arguments: Sequence[str] | None) -> int:
     try:
         try:
             with termination_interrupts():
-                return _command(arguments)
+                return _command(words, arguments)
         finally:
             sys.stdout.flush()  # output that cannot be printed is a failure, too
     except InputError as error:
@@ -59,8 +77,8 @@ def _reported(arguments: Sequence[str] | None) -> int:
         return 143 if isinstance(signal, Terminated) else 130
 
 
-def _command(arguments: Sequence[str] | None) -> int:
-    options = parser().parse_args(arguments)
+def _command(words: ArgumentParser, arguments: Sequence[str] | None) -> int:
+    options = words.parse_args(arguments)
     _check_environment()
     with _warnings_shown():
         return int(options.action(options))

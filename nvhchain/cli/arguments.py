@@ -14,7 +14,7 @@ from nvhchain.fidelity import PRESETS
 from nvhchain.names import printable
 
 
-class _Parser(argparse.ArgumentParser):
+class Parser(argparse.ArgumentParser):
     """Argument parser that reports an error in one line, with exit code 2."""
 
     def error(self, message: str) -> NoReturn:
@@ -22,7 +22,14 @@ class _Parser(argparse.ArgumentParser):
         self.exit(2, printable(f"{self.prog}: {message} (see {self.prog} --help)\n"))
 
 
-def _folder(name: str) -> str:
+def folder(name: str) -> str:
+    """Return the name of a folder, which need not exist.
+
+    Parameters
+    ----------
+    name : str
+        Argument of a command.
+    """
     try:
         is_file = Path(name).exists() and not Path(name).is_dir()
     except OSError as error:
@@ -50,11 +57,11 @@ def parser() -> argparse.ArgumentParser:
     ArgumentParser
         Parser; every command names its function in `commands`.
     """
-    top = _Parser(prog="nvhchain", description="Gear geometry to sound pressure.")
+    top = Parser(prog="nvhchain", description="Gear geometry to sound pressure.")
     top.add_argument("--version", action="version", version=f"nvhchain {__version__}")
     verbs = top.add_subparsers(required=True, metavar="COMMAND")
 
-    changes = _Parser(add_help=False)
+    changes = Parser(add_help=False)
     changes.add_argument(
         "--set",
         metavar="PATH=VALUE",
@@ -64,7 +71,7 @@ def parser() -> argparse.ArgumentParser:
         "fidelity.gear.slices=9 (repeatable)",
     )
 
-    common = _Parser(add_help=False, parents=[changes])
+    common = Parser(add_help=False, parents=[changes])
     accuracy = common.add_mutually_exclusive_group()
     accuracy.add_argument("--fidelity", choices=list(PRESETS), default="standard", help="accuracy preset")
     accuracy.add_argument(
@@ -81,7 +88,7 @@ def parser() -> argparse.ArgumentParser:
         help="as few modes of the housing as keep the velocity of its surface to X dB (default: as many as the preset)",
     )
 
-    spread = _Parser(add_help=False)
+    spread = Parser(add_help=False)
     where = spread.add_mutually_exclusive_group()
     where.add_argument("--workers", metavar="N", type=int, help="spread the work over N processes of this machine")
     where.add_argument("--scheduler", metavar="ADDRESS", help="spread the work over a dask scheduler, tcp://HOST:PORT")
@@ -97,7 +104,7 @@ def parser() -> argparse.ArgumentParser:
 
     run = verbs.add_parser("run", parents=[common, spread], help="compute the sound pressure of a case")
     run.add_argument("case", metavar="CASE", help="case file (TOML)")
-    run.add_argument("--out", metavar="DIR", type=_folder, help="folder for the hand-offs (default: out/<case name>)")
+    run.add_argument("--out", metavar="DIR", type=folder, help="folder for the hand-offs (default: out/<case name>)")
     run.add_argument(
         "--use",
         metavar="FILE",
@@ -117,17 +124,17 @@ def parser() -> argparse.ArgumentParser:
     )
     record.add_argument("case", metavar="CASE", help="case file (TOML) whose operation has a ramp")
     record.add_argument(
-        "--out", metavar="DIR", type=_folder, help="folder; stopped, the same command goes on (default: out/<name>)"
+        "--out", metavar="DIR", type=folder, help="folder; stopped, the same command goes on (default: out/<name>)"
     )
     record.add_argument("--use", metavar="FILE", action="append", default=[], help="supplied hand-off, as for `run`")
     record.set_defaults(action=commands.record)
 
     compare = verbs.add_parser("compare", parents=[common, spread], help="compare cases: figures, sound, summary.json")
     compare.add_argument("cases", metavar="CASE", nargs="+", help="case files (TOML); the first is the base")
-    compare.add_argument("--out", metavar="DIR", type=_folder, default="out", help="folder for results (default: out)")
+    compare.add_argument("--out", metavar="DIR", type=folder, default="out", help="folder for results (default: out)")
     compare.set_defaults(action=commands.compare)
 
-    mesh = _Parser(add_help=False)
+    mesh = Parser(add_help=False)
     mesh.add_argument("--stage", metavar="NAME", help="stage of the case: both gears, teeth in contact marked")
     mesh.add_argument(
         "--wheel-angle", metavar="DEG", type=_degrees, default=0.0, help="angle of the stage's wheel (default: 0)"
@@ -183,7 +190,7 @@ def parser() -> argparse.ArgumentParser:
     parts.add_argument("--use", metavar="FILE", action="append", default=[], help="supplied hand-off, as for `run`")
     parts.add_argument("--at", metavar="HZ", type=float, help="line of the bars (default: the loudest)")
     parts.add_argument(
-        "--out", metavar="DIR", type=_folder, help="folder of the run and its tables (default: out/<case name>)"
+        "--out", metavar="DIR", type=folder, help="folder of the run and its tables (default: out/<case name>)"
     )
     parts.set_defaults(action=commands.contributions)
 
@@ -215,7 +222,7 @@ def parser() -> argparse.ArgumentParser:
         help="a knob (gear.slices), a stage, `preset` or `record` (default: all)",
     )
     tradeoff.add_argument(
-        "--out", metavar="DIR", type=_folder, help="folder for the measurements (default: out/tradeoff-<case name>)"
+        "--out", metavar="DIR", type=folder, help="folder for the measurements (default: out/tradeoff-<case name>)"
     )
     tradeoff.set_defaults(action=commands.tradeoff)
 

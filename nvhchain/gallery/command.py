@@ -1,0 +1,60 @@
+"""Command line of the gallery."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+from nvhchain.cli import reported
+from nvhchain.cli.arguments import Parser, folder
+from nvhchain.cli.output import show
+from nvhchain.fidelity import PRESETS
+
+CASES = Path(__file__).parents[2] / "cases" / "gearbox"
+"""Gearbox cases in the sources of the project."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Make figures and tables of the thesis.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Arguments; those of the process by default.
+
+    Returns
+    -------
+    int
+        Exit code, as for `nvhchain.cli.main`.
+    """
+    return reported(_parser(), arguments)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = Parser(prog="nvhchain.gallery", description="Figures and tables of the thesis, chapters 3 to 5.")
+    parser.add_argument("numbers", metavar="NUMBER", nargs="*", help='such as 5.7 or "table 3.2" (default: all)')
+    parser.add_argument("--out", metavar="DIR", type=folder, default="out/gallery", help="default: out/gallery")
+    parser.add_argument("--fidelity", choices=list(PRESETS), default="standard", help="accuracy preset")
+    parser.add_argument("--cases", metavar="DIR", type=Path, default=CASES, help="folder of the gearbox cases")
+    parser.set_defaults(action=_gallery)
+    return parser
+
+
+def _gallery(options: argparse.Namespace) -> int:
+    from nvhchain.gallery.making import made_items
+    from nvhchain.gallery.page import write_pages
+    from nvhchain.gallery.registry import ITEMS, chosen
+
+    wanted, out = {item.number for item in chosen(options.numbers)}, Path(options.out)
+    made = made_items(
+        ITEMS,
+        out,
+        fidelity=PRESETS[options.fidelity],
+        cases=options.cases,
+        wanted=wanted,
+        progress=lambda line: show(line, error=True),
+    )
+    for page in write_pages(made, out):
+        show(page)
+    return 0

@@ -1,0 +1,105 @@
+"""One figure or table of the thesis: how it is made, the numbers that the thesis states, and the verdict."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from nvhchain.fidelity import Fidelity
+
+Numbers = dict[str, float]
+"""Quantity with its unit, such as "mesh order / µm" → value; 1 and 0 stand for yes and no where the unit is "yes"."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """Folders and fidelity of a gallery.
+
+    Parameters
+    ----------
+    picture : Path
+        PNG of the item.
+    shared : Path
+        Folder of intermediate results that items share.
+    cases : Path
+        Folder of the gearbox cases.
+    fidelity : Fidelity
+        Fidelity of gears and gearboxes.
+    """
+
+    picture: Path
+    shared: Path
+    cases: Path
+    fidelity: Fidelity
+
+
+@dataclass(frozen=True)
+class Stated:
+    """Number that the thesis states.
+
+    Parameters
+    ----------
+    value : float
+        Value, in the unit of its quantity.
+    within : float
+        Deviation of the chain up to which the verdict holds, relative to the value; absolute where it is 0.
+    """
+
+    value: float
+    within: float
+
+    def holds(self, ours: float) -> bool:
+        """Return True if our number is as near as the verdict states."""
+        return abs(ours - self.value) <= self.within * (abs(self.value) or 1.0)
+
+
+@dataclass(frozen=True)
+class Item:
+    """Figure or table of the thesis.
+
+    Parameters
+    ----------
+    number : str
+        Number in the thesis, such as "5.7" or "table 3.2"; a span "3.5-3.16" has a letter for each of its parts.
+    title : str
+        Content.
+    verdict : str
+        One sentence: agreement and deviations, or the reason why the item is not made.
+    make : callable, optional
+        Writes the picture and returns our numbers; None for an item that is not made.
+    stated : mapping of str to Stated
+        Numbers of the thesis by quantity.
+    reading : str
+        Assumption about the content, where the project has no record of the caption.
+    uses : tuple of str
+        Packages whose code decides the numbers.
+    """
+
+    number: str
+    title: str
+    verdict: str
+    make: Callable[[Place], Numbers] | None = None
+    stated: Mapping[str, Stated] = field(default_factory=dict)
+    reading: str = ""
+    uses: tuple[str, ...] = ("lumped",)
+
+    @property
+    def name(self) -> str:
+        """Name of the item's files."""
+        return re.sub(r"[^a-z0-9]+", "_", self.number.lower())
+
+    def answers(self, number: str) -> bool:
+        """Return True if the item is, or belongs to, the requested number."""
+        asked, own = (n.lower().replace("–", "-").removeprefix("figure ").strip() for n in (number, self.number))
+        if asked == own:
+            return True
+        span = re.fullmatch(r"(\d)\.(\d+)-\1\.(\d+)[a-z]?", own)
+        if span is None:
+            return False
+        chapter, first, last = span.groups()
+        figure = re.fullmatch(rf"{chapter}\.(\d+)", asked)
+        return asked == f"{chapter}.{first}-{chapter}.{last}" or (
+            figure is not None and int(first) <= int(figure[1]) <= int(last)
+        )

@@ -1,0 +1,130 @@
+"""Making of the items of a gallery, with their numbers cached beside their pictures."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from nvhchain.fidelity import Fidelity
+from nvhchain.files.hdf5 import writable_folder, write_text
+from nvhchain.files.result_cache import code_version, fingerprint
+from nvhchain.gallery.item import Item, Numbers, Place
+
+SHARED = "shared"
+"""Name of the folder of intermediate results."""
+
+
+@dataclass(frozen=True)
+class Made:
+    """Item with our numbers.
+
+    Parameters
+    ----------
+    item : Item
+        Figure or table.
+    numbers : dict
+        Quantity → our number; empty for an item that is not made.
+    seconds : float
+        Time that it took when it was computed (s).
+    """
+
+    item: Item
+    numbers: Numbers
+    seconds: float
+
+    @property
+    def pending(self) -> bool:
+        """True for an item that can be made, but has not been."""
+        return self.item.make is not None and not self.numbers
+
+    @property
+    def picture(self) -> str:
+        """File name of the picture; empty for an item that is not made."""
+        return f"{self.item.name}.png" if self.numbers else ""
+
+    @property
+    def missed(self) -> list[str]:
+        """Quantities whose numbers deviate by more than the verdict states."""
+        if not self.numbers:
+            return []
+        return [name for name, stated in self.item.stated.items() if not stated.holds(self.numbers[name])]
+
+
+def made_items(
+    items: Sequence[Item],
+    out: Path,
+    *,
+    fidelity: Fidelity,
+    cases: Path,
+    wanted: Collection[str] | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+) -> list[Made]:
+    """Make items, or take what an earlier gallery of the same code and fidelity left.
+
+    Parameters
+    ----------
+    items : sequence of Item
+        Figures and tables.
+    out : Path
+        Folder of the gallery.
+    fidelity : Fidelity
+        Fidelity of gears and gearboxes.
+    cases : Path
+        Folder of the gearbox cases.
+    wanted : collection of str, optional
+        Numbers of the items to make; the others are taken if they are there. By default all are made.
+    progress : callable, optional
+        Receives a line for each item that is wanted.
+
+    Returns
+    -------
+    list of Made
+        All items.
+    """
+    out = writable_folder(out, "out")
+    shared = writable_folder(out / SHARED, "out")
+    found = []
+    for item in items:
+        place = Place(out / f"{item.name}.png", shared, cases, fidelity)
+        made, outcome = _cached(item, place), "cached"
+        if wanted is None or item.number in wanted:
+            if item.make is None:
+                outcome = "not made"
+            elif made.pending:
+                made = _computed(item, place)
+                outcome = f"{made.seconds:.1f} s"
+            progress(f"{item.number}: {outcome}")
+        found.append(made)
+    return found
+
+
+def _key(item: Item, place: Place) -> str:
+    return fingerprint(item.number, place.fidelity, *(code_version(package) for package in ("gallery", *item.uses)))
+
+
+def _record(item: Item, place: Place) -> Path:
+    return place.shared / f"{item.name}.json"
+
+
+def _cached(item: Item, place: Place) -> Made:
+    """Return an item with the numbers of an earlier gallery, without numbers where there are none."""
+    try:
+        kept = json.loads(_record(item, place).read_text(encoding="utf-8"))
+        if kept["key"] == _key(item, place) and place.picture.exists():
+            return Made(item, {str(name): float(value) for name, value in kept["numbers"].items()}, kept["seconds"])
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        pass  # no record, or a damaged one: made again
+    return Made(item, {}, 0.0)
+
+
+def _computed(item: Item, place: Place) -> Made:
+    assert item.make is not None
+    start = time.perf_counter()
+    numbers = item.make(place)
+    made = Made(item, numbers, time.perf_counter() - start)
+    record = {"key": _key(item, place), "numbers": numbers, "seconds": made.seconds}
+    write_text(_record(item, place), json.dumps(record, indent=1) + "\n")
+    return made

@@ -1,0 +1,94 @@
+"""The gallery of the thesis: numbers of its cheap items, its pages, its cache, and numbers that it does not have."""
+
+import json
+
+import pytest
+
+from nvhchain.fidelity import STANDARD
+from nvhchain.gallery import making
+from nvhchain.gallery.command import CASES, main
+from nvhchain.gallery.item import Item, Stated
+from nvhchain.gallery.registry import ITEMS, chosen
+
+CHEAP = ["3.14", *(f"3.5-3.16{part}" for part in "befghi"), "4.7", "4.8"]
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Cheap items by number, and their folder."""
+    out = tmp_path_factory.mktemp("gallery")
+    found = making.made_items(chosen(CHEAP), out, fidelity=STANDARD, cases=CASES, wanted=CHEAP)
+    return {each.item.number: each for each in found}, out
+
+
+@pytest.mark.parametrize("number", CHEAP)
+def test_numbers_are_as_near_to_the_thesis_as_the_verdict_states(made, number):
+    each = made[0][number]
+    assert each.missed == []
+    assert (made[1] / each.picture).stat().st_size > 10_000
+    assert set(each.item.stated) <= set(each.numbers)
+
+
+def test_findings_of_the_harmonic_study_are_those_of_the_verdicts(made):
+    def column(part, quantity, row):
+        return [made[0][part].numbers[f"{value}: {quantity}"] for value in row]
+
+    averages = [f"STE_av {value}" for value in (18, 22, 28, 38)]
+    assert column("3.5-3.16f", "at / Hz", averages) == pytest.approx([3025, 2800, 2585, 2265], abs=10)
+    assert column("3.5-3.16f", "contact lost over / Hz", averages) == pytest.approx([640, 420, 210, 0], abs=20)
+    assert column("3.5-3.16f", "height of main jump / µm", averages[:2]) == pytest.approx([7.2, 6.9], abs=0.3)
+    assert column("3.5-3.16f", "jumps up / count", averages) == [1, 1, 0, 0]
+    mesh = [f"STE_m {value}" for value in (2, 3, 4, 6)]
+    assert column("3.5-3.16g", "peak up / µm", mesh) == pytest.approx([11.8, 17.7, 23.4, 30.0], abs=0.2)
+    blank = [f"STE_h {value}" for value in ("0", "2.5", "5", "10")]
+    assert column("3.5-3.16h", "main jump / Hz", blank) == pytest.approx([3020, 3000, 2980, 3065], abs=10)
+    assert column("3.5-3.16h", "height of main jump / µm", blank) == pytest.approx([7.2, 6.4, 7.2, 5.6], abs=0.4)
+    assert column("3.5-3.16h", "jumps up / count", blank) == [1, 1, 1, 2]
+    both = [f"STE_av {value}" for value in (18, 22, 28, 38)]
+    assert column("3.14", "jumps up / count", both) == [2, 0, 0, 0]
+
+
+def test_every_item_has_a_verdict_and_a_number_of_its_own():
+    assert len({item.name for item in ITEMS}) == len(ITEMS)
+    for item in ITEMS:
+        assert item.verdict.endswith("."), item.number
+        assert item.make or item.verdict.startswith("Not made: "), item.number
+
+
+def test_every_figure_of_the_span_belongs_to_the_parts():
+    assert len(chosen(["3.9"])) == len(chosen(["3.5-3.16"])) == 9
+    assert {item.number for item in chosen(["3.14"])} == {"3.14", *(f"3.5-3.16{part}" for part in "abcdefghi")}
+
+
+def test_command_writes_both_pages_and_takes_made_items_from_the_folder(tmp_path, capsys):
+    assert main(["4.7", "--out", str(tmp_path)]) == 0
+    assert main(["4.7", "figure 4.8", "--out", str(tmp_path)]) == 0
+    progress = capsys.readouterr().err
+    assert "4.7: cached" in progress
+    page = (tmp_path / "index.md").read_text()
+    assert "| mode 3 / Hz | 1968 | 1968 | +0.0 % |" in page
+    assert "![Modal amplitudes of the rig's four gears](4_7.png)" in page
+    for item in ITEMS:
+        assert f"## {item.number}: {item.title}" in page, "no item is missing silently"
+    assert "Not made yet" in page
+    assert '<img src="4_8.png"' in (tmp_path / "index.html").read_text()
+    record = tmp_path / making.SHARED / "4_7.json"
+    record.write_text(json.dumps(json.loads(record.read_text()) | {"key": "of other code"}))
+    assert main(["4.7", "--out", str(tmp_path)]) == 0
+    assert "cached" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("number", ["9.9", "3.17", "picture"])
+def test_unknown_number_is_refused_in_one_line(number, tmp_path, capsys):
+    assert main([number, "--out", str(tmp_path / "out")]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"nvhchain: figure '{number}' is not in the gallery: choose from 3.1")
+    assert not (tmp_path / "out").exists()
+
+
+def test_number_beyond_the_limits_of_its_verdict_is_named():
+    item = Item(
+        "9.1", "Example", "Agrees.", lambda _: {}, {"force / N": Stated(10.0, 0.1), "zero / N": Stated(0.0, 1.0)}
+    )
+    assert making.Made(item, {"force / N": 10.9, "zero / N": 0.9}, 0.0).missed == []
+    assert making.Made(item, {"force / N": 11.1, "zero / N": -1.1}, 0.0).missed == ["force / N", "zero / N"]

@@ -65,7 +65,7 @@ ITEMS = (
     Item(
         "4.8",
         "Response of the test pair to both mesh forces",
-        "Ours alone, as the project records no level of the thesis's curve: the other pair's mesh force causes a few "
+        "Ours alone, as the project records no level of the thesis's curve: the other pair's mesh force causes 1.5 "
         "percent of the own one's response, so that the rig measures the test pair alone.",
         response,
     ),

@@ -2,17 +2,30 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 from nvhchain.errors import InputError
-from nvhchain.gallery import chapter_3_lumped, chapter_4_rig
+from nvhchain.gallery import chapter_3_gears, chapter_3_lumped, chapter_4_rig
 from nvhchain.gallery.item import Item
+
+
+def _place(item: Item) -> tuple[int, bool, int, str]:
+    """Return the chapter, True for a table, the first number, and the letter of a part."""
+    found = re.search(r"(\d)\.(\d+)", item.number)
+    assert found is not None
+    return int(found[1]), item.number.startswith("table"), int(found[2]), item.number
+
 
 _UNRECORDED = "Not made: the project has no record of its content, and the thesis is no part of the project."
 
-ITEMS: tuple[Item, ...] = (
-    *chapter_3_lumped.ITEMS,
-    *chapter_4_rig.ITEMS,
+_UNMADE = (
+    Item("table 3.1", "Data of the gears", _UNRECORDED),
+    Item("3.3", "Unknown", _UNRECORDED),
+)
+
+ITEMS: tuple[Item, ...] = tuple(
+    sorted((*chapter_3_gears.ITEMS, *chapter_3_lumped.ITEMS, *chapter_4_rig.ITEMS, *_UNMADE), key=_place)
 )
 
 

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from nvhchain.fidelity import STANDARD
+from nvhchain.fidelity import DRAFT, STANDARD
 from nvhchain.gallery import making
 from nvhchain.gallery.command import CASES, main
 from nvhchain.gallery.item import Item, Stated
@@ -27,6 +27,14 @@ def test_numbers_are_as_near_to_the_thesis_as_the_verdict_states(made, number):
     assert each.missed == []
     assert (made[1] / each.picture).stat().st_size > 10_000
     assert set(each.item.stated) <= set(each.numbers)
+
+
+@pytest.mark.slow
+def test_table_3_2_is_as_near_to_the_thesis_as_its_verdict_states(tmp_path):
+    (each,) = making.made_items(chosen(["table 3.2"]), tmp_path, fidelity=DRAFT, cases=CASES)
+    assert each.missed == []
+    stiffness = [each.numbers[f"{name}: stiffness / 10⁸ N/m"] for name in "acbd"]
+    assert sorted(stiffness, reverse=True) == stiffness
 
 
 def test_findings_of_the_harmonic_study_are_those_of_the_verdicts(made):

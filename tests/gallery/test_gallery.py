@@ -37,6 +37,12 @@ def test_table_3_2_is_as_near_to_the_thesis_as_its_verdict_states(tmp_path):
     assert sorted(stiffness, reverse=True) == stiffness
 
 
+@pytest.mark.slow
+def test_transmission_errors_of_chapter_4_are_as_near_to_the_thesis_as_their_verdicts_state(tmp_path):
+    for each in making.made_items(chosen(["4.12", "4.13"]), tmp_path, fidelity=DRAFT, cases=CASES):
+        assert each.missed == [], each.item.number
+
+
 def test_findings_of_the_harmonic_study_are_those_of_the_verdicts(made):
     def column(part, quantity, row):
         return [made[0][part].numbers[f"{value}: {quantity}"] for value in row]

@@ -1,0 +1,32 @@
+"""Verdicts of the gallery: figures and tables of S. Shweiki's thesis, chapters 3 to 5, beside its stated numbers.
+
+    python -m benchmarks gallery OUT
+
+Makes the gallery in OUT at `standard`, or takes what is there, and writes docs/measured/gallery.md.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from benchmarks.publish import publish
+from nvhchain.fidelity import STANDARD
+from nvhchain.gallery.command import CASES
+from nvhchain.gallery.making import made_items
+from nvhchain.gallery.page import verdicts, write_pages
+from nvhchain.gallery.registry import ITEMS
+
+
+def main() -> None:
+    out = Path(sys.argv[1])
+    made = made_items(ITEMS, out, fidelity=STANDARD, cases=CASES, progress=print)
+    write_pages(made, out)
+    count = sum(bool(each.numbers) for each in made)
+    seconds = sum(each.seconds for each in made)
+    head = f"{count} of {len(made)} items are made, in {seconds / 60.0:.0f} min at `standard`.\n\n"
+    publish("gallery", head + verdicts(made))
+
+
+if __name__ == "__main__":
+    main()

@@ -99,7 +99,7 @@ def parser() -> argparse.ArgumentParser:
         epilog="; ".join(f"{name}: {meaning}" for name, (_, meaning) in EXAMPLES.items()),
     )
     new.add_argument("example", choices=list(EXAMPLES), help="kind of case")
-    new.add_argument("folder", metavar="DIR", type=_folder, help="folder of the new file")
+    new.add_argument("folder", metavar="DIR", type=folder, help="folder of the new file")
     new.set_defaults(action=commands.new)
 
     run = verbs.add_parser("run", parents=[common, spread], help="compute the sound pressure of a case")

@@ -43,6 +43,12 @@ def test_transmission_errors_of_chapter_4_are_as_near_to_the_thesis_as_their_ver
         assert each.missed == [], each.item.number
 
 
+@pytest.mark.slow
+def test_run_ups_show_sidebands_of_slots_and_windows_as_their_verdicts_state(tmp_path):
+    made = making.made_items(chosen(["5.7", "5.8"]), tmp_path, fidelity=DRAFT, cases=CASES)
+    assert [each.missed for each in made] == [[], []]
+
+
 def test_findings_of_the_harmonic_study_are_those_of_the_verdicts(made):
     def column(part, quantity, row):
         return [made[0][part].numbers[f"{value}: {quantity}"] for value in row]
@@ -98,6 +104,11 @@ def test_unknown_number_is_refused_in_one_line(number, tmp_path, capsys):
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith(f"nvhchain: figure '{number}' is not in the gallery: choose from 3.1")
     assert not (tmp_path / "out").exists()
+
+
+def test_missing_cases_are_one_line(tmp_path, capsys):
+    assert main(["5.5", "--cases", str(tmp_path), "--out", str(tmp_path / "out")]) == 2
+    assert "solid.toml: no such file: name the folder" in capsys.readouterr().err.splitlines()[-1]
 
 
 def test_number_beyond_the_limits_of_its_verdict_is_named():

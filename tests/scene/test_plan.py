@@ -235,15 +235,16 @@ def test_mesh_laws_that_end_below_the_load_are_refused_unless_they_are_given(req
     check_knobs(case, replace(short, gear=replace(short.gear, **{flank: 1.0})))
 
 
-def test_without_a_terminal_a_stage_is_one_line(capsys):
+def test_without_a_terminal_a_stage_is_a_line_at_its_begin_and_one_at_its_end(capsys):
     console = Console()
     console.begin("housing")
     for done in range(5):
         console.step("housing", done, 4)
     console.end("housing", "computed")
     lines = capsys.readouterr().err.splitlines()
-    assert len(lines) == 1
-    assert lines[0].startswith("housing: computed in ")
+    assert len(lines) == 2
+    assert lines[0] == "housing …"
+    assert lines[1].startswith("housing: computed in ")
 
 
 def test_on_a_terminal_a_bar_shows_the_phase_and_the_share(capsys, monkeypatch):

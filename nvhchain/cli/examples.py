@@ -40,7 +40,7 @@ def copy_example(name: str, folder: Path) -> list[Path]:
     InputError
         If a file is there already.
     """
-    sources = [_examples() / EXAMPLES[name][0]]
+    sources = [examples_folder() / EXAMPLES[name][0]]
     while base := tomllib.loads(sources[-1].read_text(encoding="utf-8")).get("base"):
         sources.append(sources[-1].parent / base)
     targets = [folder / source.name for source in sources]
@@ -53,8 +53,14 @@ def copy_example(name: str, folder: Path) -> list[Path]:
     return targets
 
 
-def _examples() -> Path:
-    """Return the folder of the examples: of an installed package, or of the repository."""
+def examples_folder() -> Path:
+    """Return the folder of the examples: of an installed package, or of the repository.
+
+    Returns
+    -------
+    Path
+        Folder with a sub-folder for each group of cases.
+    """
     package = Path(nvhchain.__file__).parent
     installed = package / "examples"
     return installed if installed.is_dir() else package.parent / "cases"

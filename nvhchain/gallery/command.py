@@ -8,11 +8,9 @@ from pathlib import Path
 
 from nvhchain.cli import reported
 from nvhchain.cli.arguments import Parser, folder
+from nvhchain.cli.examples import examples_folder
 from nvhchain.cli.output import show
 from nvhchain.fidelity import PRESETS
-
-CASES = Path(__file__).parents[2] / "cases" / "gearbox"
-"""Gearbox cases in the sources of the project."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -36,7 +34,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("numbers", metavar="NUMBER", nargs="*", help='such as 5.7 or "table 3.2" (default: all)')
     parser.add_argument("--out", metavar="DIR", type=folder, default="out/gallery", help="default: out/gallery")
     parser.add_argument("--fidelity", choices=list(PRESETS), default="standard", help="accuracy preset")
-    parser.add_argument("--cases", metavar="DIR", type=Path, default=CASES, help="folder of the gearbox cases")
+    parser.add_argument(
+        "--cases", metavar="DIR", type=Path, default=examples_folder() / "gearbox", help="folder of the gearbox cases"
+    )
     parser.set_defaults(action=_gallery)
     return parser
 

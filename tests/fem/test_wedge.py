@@ -6,8 +6,8 @@ from scipy.sparse.linalg import spsolve
 
 from nvhchain.conventions import ALUMINIUM, STEEL
 from nvhchain.fem import stiffness_and_mass
+from nvhchain.fem.elements import wedge15_shape, wedge_rule
 from nvhchain.fem.solid_model import EDGES
-from nvhchain.fem.wedge import wedge15_shape, wedge_rule
 from nvhchain.testing.elements import brick, rigid_motions
 
 

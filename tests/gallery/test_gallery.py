@@ -4,12 +4,14 @@ import json
 
 import pytest
 
+from nvhchain.cli.examples import examples_folder
 from nvhchain.fidelity import DRAFT, STANDARD
 from nvhchain.gallery import making
-from nvhchain.gallery.command import CASES, main
+from nvhchain.gallery.command import main
 from nvhchain.gallery.item import Item, Stated
 from nvhchain.gallery.registry import ITEMS, chosen
 
+CASES = examples_folder() / "gearbox"
 CHEAP = ["3.14", *(f"3.5-3.16{part}" for part in "befghi"), "4.7", "4.8"]
 
 

@@ -1,4 +1,4 @@
-"""Interface to pyvista: a shaded picture of a coloured triangle mesh, rendered in a process of its own.
+"""Interface to pyvista: pictures of bodies with lines and transparent walls, rendered in a process of their own.
 
 Off-screen VTK without EGL or OSMesa ends in a segmentation fault, not in an exception. In a process of its own that is
 a return code, and matplotlib draws instead. This file is the program of that process. Run as a file, it does not import
@@ -19,8 +19,11 @@ from nvhchain.runtime import processes
 if TYPE_CHECKING:
     from nvhchain.handoff import FloatArray, Surface
 
-SECONDS = 120.0
+SECONDS = 180.0
 """Time limit of a picture (s); VTK alone needs several seconds to load on a cold disk."""
+
+SURFACE_HEIGHT = 1100
+"""Height of the picture of a surface (pixels)."""
 
 
 def render(surface: Surface, colours: FloatArray, towards: FloatArray) -> np.ndarray | None:
@@ -29,26 +32,53 @@ def render(surface: Surface, colours: FloatArray, towards: FloatArray) -> np.nda
     colours : (n_face, 3) red, green, blue in 0 … 1, without lighting.
     towards : (3,) direction from the body to the viewer; y is up.
     """
-    scene = io.BytesIO()
-    np.savez(
-        scene,
-        vertices=surface.vertices,
-        triangles=surface.triangles,
-        colours=np.round(255 * colours).astype(np.uint8),
-        towards=towards,
-    )
-    done = processes.exchange(__file__, content=scene.getbuffer(), seconds=SECONDS)
+    corners = surface.vertices[surface.triangles]
+    return render_scene([(corners, np.repeat(colours[:, None], 3, axis=1), 1.0)], [], towards, SURFACE_HEIGHT)
+
+
+def render_scene(
+    bodies: list[tuple[FloatArray, FloatArray, float]],
+    strokes: list[tuple[FloatArray, FloatArray, float]],
+    towards: FloatArray,
+    height: int,
+) -> np.ndarray | None:
+    """Return a picture (height, width, 3) uint8, cropped to what is drawn, or None if off-screen rendering fails.
+
+    bodies : triangles (n, 3, 3), red, green, blue in 0 … 1 at their corners (n, 3, 3), and opacity.
+    strokes : segments (m, 2, 3), their colour (3,), and width (pixels).
+    towards : (3,) direction from the bodies to the viewer; y is up.
+    height : pixels, of the picture before it is cropped.
+    """
+    scene: dict[str, np.ndarray] = {"towards": towards, "height": np.array(height)}
+    for number, (triangles, colours, opacity) in enumerate(bodies):
+        scene[f"triangles{number}"] = triangles
+        scene[f"colours{number}"] = np.round(255 * colours).astype(np.uint8)
+        scene[f"opacity{number}"] = np.array(opacity)
+    for number, (segments, colour, width) in enumerate(strokes):
+        scene[f"segments{number}"] = segments
+        scene[f"stroke{number}"] = np.append(colour, width)
+    content = io.BytesIO()
+    np.savez(content, **scene)  # type: ignore[arg-type]
+    return cropped(__file__, content, SECONDS)
+
+
+def cropped(program: str, scene: io.BytesIO, seconds: float) -> np.ndarray | None:
+    """Return what `program` draws of a scene, (…, height, width, 3) uint8, cropped to what is not white in any picture.
+
+    None if the program fails, takes longer than `seconds`, or draws nothing.
+    """
+    done = processes.exchange(program, content=scene.getbuffer(), seconds=seconds)
     if done is None or done.returncode != 0:
         return None
     try:
         image: np.ndarray = np.load(io.BytesIO(done.stdout))
     except (OSError, EOFError, ValueError):  # no output, or only a part
         return None
-    drawn = np.any(image < 255, axis=2)
+    drawn = np.any(image < 255, axis=(*range(image.ndim - 3), image.ndim - 1))
     if not drawn.any():
         return None
     rows, columns = np.flatnonzero(drawn.any(axis=1)), np.flatnonzero(drawn.any(axis=0))
-    return image[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    return image[..., rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1, :]
 
 
 def _draw() -> None:
@@ -58,20 +88,45 @@ def _draw() -> None:
     import pyvista
 
     scene = np.load(io.BytesIO(sys.stdin.buffer.read()))
-    triangles = scene["triangles"]
-    faces = np.column_stack([np.full(len(triangles), 3), triangles]).ravel()
-    body = pyvista.PolyData(scene["vertices"], faces)
-    body.cell_data["colour"] = scene["colours"]
-    plotter = pyvista.Plotter(off_screen=True, window_size=[1500, 1100])
+    towards, height = scene["towards"], int(scene["height"])
+    bodies = sum(name.startswith("triangles") for name in scene.files)
+    strokes = sum(name.startswith("segments") for name in scene.files)
+    points = np.concatenate(
+        [scene[f"triangles{i}"].reshape(-1, 3) for i in range(bodies)]
+        + [scene[f"segments{i}"].reshape(-1, 3) for i in range(strokes)]
+    )
+    right = np.cross([0.0, 1.0, 0.0], towards)
+    right /= np.linalg.norm(right)
+    up = np.cross(towards, right) / np.linalg.norm(towards)
+    wide, tall = np.ptp(points @ right), np.ptp(points @ up)
+    middle = sum((0.5 * (np.max(points @ a) + np.min(points @ a)) * a for a in (right, up)), np.zeros(3))
+    depth = points @ towards / np.linalg.norm(towards)
+    width = int(np.clip(height * wide / tall, 200, 4000))
+    plotter = pyvista.Plotter(off_screen=True, window_size=[width, height])
     plotter.set_background("white")  # type: ignore[arg-type]
-    plotter.add_mesh(body, scalars="colour", rgb=True, lighting=False)
+    for i in range(bodies):
+        corners = scene[f"triangles{i}"]
+        faces = np.column_stack([np.full(len(corners), 3), np.arange(3 * len(corners)).reshape(-1, 3)]).ravel()
+        body = pyvista.PolyData(corners.reshape(-1, 3), faces)
+        body.point_data["colour"] = scene[f"colours{i}"].reshape(-1, 3)
+        opacity = float(scene[f"opacity{i}"])
+        plotter.add_mesh(body, scalars="colour", rgb=True, lighting=False, opacity=opacity)
+    for i in range(strokes):
+        segments = scene[f"segments{i}"]
+        lines = np.column_stack([np.full(len(segments), 2), np.arange(2 * len(segments)).reshape(-1, 2)]).ravel()
+        colour, thick = scene[f"stroke{i}"][:3], float(scene[f"stroke{i}"][3])
+        drawn = pyvista.PolyData(segments.reshape(-1, 3), lines=lines)
+        plotter.add_mesh(drawn, color=tuple(colour), line_width=thick, lighting=False)
+    if any(float(scene[f"opacity{i}"]) < 1.0 for i in range(bodies)):
+        plotter.enable_depth_peeling(8)  # type: ignore[arg-type]
     plotter.enable_anti_aliasing("ssaa")
     plotter.enable_parallel_projection()  # type: ignore[call-arg]
-    plotter.camera_position = "xy"
-    plotter.camera.position = np.asarray(body.center) + scene["towards"]
-    plotter.camera.focal_point = body.center
+    away = towards / np.linalg.norm(towards)
+    plotter.camera.focal_point = middle + 0.5 * (depth.max() + depth.min()) * away
+    plotter.camera.position = plotter.camera.focal_point + 2.0 * max(wide, tall, np.ptp(depth)) * away
     plotter.camera.up = (0.0, 1.0, 0.0)
-    plotter.reset_camera()  # type: ignore[call-arg]
+    plotter.camera.parallel_scale = 0.51 * max(tall, wide * height / width)
+    plotter.reset_camera_clipping_range()
     content = io.BytesIO()
     np.save(content, np.asarray(plotter.screenshot(return_img=True)))
     with open(answer, "wb") as pipe:

@@ -12,8 +12,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nvhchain.runtime import processes
-
 if TYPE_CHECKING:
     from nvhchain.handoff import FloatArray, IntArray
 
@@ -34,18 +32,9 @@ def render_frames(
     scene = io.BytesIO()
     painted = np.round(255 * colours).astype(np.uint8)
     np.savez(scene, vertices=vertices, triangles=triangles, colours=painted, towards=towards)
-    done = processes.exchange(__file__, content=scene.getbuffer(), seconds=SECONDS + SECONDS_PER_FRAME * len(vertices))
-    if done is None or done.returncode != 0:
-        return None
-    try:
-        images: np.ndarray = np.load(io.BytesIO(done.stdout))
-    except (OSError, EOFError, ValueError):  # no output, or only a part
-        return None
-    drawn = np.any(images < 255, axis=(0, 3))
-    if not drawn.any():
-        return None
-    rows, columns = np.flatnonzero(drawn.any(axis=1)), np.flatnonzero(drawn.any(axis=0))
-    return images[:, rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    from nvhchain.plots.bodies._pyvista import cropped
+
+    return cropped(__file__, scene, SECONDS + SECONDS_PER_FRAME * len(vertices))
 
 
 def _draw() -> None:

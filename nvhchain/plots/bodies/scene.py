@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from nvhchain.errors import require
 from nvhchain.fem.faces import boundary_rows, element_faces, flat_triangles, six_node_facets
 from nvhchain.handoff import FloatArray, IntArray
-from nvhchain.plots.bodies._pyvista_scene import render_scene
+from nvhchain.plots.bodies._pyvista import render_scene
 from nvhchain.runtime.extras import check_installed
 
 _SHARP = np.radians(30.0)

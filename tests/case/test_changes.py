@@ -67,3 +67,5 @@ def test_changed_knobs_reach_the_plan(capsys):
         assert main(["plan", str(CASE), "--fidelity", "draft", *change]) == 0
         texts.append(capsys.readouterr().out)
     assert len(set(texts)) == 3
+    assert "30 slices" in texts[1]
+    assert "30 slices" not in texts[0]

@@ -20,7 +20,7 @@ from nvhchain.report.verdict import verdict
 
 CAPTIONS = {
     "pressure_spectrum": "Sound pressure level at the field point, plain and A-weighted.",
-    "pressure_history": "Sound pressure over turns of the input.",
+    "pressure_history": "Sound pressure over time.",
     "bearing_forces": "Bearing forces on the housing.",
     "transmission_errors": "Quasi-static transmission error of every stage.",
     "surface_velocity": "Normal velocity of the housing at its strongest line.",

@@ -11,8 +11,8 @@ import sys
 from pathlib import Path
 
 from benchmarks.publish import publish
+from nvhchain.cli.examples import examples_folder
 from nvhchain.fidelity import STANDARD
-from nvhchain.gallery.command import CASES
 from nvhchain.gallery.making import made_items
 from nvhchain.gallery.page import verdicts, write_pages
 from nvhchain.gallery.registry import ITEMS
@@ -20,7 +20,7 @@ from nvhchain.gallery.registry import ITEMS
 
 def main() -> None:
     out = Path(sys.argv[1])
-    made = made_items(ITEMS, out, fidelity=STANDARD, cases=CASES, progress=print)
+    made = made_items(ITEMS, out, fidelity=STANDARD, cases=examples_folder() / "gearbox", progress=print)
     write_pages(made, out)
     count = sum(bool(each.numbers) for each in made)
     seconds = sum(each.seconds for each in made)

@@ -152,7 +152,8 @@ def _faults_of_end(
     ended: Ended, signal: Signals, receiver: str, usual: Undisturbed, command: Command, out: Path
 ) -> list[str]:
     faults = ["a traceback: " + ended.err[-1500:]] if "Traceback" in ended.err else []
-    sane = {"the command": {CODES[signal], 0}, "a child": {0, 1}}.get(receiver, {0})
+    # before its first line and after its last one a command has no handler of its own
+    sane = {"the command": {CODES[signal], 0, -signal}, "a child": {0, 1}}.get(receiver, {0})
     if ended.code not in sane:
         faults.append(f"exit code {ended.code}: {ended.err[-300:]}")
     if ended.code == 1 and not (ended.err.splitlines() or [""])[-1].startswith("nvhchain: "):

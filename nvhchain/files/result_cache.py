@@ -104,9 +104,8 @@ def _exclusive(path: Path | None) -> Iterator[None]:
         yield
         return
     place = hashlib.sha256(os.fsencode(path.resolve())).hexdigest()[:16]
-    temporary, mine = Path(tempfile.gettempdir()), f"nvhchain-{os.getuid()}"
-    remove_abandoned(temporary, f"{mine}-*.lock")
-    lock = temporary / f"{mine}-{place}.lock"
+    remove_abandoned_locks()
+    lock = Path(tempfile.gettempdir()) / f"{_own_prefix()}-{place}.lock"
     hold = FileLock(lock)
     try:
         hold.acquire(timeout=_PATIENCE)
@@ -118,6 +117,15 @@ def _exclusive(path: Path | None) -> Iterator[None]:
     finally:
         lock.unlink(missing_ok=True)  # waiting processes notice, and lock a new file
         hold.release()
+
+
+def remove_abandoned_locks() -> None:
+    """Remove lock files that killed processes of this user left."""
+    remove_abandoned(Path(tempfile.gettempdir()), f"{_own_prefix()}-*.lock")
+
+
+def _own_prefix() -> str:
+    return f"nvhchain-{os.getuid()}"
 
 
 @runtime_checkable

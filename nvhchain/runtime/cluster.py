@@ -55,6 +55,8 @@ def local_cluster(workers: int | None = None, *, memory_per_worker: int | None =
     ------
     InputError
         If dask.distributed is not installed, for fewer workers than one, and for less memory than the program takes.
+    ResourceError
+        If workers end before they have started, twice.
 
     Notes
     -----
@@ -76,12 +78,25 @@ def local_cluster(workers: int | None = None, *, memory_per_worker: int | None =
         memory = int(memory_per_worker)
     with (
         isolated(),
-        distributed.LocalCluster(
-            n_workers=count, threads_per_worker=1, memory_limit=memory, dashboard_address="127.0.0.1:0"
-        ) as cluster,
+        _started(distributed, count, memory) as cluster,
         distributed.Client(cluster, set_as_default=False) as client,
     ):
         yield client.get_executor(pure=False)
+
+
+def _started(distributed: Any, count: int, memory: int) -> Any:
+    """Return a new cluster; raise ResourceError if a worker ends before it has started, twice."""
+    for last in (False, True):
+        try:
+            return distributed.LocalCluster(
+                n_workers=count, threads_per_worker=1, memory_limit=memory, dashboard_address="127.0.0.1:0"
+            )
+        except RuntimeError as error:  # dask's for any worker that fails to start
+            if last:
+                raise ResourceError(
+                    f"{count} worker processes do not start ({error!s:.100}): free memory, or run without workers"
+                ) from error
+    raise AssertionError
 
 
 @contextmanager

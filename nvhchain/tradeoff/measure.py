@@ -20,7 +20,7 @@ from nvhchain.case import Case
 from nvhchain.errors import FileFormatError, SolverError, require
 from nvhchain.fidelity import Fidelity
 from nvhchain.files.hdf5 import write_text
-from nvhchain.files.result_cache import Watcher
+from nvhchain.files.result_cache import Watcher, remove_abandoned_locks
 from nvhchain.runtime import processes
 
 KILLED = "killed by signal"
@@ -190,7 +190,8 @@ def measured_run(
             raise
         finally:
             os.close(reader)
-            process.wait()
+            if process.wait() < 0:
+                remove_abandoned_locks()
         if run is None and process.returncode < 0:
             run = Run({}, f"{KILLED} {-process.returncode}")
         if run is None:

@@ -309,6 +309,30 @@ def test_a_scheduler_without_workers_is_bad_input(two_workers, monkeypatch):
         pass
 
 
+@pytest.mark.parametrize("failures", [1, 2])
+def test_workers_that_end_at_their_start_are_started_once_more(monkeypatch, failures):
+    import distributed
+
+    whole, tried = distributed.LocalCluster, []
+
+    def failing(**options):
+        tried.append(options)
+        if len(tried) <= failures:
+            raise RuntimeError("Nanny failed to start.")
+        return whole(**options)
+
+    monkeypatch.setattr(distributed, "LocalCluster", failing)
+    if failures == 1:
+        with cluster.local_cluster(1, memory_per_worker=2**30) as executor:
+            assert executor.submit(abs, -1).result() == 1
+        return
+    with (
+        pytest.raises(ResourceError, match=r"1 worker processes do not start \(Nanny failed.*run without workers"),
+        cluster.local_cluster(1, memory_per_worker=2**30),
+    ):
+        pass
+
+
 def test_without_dask_the_remedy_is_named(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "distributed", None)
     for opened in (cluster.local_cluster(2), cluster.connect("tcp://127.0.0.1:8786")):

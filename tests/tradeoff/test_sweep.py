@@ -9,6 +9,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+import tempfile
 import time
 from dataclasses import replace
 
@@ -277,8 +278,12 @@ def test_a_variant_that_the_chain_refuses_is_a_row_with_its_reason(sphere, tmp_p
     assert "refused" in markdown(sweep)
 
 
-def test_a_variant_that_the_system_ends_is_a_row_that_is_tried_again(sphere, tmp_path, here):
+def test_a_variant_that_the_system_ends_is_a_row_that_is_tried_again(sphere, tmp_path, here, monkeypatch):
     here("draft")
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    monkeypatch.setenv("TMPDIR", str(temporary))
+    monkeypatch.setattr(tempfile, "tempdir", str(temporary))
 
     class Kill(Record):
         def begin(self, stage):
@@ -290,6 +295,7 @@ def test_a_variant_that_the_system_ends_is_a_row_that_is_tried_again(sphere, tmp
     knobs = ["acoustics.precision"]
     killed = tradeoff(sphere, out=tmp_path, fidelity=nvh.DRAFT, knobs=knobs, watcher=Kill()).measurements[1]
     assert killed.refused == "killed by signal 9"
+    assert not list(temporary.glob("*.lock"))
     here()
     assert tradeoff(sphere, out=tmp_path, fidelity=nvh.DRAFT, knobs=knobs).measurements[1].refused is None
 

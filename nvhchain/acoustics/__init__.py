@@ -46,6 +46,7 @@ from nvhchain.acoustics.solutions.work import Adaptive, Work
 from nvhchain.acoustics.surfaces.needles import Remeshed, remesh_needles
 from nvhchain.acoustics.surfaces.reflecting_plane import RigidPlane
 from nvhchain.acoustics.surfaces.surface import check_mesh, check_points, required_element_size, sphere
+from nvhchain.acoustics.surfaces.velocity_mapping import map_velocity
 from nvhchain.acoustics.systems.engines import ENGINES, Bempp, Engine, Fused, compile_kernels, estimate_memory
 from nvhchain.acoustics.waves.incident import IncidentField, PlaneWave, PointSource
 from nvhchain.handoff import RadiationResistance, SoundPower, SurfacePressure
@@ -87,6 +88,7 @@ __all__ = [
     "interpolate_vectors",
     "interpolation_error",
     "loaded_bearings",
+    "map_velocity",
     "master_frequencies",
     "mean_square_velocity",
     "modal_efficiency",

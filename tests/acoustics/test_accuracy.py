@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from nvhchain.acoustics import solve_direct, sphere, transfer_vectors
+from nvhchain.acoustics import radiate, solve_direct, sphere, transfer_vectors
 from nvhchain.acoustics.accuracy.mesh_error import expected_accuracy, mean_square_angle, patch_error
 from nvhchain.acoustics.surfaces.surface import mean_edge
 from nvhchain.acoustics.waves.layer_potentials import RULE_BARYCENTRIC, RULE_WEIGHT
@@ -236,3 +236,23 @@ def test_low_singular_orders_compression_and_unfinished_iterations_are_part_of_t
     error = np.linalg.norm(found.vectors - exact.vectors, axis=2) / np.linalg.norm(exact.vectors, axis=2)
     stated = [10 ** (one.accuracy.expected_error_db / 20) for one in (found, exact)]
     assert error.max() < stated[0] - stated[1] < 50 * error.max()
+
+
+@pytest.mark.slow
+def test_a_plate_three_hundred_times_as_wide_as_thick_errs_by_less_than_is_stated():
+    """Yardstick: twice as many elements along each edge; the plate shakes, bends in one wave and breathes."""
+    frequency, width = np.array([50.0, 1200.0]), 0.3
+    points = 3.0 * np.random.default_rng(0).normal(size=(20, 3))
+
+    def sound(count):
+        plate = bodies.cells((count, count, 1), (width, width, 0.001))
+        vectors = transfer_vectors(plate, points, frequency)
+        x, y = 2.0 * np.pi * plate.centroids[:, :2].T / width
+        normal = plate.normals[:, 2]
+        for velocity in (normal, normal * np.cos(x) * np.cos(y), np.abs(normal) * np.cos(0.5 * x) * np.cos(0.5 * y)):
+            yield radiate(vectors, SurfaceVelocity(frequency, np.tile(velocity.astype(complex), (2, 1)), plate))
+
+    for coarse, fine in zip(sound(9), sound(18), strict=True):
+        error = np.abs(coarse.pressure - fine.pressure).max(axis=1) / np.abs(fine.pressure).max(axis=1)
+        stated = coarse.accuracy.expected_error_db + coarse.accuracy.cancellation_error_db
+        assert 20.0 * np.log10(1.0 + error.max()) < stated

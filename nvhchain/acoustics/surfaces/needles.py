@@ -100,7 +100,7 @@ def check_needles(surface: Surface) -> None:
         aspect[worst] <= LONGEST_SOLVED,
         f"surface: triangle {worst} is {aspect[worst]:.3g} times as long as high, {LONGEST_SOLVED:g} times at most "
         "keep to the stated errors: mesh it anew with nvhchain.acoustics.remesh_needles(surface, element_size) and "
-        "give the velocities on the faces of the new surface",
+        "bring velocities to its faces with nvhchain.acoustics.map_velocity(velocity, new surface)",
     )
 
 
@@ -128,8 +128,8 @@ def remesh_needles(surface: Surface, element_size: float) -> Remeshed | None:
     Notes
     -----
     Edges are halved until these limits are met. Every body is then scaled to the given volume. The provenance of the
-    new surface states the remaining error, which `expected_error_dB` includes. Velocities belong to faces: compute or
-    import them anew on the new surface.
+    new surface states the remaining error, which `expected_error_dB` includes. Velocities belong to faces:
+    `map_velocity` brings them to the new ones.
     """
     if not has_needles(surface):
         return None
@@ -185,13 +185,13 @@ def _remeshed(key: _Key, size: float) -> Remeshed:
 
 
 def _compared(original: Surface, size: float, cut: float) -> Remeshed:
-    vertices, triangles = remesh(*_cut(original.vertices, original.triangles, cut), size, SHARP_ANGLE)
+    vertices, triangles = remesh(*cut_edges(original.vertices, original.triangles, cut)[:2], size, SHARP_ANGLE)
     made = Surface(vertices, _outward(vertices, triangles))
     change = made.volume / original.volume - 1.0
     made = made.replace(vertices=_restored(made, original))
     distance = max(
-        _distance(np.concatenate([made.vertices, made.centroids]), *_cut(original.vertices, original.triangles, size)),
-        _distance(original.vertices, *_cut(made.vertices, made.triangles, size)),
+        _distance(np.concatenate([made.vertices, made.centroids]), original, size),
+        _distance(original.vertices, made, size),
     )
     area = float(made.areas.sum() / original.areas.sum()) - 1.0
     return Remeshed(
@@ -236,11 +236,12 @@ def _bodies(surface: Surface) -> list[tuple[IntArray, FloatArray, float]]:
     return found
 
 
-def _distance(points: FloatArray, vertices: FloatArray, triangles: IntArray) -> float:
-    """Return the largest distance (m) of points (n, 3) from a surface of short triangles; inf if far away.
+def _distance(points: FloatArray, surface: Surface, longest: float) -> float:
+    """Return the largest distance (m) of points (n, 3) from a surface, cut to edges of `longest`; inf if far away.
 
     Points farther than the longest edge count as far away.
     """
+    vertices, triangles, _ = cut_edges(surface.vertices, surface.triangles, longest)
     corners = vertices[triangles]
     reach = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
     # a triangle reaches two thirds of its longest edge from its middle
@@ -252,14 +253,18 @@ def _distance(points: FloatArray, vertices: FloatArray, triangles: IntArray) -> 
     return float(np.sqrt(max(least)))
 
 
-def _cut(vertices: FloatArray, triangles: IntArray, longest: float) -> tuple[FloatArray, IntArray]:
-    """Return the same surface with every edge longer than `longest` (m) halved repeatedly; it remains closed."""
+def cut_edges(vertices: FloatArray, triangles: IntArray, longest: float) -> tuple[FloatArray, IntArray, IntArray]:
+    """Return the same surface with every edge longer than `longest` (m) halved repeatedly; it remains closed.
+
+    Returns vertices (n, 3), triangles (k, 3) and the given triangle (k,) that each of them is a part of.
+    """
+    origin = np.arange(len(triangles))
     while True:
         ends = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
         edges, of = np.unique(ends, axis=0, return_inverse=True)
         long = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1) > longest
         if not long.any():
-            return vertices, triangles
+            return vertices, triangles, origin
         middle = np.full(len(edges), -1)
         middle[long] = len(vertices) + np.arange(np.count_nonzero(long))
         vertices = np.concatenate([vertices, vertices[edges[long]].mean(axis=1)])
@@ -278,3 +283,4 @@ def _cut(vertices: FloatArray, triangles: IntArray, longest: float) -> tuple[Flo
         triangles = np.concatenate(
             [np.stack(piece, axis=1)[count == kind] for kind, some in pieces.items() for piece in some]
         )
+        origin = np.concatenate([origin[count == kind] for kind, some in pieces.items() for _ in some])

@@ -1,0 +1,61 @@
+"""Velocities on needles reach the faces of the new mesh, side by side and in place."""
+
+import numpy as np
+import pytest
+
+from nvhchain.acoustics import map_velocity, remesh_needles
+from nvhchain.errors import InputError
+from nvhchain.handoff import SurfaceVelocity
+from nvhchain.testing.bodies import cells, cylinder, turned
+
+FREQUENCY = np.array([100.0, 200.0])
+
+
+def needles():
+    """Cylinder of 64 strips, each as long as the body."""
+    return turned([(0.0, -0.1), (0.05, -0.1), (0.05, 0.1), (0.0, 0.1)], 64)
+
+
+def moving(surface, normal):
+    return SurfaceVelocity(FREQUENCY, np.array([[1.0], [2j]]) * normal, surface)
+
+
+def test_a_shaking_cylinder_of_needles_shakes_after_remeshing():
+    given = needles()
+    new = remesh_needles(given, 0.02).surface
+    for axis in range(3):
+        found = map_velocity(moving(given, given.normals[:, axis]), new).normal_velocity
+        assert found[1] == pytest.approx(2j * found[0])
+        # strips are 5.6° wide, new faces up to three of them
+        assert np.abs(found[0] - new.normals[:, axis]).max() < 0.2
+        assert np.sqrt(np.average((found[0] - new.normals[:, axis]).real ** 2, weights=new.areas)) < 0.03
+
+
+def test_the_same_mesh_keeps_its_velocity():
+    body = cylinder(0.05, 0.1, 12)
+    normal = np.random.default_rng(1).normal(size=len(body.triangles))
+    assert map_velocity(moving(body, normal), body).normal_velocity[0] == pytest.approx(normal, abs=1e-14)
+
+
+def test_both_sides_of_a_thin_plate_stay_apart():
+    coarse, fine = (cells((n, n, 1), (0.3, 0.3, 0.001)) for n in (3, 9))
+    found = map_velocity(moving(coarse, np.where(coarse.normals[:, 2] > 0.5, 3.0, -1.0)), fine).normal_velocity[0].real
+    assert set(found[fine.normals[:, 2] > 0.5]) == {3.0}
+    assert set(found[fine.normals[:, 2] < 0.5]) == {-1.0}
+
+
+def test_a_superposition_remains_one():
+    given, rng = needles(), np.random.default_rng(2)
+    coordinates, shapes = rng.normal(size=(2, 3)) + 1j, rng.normal(size=(3, len(given.triangles)))
+    mapped = map_velocity(
+        SurfaceVelocity.superposition(FREQUENCY, coordinates, shapes, given), remesh_needles(given, 0.02).surface
+    )
+    assert mapped.shapes.shape == (3, len(mapped.surface.triangles))
+    plain = map_velocity(moving(given, shapes[0]), mapped.surface).normal_velocity[0].real
+    assert mapped.shapes[0] == pytest.approx(plain)
+
+
+def test_a_mesh_somewhere_else_is_refused_with_the_place():
+    body = cylinder(0.05, 0.1, 12)
+    with pytest.raises(InputError, match=r"no face within .* mm of \(.*\) mm .* same body at the same place"):
+        map_velocity(moving(body, body.normals[:, 0]), body.replace(vertices=body.vertices + 0.1))

@@ -18,7 +18,7 @@ import time
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
-from signal import SIGINT, SIGKILL, SIGTERM, Signals
+from signal import SIGINT, SIGKILL, SIGTERM, Signals, default_int_handler, signal
 from typing import Any
 
 import psutil
@@ -215,6 +215,7 @@ def page(found: list[tuple[str, str, str, list[str]]], seed: int) -> str:
 
 def main() -> None:
     count, seed, seconds = (list(map(float, sys.argv[1:])) + [500, 1, float("inf")][len(sys.argv) - 1 :])[:3]
+    signal(SIGINT, default_int_handler)  # background jobs of a script ignore it otherwise, and so would all commands
     folder = Path(tempfile.mkdtemp(prefix="nvhchain-kills-"))
     found = tries(int(count), int(seed), folder, seconds)
     publish("project/kills", page(found, int(seed)))

@@ -10,6 +10,7 @@ from typing import NoReturn
 from nvhchain import __version__
 from nvhchain.cli import commands
 from nvhchain.cli.examples import EXAMPLES
+from nvhchain.cli.study import study_command
 from nvhchain.fidelity import PRESETS
 from nvhchain.names import printable
 
@@ -225,6 +226,14 @@ def parser() -> argparse.ArgumentParser:
         "--out", metavar="DIR", type=folder, help="folder for the measurements (default: out/tradeoff-<case name>)"
     )
     tradeoff.set_defaults(action=commands.tradeoff)
+
+    study = verbs.add_parser("study", help="run many designs of one case, with tables, effects and best designs")
+    study.add_argument("study", metavar="STUDY", help="TOML file: base case, parameters, plan")
+    study.add_argument("--fidelity", choices=list(PRESETS), default="draft", help="accuracy preset (default: draft)")
+    study.add_argument("--out", metavar="DIR", type=folder, help="folder for the tables (default: out/<study file>)")
+    study.add_argument("--workers", metavar="N", type=int, help="run designs on N processes of this machine")
+    study.add_argument("--plan", action="store_true", help="print designs, time and memory; compute nothing")
+    study.set_defaults(action=study_command)
 
     plan = verbs.add_parser("plan", parents=[common], help="say what will be modelled, skipped, and what it takes")
     plan.add_argument("case", metavar="CASE")

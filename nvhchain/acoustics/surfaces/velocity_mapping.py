@@ -38,13 +38,12 @@ def map_velocity(velocity: SurfaceVelocity, surface: Surface) -> SurfaceVelocity
     Raises
     ------
     InputError
-        If a face of `surface` lies farther from the given surface than half its longest edge, or if no face there
-        points to the same side.
+        If a face of `surface` is farther from all given faces on its side than half the longest edge.
 
     Notes
     -----
-    A face has the mean of four samples: each takes the velocity of the nearest given face whose normal is less than
-    90° from its own, so that both sides of a thin wall stay apart. Faces have one velocity each, so that the motion of
+    A face has the mean of four samples. Each has the velocity of the nearest given face whose normal is less than 90°
+    from its own; both sides of a thin wall stay apart. Faces have one velocity each, so that the motion of
     long needles comes out as coarse as it went in.
 
     Examples

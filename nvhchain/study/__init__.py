@@ -1,0 +1,44 @@
+"""Studies: many designs of one case at several speeds and torques, their table, effects and best designs."""
+
+from nvhchain.study.analysis import (
+    Effect,
+    SobolIndex,
+    best_designs,
+    idle_parameters,
+    indices_from,
+    main_effects,
+    responses_of,
+    sensitivity,
+    worst_rows,
+)
+from nvhchain.study.definition import Parameter, Study, load_study
+from nvhchain.study.designs import Design, count_designs, list_designs
+from nvhchain.study.measuring import measure
+from nvhchain.study.running import Point, Row, check_parameters, operating_points, run_study
+from nvhchain.study.tables import rows_csv, write_study
+
+__all__ = [
+    "Design",
+    "Effect",
+    "Parameter",
+    "Point",
+    "Row",
+    "SobolIndex",
+    "Study",
+    "best_designs",
+    "check_parameters",
+    "count_designs",
+    "idle_parameters",
+    "indices_from",
+    "list_designs",
+    "load_study",
+    "main_effects",
+    "measure",
+    "operating_points",
+    "responses_of",
+    "rows_csv",
+    "run_study",
+    "sensitivity",
+    "worst_rows",
+    "write_study",
+]

@@ -1,0 +1,303 @@
+"""Effects of parameters on responses, Sobol indices, and best designs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.stats import sobol_indices
+
+from nvhchain.errors import require
+from nvhchain.handoff import FloatArray
+from nvhchain.study.definition import Study
+from nvhchain.study.running import Row
+
+
+@dataclass(frozen=True)
+class Effect:
+    """Main effect of a parameter on a response.
+
+    Parameters
+    ----------
+    parameter, response : str
+        Names.
+    change : float
+        Highest less lowest mean of the response over the groups of values, in the unit of the response.
+    lowest, highest : object
+        Value, or middle of a quarter of the values, with the lowest and with the highest mean.
+    share : float
+        Share of the variance of the response that lies between the groups, 0 to 1.
+    """
+
+    parameter: str
+    response: str
+    change: float
+    lowest: object
+    highest: object
+    share: float
+
+
+@dataclass(frozen=True)
+class SobolIndex:
+    """Share of the variance of a response that is due to a parameter.
+
+    Parameters
+    ----------
+    parameter, response : str
+        Names.
+    first, total : float
+        Share by the parameter alone, and with all its interactions.
+    first_limits, total_limits : tuple of float
+        95 % confidence limits, by resampling.
+    """
+
+    parameter: str
+    response: str
+    first: float
+    total: float
+    first_limits: tuple[float, float]
+    total_limits: tuple[float, float]
+
+
+def main_effects(study: Study, rows: Sequence[Row]) -> list[Effect]:
+    """Return the main effects of all parameters, and of speed and torque, on all responses, the largest first.
+
+    Parameters
+    ----------
+    study : Study
+        Study.
+    rows : sequence of Row
+        Rows of `run_study`; refused ones are omitted.
+
+    Returns
+    -------
+    list of Effect
+        Effects by response. Values of a distribution are grouped in quarters.
+    """
+    used = [row for row in rows if row.refused is None]
+    found = []
+    for response in responses_of(used):
+        here = [row for row in used if response in row.responses]
+        values = np.array([row.responses[response] for row in here])
+        effects = [
+            _effect(name, response, given, values)
+            for name, given in _columns(study, here).items()
+            if len(set(map(str, given))) > 1
+        ]
+        found += sorted(effects, key=lambda effect: -effect.share)
+    return found
+
+
+def responses_of(rows: Sequence[Row]) -> list[str]:
+    """Return the names of all responses, in their order.
+
+    Parameters
+    ----------
+    rows : sequence of Row
+        Rows.
+
+    Returns
+    -------
+    list of str
+        Names.
+    """
+    return list(dict.fromkeys(name for row in rows for name in row.responses))
+
+
+def worst_rows(rows: Sequence[Row]) -> list[Row]:
+    """Return one row per design, with the largest value of each response over its operating points.
+
+    Parameters
+    ----------
+    rows : sequence of Row
+        Rows; designs with a refused run are omitted.
+
+    Returns
+    -------
+    list of Row
+        Rows with the operating point of the largest first response.
+    """
+    refused = {row.design for row in rows if row.refused is not None}
+    designs: dict[int, list[Row]] = {}
+    for row in rows:
+        if row.design not in refused:
+            designs.setdefault(row.design, []).append(row)
+    found = []
+    for some in designs.values():
+        responses, limits = {}, {}
+        for name in responses_of(some):
+            worst = max((row for row in some if name in row.responses), key=lambda row: row.responses[name])
+            responses[name] = worst.responses[name]
+            if name in worst.limits:
+                limits[name] = worst.limits[name]
+        first = next(iter(responses), None)
+        place = some[0] if first is None else max(some, key=lambda row: row.responses[first])
+        found.append(replace(place, responses=responses, limits=limits))
+    return found
+
+
+def idle_parameters(effects: Sequence[Effect]) -> list[str]:
+    """Return parameters on which no response depends.
+
+    Parameters
+    ----------
+    effects : sequence of Effect
+        Main effects.
+
+    Returns
+    -------
+    list of str
+        Parameters all of whose effects are below 1e-9 in the unit of the response.
+    """
+    most: dict[str, float] = {}
+    for effect in effects:
+        most[effect.parameter] = max(most.get(effect.parameter, 0.0), abs(effect.change))
+    return [name for name, change in most.items() if change < 1e-9]
+
+
+def best_designs(rows: Sequence[Row], first: str, second: str) -> list[Row]:
+    """Return the rows that no other row betters in two responses, both better the smaller, by the first.
+
+    Parameters
+    ----------
+    rows : sequence of Row
+        Rows.
+    first, second : str
+        Responses.
+
+    Returns
+    -------
+    list of Row
+        Pareto-optimal rows.
+
+    Raises
+    ------
+    InputError
+        If no row has a response.
+    """
+    known = responses_of(rows)
+    for name in (first, second):
+        require(name in known, f"pareto: no response {name!r}: choose among {', '.join(known) or 'none: all failed'}")
+    usable = [row for row in rows if first in row.responses and second in row.responses]
+    found: list[Row] = []
+    for row in sorted(usable, key=lambda row: (row.responses[first], row.responses[second])):
+        if not found or row.responses[second] < found[-1].responses[second]:
+            found.append(row)
+    return found
+
+
+def sensitivity(study: Study, rows: Sequence[Row]) -> list[SobolIndex]:
+    """Return the Sobol indices of a study whose plan is `sensitivity`, worst case over its operating points.
+
+    Parameters
+    ----------
+    study : Study
+        Study.
+    rows : sequence of Row
+        Rows of `run_study`.
+
+    Returns
+    -------
+    list of SobolIndex
+        Indices of every parameter, by response.
+
+    Raises
+    ------
+    InputError
+        If the plan is another one, or a design was refused.
+    """
+    require(study.plan == "sensitivity", f"plan = '{study.plan}': Sobol indices need plan = 'sensitivity'")
+    refused = [row for row in rows if row.refused is not None]
+    require(not refused, f"{len(refused)} refused designs leave no Sobol indices: narrow the distributions")
+    names = [parameter.name for parameter in study.parameters]
+    found = []
+    for response in responses_of(rows):
+        worst = np.array([row.responses[response] for row in sorted(worst_rows(rows), key=lambda row: row.design)])
+        if np.ptp(worst) > 1e-12 * max(1.0, float(np.abs(worst).max())):
+            found += indices_from(names, response, worst, study.designs)
+    return found
+
+
+def indices_from(names: Sequence[str], response: str, values: ArrayLike, count: int) -> list[SobolIndex]:
+    """Return Sobol indices from the values of a response at the designs of a plan `sensitivity`.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Parameters.
+    response : str
+        Name of the response.
+    values : (count · (n_parameter + 2),) array
+        Response at the designs A, B, and A with one parameter from B after the other.
+    count : int
+        Number of designs of A.
+
+    Returns
+    -------
+    list of SobolIndex
+        Indices.
+
+    Notes
+    -----
+    Estimators of Saltelli et al. (2010) by scipy; limits are percentiles of 999 samples of designs.
+    """
+    parts = np.asarray(values, dtype=float).reshape(len(names) + 2, count)
+    parts = parts - parts.mean()  # less error of the estimators
+    made = sobol_indices(
+        func={"f_A": parts[:1], "f_B": parts[1:2], "f_AB": parts[2:, None, :]}, n=count, method="saltelli_2010"
+    )
+    resampled = made.bootstrap(n_resamples=999)
+    limits = [
+        (np.atleast_1d(index.confidence_interval.low).ravel(), np.atleast_1d(index.confidence_interval.high).ravel())
+        for index in (resampled.first_order, resampled.total_order)
+    ]
+    first, total = np.ravel(made.first_order), np.ravel(made.total_order)
+    return [
+        SobolIndex(
+            name,
+            response,
+            float(first[i]),
+            float(total[i]),
+            (float(limits[0][0][i]), float(limits[0][1][i])),
+            (float(limits[1][0][i]), float(limits[1][1][i])),
+        )
+        for i, name in enumerate(names)
+    ]
+
+
+def _columns(study: Study, rows: Sequence[Row]) -> dict[str, list[object]]:
+    """Return the values of every parameter, distributions in quarters, and of speed and torque."""
+    columns: dict[str, list[object]] = {}
+    for parameter in study.parameters:
+        given = [row.values[parameter.name] for row in rows]
+        columns[parameter.name] = given if parameter.levels else list(_quarters(np.array(given, dtype=float)))
+    return columns | {"speed_rpm": [row.speed_rpm for row in rows], "torque_Nm": [row.torque for row in rows]}
+
+
+def _quarters(values: FloatArray) -> list[float]:
+    """Return the mean of the quarter of all values to which each one belongs."""
+    order = np.argsort(values, kind="stable")
+    found = np.empty(len(values))
+    for part in np.array_split(order, min(4, len(values))):
+        found[part] = values[part].mean()
+    return [float(f"{value:.4g}") for value in found]
+
+
+def _effect(name: str, response: str, given: Sequence[object], values: FloatArray) -> Effect:
+    groups: dict[str, list[int]] = {}
+    for index, value in enumerate(given):
+        groups.setdefault(str(value), []).append(index)
+    means = {key: float(values[some].mean()) for key, some in groups.items()}
+    low, high = min(means, key=means.__getitem__), max(means, key=means.__getitem__)
+    between = sum(len(some) * (means[key] - values.mean()) ** 2 for key, some in groups.items())
+    whole = float(((values - values.mean()) ** 2).sum())
+    return Effect(
+        name,
+        response,
+        means[high] - means[low],
+        given[groups[low][0]],
+        given[groups[high][0]],
+        float(between / whole) if whole > 0 else 0.0,
+    )

@@ -1,0 +1,88 @@
+"""Designs of a study: the value of every parameter."""
+
+from __future__ import annotations
+
+from itertools import product
+from math import prod
+from typing import Any
+
+import numpy as np
+from scipy.stats import qmc
+
+from nvhchain.errors import require
+from nvhchain.handoff import FloatArray
+from nvhchain.study.definition import Study
+
+Design = dict[str, Any]
+"""Name of a parameter → its value."""
+
+
+def list_designs(study: Study) -> list[Design]:
+    """Return the designs of a study in the order of its plan.
+
+    Parameters
+    ----------
+    study : Study
+        Study.
+
+    Returns
+    -------
+    list of dict
+        Parameter → value. Designs of `sensitivity` are the matrices A, B and, for every parameter, A with its values
+        from B, one after the other.
+
+    Raises
+    ------
+    InputError
+        If there are more designs than the study permits.
+    """
+    count = count_designs(study)
+    require(
+        count <= study.most_designs,
+        f"{count} designs are more than most_designs = {study.most_designs}: take fewer values, a latin_hypercube, or "
+        "raise most_designs",
+    )
+    names = [parameter.name for parameter in study.parameters]
+    levels = [parameter.levels for parameter in study.parameters]
+    if study.plan == "grid":
+        return [dict(zip(names, values, strict=True)) for values in product(*levels)]
+    if study.plan == "list":
+        return [dict(zip(names, values, strict=True)) for values in zip(*levels, strict=True)]
+    shares = np.clip(_shares(study), 1e-9, 1.0 - 1e-9)  # no end of a normal distribution
+    return [
+        {parameter.name: parameter.value_at(share) for parameter, share in zip(study.parameters, row, strict=True)}
+        for row in shares
+    ]
+
+
+def count_designs(study: Study) -> int:
+    """Return the number of designs of a plan.
+
+    Parameters
+    ----------
+    study : Study
+        Study.
+
+    Returns
+    -------
+    int
+        Number of designs.
+    """
+    if study.plan == "grid":
+        return prod(len(parameter.levels) for parameter in study.parameters)
+    if study.plan == "list":
+        return len(study.parameters[0].levels)
+    return study.designs * (len(study.parameters) + 2) if study.plan == "sensitivity" else study.designs
+
+
+def _shares(study: Study) -> FloatArray:
+    """Return the shares (n, n_parameter) of the distributions below the values of each design."""
+    size = len(study.parameters)
+    if study.plan == "latin_hypercube":
+        return np.asarray(qmc.LatinHypercube(size, seed=study.seed).random(study.designs))
+    if study.plan == "sobol":
+        return np.asarray(qmc.Sobol(size, seed=study.seed).random(study.designs))
+    both = qmc.Sobol(2 * size, seed=study.seed).random(study.designs)
+    first, second = both[:, :size], both[:, size:]
+    mixed = [np.where(np.arange(size) == column, second, first) for column in range(size)]
+    return np.concatenate([first, second, *mixed])

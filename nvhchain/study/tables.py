@@ -1,0 +1,207 @@
+"""Files and words of a study: CSV tables, figures and the lines of its end."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from nvhchain.files.hdf5 import write_text
+from nvhchain.plots.designs import best_points, effect_bars
+from nvhchain.plots.files import save
+from nvhchain.study.analysis import (
+    Effect,
+    best_designs,
+    idle_parameters,
+    main_effects,
+    responses_of,
+    sensitivity,
+    worst_rows,
+)
+from nvhchain.study.definition import Study
+from nvhchain.study.running import Row
+
+
+def write_study(study: Study, rows: Sequence[Row], out: str | Path) -> list[str]:
+    """Write tables and figures of a study and return the lines that sum it up.
+
+    Parameters
+    ----------
+    study : Study
+        Study.
+    rows : sequence of Row
+        Rows of `run_study`.
+    out : str or Path
+        Folder.
+
+    Returns
+    -------
+    list of str
+        Best design, largest effects, parameters without effect, refused designs.
+
+    Notes
+    -----
+    The file study.csv has a line for every run. Main effects are in effects.csv, the Sobol indices of a plan
+    `sensitivity` in indices.csv. Figures (effects.png, pareto.png) appear where responses differ.
+    """
+    folder = Path(out)
+    write_text(folder / "study.csv", rows_csv(study, rows))
+    effects = main_effects(study, rows)
+    write_text(folder / "effects.csv", _csv(_effect_record(effect) for effect in effects))
+    lines = _summary(study, rows, effects)
+    main = _main_response(rows)
+    if main is not None and any(effect.response == main for effect in effects):
+        save(_effect_bars([effect for effect in effects if effect.response == main]), folder / "effects.png")
+    if study.plan == "sensitivity" and rows and all(row.refused is None for row in rows):
+        indices = sensitivity(study, rows)
+        write_text(folder / "indices.csv", _csv(vars(index) for index in indices))
+        lines += [
+            f"{index.response}: {index.parameter} alone {_percent(index.first, index.first_limits)}, with interactions "
+            f"{_percent(index.total, index.total_limits)}"
+            for index in indices
+            if index.response == main
+        ]
+    pair = study.pareto or _pareto_pair(rows)
+    if pair:
+        worst = worst_rows(rows)
+        best = best_designs(worst, *pair)
+        found = {row.design: tuple(row.responses[name] for name in pair[::-1]) for row in best}
+        others = [
+            tuple(row.responses[name] for name in pair[::-1])
+            for row in worst
+            if all(name in row.responses for name in pair)
+        ]
+        save(best_points(others, found, names=pair[::-1]), folder / "pareto.png")
+        lines.append(f"Best in {pair[0]} and {pair[1]}: designs {', '.join(str(row.design) for row in best)}")
+    return lines
+
+
+def rows_csv(study: Study, rows: Sequence[Row]) -> str:
+    """Return the table of all runs as CSV in ASCII; missing values are empty.
+
+    Parameters
+    ----------
+    study : Study
+        Study.
+    rows : sequence of Row
+        Rows of `run_study`.
+
+    Returns
+    -------
+    str
+        Content of study.csv.
+    """
+    responses = responses_of(rows)
+    limited = [name for name in responses if any(name in row.limits for row in rows)]
+    records = []
+    for row in rows:
+        record: dict[str, Any] = {"design": row.design, **row.values}
+        record |= {"speed_rpm": row.speed_rpm, "torque_Nm": row.torque}
+        for name in responses:
+            record[name] = row.responses.get(name)
+            if name in limited:
+                record[f"{name} lower"], record[f"{name} upper"] = row.limits.get(name, (None, None))
+        records.append(record | {"seconds": row.seconds, "refused": row.refused})
+    kept = [name for name in records[0] if name not in ("speed_rpm", "torque_Nm") or records[0][name] is not None]
+    return _csv({name: record[name] for name in kept} for record in records)
+
+
+def _csv(records: Iterable[Mapping[str, Any]]) -> str:
+    records = list(records)
+    if not records:
+        return ""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(records[0]), lineterminator="\n")
+    writer.writeheader()
+    for record in records:
+        writer.writerow({name: _cell(value) for name, value in record.items()})
+    return text.getvalue().encode("ascii", "backslashreplace").decode()
+
+
+def _cell(value: Any) -> Any:
+    if isinstance(value, float):
+        return f"{value:.9g}"
+    return "" if value is None else value
+
+
+def _effect_record(effect: Effect) -> dict[str, Any]:
+    return {
+        "response": effect.response,
+        "parameter": effect.parameter,
+        "change": effect.change,
+        "lowest_at": effect.lowest,
+        "highest_at": effect.highest,
+        "share_of_variance": effect.share,
+    }
+
+
+def _main_response(rows: Sequence[Row]) -> str | None:
+    known = responses_of(rows)
+    return next((name for name in ("level", "sound_power", *known) if name in known), None)
+
+
+def _pareto_pair(rows: Sequence[Row]) -> tuple[str, str] | None:
+    """Return level and mass where both differ between designs."""
+    main = _main_response(rows)
+    if main is None or main == "mass_kg":
+        return None
+    both = {
+        name: {round(row.responses[name], 9) for row in rows if name in row.responses} for name in (main, "mass_kg")
+    }
+    return (main, "mass_kg") if all(len(values) > 1 for values in both.values()) else None
+
+
+def _summary(study: Study, rows: Sequence[Row], effects: Sequence[Effect]) -> list[str]:
+    lines, main = [], _main_response(rows)
+    heard = [row for row in worst_rows(rows) if main is not None and main in row.responses]
+    if main is not None and heard:
+        several = " (worst operating point)" if len({(row.speed_rpm, row.torque) for row in rows}) > 1 else ""
+        for word, row in (
+            ("Lowest", min(heard, key=lambda row: row.responses[main])),
+            ("Highest", max(heard, key=lambda row: row.responses[main])),
+        ):
+            given = ", ".join(f"{name} = {_short(value)}" for name, value in _given(row).items())
+            lines.append(
+                f"{word} {main}{several}: {row.responses[main]:.1f}{_limits(row, main)}, design {row.design} ({given})"
+            )
+        for effect in [effect for effect in effects if effect.response == main][:3]:
+            lines.append(
+                f"{effect.parameter} changes {main} by {effect.change:.3g} on average "
+                f"({_short(effect.lowest)} lowest, {_short(effect.highest)} highest): "
+                f"{100 * effect.share:.0f} % of its variance"
+            )
+    idle = [name for name in idle_parameters(effects) if name not in ("speed_rpm", "torque_Nm")]
+    if idle:
+        lines.append(f"No response depends on {', '.join(idle)}")
+    refused = [row for row in rows if row.refused is not None]
+    if refused:
+        lines.append(f"{len(refused)} of {len(rows)} runs were refused, the first: {refused[0].refused}")
+    return lines
+
+
+def _given(row: Row) -> dict[str, Any]:
+    points = {"speed_rpm": row.speed_rpm, "torque_Nm": row.torque}
+    return row.values | {name: value for name, value in points.items() if value is not None}
+
+
+def _limits(row: Row, name: str) -> str:
+    if name not in row.limits:
+        return ""
+    low, high = ("none" if limit is None else f"{limit:.1f}" for limit in row.limits[name])
+    return f" ({low}…{high})"
+
+
+def _short(value: object) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)[:40]
+
+
+def _percent(share: float, limits: tuple[float, float]) -> str:
+    return f"{100 * share:.0f} % ({100 * limits[0]:.0f}…{100 * limits[1]:.0f})"
+
+
+def _effect_bars(effects: Sequence[Effect]) -> list[Any]:
+    notes = [f"{_short(effect.lowest)} to {_short(effect.highest)}" for effect in effects]
+    bars = {effect.parameter: effect.change for effect in effects}
+    return effect_bars(bars, notes, name=effects[0].response)

@@ -1,0 +1,270 @@
+"""Studies: designs, runs, tables, effects, and what is refused."""
+
+import csv
+import io
+import json
+from concurrent.futures import BrokenExecutor, Future
+
+import numpy as np
+import pytest
+
+import nvhchain as nvh
+from nvhchain.cli import main
+from nvhchain.errors import InputError
+from nvhchain.study import (
+    Parameter,
+    Study,
+    best_designs,
+    idle_parameters,
+    indices_from,
+    list_designs,
+    load_study,
+    main_effects,
+    rows_csv,
+    run_study,
+    running,
+    worst_rows,
+    write_study,
+)
+
+SPHERE = """
+kind = "radiator"
+name = "ball"
+frequencies = [200]
+pulsation = 1.0
+[body]
+type = "sphere"
+radius_mm = 10
+[[field_points]]
+name = "1 m"
+position = [1, 0, 0]
+"""
+
+
+@pytest.fixture
+def sphere(tmp_path):
+    path = tmp_path / "ball.toml"
+    path.write_text(SPHERE)
+    return path
+
+
+def written(tmp_path, text):
+    path = tmp_path / "study.toml"
+    path.write_text('case = "ball.toml"\n' + text)
+    return path
+
+
+RADII = '[[parameters]]\nname = "radius"\npath = "body.radius_mm"\nvalues = [5, 10, 20]\n'
+SPEEDS = '[[parameters]]\nname = "velocity"\npath = "pulsation"\nvalues = [1.0, 2.0]\n'
+
+
+def test_levels_of_a_grid_follow_the_closed_form(sphere, tmp_path):
+    """Level of a small pulsating sphere: 20 dB a decade of velocity, 40 of radius."""
+    study = load_study(written(tmp_path, RADII + SPEEDS))
+    rows = run_study(study, out=tmp_path / "out", fidelity=nvh.DRAFT)
+    level = {(row.values["radius"], row.values["velocity"]): row.responses["level"] for row in rows}
+    assert len(level) == 6
+    for radius in (5, 10, 20):
+        assert level[radius, 2.0] - level[radius, 1.0] == pytest.approx(20 * np.log10(2), abs=1e-6)
+    assert level[20, 1.0] - level[5, 1.0] == pytest.approx(40 * np.log10(4), abs=0.1)
+    low, high = rows[0].limits["level"]
+    assert low < rows[0].responses["level"] < high
+    effects = {effect.parameter: effect for effect in main_effects(study, rows) if effect.response == "level"}
+    assert effects["radius"].change == pytest.approx(level[20, 1.0] - level[5, 1.0], abs=1e-6)
+    assert (effects["radius"].lowest, effects["radius"].highest) == (5, 20)
+    assert effects["radius"].share + effects["velocity"].share == pytest.approx(1.0, abs=1e-6)
+
+
+def test_rows_outlast_an_interruption_and_equal_designs_are_run_once(sphere, tmp_path, monkeypatch):
+    study = load_study(written(tmp_path, RADII.replace("[5, 10, 20]", "[5, 10, 10.0, 20]")))
+    real, ran = running.measure, []
+
+    def counted(case, *rest):
+        if len(ran) == 2:
+            raise KeyboardInterrupt
+        ran.append(case.body.radius)
+        return real(case, *rest)
+
+    monkeypatch.setattr(running, "measure", counted)
+    with pytest.raises(KeyboardInterrupt):
+        run_study(study, out=tmp_path / "out", fidelity=nvh.DRAFT)
+    ran[:] = ["the third alone is left"]
+    rows = run_study(study, out=tmp_path / "out", fidelity=nvh.DRAFT)
+    assert ran == ["the third alone is left", pytest.approx(0.02)]
+    assert rows[1].responses == rows[2].responses
+    monkeypatch.setattr(running, "measure", real)
+    fresh = run_study(study, out=tmp_path / "other", fidelity=nvh.DRAFT)
+    assert [row.responses for row in fresh] == [row.responses for row in rows]
+
+
+def test_a_failed_design_is_a_row_with_its_reason_and_is_tried_again(sphere, tmp_path):
+    study = load_study(written(tmp_path, RADII.replace("5, 10, 20", "10, 2000")))
+    rows = run_study(study, out=tmp_path / "out", fidelity=nvh.DRAFT)
+    assert rows[0].refused is None
+    assert "lies inside the body" in rows[1].refused
+    assert not rows[1].responses
+    lines = write_study(study, rows, tmp_path / "out")
+    assert any(line.startswith("1 of 2 runs were refused, the first: ") for line in lines)
+    table = list(csv.DictReader(io.StringIO((tmp_path / "out" / "study.csv").read_text())))
+    assert table[1]["level"] == ""
+    assert table[1]["refused"] == rows[1].refused
+
+
+class Losing:
+    """Executor whose second task loses its worker."""
+
+    def __init__(self):
+        self.tasks = 0
+
+    def submit(self, function, *arguments):
+        self.tasks += 1
+        future = Future()
+        if self.tasks == 2:
+            future.set_exception(BrokenExecutor("killed"))
+        else:
+            future.set_result(function(*arguments))
+        return future
+
+
+def test_a_lost_worker_costs_one_run_and_changes_no_row(sphere, tmp_path):
+    from concurrent.futures import Executor
+
+    class Pool(Losing, Executor):
+        pass
+
+    study = load_study(written(tmp_path, RADII))
+    pool = Pool()
+    rows = run_study(study, out=tmp_path / "out", fidelity=nvh.DRAFT, executor=pool)
+    assert pool.tasks == 2
+    alone = run_study(study, out=tmp_path / "other", fidelity=nvh.DRAFT)
+    assert [row.responses for row in rows] == [row.responses for row in alone]
+
+
+def test_plans_have_their_numbers_of_designs_and_repeat():
+    ranges = tuple(Parameter(name, (f"a.{name}",), low=1.0, high=3.0) for name in "xyz")
+
+    def designs(plan, count):
+        return list_designs(Study("case.toml", ranges, plan=plan, designs=count, seed=3))
+
+    for plan, count in (("latin_hypercube", 10), ("sobol", 16)):
+        made = designs(plan, count)
+        assert len(made) == count
+        assert made == designs(plan, count)
+        assert all(1.0 < value < 3.0 for design in made for value in design.values())
+    # one value in each tenth of the range
+    tenths = sorted(int((design["x"] - 1.0) / 0.2) for design in designs("latin_hypercube", 10))
+    assert tenths == list(range(10))
+    assert len(designs("sensitivity", 8)) == 8 * 5
+
+
+def test_a_normal_distribution_has_its_mean_and_deviation():
+    parameter = Parameter("x", ("a.x",), mean=2.0, deviation=0.5)
+    made = [design["x"] for design in list_designs(Study("case.toml", (parameter,), plan="sobol", designs=1024))]
+    assert np.mean(made) == pytest.approx(2.0, abs=0.01)
+    assert np.std(made) == pytest.approx(0.5, rel=0.02)
+
+
+def test_sobol_indices_of_the_ishigami_function_lie_within_their_limits():
+    """Exact values with a = 7, b = 0.1: first 0.3139, 0.4424, 0; total 0.5576, 0.4424, 0.2437."""
+    angles = tuple(Parameter(f"x{i}", (f"a.x{i}",), low=-np.pi, high=np.pi) for i in range(3))
+    study = Study("case.toml", angles, plan="sensitivity", designs=1024)
+    x = np.array([[design[f"x{i}"] for i in range(3)] for design in list_designs(study)])
+    response = np.sin(x[:, 0]) + 7.0 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0])
+    found = indices_from(["x0", "x1", "x2"], "y", response, 1024)
+    for index, first, total in zip(found, (0.3139, 0.4424, 0.0), (0.5576, 0.4424, 0.2437), strict=True):
+        assert index.first_limits[0] < first < index.first_limits[1]
+        assert index.total_limits[0] < total < index.total_limits[1]
+        assert index.total == pytest.approx(total, abs=0.05)
+
+
+def row(design, **responses):
+    return running.Row(design, {"x": design}, responses=responses)
+
+
+def test_best_designs_are_those_that_no_other_betters_in_both():
+    rows = [row(0, level=70.0, mass=3.0), row(1, level=72.0, mass=2.0), row(2, level=71.0, mass=3.5)]
+    rows += [row(3, level=75.0, mass=2.0), row(4, level=76.0, mass=1.0)]
+    assert [found.design for found in best_designs(rows, "level", "mass")] == [0, 1, 4]
+    with pytest.raises(InputError, match="no response 'loudness': choose among level, mass"):
+        best_designs(rows, "level", "loudness")
+
+
+def test_a_design_counts_by_its_worst_operating_point_and_not_at_all_where_one_is_refused():
+    points = [(0, 1000.0, 70.0), (0, 2000.0, 80.0), (1, 1000.0, 75.0), (1, 2000.0, 74.0)]
+    rows = [running.Row(n, {"x": n}, speed, responses={"level": level}) for n, speed, level in points]
+    rows += [row(2, level=60.0), running.Row(2, {"x": 2}, 2000.0, refused="no")]
+    assert [(one.design, one.speed_rpm, one.responses["level"]) for one in worst_rows(rows)] == [
+        (0, 2000.0, 80.0),
+        (1, 1000.0, 75.0),
+    ]
+
+
+def test_a_parameter_without_effect_is_named():
+    study = Study("case.toml", (Parameter("x", ("a.x",), (0, 1)), Parameter("y", ("a.y",), (0, 1))))
+    rows = [running.Row(n, {"x": n % 2, "y": n // 2}, responses={"level": 60.0 + n % 2}) for n in range(4)]
+    assert idle_parameters(main_effects(study, rows)) == ["y"]
+
+
+def test_variants_change_several_places_together(sphere, tmp_path):
+    text = (
+        '[[parameters]]\nname = "kind"\n[parameters.variants.small]\n"body.radius_mm" = 5\npulsation = 4.0\n'
+        "[parameters.variants.large]\n"
+    )
+    rows = run_study(load_study(written(tmp_path, text)), out=tmp_path / "out", fidelity=nvh.DRAFT)
+    assert [row.values["kind"] for row in rows] == ["small", "large"]
+    # a quarter of the area, four times the velocity
+    assert rows[0].responses["level"] == pytest.approx(rows[1].responses["level"], abs=0.05)
+
+
+def test_tables_are_ascii_with_empty_cells():
+    study = Study("case.toml", (Parameter("x", ("a.x",), ("ä", "b")),))
+    rows = [
+        running.Row(0, {"x": "ä"}, responses={"level": 60.0}, limits={"level": (None, 61.0)}),
+        running.Row(1, {"x": "b"}, refused="too large, by 2"),
+    ]
+    text = rows_csv(study, rows)
+    assert text.isascii()
+    first, second = csv.DictReader(io.StringIO(text))
+    assert (first["level lower"], first["level upper"], first["refused"]) == ("", "61", "")
+    assert (second["level"], second["refused"]) == ("", "too large, by 2")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "a study without parameters has one design"),
+        (RADII.replace("radius_mm", "radios_mm"), "radius: does not fit ball.toml.*did you mean 'radius'"),
+        (RADII.replace("[5, 10, 20]", "[]"), "radius: give one of values, variants, low and high, mean and deviation"),
+        (RADII + "low = 1\nhigh = 2\n", "not values and low and high"),
+        (RADII.replace("values = [5, 10, 20]", "low = 3\nhigh = 1"), "low = 3 must be below high = 1"),
+        (RADII.replace("[5, 10, 20]", "[5, 5.0]"), "all values give the same case"),
+        (RADII + RADII, "radius"),
+        ('plan = "list"\n' + RADII + SPEEDS, "as many values everywhere, not"),
+        ('plan = "sobol"\ndesigns = 6\n' + RADII, "needs a power of two, such as 8"),
+        ('plan = "latin_hypercube"\n' + RADII, "needs a positive number"),
+        ("most_designs = 2\n" + RADII, "3 designs are more than most_designs = 2"),
+        ("speed = 3\n" + RADII, "unknown field 'speed'"),
+        (RADII.replace('"radius"', '"seconds"'), "seconds is a column of every table"),
+        (RADII.replace("path =", "peth ="), "radius: unknown field 'peth'"),
+    ],
+)
+def test_bad_studies_are_refused_before_any_run(sphere, tmp_path, text, said, capsys):
+    path = written(tmp_path, text)
+    assert main(["study", str(path), "--out", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err
+    assert __import__("re").search(said, error)
+    assert "Traceback" not in error
+    assert not (tmp_path / "out" / "rows").exists()
+
+
+def test_the_command_prints_best_designs_and_writes_tables(sphere, tmp_path, capsys):
+    path = written(tmp_path, RADII)
+    assert main(["study", str(path), "--plan"]) == 0
+    assert "3 designs at 1 operating points, 3 runs" in capsys.readouterr().out
+    assert main(["study", str(path), "--out", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr()
+    assert said.out.startswith("Lowest level: ")
+    assert "3 of 3: level " in said.err
+    assert {"study.csv", "effects.csv", "effects.png"} <= {file.name for file in (tmp_path / "out").iterdir()}
+    records = [json.loads(file.read_text()) for file in (tmp_path / "out" / "rows").iterdir()]
+    assert len(records) == 3

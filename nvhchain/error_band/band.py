@@ -89,13 +89,13 @@ class ErrorBand:
         total = sum(self._overall_squares.values(), np.zeros(self.amplitude.shape[1]))
         found = []
         for name, square in self._overall_squares.items():
-            worst = (self._weight * self.amplitude * self.sources[name]).argmax(axis=0)
+            worst = (self.weight * self.amplitude * self.sources[name]).argmax(axis=0)
             share = np.divide(square, total, out=np.zeros_like(total), where=total > 0)
             found.append((name, share, self.frequency[worst]))
         return sorted(found, key=lambda part: -part[1][0])
 
     @cached_property
-    def _weight(self) -> FloatArray:
+    def weight(self) -> FloatArray:
         """Weights (n_f, 1) of the lines' energies in the overall level."""
         if not self.weighted:
             return np.ones((len(self.frequency), 1))
@@ -106,7 +106,7 @@ class ErrorBand:
         """Squared change (n_place,) of the overall energy by each source."""
         found = {}
         for name, source in self.sources.items():
-            parts = self._weight * (self.amplitude / self._unit) * (source / self._unit)
+            parts = self.weight * (self.amplitude / self._unit) * (source / self._unit)
             found[name] = (parts**2).sum(axis=0) if name == "housing" else parts.sum(axis=0) ** 2
         return found
 
@@ -121,7 +121,7 @@ class ErrorBand:
         (p ± e)² − p². By Cauchy and Schwarz the lower limit of the energy is at most (1 − Σpe/Σp²)² of it. The upper
         limit of silence is the level of its error.
         """
-        weight, amplitude, error = self._weight, self.amplitude / self._unit, self.error / self._unit
+        weight, amplitude, error = self.weight, self.amplitude / self._unit, self.error / self._unit
         energy = (weight * amplitude**2).sum(axis=0)
         moved = COVERAGE * np.sqrt(sum(self._overall_squares.values(), np.zeros_like(energy)))
         left = np.maximum(1.0 - moved / np.where(energy > 0, energy, 1.0), 0.0)

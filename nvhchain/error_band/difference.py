@@ -1,0 +1,76 @@
+"""Limits of the difference of two levels, in which the errors of shared models cancel."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import numpy as np
+
+from nvhchain.error_band.band import COVERAGE, ErrorBand
+from nvhchain.errors import require
+from nvhchain.handoff import FloatArray
+
+SHARED = frozenset({"housing", "modes left out", "surface mesh", "radiation", "quadrature", "masters", "time step"})
+"""Sources that have one error in two runs with the same housing, transfer vectors and fidelity."""
+
+
+def difference_limits(first: ErrorBand, second: ErrorBand, shared: Collection[str] = ()) -> FloatArray:
+    """Return the limits of the second overall level less the first one.
+
+    Parameters
+    ----------
+    first, second : ErrorBand
+        Bands of both levels, at the same places.
+    shared : collection of str
+        Sources that have the same relative error in both runs at a line, such as `SHARED` for two gears in one
+        housing.
+
+    Returns
+    -------
+    (n_place, 2) array
+        Limits in dB; −inf and inf where an error exceeds the sound.
+
+    Raises
+    ------
+    InputError
+        If the bands have different places.
+
+    Notes
+    -----
+    A line l with the share a_l of the first energy and b_l of the second changes the difference by 20 lg(e) (b_l −
+    a_l) ε_l for a shared relative error ε_l. Changes of the lines of a source add up; those of `housing` add in
+    quadrature, as in `ErrorBand.overall`. Other sources change both levels independently. All sources add in
+    quadrature, times `COVERAGE`.
+    """
+    require(
+        first.amplitude.shape[1] == second.amplitude.shape[1],
+        f"bands have {first.amplitude.shape[1]} and {second.amplitude.shape[1]} places: give those of the same places",
+    )
+    lines = np.union1d(first.frequency, second.frequency)
+    change = np.zeros(first.amplitude.shape[1])
+    for name in dict.fromkeys([*first.sources, *second.sources]):
+        before, after = _energy_changes(first, name, lines), _energy_changes(second, name, lines)
+        independent = _sum(before, name) ** 2 + _sum(after, name) ** 2
+        common = _sum(after - before, name) ** 2 if name in shared else independent
+        change += np.minimum(common, independent)
+    left = np.maximum(1.0 - COVERAGE * np.sqrt(change), 0.0)
+    with np.errstate(divide="ignore"):
+        one_side = -20.0 * np.log10(left)
+    difference = second.level - first.level
+    return np.stack([difference - one_side, difference + one_side], axis=1)
+
+
+def _energy_changes(band: ErrorBand, name: str, lines: FloatArray) -> FloatArray:
+    """Return half the relative change (n_f, n_place) of the overall energy by a source at each of `lines`."""
+    found = np.zeros((len(lines), band.amplitude.shape[1]))
+    if name not in band.sources:
+        return found
+    energy = (band.weight * band.amplitude**2).sum(axis=0)
+    change = band.weight * band.amplitude * band.sources[name]
+    found[np.searchsorted(lines, band.frequency)] = change / np.where(energy > 0, energy, 1.0)
+    return found
+
+
+def _sum(changes: FloatArray, name: str) -> FloatArray:
+    """Return the sum (n_place,) of changes (n_f, n_place) of the lines of a source."""
+    return np.asarray(np.sqrt((changes**2).sum(axis=0)) if name == "housing" else np.abs(changes).sum(axis=0))

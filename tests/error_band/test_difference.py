@@ -1,0 +1,59 @@
+"""Limits of a difference: shared errors cancel, others add in quadrature."""
+
+import numpy as np
+import pytest
+
+from nvhchain.error_band import COVERAGE, SHARED, ErrorBand, difference_limits
+from nvhchain.errors import InputError
+
+LINES = np.array([500.0, 1000.0])
+
+
+def band(amplitude, **errors):
+    """Band of relative errors by source, at one place."""
+    amplitude = np.array(amplitude, dtype=float)[:, None]
+    sources = {name.replace("_", " "): np.array(error)[:, None] * amplitude for name, error in errors.items()}
+    return ErrorBand(LINES, amplitude, sources, weighted=False)
+
+
+def width(limits):
+    low, high = limits[0]
+    return 0.5 * (high - low)
+
+
+def test_a_shared_error_of_every_line_cancels_where_the_spectra_are_alike():
+    first, second = (band(size * np.array([1.0, 0.5]), masters=[0.1, 0.2], housing=[0.1, 0.05]) for size in (1.0, 2.0))
+    low, high = difference_limits(first, second, SHARED)[0]
+    assert (low, high) == pytest.approx((20 * np.log10(2),) * 2, abs=1e-12)
+    assert width(difference_limits(first, second)) > 1.0
+
+
+def test_a_shared_error_counts_by_the_change_of_the_shares():
+    """Energy moves from the first line to the second: shares 1, 0 and 0.2, 0.8; only the second line errs, by 5 %."""
+    first, second = band([1.0, 1e-9], masters=[0.0, 0.05]), band([1.0, 2.0], masters=[0.0, 0.05])
+    assert width(difference_limits(first, second, ["masters"])) == pytest.approx(
+        -20 * np.log10(1 - COVERAGE * 0.8 * 0.05), abs=1e-6
+    )
+
+
+def test_independent_errors_add_in_quadrature():
+    first, second = band([1.0, 0.0], gear=[0.03, 0.0]), band([1.0, 0.0], gear=[0.04, 0.0])
+    limits = difference_limits(first, second, SHARED)
+    assert width(limits) == pytest.approx(-20 * np.log10(1 - COVERAGE * 0.05))
+    assert limits.sum() == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_shared_error_of_quite_different_spectra_widens_no_more_than_independent_ones():
+    first, second = band([1.0, 0.01], masters=[0.1, 0.1]), band([0.01, 1.0], masters=[0.1, 0.1])
+    assert width(difference_limits(first, second, SHARED)) <= width(difference_limits(first, second)) + 1e-12
+
+
+def test_an_error_as_large_as_the_sound_leaves_no_limits():
+    first, second = band([1.0, 0.0], gear=[0.6, 0.0]), band([2.0, 0.0], gear=[0.0, 0.0])
+    assert list(difference_limits(first, second)[0]) == [-np.inf, np.inf]
+
+
+def test_bands_of_different_places_are_refused():
+    two = ErrorBand(LINES, np.ones((2, 2)), {})
+    with pytest.raises(InputError, match="bands have 2 and 1 places"):
+        difference_limits(two, band([1.0, 1.0]))

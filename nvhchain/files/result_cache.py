@@ -7,6 +7,7 @@ import hashlib
 import os
 import shutil
 import tempfile
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache, partial
@@ -216,7 +217,7 @@ class ResultCache:
         Returns
         -------
         HandOff
-            Result with key, step, version and knobs in its provenance.
+            Result with key, step, version, knobs and seconds of its making in its provenance.
 
         Notes
         -----
@@ -235,8 +236,10 @@ class ResultCache:
             there = cached_result(path, kind, key) if path else None
             if there is None:
                 self.watcher.begin(stage)
+                started = time.perf_counter()
                 made = compute(partial(self.watcher.step, stage))
-                result: H = made.replace(provenance={**made.provenance, **provenance})
+                seconds = round(time.perf_counter() - started, 3)
+                result: H = made.replace(provenance={**made.provenance, **provenance, "seconds": seconds})
                 if path is not None:
                     hdf5.save(result, path)
                 self.watcher.end(stage, "computed")

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
+from nvhchain.conventions import REFERENCE_PRESSURE
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray
 from nvhchain.plots._style import MARK_LINES, panels, styled
@@ -36,7 +37,7 @@ def waterfall_maps(
         Configuration → waterfall, all against frequency or all against order. Amplitudes of several channels are added
         in energy.
     unit : str
-        Unit of the signal, such as `N`; levels are dB re 1 of it, peak.
+        Unit of the signal, such as `N`. Levels are dB re 1 of it, peak; those of `Pa` are dB re 20 µPa, RMS.
     marks : OrderMarks, optional
         Mesh orders to draw: rays in a map of frequencies, upright lines in a map of orders.
     dynamic_range : float
@@ -56,6 +57,8 @@ def waterfall_maps(
         name: np.sqrt((np.abs(of.amplitude.reshape(*of.amplitude.shape[:2], -1)) ** 2).sum(axis=2))[:, 1:]
         for name, of in waterfalls.items()
     }
+    reference = np.sqrt(2.0) * REFERENCE_PRESSURE if unit == "Pa" else 1.0
+    sizes = {name: size / reference for name, size in sizes.items()}
     highest = 20.0 * np.log10(max(size.max() for size in sizes.values()) or 1.0)
     drawn = panels(len(waterfalls), axes, height=4.4)
     for ax, (name, of) in zip(drawn, waterfalls.items(), strict=True):
@@ -78,7 +81,7 @@ def waterfall_maps(
         ax.grid(False)
         figure = ax.get_figure(root=True)
         assert figure is not None
-        figure.colorbar(image, ax=ax, label=f"dB re 1 {unit}")
+        figure.colorbar(image, ax=ax, label="dB re 20 µPa" if unit == "Pa" else f"dB re 1 {unit}")
         handles = _draw_orders(ax, of, marks) if marks is not None else []
         if handles and ax is drawn[0]:
             # below the figure: inside, it would hide the orders

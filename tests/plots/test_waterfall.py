@@ -60,3 +60,10 @@ def test_no_line_is_lost_where_there_are_more_than_the_map_can_show():
     assert level.max(axis=1) == pytest.approx([0.0, 0.0], abs=1e-12)
     strongest = int(np.argmax(level[0])) / level.shape[1] * 300.0
     assert strongest == pytest.approx(123.4, abs=0.5)
+
+
+def test_sound_has_the_reference_of_all_sound_levels():
+    """1 Pa peak is 91 dB re 20 µPa."""
+    (ax,) = waterfall_maps({"solid": _falling(channels=1)}, unit="Pa")
+    assert np.asarray(ax.collections[0].get_array()).max() == pytest.approx(90.969 + 20 * np.log10(3), abs=1e-3)
+    assert ax.figure.axes[1].get_ylabel() == "dB re 20 µPa"

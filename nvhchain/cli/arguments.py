@@ -205,7 +205,7 @@ def parser() -> argparse.ArgumentParser:
     exchange.add_argument("--out", metavar="FILE", type=Path, required=True, help="MATLAB .mat or Nastran .bdf (DMIG)")
     exchange.set_defaults(action=commands.craig_bampton)
 
-    report = verbs.add_parser("report", help="make a page (HTML) of what `compare` left in a folder")
+    report = verbs.add_parser("report", help="make a page (HTML) of the results of `run` or `compare` in a folder")
     report.add_argument("folder", metavar="DIR")
     report.set_defaults(action=commands.report)
 

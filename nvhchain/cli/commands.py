@@ -130,6 +130,8 @@ def run(options: argparse.Namespace) -> int:
     from nvhchain.chain.prefetch import operators_ahead
     from nvhchain.error_band import ErrorBand, format_level, format_parts, save_error_bands
     from nvhchain.files import hdf5
+    from nvhchain.report import recorded_case, write_run
+    from nvhchain.scene import preflight
 
     case = load_case(options.case, changes=_case_changes(options))
     given = supplied.arguments(hdf5.load(path) for path in options.use)
@@ -137,12 +139,15 @@ def run(options: argparse.Namespace) -> int:
         given["bearing_forces"] = _imported_forces(Path(options.forces), case)
     out = Path(options.out or Path("out") / case.name)
     fidelity, watcher = _fidelity(options, [case], given), Console()
+    preflight(case, fidelity, given)
     with (
+        recorded_case(case, fidelity, out),
         _executor(options) as executor,
         nullcontext() if executor or given else operators_ahead([case], fidelity, out, watcher),
     ):
         result = chain.run(case, fidelity=fidelity, out=out, executor=executor, watcher=watcher, **given)
     save_error_bands(result.error_bands, out)
+    page = write_run(result, out)
     widths = [float(abs(band.overall - band.level[:, None]).max()) for band in result.error_bands.values()]
     _report_wider_limits(options.tolerance_db, case.name, max(widths))
     silent = [quantity for quantity in case.quantities if quantity in ("bearing_forces", "surface_velocity")]
@@ -172,6 +177,7 @@ def run(options: argparse.Namespace) -> int:
         if isinstance(band, ErrorBand):
             parts = format_parts([(source, share[0], frequency[0]) for source, share, frequency in band.parts])
             show(f"Limits at {case.field_points[0].name}: {parts or 'narrow'}")
+    show(f"Figures, sound and tables: {page}")
     return 0
 
 
@@ -300,7 +306,7 @@ def craig_bampton(options: argparse.Namespace) -> int:
 
 
 def report(options: argparse.Namespace) -> int:
-    """Write the page of a comparison."""
+    """Write the page of a run or comparison, finished or not."""
     from nvhchain.report import write_page
 
     show(write_page(options.folder))

@@ -1,5 +1,6 @@
 """Figures of hand-offs as matplotlib axes; `axes[0].figure.savefig("spectrum.png")` writes a figure."""
 
+from nvhchain.plots._style import COLOURS
 from nvhchain.plots.bodies.gear_field import gear_field
 from nvhchain.plots.bodies.gearbox import gearbox
 from nvhchain.plots.bodies.gears import gear_mesh, gear_pair
@@ -18,6 +19,7 @@ from nvhchain.plots.speed import levels_over_speed
 from nvhchain.plots.waterfall import waterfall_maps
 
 __all__ = [
+    "COLOURS",
     "OrderMarks",
     "Table",
     "View",

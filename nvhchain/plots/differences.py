@@ -1,4 +1,4 @@
-"""Table of the differences between configurations: overall levels and the strongest orders."""
+"""Table of the differences between configurations: overall levels, and strongest orders or levels over speed."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import io
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
 
 from nvhchain.errors import require
 
@@ -63,7 +65,7 @@ def difference_table(configurations: Mapping[str, Mapping[str, Any]], *, stronge
     ----------
     configurations : mapping of str to mapping
         Configuration → {`overall_dBA`: dB(A), `orders`: [{`order`, `frequency_hz`, `level_db`}]}, as `compare` writes
-        them to summary.json.
+        them to summary.json. Run-ups have `over_speed` and `highest` in place of `orders`.
     strongest : int
         Number of orders with the highest level in any configuration; listed in rising order.
 
@@ -74,6 +76,8 @@ def difference_table(configurations: Mapping[str, Mapping[str, Any]], *, stronge
     """
     require(len(configurations) > 0, "no configuration given: at least one is needed")
     names = list(configurations)
+    if all("over_speed" in of for of in configurations.values()):
+        return _run_up_table(configurations)
     found: dict[float, dict[str, float]] = {}
     frequency: dict[float, float] = {}
     for name, summary in configurations.items():
@@ -89,6 +93,52 @@ def difference_table(configurations: Mapping[str, Mapping[str, Any]], *, stronge
     rows = [("overall / dB(A)", "", *_cells(overall, names))]
     rows += [(f"order {order:g} / dB", f"{frequency[order]:.1f}", *_cells(found[order], names)) for order in listed]
     return Table(header, tuple(rows))
+
+
+def _run_up_table(configurations: Mapping[str, Mapping[str, Any]]) -> Table:
+    """Return levels and limits of whole records and at the speeds of the first, and the highest level of each order.
+
+    Speeds outside the range of a configuration have no level there.
+    """
+    names = list(configurations)
+    header = ("quantity", "n / rpm", *names, *(f"{name} − {names[0]}" for name in names[1:]))
+    header += tuple(f"{name} {end} limit" for name in names for end in ("lower", "upper"))
+    overall = {name: float(of["overall_dBA"]) for name, of in configurations.items()}
+    edges = {name: of["error_band_dBA"] for name, of in configurations.items()}
+    rows = [("whole record / dB(A)", "", *_cells(overall, names), *_edges(edges, names))]
+    curves = {name: _over_speed(of["over_speed"]) for name, of in configurations.items()}
+    for speed in curves[names[0]][0]:
+        here = {
+            name: [float(np.interp(speed, speeds, column)) for column in columns.T]
+            for name, (speeds, columns) in curves.items()
+            if speeds[0] - 1e-6 <= speed <= speeds[-1] + 1e-6
+        }
+        level = {name: values[0] for name, values in here.items()}
+        limits = {name: values[1:] for name, values in here.items()}
+        rows.append(("at a speed / dB(A)", f"{speed:.0f}", *_cells(level, names), *_edges(limits, names)))
+    for quantity in configurations[names[0]]["highest"]:
+        highest = {n: of["highest"][quantity] for n, of in configurations.items() if quantity in of["highest"]}
+        level = {name: float(of["level_db"]) for name, of in highest.items()}
+        title, unit = quantity.rsplit(", ", 1)
+        where = "; ".join(f"{of['speed_rpm']:.0f}" for of in highest.values())
+        rows.append((f"highest {title} / {unit}", where, *_cells(level, names), *_edges({}, names)))
+    return Table(header, tuple(rows))
+
+
+def _over_speed(rows: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return rising speeds (n,) rpm, and level and limits (n, 3); NaN for no limit."""
+    table = np.array([[row["speed_rpm"], row["level_dBA"], *row["limits_dBA"]] for row in rows], dtype=float)
+    table = table[table[:, 0].argsort()]
+    return table[:, 0], table[:, 1:]
+
+
+def _edges(limits: Mapping[str, Any], names: list[str]) -> tuple[str, ...]:
+    """Return lower and upper limits in the order of `names`; a dash for none."""
+    return tuple(
+        ABSENT if edge is None or edge != edge else f"{edge:.1f}"
+        for name in names
+        for edge in limits.get(name, (None, None))
+    )
 
 
 def _cells(level: Mapping[str, float], names: list[str]) -> tuple[str, ...]:

@@ -1,6 +1,7 @@
 """Results for people: figures, tables, sound files, summary.json and an HTML page."""
 
-from nvhchain.report.comparison import OPERATORS, check_comparable, compare
+from nvhchain.report.case_record import recorded_case
+from nvhchain.report.comparison import OPERATORS, check_comparable, compare, write_run
 from nvhchain.report.contributions import contributions
 from nvhchain.report.drawing import draw
 from nvhchain.report.exchange import export_craig_bampton
@@ -17,6 +18,8 @@ __all__ = [
     "draw_case",
     "export_craig_bampton",
     "loaded_gear",
+    "recorded_case",
     "verdict",
     "write_page",
+    "write_run",
 ]

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
-from math import pi
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -15,22 +14,22 @@ from nvhchain import chain, levels, plots
 from nvhchain.case import Case, GearboxCase
 from nvhchain.chain.result import Result
 from nvhchain.error_band import ErrorBand
-from nvhchain.errors import require
+from nvhchain.errors import InputError, require
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.files.folder_lock import hold_folder
 from nvhchain.files.hdf5 import writable_folder, write_text
 from nvhchain.files.result_cache import Watcher
-from nvhchain.gear import quasi_static_transmission_error
-from nvhchain.handoff import FieldPressure
-from nvhchain.interop import write_wav
+from nvhchain.interop import write_history_wav, write_wav
 from nvhchain.interop.wav import SAMPLE_RATE
 from nvhchain.kinds import checked
 from nvhchain.names import check_names
 from nvhchain.plots.files import save
-from nvhchain.report.limits import limits
+from nvhchain.report.case_record import recorded_case
 from nvhchain.report.marks import order_marks
 from nvhchain.report.page import write_page
-from nvhchain.report.run_up import compare_run_ups
+from nvhchain.report.run_up import curves_of, run_up_maps
+from nvhchain.report.summary import transmission_errors, write_summary
+from nvhchain.scene import preflight
 
 OPERATORS = "operators"
 """Name of the folder of operators that the cases of a comparison share."""
@@ -76,9 +75,9 @@ def compare(
 
     Notes
     -----
-    The hand-offs of a case lie in out/<name>, the shared operators in out/operators. Figures (PNG), sound (WAV),
-    summary.json and the page report.html lie in `out` itself. At constant speed the table of differences (text, CSV)
-    is added. Two comparisons in one folder wait for each other.
+    The hand-offs of a case lie in out/<name>, the shared operators in out/operators. Figures (PNG), sound (WAV), table
+    of differences (text, CSV), summary.json and the page report.html lie in `out` itself. Two comparisons in one folder
+    wait for each other.
     """
     check_comparable(cases)
     out = writable_folder(out, "out")
@@ -92,26 +91,61 @@ def _compared(
     """Run the cases and write the comparison, in a folder that no other comparison uses."""
     running_up = _running_up(cases)
     (out / "summary.json").unlink(missing_ok=True)
-    results = {
-        case.name: chain.run(
-            case,
-            fidelity=fidelity,
-            out=out / case.name,
-            operators=out / OPERATORS,
-            executor=executor,
-            watcher=watcher,
-        )
-        for case in cases
-    }
-    configurations = compare_run_ups(results, out) if running_up else _steady(results, out)
-    summary = {
-        "fidelity": fidelity.name,
-        "field_point": dict(zip(("name", "position_m"), _first_point(cases[0]), strict=True)),
-        "configurations": configurations,
-    }
-    write_text(out / "summary.json", json.dumps(summary, indent=1) + "\n")
+    for case in cases:
+        preflight(case, fidelity, {})
+    with ExitStack() as records:
+        for case in cases:
+            records.enter_context(recorded_case(case, fidelity, out / case.name))
+        results = {
+            case.name: chain.run(
+                case,
+                fidelity=fidelity,
+                out=out / case.name,
+                operators=out / OPERATORS,
+                executor=executor,
+                watcher=watcher,
+            )
+            for case in cases
+        }
+    if not running_up:
+        with _surface_pictures(results, out):
+            return _written(results, out, _steady_figures)
+    return _written(results, out, _run_up_figures)
+
+
+def _written(
+    results: Mapping[str, Result], out: Path, figures: Callable[[Mapping[str, Result], Path], None]
+) -> dict[str, Any]:
+    """Write summary, table of differences, figures, sound and page; return the summary."""
+    figures(results, out)
+    write_sound(results, out)
+    summary = write_summary(results, out)
+    table = plots.difference_table(summary["configurations"])
+    write_text(out / "differences.txt", table.text() + "\n")
+    write_text(out / "differences.csv", table.csv())
     write_page(out)
     return summary
+
+
+def write_run(result: Result, out: Path) -> Path:
+    """Write summary.json, the sound and the page of one run.
+
+    Parameters
+    ----------
+    result : Result
+        Result of the run.
+    out : Path
+        Folder of the run.
+
+    Returns
+    -------
+    Path
+        Path of the page.
+    """
+    results = {result.case.name: result}
+    write_sound(results, out)
+    write_summary(results, out)
+    return write_page(out)
 
 
 def check_comparable(cases: Sequence[Case]) -> None:
@@ -148,65 +182,82 @@ def _running_up(cases: Sequence[Case]) -> bool:
     return kinds == {True}
 
 
-def _steady(results: Mapping[str, Result], out: Path) -> dict[str, Any]:
-    """Write table, figures and sound at constant speed; return the summary of every configuration.
+@contextmanager
+def _surface_pictures(results: Mapping[str, Result], out: Path) -> Iterator[None]:
+    """Render pictures of the surfaces, which take seconds each, in a thread, and save them at the end.
 
-    Pictures of the surface take seconds each. One thread renders them in turn while the rest is made.
+    They show the line that is loudest in dB(A) at the first field point.
     """
+    moving = {name: result for name, result in results.items() if result.surface_velocity is not None}
+    lines = {name: _loudest_line(result) for name, result in moving.items()}
     with ThreadPoolExecutor(max_workers=1) as beside:
         pictures = {
-            name: beside.submit(plots.rendered_surface, result.surface_velocity)
-            for name, result in results.items()
-            if result.surface_velocity is not None
+            name: beside.submit(plots.rendered_surface, result.surface_velocity, line=lines[name])  # type: ignore[arg-type]
+            for name, result in moving.items()
         }
         try:
-            configurations = _write_configurations(results, out)
+            yield
         except BaseException:
             beside.shutdown(wait=False, cancel_futures=True)
             raise
         for name, picture in pictures.items():
             velocity, image = results[name].surface_velocity, picture.result()
             assert velocity is not None
-            axes = plots.surface_velocity(velocity, name=name, image=image, engine="matplotlib")
+            axes = plots.surface_velocity(velocity, line=lines[name], name=name, image=image, engine="matplotlib")
             save([axes], out / f"surface_velocity-{name}.png")
-    return configurations
 
 
-def _write_configurations(results: Mapping[str, Result], out: Path) -> dict[str, Any]:
-    """Write everything except pictures of the surface; return the summary of every configuration."""
-    pressures = {name: result.pressure for name, result in results.items() if result.pressure is not None}
-    configurations = {name: summarise(pressure) | limits(results[name]) for name, pressure in pressures.items()}
-    table = plots.difference_table(configurations)
-    write_text(out / "differences.txt", table.text() + "\n")
-    write_text(out / "differences.csv", table.csv())
-    _figures(results, pressures, out)
-    steady = {name: pressure for name, pressure in pressures.items() if pressure.input_speed}
-    full_scale = 1.05 * max((_peak(pressure) for pressure in steady.values()), default=0.0)
-    for name, pressure in steady.items():
-        write_wav(pressure, out / f"sound-{name}.wav", full_scale=full_scale)
-    return configurations
+def _loudest_line(result: Result) -> int | None:
+    """Return the line of the surface velocity that is loudest in dB(A) at the first field point."""
+    velocity, pressure = result.surface_velocity, result.pressure
+    assert velocity is not None
+    if pressure is None:
+        return None
+    weighted = levels.decibel(pressure.pressure[:, 0]) + levels.a_weighting(pressure.frequency)
+    return int(np.abs(velocity.frequency - pressure.frequency[weighted.argmax()]).argmin())
 
 
-def summarise(pressure: FieldPressure) -> dict[str, Any]:
-    """Return speed, overall level in dB(A) and the level of every line at the first field point.
+def write_sound(results: Mapping[str, Result], out: Path) -> None:
+    """Write sound-NAME.wav of every result with a period or record, at the first field point and with one common gain.
 
-    Orders are those of the input shaft; without an input speed the list is empty.
+    Lines without a common period, as those of some supplied spectra, have no sound.
     """
-    turns = pressure.input_speed / (2 * pi)
-    level = levels.decibel(pressure.pressure[:, 0])
-    return {
-        "input_speed_rpm": 60 * turns,
-        "overall_dBA": float(levels.overall(pressure.frequency, pressure.pressure[:, 0])),
-        "orders": [
-            {"order": round(float(f / turns), 9), "frequency_hz": float(f), "level_db": float(db)}
-            for f, db in zip(pressure.frequency, level, strict=True)
-        ]
-        if turns
-        else [],
+    steady = {name: of.pressure for name, of in results.items() if of.pressure is not None and of.pressure.input_speed}
+    running = {name: of.pressure_history for name, of in results.items() if of.pressure_history is not None}
+    peaks = {name: float(np.abs(of.pressure[:, 0]).max()) for name, of in running.items()}
+    for name, pressure in steady.items():
+        with suppress(InputError):
+            _, signal = levels.time_history(pressure.frequency, pressure.pressure[:, 0], sample_rate=SAMPLE_RATE)
+            peaks[name] = float(np.abs(signal).max())
+    full_scale = 1.05 * max(peaks.values(), default=0.0)
+    for name in peaks:
+        path = out / f"sound-{name}.wav"
+        if name in running:
+            write_history_wav(running[name], path, full_scale=full_scale)
+        else:
+            write_wav(steady[name], path, full_scale=full_scale)
+
+
+def _run_up_figures(results: Mapping[str, Result], out: Path) -> None:
+    """Draw waterfalls and curves over speed at the first field point."""
+    marks = order_marks([result.case for result in results.values()])
+    histories = {name: result.pressure_history for name, result in results.items() if result.pressure_history}
+    band = max(result.case.band.high for result in results.values() if hasattr(result.case, "band"))
+    maps = {name: run_up_maps(of, marks, high=band) for name, of in histories.items()}
+    save(
+        plots.waterfall_maps({name: of[0] for name, of in maps.items()}, unit="Pa", marks=marks), out / "waterfall.png"
+    )
+    save(plots.waterfall_maps({name: of[1] for name, of in maps.items()}, unit="Pa", marks=marks), out / "orders.png")
+    profiles = {
+        name: {f"{of.name}, {of.unit}": (of.speed, of.level) for of in curves}
+        for name, curves in curves_of(maps, marks).items()
     }
+    save(plots.levels_over_speed(profiles), out / "levels.png")
 
 
-def _figures(results: Mapping[str, Result], pressures: Mapping[str, FieldPressure], out: Path) -> None:
+def _steady_figures(results: Mapping[str, Result], out: Path) -> None:
+    """Draw sound, forces and transmission errors."""
+    pressures = {name: result.pressure for name, result in results.items() if result.pressure is not None}
     marks = order_marks([result.case for result in results.values()])
     bands = {name: band for name in pressures if isinstance(band := results[name].error_band, ErrorBand)}
     save(plots.pressure_spectrum(pressures, marks=marks, bands=bands), out / "pressure_spectrum.png")
@@ -216,26 +267,9 @@ def _figures(results: Mapping[str, Result], pressures: Mapping[str, FieldPressur
     spectra = {name: r.force_spectrum for name, r in results.items() if r.force_spectrum is not None}
     if spectra:
         save(plots.bearing_force_spectra(spectra, marks=marks), out / "bearing_forces.png")
-    errors = _transmission_errors(results)
+    errors: dict[str, dict[str, Any]] = {}
+    for name, result in results.items():
+        for stage, curve in transmission_errors(result).items():
+            errors.setdefault(stage, {})[name] = curve
     if errors:
         save(plots.transmission_errors(errors), out / "transmission_errors.png")
-
-
-def _transmission_errors(results: Mapping[str, Result]) -> dict[str, dict[str, Any]]:
-    """Return the quasi-static transmission error of every stage in every configuration: the limit of low speed."""
-    stages: dict[str, dict[str, Any]] = {}
-    for name, result in results.items():
-        if not isinstance(result.case, GearboxCase):
-            continue
-        for stage, law, force in zip(result.case.stages, result.mesh_laws, result.case.mesh_forces, strict=False):
-            stages.setdefault(stage.name, {})[name] = quasi_static_transmission_error(law, force)
-    return stages
-
-
-def _first_point(case: Case) -> tuple[str, list[float]]:
-    return case.field_points[0].name, list(case.field_points[0].position)
-
-
-def _peak(pressure: FieldPressure) -> float:
-    _, signal = levels.time_history(pressure.frequency, pressure.pressure[:, 0], sample_rate=SAMPLE_RATE)
-    return float(np.abs(signal).max())

@@ -1,29 +1,31 @@
-"""Comparison of run-ups: waterfalls, levels over speed, sound."""
+"""Run-ups: waterfalls, curves over speed, and orders that matter."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from math import pi
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from nvhchain import levels, plots
-from nvhchain.chain.result import Result
+from nvhchain import levels
 from nvhchain.handoff import FloatArray, PressureHistory
-from nvhchain.interop import write_history_wav
 from nvhchain.plots import OrderMarks
-from nvhchain.plots.files import save
-from nvhchain.report.limits import limits
-from nvhchain.report.marks import order_marks
+from nvhchain.report.marks import order_name
 from nvhchain.spectrum import Waterfall, order_cut, order_waterfall, waterfall
 
 ORDER_RESOLUTION = 0.15
 """Orders of the input that figures and order cuts resolve: windows of ten turns."""
 
 HARMONICS = 3
-"""Number of harmonics of each mesh order that are followed over speed."""
+"""Number of harmonics of the highest mesh order in maps of orders."""
+
+MAIN_ORDERS = 8
+"""Largest number of orders that are followed over speed."""
+
+LEAST_RANGE = 20.0
+"""Range (dB) below the strongest order within which an order is followed."""
 
 WINDOW_BANDWIDTH = 1.5
 """Noise bandwidth of a Hann window in lines.
@@ -32,23 +34,90 @@ The summed energy of amplitude-corrected lines is too high by this factor.
 """
 
 
-def compare_run_ups(results: Mapping[str, Result], out: Path) -> dict[str, Any]:
-    """Write figures and sound of run-ups at the first field point; return the summary of every configuration."""
-    marks = order_marks([result.case for result in results.values()])
-    histories = {name: result.pressure_history for name, result in results.items() if result.pressure_history}
-    band = max(result.case.band.high for result in results.values() if hasattr(result.case, "band"))
-    highest = (HARMONICS + 1) * max(marks.mesh.values())
-    heard = {name: (of.pressure[:, 0], _rate(of), of.input_speed) for name, of in histories.items()}
-    against_frequency = {name: input_frequency_waterfall(*signal, high=band) for name, signal in heard.items()}
-    against_order = {name: input_order_waterfall(*signal, high=highest) for name, signal in heard.items()}
-    save(plots.waterfall_maps(against_frequency, unit="Pa", marks=marks), out / "waterfall.png")
-    save(plots.waterfall_maps(against_order, unit="Pa", marks=marks), out / "orders.png")
-    profiles = {name: _profiles(against_frequency[name], against_order[name], marks) for name in histories}
-    save(plots.levels_over_speed(profiles), out / "levels.png")
-    full_scale = 1.05 * max(float(np.abs(history.pressure[:, 0]).max()) for history in histories.values())
-    for name, history in histories.items():
-        write_history_wav(history, out / f"sound-{name}.wav", full_scale=full_scale)
-    return {name: _summarise(history, profiles[name]) | limits(results[name]) for name, history in histories.items()}
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """Level over speed.
+
+    Parameters
+    ----------
+    name : str
+        Quantity.
+    unit : str
+        dB(A), or dB re 20 µPa.
+    speed : (n,) array
+        Input speed (rad/s).
+    level : (n,) array
+        Level.
+    order : float, optional
+        Order of the input; None for the overall level.
+    """
+
+    name: str
+    unit: str
+    speed: FloatArray
+    level: FloatArray
+    order: float | None = None
+
+
+def run_up_maps(
+    history: PressureHistory, marks: OrderMarks, *, high: float, point: int = 0
+) -> tuple[Waterfall, Waterfall]:
+    """Return the waterfalls of a field point against frequency up to `high` (Hz), and against order."""
+    highest = (HARMONICS + 1) * max(marks.mesh.values(), default=20.0)
+    signal = history.pressure[:, point], _rate(history), history.input_speed
+    return input_frequency_waterfall(*signal, high=high), input_order_waterfall(*signal, high=highest)
+
+
+def run_up_curves(
+    histories: Mapping[str, PressureHistory], marks: OrderMarks, *, high: float
+) -> dict[str, list[Curve]]:
+    """Return the curves over speed of every configuration at the first field point: overall, then the main orders."""
+    return curves_of({name: run_up_maps(of, marks, high=high) for name, of in histories.items()}, marks)
+
+
+def curves_of(maps: Mapping[str, tuple[Waterfall, Waterfall]], marks: OrderMarks) -> dict[str, list[Curve]]:
+    """Return the curves over speed from the maps against frequency and order."""
+    orders = main_orders([of for _, of in maps.values()])
+    return {
+        name: [_overall(in_frequency), *_cuts(in_orders, orders, marks)]
+        for name, (in_frequency, in_orders) in maps.items()
+    }
+
+
+def main_orders(maps: Sequence[Waterfall]) -> list[float]:
+    """Return the orders with most A-weighted energy over the run-up in any of the maps, in rising order.
+
+    An order is a line of the maps that is stronger than its neighbours within the width of a window's main lobe.
+    """
+    axis = maps[0].axis
+    energy = np.zeros(len(axis))
+    for of in maps:
+        weight = 10 ** (levels.a_weighting(np.outer(of.input_speed / (2 * pi), axis)) / 10)
+        energy = np.maximum(energy, (np.abs(of.amplitude) ** 2 * weight).mean(axis=0))
+    energy[:3] = 0.0  # the mean and its leakage
+    found: list[float] = []
+    for line in np.argsort(-energy):
+        if len(found) == MAIN_ORDERS or not energy[line] > 10 ** (-LEAST_RANGE / 10) * energy.max():
+            break
+        if energy[line] == energy[max(line - 2, 0) : line + 3].max():
+            found.append(float(axis[line]))
+    return sorted(found)
+
+
+def run_up_summary(history: PressureHistory, curves: Sequence[Curve]) -> dict[str, Any]:
+    """Return the speeds, the equivalent level of the whole record and the highest level of every curve over speed."""
+    return {
+        "start_speed_rpm": 30 / pi * float(history.input_speed[0]),
+        "end_speed_rpm": 30 / pi * float(history.input_speed[-1]),
+        "overall_dBA": float(levels.equivalent(history.pressure[:, 0], sample_rate=_rate(history))),
+        "highest": {
+            f"{of.name}, {of.unit}": {
+                "level_db": float(of.level.max()),
+                "speed_rpm": 30 / pi * float(of.speed[of.level.argmax()]),
+            }
+            for of in curves
+        },
+    }
 
 
 def input_frequency_waterfall(signal: FloatArray, rate: float, input_speed: FloatArray, *, high: float) -> Waterfall:
@@ -73,30 +142,19 @@ def _rate(history: PressureHistory) -> float:
     return (len(history.time) - 1) / float(history.time[-1] - history.time[0])
 
 
-def _profiles(
-    frequency_map: Waterfall, order_map: Waterfall, marks: OrderMarks
-) -> dict[str, tuple[FloatArray, FloatArray]]:
-    """Return the curves over speed: name → (speed (n,) rad/s, level (n,) dB).
-
-    The first is the overall A-weighted level; the others are mesh orders.
-    """
-    lines = frequency_map.amplitude[:, 1:].T / np.sqrt(WINDOW_BANDWIDTH)
-    profiles = {"overall, dB(A)": (frequency_map.input_speed, levels.overall(frequency_map.axis[1:], lines))}
-    for stage, order in marks.mesh.items():
-        nearest = np.abs(order_map.axis - order).argmin()
-        cut = order_cut(order_map, [float(order_map.axis[nearest])])[:, 0]
-        profiles[f"order {order:g} ({stage}), dB"] = (order_map.input_speed, levels.decibel(cut))
-    return profiles
+def _overall(in_frequency: Waterfall) -> Curve:
+    """Return the A-weighted level of all lines."""
+    lines = in_frequency.amplitude[:, 1:].T / np.sqrt(WINDOW_BANDWIDTH)
+    return Curve("overall", "dB(A)", in_frequency.input_speed, levels.overall(in_frequency.axis[1:], lines))
 
 
-def _summarise(history: PressureHistory, profiles: Mapping[str, tuple[FloatArray, FloatArray]]) -> dict[str, Any]:
-    """Return the speeds, the equivalent level of the whole record and the highest level of every curve over speed."""
-    return {
-        "start_speed_rpm": 30 / pi * float(history.input_speed[0]),
-        "end_speed_rpm": 30 / pi * float(history.input_speed[-1]),
-        "overall_dBA": float(levels.equivalent(history.pressure[:, 0], sample_rate=_rate(history))),
-        "highest": {
-            name: {"level_db": float(level.max()), "speed_rpm": 30 / pi * float(speed[level.argmax()])}
-            for name, (speed, level) in profiles.items()
-        },
-    }
+def _cuts(in_orders: Waterfall, orders: Sequence[float], marks: OrderMarks) -> list[Curve]:
+    if not orders:
+        return []
+    cuts = levels.decibel(order_cut(in_orders, orders))
+    found = []
+    for order, cut in zip(orders, cuts.T, strict=True):
+        origin = order_name(order, marks.mesh, marks.slots)
+        name = f"order {order:g}" + (f" ({origin})" if origin else "")
+        found.append(Curve(name, "dB", in_orders.input_speed, cut, order))
+    return found

@@ -10,6 +10,7 @@ import numpy as np
 
 from nvhchain.error_band import format_parts
 from nvhchain.levels import a_weighting
+from nvhchain.report.marks import order_name
 
 LINES = 3
 """Largest number of lines named for a difference."""
@@ -48,7 +49,7 @@ def verdict(summary: Mapping[str, Any]) -> list[str]:
     for name, configuration in others:
         sentences.append(_overall(name, configuration, base, first, point))
         if "over_speed" in configuration:
-            sentences.append(_over_speed(configuration, first))
+            sentences += [_over_speed(configuration, first), *_orders(configuration, first)]
         else:
             sentences += _lines(name, configuration, base, first)
     return sentences + [line for name, of in summary["configurations"].items() for line in _limits(name, of)]
@@ -83,6 +84,19 @@ def _over_speed(other: Mapping[str, Any], first: Mapping[str, Any]) -> str:
     )
 
 
+def _orders(other: Mapping[str, Any], first: Mapping[str, Any]) -> list[str]:
+    """Return a line of text for each of the orders whose highest level changes most."""
+    found, before = other.get("highest", {}), first.get("highest", {})
+    common = [name for name in found if name in before and name.startswith("order")]
+    common.sort(key=lambda name: -abs(found[name]["level_db"] - before[name]["level_db"]))
+    return [
+        f"  {name.removesuffix(', dB')}, highest level: {_number(before[name]['level_db'])} dB at "
+        f"{before[name]['speed_rpm']:.0f} rpm → {_number(found[name]['level_db'])} dB at "
+        f"{found[name]['speed_rpm']:.0f} rpm"
+        for name in common[:LINES]
+    ]
+
+
 def _curve(rows: Sequence[Mapping[str, float]]) -> tuple[Any, Any]:
     """Return speeds (n,) rpm in rising order, and levels (n,) dB(A)."""
     speed, level = np.array([[row["speed_rpm"], row["level_dBA"]] for row in rows]).T
@@ -104,12 +118,20 @@ def _lines(name: str, other: Mapping[str, Any], base: str, first: Mapping[str, A
     if not total:
         return []
     rows.sort(key=lambda row: -row[0] / total)
+    mesh, slots = first.get("mesh_orders", {}), first.get("slot_orders", {}) | other.get("slot_orders", {})
     return [
-        f"  order {order:g} ({frequency:.0f} Hz): {_level(before)} → {_level(after)} dB(A) from {base} to {name}, "
+        f"  order {order:g} ({frequency:.0f} Hz{_origin(order, mesh, slots)}): "
+        f"{_level(before)} → {_level(after)} dB(A) from {base} to {name}, "
         f"{100 * change / total:.0f} % of the difference in energy"
         for change, order, frequency, before, after in rows[:LINES]
         if change / total >= LEAST_SHARE
     ]
+
+
+def _origin(order: float, mesh: Mapping[str, float], slots: Mapping[str, float]) -> str:
+    """Return the gear mesh of an order after a comma; empty where it has none."""
+    name = order_name(order, mesh, slots)
+    return f", {name}" if name else ""
 
 
 def _limits(name: str, configuration: Mapping[str, Any]) -> list[str]:

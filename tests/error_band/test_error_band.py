@@ -36,7 +36,7 @@ from nvhchain.fidelity import DRAFT, STANDARD
 from nvhchain.handoff import ForceSpectrum, HousingAccuracy, PressureHistory, SoundAccuracy
 from nvhchain.housing import respond, truncation_errors
 from nvhchain.levels import decibel, overall_power, power_level
-from nvhchain.report.limits import limits
+from nvhchain.report.summary import limits
 from nvhchain.spectrum import force_spectrum
 from nvhchain.testing import ball_with_modes
 from nvhchain.testing.ball_with_modes import BEARINGS, LINES, POINTS, load

@@ -1,13 +1,9 @@
-"""What a comparison left can be drawn again, file by file, and shown on one page."""
-
-import html
-import re
+"""What a comparison left can be drawn again, file by file."""
 
 import pytest
 from matplotlib.image import imread
 
 from nvhchain.cli import main
-from nvhchain.error_band import format_limits
 
 pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
 
@@ -71,21 +67,3 @@ def test_what_does_not_go_into_one_figure_is_refused(compared, tmp_path, capsys)
         assert main(["plot", *map(str, files), "--out", str(tmp_path / "p.png")]) == 2
         assert reason in capsys.readouterr().err
     assert not (tmp_path / "p.png").exists()
-
-
-def test_page_shows_levels_figures_sound_and_how_they_were_made(compared, capsys):
-    out, summary, _ = compared
-    assert main(["report", str(out)]) == 0
-    page = (out / "report.html").read_text()
-    for configuration in summary["configurations"].values():
-        assert f"<td>{configuration['overall_dBA']:.1f}</td>" in page
-        assert format_limits(configuration["error_band_dBA"]) in page
-    assert page.count("data:image/png;base64,") == len(list(out.glob("*.png")))
-    assert page.count("<audio") == 2
-    assert len(re.findall(r"<td>[\w/.-]+\.h5</td>", page)) == len(list(out.rglob("*.h5")))
-    assert html.escape((out / "differences.txt").read_text()) in page
-
-
-def test_page_without_a_comparison_is_refused(tmp_path, capsys):
-    assert main(["report", str(tmp_path)]) == 2
-    assert "run `nvhchain compare` first" in capsys.readouterr().err

@@ -1,0 +1,95 @@
+"""Values of a case by their paths, kept beside its results in case.json."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import typing
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from nvhchain.case import Case
+from nvhchain.dimensions import UNITS, si_unit
+from nvhchain.errors import InputError
+from nvhchain.fidelity import Fidelity
+from nvhchain.files.hdf5 import writable_folder, write_text
+from nvhchain.report.marks import mesh_orders, slot_orders
+
+_DRAWING_UNITS = {UNITS[unit][0]: unit for unit in ("mm", "deg", "rpm", "kg_cm2", "GPa")}
+"""SI unit → suffix of the keys that state it as on drawings."""
+
+
+@contextmanager
+def recorded_case(case: Case, fidelity: Fidelity, folder: Path) -> Iterator[None]:
+    """Write case.json before a run: values of the case, its orders, and the fidelity; remove an earlier summary.
+
+    A run that is refused before its first hand-off leaves nothing.
+
+    Parameters
+    ----------
+    case : Case
+        Case.
+    fidelity : Fidelity
+        Fidelity of the run.
+    folder : Path
+        Folder of the run; made if it is missing.
+    """
+    record = {
+        "name": case.name,
+        "fidelity": fidelity.name,
+        "field_points": [{"name": point.name, "position_m": list(point.position)} for point in case.field_points],
+        "mesh_orders": mesh_orders(case),
+        "slot_orders": slot_orders(case),
+        "values": dict(case_values(case)),
+    }
+    (writable_folder(folder, "out") / "summary.json").unlink(missing_ok=True)
+    write_text(folder / "case.json", json.dumps(record, indent=1) + "\n")
+    try:
+        yield
+    except InputError:
+        if not any(folder.glob("*.h5")):
+            (folder / "case.json").unlink(missing_ok=True)
+        raise
+
+
+def case_values(part: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield path and value of every field of a case, such as ("gears.gear2.blank.count", 5).
+
+    Parameters
+    ----------
+    part : Case
+        Case, or a part of it.
+    path : str
+        Path of the part.
+
+    Notes
+    -----
+    Paths are those of `--set`; lengths are in mm, angles in degrees, speeds in rpm. Absent values are excluded.
+    """
+    hints = typing.get_type_hints(type(part), include_extras=True)
+    for field in dataclasses.fields(part):
+        value = getattr(part, field.name)
+        if value is None or not field.init or (field.name in ("name", "folder")):
+            continue
+        unit = _DRAWING_UNITS.get(si_unit(hints[field.name]) or "")
+        place = f"{path}.{field.name}" if path else field.name
+        if dataclasses.is_dataclass(value):
+            if typing.get_args(hints[field.name]):
+                yield f"{place}.type", type(value).__name__
+            yield from case_values(value, place)
+        elif isinstance(value, tuple) and value and all(map(dataclasses.is_dataclass, value)):
+            for number, inner in enumerate(value):
+                yield from case_values(inner, f"{place}.{getattr(inner, 'name', number)}")
+        else:
+            yield f"{place}_{unit}" if unit else place, _drawn(value, UNITS[unit][1] if unit else 1.0)
+
+
+def _drawn(value: Any, factor: float) -> Any:
+    """Return a value in the unit of drawings, for JSON."""
+    if isinstance(value, list | tuple):
+        return [_drawn(inner, factor) for inner in value]
+    if isinstance(value, bool | str | int):
+        return value
+    return float(f"{value / factor:.9g}") if isinstance(value, float) else str(value)

@@ -1,0 +1,45 @@
+"""Page of a run or comparison: one HTML file without links to the network."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from nvhchain.errors import InputError
+from nvhchain.files.hdf5 import write_text
+from nvhchain.report.page.sections import SECTIONS
+from nvhchain.report.page.stored import stored_results
+
+
+def write_page(folder: str | Path) -> Path:
+    """Write `report.html` to the folder of a run or comparison.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Folder that `run` or `compare` filled, completely or in part.
+
+    Returns
+    -------
+    Path
+        Path of the page.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no results, or unreadable ones.
+    """
+    from nvhchain.report.page._jinja import rendered  # jinja2 and plotly are imported for pages only
+
+    stored = stored_results(Path(folder))
+    try:
+        sections = [(module.__name__.rpartition(".")[2], module.TITLE, module.blocks(stored)) for module in SECTIONS]
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(
+            f"{folder}: summary.json or case.json is not what `nvhchain run` or `compare` leaves ({error!r:.100}): "
+            "run it again"
+        ) from None
+    page = rendered(stored, [section for section in sections if section[2]])
+    write_text(stored.folder / "report.html", page)
+    return stored.folder / "report.html"

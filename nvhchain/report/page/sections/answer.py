@@ -1,0 +1,281 @@
+"""First screen: which design is quieter, by how much, where and why."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping
+from typing import Any
+from urllib.parse import quote
+
+import numpy as np
+
+from nvhchain import levels
+from nvhchain.error_band import format_level
+from nvhchain.handoff import FloatArray
+from nvhchain.report.marks import order_name
+from nvhchain.report.page.blocks import (
+    Figure,
+    Hero,
+    Table,
+    axes,
+    bars,
+    colour,
+    dash,
+    label,
+    limits_text,
+    rounded,
+    symbol,
+    whiskers,
+)
+from nvhchain.report.page.stored import Stored, StoredRun
+from nvhchain.report.verdict import SILENCE, verdict
+
+TITLE = "Verdict"
+
+EMBEDDED = 6e6
+"""Largest size (bytes) of the sounds inside a page; more are linked."""
+
+LOUDEST = 3
+"""Number of lines named for a single run."""
+
+DOUBT = "; within these limits either may be the louder"
+"""End of a sentence of the verdict whose limits decide nothing."""
+
+
+def blocks(stored: Stored) -> list[Any]:
+    """Return the first screen, and what an unfinished run has so far."""
+    sentences = [sentence for sentence in verdict(stored.summary)] if stored.finished and stored.microphone else []
+    doubt = any(sentence.endswith(DOUBT) for sentence in sentences)
+    hero = Hero(
+        headline=_headline(stored),
+        doubt="Not decided: within the confidence limits either may be the louder." if doubt else "",
+        sentences=[sentence.removesuffix(DOUBT) for sentence in sentences] or _single(stored),
+        levels=_levels(stored),
+        where=_bands(stored) or _over_speed(stored),
+        sounds=_sounds(stored),
+    )
+    return [hero] if stored.finished else [hero, _progress(stored)]
+
+
+def _headline(stored: Stored) -> str:
+    if not stored.finished:
+        return "Unfinished: results so far"
+    heard: dict[str, Any] = {run.name: run.summary.get("overall_dBA") for run in stored.runs}
+    (base, first), *others = heard.items()
+    if first is None:
+        return f"{base}: results"
+    if not others:
+        return format_level(first, "dB(A)", stored.runs[0].summary.get("error_band_dBA", (None, first)))
+    name, level = min(others, key=lambda item: item[1]) if len(others) > 1 else others[0]
+    if min(level, first) <= SILENCE:
+        return f"{name} or {base} is silent"
+    difference = level - first
+    word = "louder" if difference > 0 else "quieter"
+    prefix = "Quietest of the others: " if len(others) > 1 else ""
+    return f"{prefix}{name} is {abs(difference):.1f} dB {word} than {base}"
+
+
+def _single(stored: Stored) -> list[str]:
+    """Return sentences on one run: where its level is, and its loudest lines."""
+    found = [f"Level at {stored.microphone}."] if stored.microphone and stored.finished else []
+    if not stored.finished:
+        found.append("The run has not ended, or it failed. The page holds the results that are in its folder.")
+    if len(stored.runs) > 1:
+        return found
+    run = stored.runs[0]
+    if run.pressure is not None:
+        frequency, level = _weighted(run)
+        turns = run.pressure.input_speed / (2 * np.pi)
+        energy = 10 ** (level / 10)
+        for line in np.argsort(-level)[:LOUDEST]:
+            order = frequency[line] / turns if turns else 0.0
+            origin = order_name(order, stored.marks.mesh, stored.marks.slots) if turns else ""
+            name = f"order {order:.5g} ({frequency[line]:.0f} Hz{', ' if origin else ''}{origin})"
+            found.append(
+                f"  {name if turns else f'{frequency[line]:.0f} Hz'}: {level[line]:.1f} dB(A), "
+                f"{100 * energy[line] / energy.sum():.0f} % of the energy"
+            )
+    for quantity, of in run.summary.get("highest", {}).items():
+        name, unit = quantity.rsplit(", ", 1)
+        found.append(f"  {name}: at most {of['level_db']:.1f} {unit}, at {of['speed_rpm']:.0f} rpm")
+    return found[: LOUDEST + 3]
+
+
+def _levels(stored: Stored) -> Figure | None:
+    """Return the overall levels with their limits."""
+    heard = [
+        (number, run) for number, run in enumerate(stored.runs) if run.summary.get("overall_dBA", SILENCE) > SILENCE
+    ]
+    if not heard:
+        return None
+    lowest = min(run.summary["overall_dBA"] for _, run in heard) - 25.0
+    traces = []
+    for number, run in heard:
+        level = float(run.summary["overall_dBA"])
+        distance = whiskers(level, run.summary.get("error_band_dBA"), lowest)
+        traces.append(
+            {
+                "type": "scatter",
+                "mode": "markers+text",
+                "x": [level],
+                "y": [label(run.name)],
+                "text": [f"{level:.1f} ({limits_text(run.summary.get('error_band_dBA'))})".replace(" ()", "")],
+                "textposition": "top center",
+                "marker": {"color": colour(number), "size": 11, "symbol": symbol(number)},
+                "error_x": {
+                    "type": "data",
+                    "symmetric": False,
+                    "array": [distance["plus"]],
+                    "arrayminus": [distance["minus"]],
+                    "color": colour(number),
+                    "thickness": 2,
+                },
+                "hoverinfo": "skip",
+                "showlegend": False,
+            }
+        )
+    layout = axes("overall level / dB(A) re 20 µPa", "", yaxis={"autorange": "reversed", "type": "category"})
+    layout["yaxis"]["range"] = [len(heard) - 0.5, -0.7]
+    del layout["yaxis"]["autorange"]
+    layout["margin"] = {"l": 90, "r": 16, "t": 8, "b": 42}
+    caption = f"Overall levels at {stored.microphone}, with their confidence limits."
+    return Figure(caption, traces, layout, height=70 + 52 * len(heard))
+
+
+def _weighted(run: StoredRun) -> tuple[FloatArray, FloatArray]:
+    """Return frequencies (n_f,) Hz and A-weighted levels (n_f,) dB(A) at the first field point."""
+    assert run.pressure is not None
+    frequency = run.pressure.frequency
+    heard = frequency > 0
+    level = levels.decibel(run.pressure.pressure[heard, 0]) + levels.a_weighting(frequency[heard])
+    return frequency[heard], level
+
+
+def _bands(stored: Stored) -> Figure | None:
+    """Return the A-weighted levels of third octaves at constant speed."""
+    steady = [(number, run) for number, run in enumerate(stored.runs) if run.pressure is not None]
+    if not steady:
+        return None
+    found: dict[int, dict[int, float]] = {}
+    for number, run in steady:
+        frequency, level = _weighted(run)
+        numbers = np.round(10 * np.log10(frequency)).astype(int)
+        found[number] = {
+            int(band): float(10 * np.log10((10 ** (level[numbers == band] / 10)).sum() + 1e-30))
+            for band in np.unique(numbers)
+        }
+    top = max(max(of.values()) for of in found.values())
+    floor = 5 * np.floor(top / 5) - 45
+    bands = sorted({band for of in found.values() for band, level in of.items() if level > floor})
+    bands = list(range(bands[0], bands[-1] + 1)) if bands else []
+    traces = [
+        {
+            "type": "bar",
+            "name": label(run.name),
+            "x": [_nominal(band) for band in bands],
+            "y": rounded(max(found[number].get(band, floor) - floor, 0.0) for band in bands),
+            "base": floor,
+            "customdata": rounded((found[number].get(band) for band in bands), 1),
+            "hovertemplate": "%{x} Hz: %{customdata} dB(A)<extra>" + label(run.name) + "</extra>",
+            "marker": bars(number),
+        }
+        for number, run in steady
+    ]
+    layout = axes("third octave / Hz", "level / dB(A)", xaxis={"type": "category"}, bargap=0.25)
+    return Figure("A-weighted levels of third octaves: where the designs differ.", traces, layout, height=260)
+
+
+def _nominal(band: int) -> str:
+    """Return the nominal frequency of third octave number `band` (Hz)."""
+    value = float(("1", "1.25", "1.6", "2", "2.5", "3.15", "4", "5", "6.3", "8")[band % 10]) * 10.0 ** (band // 10)
+    return f"{value / 1000:.3g}k" if value >= 1000 else f"{value:.3g}"
+
+
+def _over_speed(stored: Stored) -> Figure | None:
+    """Return the overall level over speed with its limits."""
+    traces = over_speed_traces(stored.runs)
+    if not traces:
+        return None
+    layout = axes("input speed / rpm", "level / dB(A)", yaxis={"range": speed_range(stored.runs)})
+    return Figure(
+        "Overall level over the input speed. Shaded: confidence limits; open below where there is no lower limit.",
+        traces,
+        layout,
+        height=300,
+    )
+
+
+def over_speed_traces(runs: tuple[StoredRun, ...]) -> list[dict[str, Any]]:
+    """Return the curves of the overall level over speed, with limits."""
+    traces: list[dict[str, Any]] = []
+    floor = speed_range(runs)[0] - 40.0
+    for number, run in enumerate(runs):
+        rows = sorted(run.summary.get("over_speed", []), key=lambda row: float(row["speed_rpm"]))
+        if not rows:
+            continue
+        speed = [row["speed_rpm"] for row in rows]
+        low = [floor if row["limits_dBA"][0] is None else row["limits_dBA"][0] for row in rows]
+        high = [row["level_dBA"] if row["limits_dBA"][1] is None else row["limits_dBA"][1] for row in rows]
+        traces.append(
+            {
+                "type": "scatter",
+                "mode": "lines",
+                "x": rounded([*speed, *reversed(speed)], 1),
+                "y": rounded([*high, *reversed(low)]),
+                "fill": "toself",
+                "fillcolor": colour(number),
+                "opacity": 0.15,
+                "line": {"width": 0},
+                "hoverinfo": "skip",
+                "showlegend": False,
+                "legendgroup": label(run.name),
+            }
+        )
+        traces.append(
+            {
+                "type": "scatter",
+                "mode": "lines+markers",
+                "name": label(run.name),
+                "legendgroup": label(run.name),
+                "x": rounded(speed, 1),
+                "y": rounded(row["level_dBA"] for row in rows),
+                "line": {"color": colour(number), "dash": dash(number), "width": 2},
+                "marker": {"symbol": symbol(number), "size": 6},
+                "hovertemplate": "%{x:.0f} rpm: %{y:.1f} dB(A)<extra>" + label(run.name) + "</extra>",
+            }
+        )
+    return traces
+
+
+def speed_range(runs: tuple[StoredRun, ...]) -> list[float]:
+    """Return the range of levels (dB) of figures over speed: 45 dB below the highest level, up to the highest limit."""
+    rows: list[Mapping[str, Any]] = [row for run in runs for row in run.summary.get("over_speed", [])]
+    if not rows:
+        return [0.0, 1.0]
+    top = max(float(row["level_dBA"]) for row in rows)
+    limit = max([top, *(row["limits_dBA"][1] or top for row in rows)])
+    return [top - 45.0, min(limit, top + 25.0) + 3.0]
+
+
+def _sounds(stored: Stored) -> list[tuple[str, str]]:
+    """Return configuration and address of its sound, embedded while it is small."""
+    files = {run.name: stored.folder / f"sound-{run.name}.wav" for run in stored.runs}
+    present = {name: path for name, path in files.items() if path.is_file()}
+    inside = sum(path.stat().st_size for path in present.values()) <= EMBEDDED
+    return [
+        (
+            name,
+            f"data:audio/wav;base64,{base64.b64encode(path.read_bytes()).decode('ascii')}"
+            if inside
+            else quote(path.name),
+        )
+        for name, path in present.items()
+    ]
+
+
+def _progress(stored: Stored) -> Table:
+    """Return the hand-offs that are there so far."""
+    rows = [
+        (run.name, ", ".join(path.stem for path in sorted(run.folder.glob("*.h5"))) or "none") for run in stored.runs
+    ]
+    return Table(("configuration", "hand-offs so far"), rows, numbers=9)

@@ -1,0 +1,88 @@
+"""Levels of orders and speeds, and the differences of configurations."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from nvhchain import plots
+from nvhchain.levels import a_weighting
+from nvhchain.report.marks import order_name
+from nvhchain.report.page.blocks import Figure, Table, axes, bars, label, rounded
+from nvhchain.report.page.stored import Stored
+
+TITLE = "Orders and differences"
+
+STRONGEST = 14
+"""Number of orders in the figure."""
+
+RANGE = 50.0
+"""Range (dB) of the figure."""
+
+
+def blocks(stored: Stored) -> list[Any]:
+    """Return the levels of the strongest orders or of speeds, as figure and table."""
+    summaries = {run.name: run.summary for run in stored.runs if "orders" in run.summary or "over_speed" in run.summary}
+    if not summaries or len({"over_speed" in of for of in summaries.values()}) > 1:
+        return []
+    table = plots.difference_table(summaries)
+    shown = 2 * len(summaries) + 1  # limits of run-ups stand in the section of run-ups
+    named = [(_named(stored, row[0]), *(cell.replace("-", "−") for cell in row[1:shown])) for row in table.rows]
+    written = " The same table: differences.csv." if (stored.folder / "differences.csv").is_file() else ""
+    block = Table(table.header[:shown], named, f"Levels at {stored.microphone}, dB re 20 µPa.{written}")
+    figure = _figure(stored)
+    return [figure, block] if figure else [block]
+
+
+def _named(stored: Stored, quantity: str) -> str:
+    """Return the quantity of a row, with the origin of an order."""
+    words = quantity.split()
+    if len(words) != 4 or words[0] != "order":
+        return quantity
+    origin = order_name(float(words[1]), stored.marks.mesh, stored.marks.slots)
+    return f"order {words[1]} ({origin}) / dB" if origin else quantity
+
+
+def _figure(stored: Stored) -> Figure | None:
+    """Return bars of the strongest orders in dB(A)."""
+    found: dict[float, dict[int, float]] = {}
+    for number, run in enumerate(stored.runs):
+        for line in run.summary.get("orders", []):
+            weighted = line["level_db"] + float(a_weighting(line["frequency_hz"]))
+            found.setdefault(round(line["order"], 6), {})[number] = weighted
+    if not found:
+        return None
+    listed = sorted(sorted(found, key=lambda order: -max(found[order].values()))[:STRONGEST])
+    top = max(max(found[order].values()) for order in listed)
+    floor = top - RANGE
+    names = []
+    for order in listed:
+        origin = order_name(order, stored.marks.mesh, stored.marks.slots)
+        names.append(
+            label(f"{order:g}")
+            + (
+                f"<br>{label(origin).replace(' = ', '<br>').replace(' + ', '<br>+ ').replace(' − ', '<br>− ')}"
+                if origin
+                else ""
+            )
+        )
+    traces = [
+        {
+            "type": "bar",
+            "name": label(run.name),
+            "x": names,
+            "y": rounded(max(found[order].get(number, floor) - floor, 0.0) for order in listed),
+            "base": round(floor, 2),
+            "customdata": rounded((found[order].get(number) for order in listed), 1),
+            "hovertemplate": "%{customdata} dB(A)<extra>" + label(run.name) + "</extra>",
+            "marker": bars(number),
+        }
+        for number, run in enumerate(stored.runs)
+        if any(number in found[order] for order in listed)
+    ]
+    layout = axes(
+        "order of the input",
+        "level / dB(A)",
+        xaxis={"type": "category", "tickfont": {"size": 11}, "tickangle": 0},
+        bargap=0.3,
+    )
+    return Figure("A-weighted levels of the strongest orders, and the gear meshes they come from.", traces, layout)

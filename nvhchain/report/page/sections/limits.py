@@ -1,0 +1,47 @@
+"""Confidence limits: their meaning, and the parts that widen them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from nvhchain.report.page.blocks import Table, Text
+from nvhchain.report.page.stored import Stored
+
+TITLE = "Confidence limits"
+
+MEANINGS = {
+    "surface mesh": "elements of the radiating surface per wavelength",
+    "housing": "finite elements of the housing: its natural frequencies",
+    "modes left out": "modes of the housing above the band",
+    "gear": "layers, slices and angles of the gear contact",
+    "masters": "interpolation between the frequencies of the transfer vectors",
+    "radiation": "level of radiation without boundary elements",
+    "quadrature": "integration over the surface elements",
+    "cancellation": "parts of the motion that cancel each other",
+    "time step": "time step of the dynamics",
+    "settling": "rest of the transient in the steady state",
+}
+"""Source of error → its meaning."""
+
+EXPLANATION = (
+    "The limits state where the result of the preset reference is expected. Every step of the chain adds an error, "
+    "estimated from its settings and fitted to measured differences. Errors of one source add up over the lines; those "
+    "of different sources add in quadrature. Errors of the model itself, such as joints, damping or tolerances of the "
+    "real gearbox, are not included. The limits of a difference assume that both errors add up; errors that both "
+    "designs share cancel in part, so these limits are wide."
+)
+
+
+def blocks(stored: Stored) -> list[Any]:
+    """Return the explanation, and the parts of the limits of every configuration."""
+    if not any("error_band_dBA" in run.summary or run.summary.get("other_quantities") for run in stored.runs):
+        return []
+    rows = [
+        (run.name, source, MEANINGS.get(source, ""), f"{100 * part['share']:.0f} %", f"{part['frequency_hz']:.0f}")
+        for run in stored.runs
+        for part in run.summary.get("limit_parts", [])
+        if part["share"] >= 0.005 and (source := str(part["source"]))
+    ]
+    head = ("configuration", "source", "meaning", "share", "most at / Hz")
+    table = Table(head, rows, "Parts of the limits of the overall level: shares of the squared error.", numbers=3)
+    return [Text(EXPLANATION), *([table] if rows else [])]

@@ -1,0 +1,200 @@
+"""Stored results of a folder: summaries, cases and hand-offs, as far as a run has come."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any, TypeVar
+
+from nvhchain.errors import InputError, require
+from nvhchain.files import hdf5
+from nvhchain.handoff import FieldPressure, HandOff, PressureHistory
+from nvhchain.names import check_names
+from nvhchain.plots import OrderMarks
+
+H = TypeVar("H", bound=HandOff)
+
+_SHARED = "operators"
+"""Folder of hand-offs that the runs of a comparison share."""
+
+
+@dataclass(frozen=True, eq=False)
+class StoredRun:
+    """Results of one configuration.
+
+    Parameters
+    ----------
+    name : str
+        Configuration.
+    folder : Path
+        Folder of its hand-offs.
+    summary : mapping
+        Its part of summary.json; empty before the end of a run.
+    case : mapping
+        Content of case.json; empty for results of earlier versions.
+    """
+
+    name: str
+    folder: Path
+    summary: Mapping[str, Any]
+    case: Mapping[str, Any]
+    _loaded: dict[str, Any] = field(default_factory=dict, repr=False)
+
+    def hand_off(self, name: str, kind: type[H]) -> H | None:
+        """Return the hand-off of a step, or None where the run has not come so far or does not need it."""
+        path = self.folder / f"{name}.h5"
+        if name not in self._loaded:
+            self._loaded[name] = hdf5.load(path, kind) if path.is_file() else None
+        found: H | None = self._loaded[name]
+        return found
+
+    @cached_property
+    def pressure(self) -> FieldPressure | None:
+        """Sound pressure at constant speed."""
+        return self.hand_off("pressure", FieldPressure)
+
+    @cached_property
+    def pressure_history(self) -> PressureHistory | None:
+        """Sound pressure of a run-up."""
+        return self.hand_off("pressure_history", PressureHistory)
+
+    @property
+    def points(self) -> list[str]:
+        """Names of the field points; numbers where the case is not stored."""
+        named = self.case.get("field_points") or self.summary.get("points") or []
+        return [str(point["name"]) for point in named]
+
+    def point_name(self, index: int) -> str:
+        """Return the name of a field point."""
+        return self.points[index] if index < len(self.points) else f"field point {index + 1}"
+
+
+@dataclass(frozen=True, eq=False)
+class Stored:
+    """Results in a folder.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the page.
+    summary : mapping
+        Content of summary.json; empty before the end of a run.
+    runs : tuple of StoredRun
+        Configurations; the first is the base.
+    """
+
+    folder: Path
+    summary: Mapping[str, Any]
+    runs: tuple[StoredRun, ...]
+
+    @property
+    def finished(self) -> bool:
+        """True where the run or comparison has written its summary."""
+        return bool(self.summary)
+
+    @cached_property
+    def marks(self) -> OrderMarks:
+        """Mesh orders of the first configuration that has them, and slot sidebands of any."""
+        parts = [run.case or run.summary for run in self.runs]
+        mesh: dict[str, float] = next((part["mesh_orders"] for part in parts if part.get("mesh_orders")), {})
+        slots = {
+            stage: spacing for part in parts for stage, spacing in part.get("slot_orders", {}).items() if stage in mesh
+        }
+        return OrderMarks(mesh=mesh, slots=slots)
+
+    @property
+    def microphone(self) -> str:
+        """Name and position of the field point that levels refer to; empty without one."""
+        point = self.summary.get("field_point")
+        if not point:
+            return self.runs[0].point_name(0) if self.runs[0].points else ""
+        at = point["position_m"]
+        place = ", ".join(f"{value:g}" for value in at) if isinstance(at, list) else str(at)
+        return f"{point['name']}, at ({place}) m"
+
+    @property
+    def hand_off_files(self) -> list[Path]:
+        """All hand-offs of the runs and their shared operators."""
+        folders = dict.fromkeys([*(run.folder for run in self.runs), self.folder / _SHARED])
+        return [path for folder in folders for path in sorted(folder.glob("*.h5"))]
+
+
+def stored_results(folder: Path) -> Stored:
+    """Return the results in the folder of a run or comparison.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder that `run` or `compare` filled, completely or in part.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no results, or summary.json or case.json cannot be read.
+    """
+    try:
+        summary = _table(folder / "summary.json")
+        return _stored(folder, summary)
+    except OSError as error:
+        raise InputError(f"{folder}: {error.strerror or error}: name the folder of a run or comparison") from None
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(
+            f"{folder}/summary.json is not what `nvhchain run` or `compare` leaves ({error!r:.100}): run it again"
+        ) from None
+
+
+def _stored(folder: Path, summary: dict[str, Any]) -> Stored:
+    if summary:
+        names = list(summary["configurations"])
+        require(len(names) > 0, f"{folder}/summary.json holds no configuration: run `nvhchain compare` again")
+        check_names(names, f"{folder}/summary.json: configurations")
+        _check_levels(summary)
+    else:
+        names = [] if _has_results(folder) else _begun(folder)
+    runs = []
+    for name in names or [str(_table(folder / "case.json").get("name", folder.resolve().name))]:
+        place = folder / name if (folder / name).is_dir() else folder
+        of = summary["configurations"][name] if summary else {}
+        runs.append(StoredRun(name, place, of, _table(place / "case.json")))
+    require(
+        bool(summary) or any(_has_results(run.folder) for run in runs),
+        f"{folder} holds no results: run `nvhchain run` or `nvhchain compare` first, with --out {folder}",
+    )
+    return Stored(folder, summary, tuple(runs))
+
+
+def _check_levels(summary: Mapping[str, Any]) -> None:
+    """Raise a ValueError, TypeError or KeyError for a summary whose levels are no numbers."""
+    fidelity, point = summary["fidelity"], summary["field_point"]
+    for of in summary["configurations"].values():
+        if point is not None or not of.get("other_quantities"):
+            _ = f"{of['overall_dBA']:.1f}{point['name']}{fidelity}"
+        lower, upper = of.get("error_band_dBA", (None, 0.0))
+        _ = f"{0.0 if lower is None else lower:.1f}{0.0 if upper is None else upper:.1f}"
+
+
+def _begun(folder: Path) -> list[str]:
+    """Return the names of the configurations of a comparison that has not ended."""
+    inside = sorted(path for path in folder.glob("*") if path.is_dir() and path.name != _SHARED)
+    return [path.name for path in inside if (path / "case.json").is_file() or _has_results(path)]
+
+
+def _has_results(folder: Path) -> bool:
+    return next(folder.glob("*.h5"), None) is not None
+
+
+def _table(path: Path) -> dict[str, Any]:
+    """Return the object in a JSON file; empty for a missing file."""
+    if not path.is_file():
+        return {}
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path} cannot be read ({error}): run `nvhchain run` or `compare` again") from None
+    require(isinstance(found, dict) and bool(found), f"{path} holds no table: run `nvhchain run` or `compare` again")
+    return dict(found)

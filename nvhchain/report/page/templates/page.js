@@ -1,0 +1,207 @@
+"use strict";
+(() => {
+  const font = { family: 'system-ui, "Segoe UI", Roboto, "Helvetica Neue", Arial, sans-serif', size: 13, color: "#1d2329" };
+  const config = {
+    responsive: true, displaylogo: false, showSendToCloud: false, plotlyServerURL: "",
+    modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d", "toImage"],
+    modeBarButtonsToAdd: [{
+      name: "Save as SVG", icon: Plotly.Icons.camera,
+      click: (plot) => Plotly.downloadImage(plot, { format: "svg", filename: plot.id, width: 1100, height: plot.offsetHeight }),
+    }],
+  };
+  const axis = { gridcolor: "#e6e8eb", zerolinecolor: "#c5cad0", linecolor: "#8a929b", ticks: "outside", automargin: true };
+  const base = (layout, height) => ({
+    font, height, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", hovermode: "closest",
+    margin: { l: 60, r: 16, t: 34, b: 46 }, modebar: { bgcolor: "rgba(255,255,255,0.7)", color: "#8a929b", activecolor: "#0072b2" },
+    legend: { orientation: "h", x: 0, y: 1, xanchor: "left", yanchor: "bottom" },
+    ...layout,
+  });
+
+  const choice = (tools, options, chosen, act) => {
+    const group = document.createElement("span");
+    group.className = "choice";
+    for (const [value, text] of options) {
+      const button = document.createElement("button");
+      button.type = "button";
+      button.textContent = text;
+      button.dataset.value = value;
+      button.setAttribute("aria-pressed", String(value === chosen));
+      button.onclick = () => {
+        for (const other of group.children) other.setAttribute("aria-pressed", String(other === button));
+        act(value);
+      };
+      group.append(button);
+    }
+    tools.append(group);
+    return group;
+  };
+
+  const aWeighting = (f) => {
+    const s = f * f;
+    const gain = 12194.217 ** 2 * s * s /
+      ((s + 20.598997 ** 2) * Math.sqrt((s + 107.65265 ** 2) * (s + 737.86223 ** 2)) * (s + 12194.217 ** 2));
+    return 20 * Math.log10(Math.max(gain, 1e-300)) + 1.9997;
+  };
+  const sum = (levels) => 10 * Math.log10(Math.max(levels.reduce((all, level) => all + 10 ** (level / 10), 0), 1e-30));
+  const band = (f) => Math.round(10 * Math.log10(f));
+  const nominal = (number) => {
+    const digits = ["1", "1.25", "1.6", "2", "2.5", "3.15", "4", "5", "6.3", "8"][((number % 10) + 10) % 10];
+    const value = Number(digits) * 10 ** Math.floor(number / 10);
+    return value >= 1000 ? `${+(value / 1000).toPrecision(3)}k` : String(+value.toPrecision(3));
+  };
+
+  const spectrum = (plot, { data }, height) => {
+    const state = { axis: "hz", weight: data.weighted ? "A" : "Z", scale: "linear", view: "lines", point: 0 };
+    const tools = document.createElement("div");
+    tools.className = "tools";
+    plot.before(tools);
+    const set = (name) => (value) => { state[name] = value; draw(); };
+    choice(tools, [["lines", "Lines"], ["thirds", "Third octaves"]], state.view, set("view"));
+    const axes = choice(tools, [["hz", "Hz"], ["order", "Order"]], state.axis, set("axis"));
+    const scales = choice(tools, [["linear", "Linear"], ["log", "Logarithmic"]], state.scale, set("scale"));
+    choice(tools, [["Z", "dB"], ["A", "dB(A)"]], state.weight, set("weight"));
+    const points = data.points.length;
+    if (points > 1) choice(tools, data.points.map((name, number) => [number, name]), 0, set("point"));
+    const orders = data.runs.every((run) => run.turns > 0);
+    const oneSpeed = new Set(data.runs.map((run) => run.turns.toFixed(6))).size === 1;
+
+    const draw = () => {
+      const thirds = state.view === "thirds";
+      for (const button of axes.children) button.disabled = thirds || (button.dataset.value === "order" && !orders);
+      for (const button of scales.children) button.disabled = thirds;
+      const unit = state.weight === "A" ? "dB(A)" : "dB";
+      const levels = data.runs.map((run) => run.level[state.point].map((level, line) =>
+        state.weight === "A" ? level + aWeighting(run.frequency[line]) : level));
+      const top = 5 * Math.ceil(Math.max(...levels.flat()) / 5) + 5;
+      const floor = top - 75;
+      const name = (run, number) => `${run.name}: ${sum(levels[number]).toFixed(1)} ${unit}`;
+      const layout = { yaxis: { ...axis, title: { text: `level / ${unit} re ${data.reference}`, font: { size: 13 } }, range: [floor, top] } };
+      const traces = [];
+      if (thirds) {
+        const numbers = data.runs.map((run) => run.frequency.map(band));
+        const first = Math.min(...numbers.map((of) => Math.min(...of))), last = Math.max(...numbers.map((of) => Math.max(...of)));
+        const all = Array.from({ length: last - first + 1 }, (_, at) => first + at);
+        data.runs.forEach((run, number) => traces.push({
+          type: "bar", name: name(run, number), marker: { color: run.colour, pattern: { shape: ["", "/", "x", "."][number % 4], fillmode: "overlay", fgcolor: "white", fgopacity: 0.55, size: 7 } },
+          x: all.map(nominal),
+          y: all.map((of) => Math.max(sum(levels[number].filter((_, line) => numbers[number][line] === of)), floor) - floor),
+          base: floor, hovertemplate: `%{x} Hz: %{customdata:.1f} ${unit}<extra>${run.name}</extra>`,
+          customdata: all.map((of) => sum(levels[number].filter((_, line) => numbers[number][line] === of))),
+        }));
+        layout.xaxis = { ...axis, type: "category", title: { text: "third octave / Hz", font: { size: 13 } } };
+        layout.bargap = 0.25;
+      } else {
+        data.runs.forEach((run, number) => {
+          const x = state.axis === "order" ? run.frequency.map((f) => f / run.turns) : run.frequency;
+          const seen = levels[number].map((level, line) => [x[line], level, line]).filter(([, level]) => level > floor);
+          const strongest = Math.max(...levels[number]);
+          const limited = seen.map(([, level, line]) => {
+            if (state.point || !run.upper || level < strongest - 20) return [0, 0];
+            const weight = level - run.level[0][line];
+            const low = run.lower[line] === null ? floor : run.lower[line] + weight;
+            return [Math.max(level - Math.max(low, floor), 0), Math.max(run.upper[line] + weight - level, 0)];
+          });
+          traces.push({
+            type: "scatter", mode: "lines", hoverinfo: "skip", showlegend: false, legendgroup: run.name,
+            x: seen.flatMap(([at]) => [at, at, null]), y: seen.flatMap(([, level]) => [floor, level, null]),
+            line: { color: run.colour, width: number === 0 ? 3.5 : 1.6 }, opacity: number === 0 ? 0.55 : 1,
+          });
+          traces.push({
+            type: "scatter", mode: "markers", name: name(run, number), legendgroup: run.name,
+            x: seen.map(([at]) => at), y: seen.map(([, level]) => level),
+            marker: { color: run.colour, size: 6, symbol: run.symbol },
+            error_y: { type: "data", symmetric: false, arrayminus: limited.map(([low]) => low), array: limited.map(([, up]) => up), color: run.colour, thickness: 1, width: 3 },
+            text: seen.map(([, , line]) => (run.turns ? `order ${+(run.frequency[line] / run.turns).toFixed(4)}, ` : "") +
+              `${run.frequency[line].toFixed(1)} Hz` + (run.origin[line] ? `<br>${run.origin[line]}` : "")),
+            hovertemplate: `%{text}<br>%{y:.1f} ${unit}<extra>${run.name}</extra>`,
+          });
+        });
+        layout.xaxis = { ...axis, type: state.scale, title: { text: state.axis === "order" ? "order of the input" : "frequency / Hz", font: { size: 13 } } };
+        const scale = state.axis === "order" ? 1 : oneSpeed ? data.runs[0].turns : 0;
+        const highest = Math.max(...data.runs.map((run) => run.frequency[run.frequency.length - 1]));
+        layout.shapes = scale ? data.marks.flatMap(({ order, dash }) => {
+          const lines = [];
+          for (let k = 1; k * order * data.runs[0].turns <= highest && k < 60; k++)
+            lines.push({ type: "line", x0: k * order * scale, x1: k * order * scale, yref: "paper", y0: 0, y1: 1, layer: "below", line: { color: "#b4bac1", width: 1, dash } });
+          return lines;
+        }) : [];
+      }
+      Plotly.react(plot, traces, base(layout, height), config);
+    };
+    draw();
+  };
+
+  const housing = (place, { data }, height) => {
+    const tools = document.createElement("div");
+    tools.className = "tools";
+    const slider = Object.assign(document.createElement("input"), { type: "range", min: 0, max: data.lines.length - 1, step: 1, value: data.chosen });
+    slider.setAttribute("aria-label", "line");
+    const output = document.createElement("output");
+    const caption = document.createElement("span");
+    caption.textContent = "line";
+    tools.append(caption, slider, output);
+    const bodies = document.createElement("div");
+    bodies.className = "bodies";
+    place.append(tools, bodies);
+    const scene = {
+      aspectmode: "data", camera: { up: { x: 0, y: 1, z: 0 }, eye: { x: 1.0, y: 0.75, z: 1.25 } },
+      xaxis: { visible: false }, yaxis: { visible: false }, zaxis: { visible: false },
+    };
+    let turning = false;
+    const plots = data.runs.map((run, number) => {
+      const cell = document.createElement("div"), title = document.createElement("h3"), plot = document.createElement("div");
+      title.textContent = run.name;
+      plot.id = `${place.id}-${number}`;
+      plot.style.height = `${height}px`;
+      cell.append(title, plot);
+      bodies.append(cell);
+      return plot;
+    });
+    const shown = () => data.lines[slider.value];
+    const colours = (run) => ({ intensity: run.level[slider.value], cmin: shown().top - data.range, cmax: shown().top });
+    const describe = () => { output.textContent = shown().text; };
+    data.runs.forEach((run, number) => {
+      const trace = {
+        type: "mesh3d", ...run.body, intensitymode: "cell", colorscale: "Viridis", flatshading: true,
+        lighting: { ambient: 0.75, diffuse: 0.45, specular: 0.05, roughness: 0.9 }, lightposition: { x: 1e4, y: 2e4, z: 2e4 },
+        ...colours(run), hovertemplate: `%{intensity:.1f} dB re 1 nm/s<extra>${run.name}</extra>`,
+        colorbar: { title: { text: "dB re<br>1 nm/s" }, thickness: 12, len: 0.8 },
+      };
+      Plotly.newPlot(plots[number], [trace], { font, height, scene, modebar: { bgcolor: "rgba(255,255,255,0.7)", color: "#8a929b", activecolor: "#0072b2" }, margin: { l: 0, r: 0, t: 0, b: 0 }, paper_bgcolor: "rgba(0,0,0,0)" }, config)
+        .then((plot) => plot.on("plotly_relayout", (change) => {
+          if (turning || !change["scene.camera"]) return;
+          turning = true;
+          Promise.all(plots.filter((other) => other !== plot).map((other) => Plotly.relayout(other, { "scene.camera": change["scene.camera"] })))
+            .finally(() => { turning = false; });
+        }));
+    });
+    slider.oninput = () => {
+      data.runs.forEach((run, number) => {
+        const { intensity, cmin, cmax } = colours(run);
+        Plotly.restyle(plots[number], { intensity: [intensity], cmin, cmax }, [0]);
+      });
+      describe();
+    };
+    describe();
+  };
+
+  const kinds = { spectrum, housing, plotly: (plot, { data, layout }, height) =>
+      Plotly.newPlot(plot, data, base(layout, height), { ...config, displayModeBar: plot.closest(".evidence") ? false : undefined }) };
+  const draw = (plot) => {
+    const content = JSON.parse(document.querySelector(`script[data-plot="${plot.id}"]`).textContent);
+    kinds[content.kind](plot, content, Number(plot.dataset.height));
+    plot.style.minHeight = "";
+  };
+  const waiting = new IntersectionObserver((entries) => {
+    for (const { isIntersecting, target } of entries) {
+      if (!isIntersecting) continue;
+      waiting.unobserve(target);
+      draw(target);
+    }
+  }, { rootMargin: "600px" });
+  const pending = new Set(document.querySelectorAll(".plot"));
+  for (const plot of pending) waiting.observe(plot);
+  window.addEventListener("beforeprint", () => {
+    for (const plot of pending) if (!plot.hasChildNodes()) { waiting.unobserve(plot); draw(plot); }
+  });
+})();

@@ -1,0 +1,150 @@
+"""Summaries of results for summary.json: levels and confidence limits of microphones, lines, speeds and orders."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from math import pi
+from pathlib import Path
+from typing import Any
+
+from nvhchain import levels
+from nvhchain.case import GearboxCase
+from nvhchain.chain.result import Result
+from nvhchain.error_band import RunUpBand
+from nvhchain.error_band.files import finite
+from nvhchain.files.hdf5 import write_text
+from nvhchain.gear import quasi_static_transmission_error
+from nvhchain.handoff import FieldPressure, FloatArray
+from nvhchain.report.marks import mesh_orders, order_marks, slot_orders
+from nvhchain.report.run_up import run_up_curves, run_up_summary
+
+
+def write_summary(results: Mapping[str, Result], out: Path) -> dict[str, Any]:
+    """Write summary.json.
+
+    Parameters
+    ----------
+    results : mapping of str to Result
+        Configuration → its result.
+    out : Path
+        Folder of the file.
+
+    Returns
+    -------
+    dict
+        Content of the file.
+    """
+    first = next(iter(results.values()))
+    points = first.case.field_points
+    summary = {
+        "fidelity": first.fidelity.name,
+        "field_point": {"name": points[0].name, "position_m": list(points[0].position)} if points else None,
+        "configurations": _configurations(results),
+    }
+    write_text(out / "summary.json", json.dumps(summary, indent=1) + "\n")
+    return summary
+
+
+def _configurations(results: Mapping[str, Result]) -> dict[str, Any]:
+    """Return the summary of every configuration."""
+    found: dict[str, dict[str, Any]] = {name: {} for name in results}
+    marks = order_marks([result.case for result in results.values()])
+    histories = {name: of.pressure_history for name, of in results.items() if of.pressure_history is not None}
+    if histories:
+        curves = run_up_curves(histories, marks, high=max(results[name].case.band.high for name in histories))  # type: ignore[union-attr]
+        found |= {name: run_up_summary(histories[name], curves[name]) for name in histories}
+    for name, result in results.items():
+        if result.pressure is not None:
+            found[name] = line_summary(result.pressure)
+        found[name] |= limits(result) | {
+            "mesh_orders": mesh_orders(result.case),
+            "slot_orders": slot_orders(result.case),
+            "transmission_errors": _transmission_errors(result),
+        }
+    return found
+
+
+def line_summary(pressure: FieldPressure) -> dict[str, Any]:
+    """Return speed, overall level in dB(A) and the level of every line at the first field point.
+
+    Orders are those of the input shaft; without an input speed the list is empty.
+    """
+    turns = pressure.input_speed / (2 * pi)
+    level = levels.decibel(pressure.pressure[:, 0])
+    return {
+        "input_speed_rpm": 60 * turns,
+        "overall_dBA": float(levels.overall(pressure.frequency, pressure.pressure[:, 0])),
+        "orders": [
+            {"order": round(float(f / turns), 9), "frequency_hz": float(f), "level_db": float(db)}
+            for f, db in zip(pressure.frequency, level, strict=True)
+        ]
+        if turns
+        else [],
+    }
+
+
+def limits(result: Result) -> dict[str, Any]:
+    """Return the confidence limits of a result.
+
+    The overall level of every field point and the level of every line or speed at the first one are in dB(A) or dB. For
+    each other quantity of the case the limits are those of the place with the highest level.
+    """
+    found: dict[str, Any] = {}
+    if "pressure" in result.error_bands:
+        found = _sound_limits(result)
+    others = {name: of for name, of in result.error_bands.items() if name != "pressure"}
+    found["other_quantities"] = {
+        name: {"level": float(of.level.max()), "limits": finite(of.overall[of.level.argmax()])}
+        for name, of in others.items()
+    }
+    return found
+
+
+def _sound_limits(result: Result) -> dict[str, Any]:
+    band = result.error_band
+    found: dict[str, Any] = {
+        "error_band_dBA": finite(band.overall[0]),
+        "points": [
+            {"name": point.name, "position_m": list(point.position), "level_dBA": float(level), "limits_dBA": edges}
+            for point, level, edges in zip(
+                result.case.field_points, result.overall, map(finite, band.overall), strict=True
+            )
+        ],
+    }
+    if isinstance(band, RunUpBand):
+        found["over_speed"] = [
+            {"speed_rpm": 30 / pi * float(speed), "level_dBA": float(level[0]), "limits_dBA": finite(edges[0])}
+            for speed, level, edges in zip(band.input_speed, band.speed_levels, band.limits, strict=True)
+        ]
+        return found
+    found["lines"] = [
+        {"frequency_hz": float(f), "limits_db": finite(edges)}
+        for f, *edges in zip(band.frequency, band.lower[:, 0], band.upper[:, 0], strict=True)
+    ]
+    found["limit_parts"] = [
+        {"source": source, "share": float(share[0]), "frequency_hz": float(frequency[0])}
+        for source, share, frequency in band.parts
+    ]
+    return found
+
+
+def transmission_errors(result: Result) -> dict[str, tuple[FloatArray, FloatArray]]:
+    """Return gear stage → wheel angle (n,) rad and quasi-static transmission error (n,) m: the limit of low speed."""
+    if not isinstance(result.case, GearboxCase):
+        return {}
+    case = result.case
+    return {
+        stage.name: quasi_static_transmission_error(law, force)
+        for stage, law, force in zip(case.stages, result.mesh_laws, case.mesh_forces, strict=False)
+    }
+
+
+def _transmission_errors(result: Result) -> dict[str, Any]:
+    return {
+        stage: {
+            "wheel_angle_rad": [round(float(value), 6) for value in angle],
+            "error_um": [round(1e6 * float(value), 4) for value in error],
+        }
+        for stage, (angle, error) in transmission_errors(result).items()
+    }

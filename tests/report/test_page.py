@@ -1,0 +1,228 @@
+"""Page of a run or comparison: what it holds of small stored results, whole or in part, and what it refuses."""
+
+import json
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import plotly.graph_objects
+import pytest
+
+import nvhchain as nvh
+from nvhchain.acoustics import sphere
+from nvhchain.cli import main
+from nvhchain.files import hdf5
+from nvhchain.handoff import BearingForces, FieldPressure, ForceSpectrum, PressureHistory, SurfaceVelocity
+from nvhchain.report import write_page
+
+SPEED = 2 * np.pi * 50.0
+ORDERS = np.arange(1.0, 41.0)
+BEARINGS, SEATS = ("A", "B"), np.zeros((2, 3))
+
+
+class Reader(HTMLParser):
+    """Texts, ids, addresses and JSON figures of a page."""
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.ids, self.links, self.figures, self.cells, self.texts = [], [], [], {}, [], []
+
+    def handle_starttag(self, tag, attributes):
+        values = dict(attributes)
+        self.ids += [values["id"]] if "id" in values else []
+        self.links += [values[name] for name in ("src", "href") if values.get(name)]
+        self.open.append((tag, values))
+
+    def handle_endtag(self, tag):
+        while self.open and self.open.pop()[0] != tag:
+            pass
+
+    def handle_data(self, data):
+        tag, values = self.open[-1] if self.open else ("", {})
+        if tag == "script" and "data-plot" in values:
+            self.figures[values["data-plot"]] = json.loads(data)
+        elif tag in ("td", "th"):
+            self.cells.append(data)
+        elif tag not in ("script", "style"):
+            self.texts.append(data.strip())
+
+
+def read(path):
+    reader = Reader()
+    reader.feed(path.read_text())
+    return reader
+
+
+def steady(folder, louder):
+    """A run with 40 orders at one field point; order 20 is the loudest."""
+    frequency = ORDERS * 50.0
+    size = 1e-3 * np.where(ORDERS == 20, 10.0 * louder, 0.1)
+    hdf5.save(FieldPressure(frequency, [[0.0, 0.0, 1.0]], size[:, None] + 0j, SPEED), folder / "pressure.h5")
+    body = sphere(0.1, 1)
+    hdf5.save(
+        SurfaceVelocity(frequency, 1e-3 * size[:, None] * np.ones(len(body.triangles)), body),
+        folder / "surface_velocity.h5",
+    )
+    force = size[:, None, None] * np.ones((1, 2, 3))
+    hdf5.save(ForceSpectrum(frequency, force + 0j, BEARINGS, SPEED), folder / "force_spectrum.h5")
+
+
+def case(folder, name, **values):
+    record = {
+        "name": name,
+        "fidelity": "draft",
+        "field_points": [{"name": "rear", "position_m": [0, 0, 1]}],
+        "mesh_orders": {"stage1": 20.0},
+        "slot_orders": {},
+        "values": {"gears.wheel.face_width_mm": 22.0} | values,
+    }
+    folder.mkdir(exist_ok=True)
+    (folder / "case.json").write_text(json.dumps(record))
+
+
+def summary(levels, **more):
+    configurations = {
+        name: {
+            "input_speed_rpm": 3000.0,
+            "overall_dBA": level,
+            "error_band_dBA": [level - 2.0, level + 3.0],
+            "points": [{"name": "rear", "position_m": [0, 0, 1], "level_dBA": level, "limits_dBA": [None, level + 3]}],
+            "orders": [{"order": order, "frequency_hz": 50.0 * order, "level_db": level} for order in (20, 40)],
+            "limit_parts": [{"source": "housing", "share": 0.9, "frequency_hz": 1000.0}],
+            "mesh_orders": {"stage1": 20.0},
+            "transmission_errors": {"stage1": {"wheel_angle_rad": [0.0, 0.1, 0.2], "error_um": [1.0, 3.0, 2.0]}},
+        }
+        for name, level in levels.items()
+    }
+    point = {"name": "rear", "position_m": [0, 0, 1]}
+    return {"fidelity": "draft", "field_point": point, "configurations": configurations} | more
+
+
+@pytest.fixture
+def pair(tmp_path):
+    """Folder of a comparison of `plain` with `holed`, 20 dB louder."""
+    for name, louder in (("plain", 1.0), ("holed", 10.0)):
+        case(tmp_path / name, name, **({"gears.wheel.blank.count": 5} if name == "holed" else {}))
+        steady(tmp_path / name, louder)
+    (tmp_path / "summary.json").write_text(json.dumps(summary({"plain": 60.0, "holed": 80.0})))
+    return tmp_path
+
+
+def test_first_screen_names_the_louder_design_by_how_much_and_why(pair):
+    page = read(write_page(pair))
+    assert "holed is 20.0 dB louder than plain" in page.texts
+    text = " ".join(page.texts)
+    assert "order 20 (1000 Hz, stage1 × 1): 60.0 → 80.0 dB(A) from plain to holed" in text
+    assert "Not decided" not in text
+    (levels,) = (of["data"] for name, of in page.figures.items() if name.endswith("levels"))
+    assert [of["x"] for of in levels] == [[60.0], [80.0]]
+    assert levels[0]["error_x"]["array"] == [3.0]
+
+
+def test_limits_that_overlap_are_said_not_to_decide(pair):
+    (pair / "summary.json").write_text(json.dumps(summary({"plain": 60.0, "holed": 61.0})))
+    assert "Not decided: within the confidence limits either may be the louder." in read(write_page(pair)).texts
+
+
+def test_every_section_has_its_figures_and_they_are_valid(pair):
+    page = read(write_page(pair))
+    sections = {"answer", "spectrum", "differences", "levels", "housing", "bearing_forces", "transmission_errors"}
+    assert sections | {"history", "cases", "limits", "making"} <= set(page.ids)
+    assert {name.split("-")[1] for name in page.figures} == (sections | {"history"}) - {"levels"}
+    for figure in page.figures.values():
+        if figure["kind"] == "plotly":
+            plotly.graph_objects.Figure(figure["data"], figure["layout"])  # refuses unknown properties
+    (lines,) = (of["data"]["runs"] for of in page.figures.values() if of["kind"] == "spectrum")
+    assert [run["name"] for run in lines] == ["plain", "holed"]
+    assert lines[1]["level"][0][19] - lines[0]["level"][0][19] == pytest.approx(20.0, abs=0.02)
+    assert lines[0]["origin"][19] == "stage1 × 1"
+
+
+def test_housing_starts_at_the_line_that_is_loudest_in_sound(pair):
+    (body,) = (of["data"] for of in read(write_page(pair)).figures.values() if of["kind"] == "housing")
+    assert body["lines"][body["chosen"]]["text"].startswith("1000.0 Hz, order 20 (stage1 × 1): plain ")
+    assert len(body["runs"][0]["level"]) == len(body["lines"])
+    assert body["runs"][0]["body"]["i"]["dtype"] == "i4"
+
+
+def test_values_that_differ_and_the_making_of_every_hand_off_are_tables(pair):
+    cells = read(write_page(pair)).cells
+    assert cells.count("gears.wheel.blank.count") == 2  # among the differences, and among all values
+    assert cells.count("gears.wheel.face_width_mm") == 1
+    assert sum(cell.endswith(".h5") for cell in cells) == 6
+
+
+def test_page_takes_nothing_from_the_network_and_embeds_its_sounds(pair):
+    (pair / "sound-plain.wav").write_bytes(b"RIFF")
+    path = write_page(pair)
+    assert all(link.startswith(("#", "data:audio/wav;base64,")) for link in read(path).links)
+    assert "showSendToCloud: false" in path.read_text()
+    assert path.stat().st_size < 6e6
+
+
+def test_seconds_of_every_step_are_listed(pair):
+    path = pair / "plain" / "pressure.h5"
+    hdf5.save(hdf5.load(path).replace(provenance={"seconds": 12.34, "version": "1"}), path)
+    assert "12.3" in read(write_page(pair)).cells
+
+
+def test_half_finished_run_shows_what_there_is(tmp_path, capsys):
+    case(tmp_path, "alone")
+    hdf5.save(ForceSpectrum(ORDERS * 50, np.ones((40, 2, 3)) + 0j, BEARINGS, SPEED), tmp_path / "force_spectrum.h5")
+    assert main(["report", str(tmp_path)]) == 0
+    page = read(tmp_path / "report.html")
+    assert "Unfinished: results so far" in page.texts
+    assert {"bearing_forces", "cases", "making"} <= set(page.ids)
+    assert "spectrum" not in page.ids
+    assert capsys.readouterr().out.strip() == str(tmp_path / "report.html")
+
+
+def test_half_finished_comparison_shows_the_cases_that_have_begun(pair):
+    (pair / "summary.json").unlink()
+    (pair / "holed" / "surface_velocity.h5").unlink()
+    page = read(write_page(pair))
+    assert "Unfinished: results so far" in page.texts
+    (body,) = (of["data"] for of in page.figures.values() if of["kind"] == "housing")
+    assert [run["title"] for run in body["runs"]] == ["plain"]
+
+
+def test_run_up_shows_levels_orders_and_maps(tmp_path):
+    rate, duration = 4000.0, 8.0
+    time = np.arange(int(rate * duration)) / rate
+    speed = 2 * np.pi * (5.0 + 20.0 * time / duration)
+    angle = np.cumsum(speed) / rate
+    case(tmp_path, "rising", **{"band.high": 1500.0})
+    wave = np.sin(20 * angle)
+    hdf5.save(PressureHistory(time, [[0, 0, 1]], wave[:, None], speed), tmp_path / "pressure_history.h5")
+    force = BearingForces(time, wave[:, None, None] * np.ones((1, 2, 3)), BEARINGS, SEATS, speed)
+    hdf5.save(force, tmp_path / "bearing_forces.h5")
+    page = read(write_page(tmp_path))
+    run_up = [of for name, of in page.figures.items() if name.startswith("plot-run_up")]
+    titles = [note["text"] for of in run_up for note in of["layout"].get("annotations", [])]
+    assert titles[0] == "<b>order 20 (stage1 × 1)</b>"
+    assert sum(trace["type"] == "heatmap" for of in run_up for trace in of["data"]) == 2
+    for figure in page.figures.values():
+        plotly.graph_objects.Figure(figure["data"], figure["layout"])
+    assert "plot-bearing_forces-1" in page.figures
+
+
+def test_folder_without_results_is_refused_in_one_line(tmp_path, capsys):
+    for folder in (tmp_path, tmp_path / "none"):
+        assert main(["report", str(folder)]) == 2
+        error = capsys.readouterr().err
+        assert error.count("\n") == 1
+        assert "holds no results: run `nvhchain run` or `nvhchain compare` first" in error
+    assert not list(tmp_path.iterdir())
+
+
+def test_run_of_the_command_line_ends_with_its_page_and_summary(request, tmp_path, capsys):
+    sphere = str(request.config.rootpath / "cases/sphere/pulsating.toml")
+    assert main(["run", sphere, "--fidelity", "draft", "--out", str(tmp_path)]) == 0
+    assert f"Figures, sound and tables: {tmp_path / 'report.html'}" in capsys.readouterr().out
+    told = json.loads((tmp_path / "summary.json").read_text())["configurations"]["pulsating-sphere"]
+    level = told["points"][0]["level_dBA"]
+    page = read(tmp_path / "report.html")
+    assert any(text.startswith(f"{level:.1f} dB(A) (") for text in page.texts)
+    values = dict(json.loads((tmp_path / "case.json").read_text())["values"])
+    assert values["air.speed_of_sound"] == nvh.load_case(sphere).air.speed_of_sound
+    assert len(re.findall(r"pressure\.h5", " ".join(page.cells))) == 1

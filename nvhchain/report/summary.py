@@ -39,7 +39,9 @@ def write_summary(results: Mapping[str, Result], out: Path) -> dict[str, Any]:
     points = first.case.field_points
     summary = {
         "fidelity": first.fidelity.name,
-        "field_point": {"name": points[0].name, "position_m": list(points[0].position)} if points else None,
+        "field_point": {"name": points[0].name, "position_m": list(points[0].position)}
+        if points and "pressure" in first.case.quantities
+        else None,
         "configurations": _configurations(results),
     }
     write_text(out / "summary.json", json.dumps(summary, indent=1) + "\n")

@@ -22,6 +22,7 @@ from nvhchain.handoff import (
     SurfaceVelocity,
     TransferVectors,
 )
+from nvhchain.levels import a_weighting, decibel
 from nvhchain.report import compare, comparison
 
 pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
@@ -177,9 +178,10 @@ def test_a_case_named_like_a_file_of_the_comparison_is_refused_before_it_is_run(
 def test_surfaces_are_rendered_beside_the_other_figures(request, tmp_path, monkeypatch):
     """Each waits for the other here, and one after the other would wait in vain."""
     sphere = nvh.load_case(request.config.rootpath / "cases/sphere/pulsating.toml")
-    rendering, saved, save = Event(), Event(), comparison.save
+    rendering, saved, save, lines = Event(), Event(), comparison.save, set()
 
-    def rendered(velocity):
+    def rendered(velocity, line):
+        lines.add(line)
         rendering.set()
         assert saved.wait(20), "no figure was saved while a surface was rendered"
 
@@ -191,5 +193,7 @@ def test_surfaces_are_rendered_beside_the_other_figures(request, tmp_path, monke
     monkeypatch.setattr("nvhchain.plots.rendered_surface", rendered)
     monkeypatch.setattr(comparison, "save", saving)
     compare([sphere, replace(sphere, name="twin")], fidelity=nvh.DRAFT, out=tmp_path)
+    told = hdf5.load(tmp_path / "twin" / "pressure.h5", FieldPressure)
+    assert lines == {int((decibel(told.pressure[:, 0]) + a_weighting(told.frequency)).argmax())}
     for name in ("pressure_spectrum", "surface_velocity-pulsating-sphere", "surface_velocity-twin"):
         assert (tmp_path / f"{name}.png").stat().st_size > 10_000

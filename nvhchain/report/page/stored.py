@@ -172,7 +172,7 @@ def _check_levels(summary: Mapping[str, Any]) -> None:
     """Raise a ValueError, TypeError or KeyError for a summary whose levels are no numbers."""
     fidelity, point = summary["fidelity"], summary["field_point"]
     for of in summary["configurations"].values():
-        if point is not None or not of.get("other_quantities"):
+        if "overall_dBA" in of or "other_quantities" not in of:
             _ = f"{of['overall_dBA']:.1f}{point['name']}{fidelity}"
         lower, upper = of.get("error_band_dBA", (None, 0.0))
         _ = f"{0.0 if lower is None else lower:.1f}{0.0 if upper is None else upper:.1f}"

@@ -27,6 +27,7 @@ from nvhchain.report.page.blocks import (
     symbol,
     whiskers,
 )
+from nvhchain.report.page.sections.levels import UNITS
 from nvhchain.report.page.stored import Stored, StoredRun
 from nvhchain.report.verdict import SILENCE, verdict
 
@@ -44,7 +45,7 @@ DOUBT = "; within these limits either may be the louder"
 
 def blocks(stored: Stored) -> list[Any]:
     """Return the first screen, and what an unfinished run has so far."""
-    sentences = [sentence for sentence in verdict(stored.summary)] if stored.finished and stored.microphone else []
+    sentences = verdict(stored.summary) if stored.summary.get("field_point") else []
     doubt = any(sentence.endswith(DOUBT) for sentence in sentences)
     hero = Hero(
         headline=_headline(stored),
@@ -77,7 +78,11 @@ def _headline(stored: Stored) -> str:
 
 def _single(stored: Stored) -> list[str]:
     """Return sentences on one run: where its level is, and its loudest lines."""
-    found = [f"Level at {stored.microphone}."] if stored.microphone and stored.finished else []
+    found = [f"Level at {stored.microphone}."] if stored.summary.get("field_point") else []
+    for run in stored.runs:
+        for quantity, of in run.summary.get("other_quantities", {}).items():
+            name, unit = UNITS.get(quantity, (quantity.replace("_", " "), "dB"))
+            found.append(f"{run.name}: {name} {format_level(of['level'], unit, of['limits'])}")
     if not stored.finished:
         found.append("The run has not ended, or it failed. The page holds the results that are in its folder.")
     if len(stored.runs) > 1:
@@ -98,7 +103,7 @@ def _single(stored: Stored) -> list[str]:
     for quantity, of in run.summary.get("highest", {}).items():
         name, unit = quantity.rsplit(", ", 1)
         found.append(f"  {name}: at most {of['level_db']:.1f} {unit}, at {of['speed_rpm']:.0f} rpm")
-    return found[: LOUDEST + 3]
+    return found
 
 
 def _levels(stored: Stored) -> Figure | None:

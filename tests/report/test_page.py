@@ -222,7 +222,7 @@ def test_run_of_the_command_line_ends_with_its_page_and_summary(request, tmp_pat
     told = json.loads((tmp_path / "summary.json").read_text())["configurations"]["pulsating-sphere"]
     level = told["points"][0]["level_dBA"]
     page = read(tmp_path / "report.html")
-    assert any(text.startswith(f"{level:.1f} dB(A) (") for text in page.texts)
+    assert any(text.startswith(f"pulsating-sphere: {level:.1f} dB(A) (") for text in page.texts)
     values = dict(json.loads((tmp_path / "case.json").read_text())["values"])
     assert values["air.speed_of_sound"] == nvh.load_case(sphere).air.speed_of_sound
     assert len(re.findall(r"pressure\.h5", " ".join(page.cells))) == 1

@@ -66,7 +66,8 @@ def _headline(stored: Stored) -> str:
     if first is None:
         return f"{base}: results"
     if not others:
-        return format_level(first, "dB(A)", stored.runs[0].summary.get("error_band_dBA", (None, first)))
+        limits = stored.runs[0].summary.get("error_band_dBA", (None, first))
+        return f"{base}: {format_level(first, 'dB(A)', limits)}"
     name, level = min(others, key=lambda item: item[1]) if len(others) > 1 else others[0]
     if min(level, first) <= SILENCE:
         return f"{name} or {base} is silent"
@@ -187,7 +188,7 @@ def _bands(stored: Stored) -> Figure | None:
         for number, run in steady
     ]
     layout = axes("third octave / Hz", "level / dB(A)", xaxis={"type": "category"}, bargap=0.25)
-    return Figure("A-weighted levels of third octaves: where the designs differ.", traces, layout, height=260)
+    return Figure("A-weighted levels of third octaves.", traces, layout, height=260)
 
 
 def _nominal(band: int) -> str:

@@ -48,7 +48,11 @@ def _steady(spectra: list[tuple[int, str, ForceSpectrum]]) -> list[Any]:
     floor = highest * 10.0**-DECADES
     for place, bearing in enumerate(names):
         end = "" if place == 0 else str(place + 1)
-        layout[f"yaxis{end}"] |= {"type": "log", "range": [float(np.log10(floor)), float(np.log10(2 * highest))]}
+        layout[f"yaxis{end}"] |= {
+            "type": "log",
+            "dtick": 1,
+            "range": [float(np.log10(floor)), float(np.log10(2 * highest))],
+        }
         for number, name, of in spectra:
             if bearing not in of.names:
                 continue
@@ -67,8 +71,8 @@ def _steady(spectra: list[tuple[int, str, ForceSpectrum]]) -> list[Any]:
                     "y": packed(y),
                     "xaxis": f"x{end}",
                     "yaxis": f"y{end}",
-                    "line": {"color": colour(number), "width": 3.5 if number == 0 else 1.6},
-                    "opacity": 0.55 if number == 0 else 1.0,
+                    "line": {"color": colour(number), "width": 3.5 if number == 0 and len(spectra) > 1 else 1.6},
+                    "opacity": 0.55 if number == 0 and len(spectra) > 1 else 1.0,
                     "hovertemplate": "%{x:.1f} Hz: %{y:.3g} N<extra>" + label(name) + "</extra>",
                 }
             )

@@ -104,7 +104,7 @@
           traces.push({
             type: "scatter", mode: "lines", hoverinfo: "skip", showlegend: false, legendgroup: run.name,
             x: seen.flatMap(([at]) => [at, at, null]), y: seen.flatMap(([, level]) => [floor, level, null]),
-            line: { color: run.colour, width: number === 0 ? 3.5 : 1.6 }, opacity: number === 0 ? 0.55 : 1,
+            line: { color: run.colour, width: number === 0 && data.runs.length > 1 ? 3.5 : 1.6 }, opacity: number === 0 && data.runs.length > 1 ? 0.55 : 1,
           });
           traces.push({
             type: "scatter", mode: "markers", name: name(run, number), legendgroup: run.name,

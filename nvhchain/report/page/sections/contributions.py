@@ -1,14 +1,20 @@
-"""Contributions of modes and panels, where `nvhchain contributions` has written them."""
+"""Contributions of paths, modes and panels to the sound of the loudest lines."""
 
 from __future__ import annotations
 
 import csv
 from typing import Any
 
+import numpy as np
+
 from nvhchain import levels
 from nvhchain.errors import InputError
-from nvhchain.report.page.blocks import Figure, Text, axes, label, rounded
+from nvhchain.handoff import FieldPressure, FloatArray, ForceSpectrum, SurfaceVelocity
+from nvhchain.housing.casting.contributions import Contributions
+from nvhchain.report.marks import order_name
+from nvhchain.report.page.blocks import Figure, Text, axes, bars, grid, label, rounded
 from nvhchain.report.page.stored import Stored
+from nvhchain.report.paths import stored_parts
 
 TITLE = "Contributions"
 
@@ -23,7 +29,96 @@ FIXED = 3
 
 
 def blocks(stored: Stored) -> list[Any]:
-    """Return bars of the shares in the loudest lines."""
+    """Return paths and modes of the loudest lines, and bars of the shares that `nvhchain contributions` has written."""
+    return [*_by_path_and_mode(stored), *_written(stored)]
+
+
+def _by_path_and_mode(stored: Stored) -> list[Any]:
+    """Return the pressure by path and by mode at the loudest lines, of all configurations side by side."""
+    steady = [(number, run) for number, run in enumerate(stored.runs) if run.pressure is not None]
+    lines = _loudest([run.pressure for _, run in steady if run.pressure is not None])
+    parts = {}
+    for number, run in steady:
+        velocity, forces = (
+            run.hand_off("surface_velocity", SurfaceVelocity),
+            run.hand_off("force_spectrum", ForceSpectrum),
+        )
+        if velocity is None or forces is None or run.pressure is None or not len(lines):
+            continue
+        found = stored_parts(run.pressure, velocity, forces, stored.hand_off_files, lines)
+        if found is not None:
+            parts[number] = found
+    if not parts:
+        return []
+    note = (
+        f"Sound at {stored.runs[0].point_name(0)} by its parts: pressure in phase with the sum, Re(p_i p*)/|p|, peak. "
+        "Parts add up to the pressure of the line; negative ones cancel others."
+    )
+    titles = [_title(stored, f) for f in lines]
+    captions = (
+        "Paths: bearing and direction of the force, times its noise transfer function.",
+        "Modes of the housing.",
+    )
+    return [
+        Text(note),
+        *(_panels(stored, titles, {n: of[kind] for n, of in parts.items()}, captions[kind]) for kind in (0, 1)),
+    ]
+
+
+def _loudest(pressures: list[FieldPressure]) -> FloatArray:
+    """Return the frequencies (n,) Hz of the loudest lines in dB(A) of all configurations, rising."""
+    level: dict[float, float] = {}
+    for of in pressures:
+        weighted = levels.decibel(of.pressure[:, 0]) + levels.a_weighting(of.frequency)
+        for f, heard in zip(of.frequency.tolist(), weighted.tolist(), strict=True):
+            if all(np.abs(other.frequency - f).min() <= 1e-6 * f for other in pressures):
+                level[f] = max(level.get(f, -np.inf), heard)
+    return np.sort(sorted(level, key=lambda f: -level[f])[:LINES])
+
+
+def _title(stored: Stored, frequency: float) -> str:
+    turns = next(of.input_speed for run in stored.runs if (of := run.pressure)) / (2 * np.pi)
+    if not turns:
+        return f"{frequency:.0f} Hz"
+    origin = order_name(frequency / turns, stored.marks.mesh, stored.marks.slots)
+    return f"{frequency:.0f} Hz, order {frequency / turns:.5g}" + (f" ({origin})" if origin else "")
+
+
+def _panels(stored: Stored, titles: list[str], parts: dict[int, Contributions], caption: str) -> Figure:
+    layout = grid(titles, 1, "", "pressure / mPa", same_y=False)
+    layout |= {"bargap": 0.3, "margin": {"l": 64, "r": 16, "t": 60, "b": 60}}
+    layout["legend"] = {"orientation": "h", "x": 0, "y": 1.06, "yanchor": "bottom"}
+    traces = []
+    for line in range(len(titles)):
+        end = "" if line == 0 else str(line + 1)
+        layout[f"xaxis{end}"] |= {"type": "category", "tickangle": 0, "tickfont": {"size": 11}}
+        layout[f"xaxis{end}"].pop("matches", None)
+        along = {
+            number: dict(zip(of.names, 1e3 * of.shares[line, 0] * abs(of.total[line, 0]), strict=True))
+            for number, of in parts.items()
+        }
+        names = list(dict.fromkeys(name for of in along.values() for name in of))
+        names.sort(key=lambda name: -max(abs(of.get(name, 0.0)) for of in along.values()))
+        for number, of in along.items():
+            traces.append(
+                {
+                    "type": "bar",
+                    "name": label(stored.runs[number].name),
+                    "legendgroup": label(stored.runs[number].name),
+                    "showlegend": line == 0,
+                    "x": [label(name).replace(", ", "<br>") for name in names[:PARTS]],
+                    "y": rounded((of.get(name) for name in names[:PARTS]), 4),
+                    "xaxis": f"x{end}",
+                    "yaxis": f"y{end}",
+                    "marker": bars(number),
+                    "hovertemplate": "%{x}: %{y:.3g} mPa<extra>" + label(stored.runs[number].name) + "</extra>",
+                }
+            )
+    return Figure(caption, traces, layout, height=120 + 190 * len(titles))
+
+
+def _written(stored: Stored) -> list[Any]:
+    """Return bars of the shares in the tables of `nvhchain contributions`."""
     found = []
     for run in stored.runs:
         for kind in ("modes", "panels"):

@@ -1,0 +1,89 @@
+"""Paths and modes of single lines of a run at constant speed, from its stored hand-offs."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+
+from nvhchain import acoustics
+from nvhchain.errors import InputError
+from nvhchain.fidelity import STANDARD, AcousticsFidelity
+from nvhchain.files import hdf5
+from nvhchain.handoff import (
+    FieldPressure,
+    FloatArray,
+    ForceSpectrum,
+    HandOff,
+    ReducedHousing,
+    SurfaceVelocity,
+    TransferVectors,
+)
+from nvhchain.housing.casting.contributions import Contributions, modal_contributions
+
+H = TypeVar("H", bound=HandOff)
+
+SUM_ERROR = 1e-3
+"""Largest difference of the sum of all parts from the stored pressure, relative to the strongest line."""
+
+
+def stored_parts(
+    pressure: FieldPressure,
+    velocity: SurfaceVelocity,
+    forces: ForceSpectrum,
+    operators: Sequence[Path],
+    frequency: FloatArray,
+) -> tuple[Contributions, Contributions] | None:
+    """Return the pressure by path and by mode at single lines.
+
+    Parameters
+    ----------
+    pressure, velocity, forces
+        Hand-offs of the run.
+    operators : sequence of Path
+        Files among which its housing and transfer vectors are.
+    frequency : (n,) array
+        Lines of the run (Hz), rising.
+
+    Returns
+    -------
+    tuple of Contributions or None
+        Paths (bearing and direction: force times noise transfer function) and modes. None where no operators add up to
+        the stored pressure.
+    """
+    rows = [np.abs(of.frequency[:, None] - frequency).argmin(axis=0) for of in (pressure, forces)]
+    lines = forces.frequency[rows[1]]
+    heard = pressure.pressure[rows[0]]
+    if np.abs(pressure.frequency[rows[0]] - lines).max() > 1e-6 * lines.max():
+        return None
+    load = forces.replace(frequency=lines, force=forces.force[rows[1]])
+    surface = velocity.surface.content_hash
+    try:
+        fidelity = AcousticsFidelity(**pressure.provenance["fidelity"])
+    except (KeyError, TypeError, InputError):
+        fidelity = STANDARD.acoustics
+    for vectors in _radiating(operators, TransferVectors, surface):
+        for housing in _radiating(operators, ReducedHousing, surface):
+            try:
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore")  # the run has given them
+                    modal = acoustics.modal_transfer_vectors(vectors, housing, lines, fidelity=fidelity)
+                    functions = acoustics.noise_transfer_functions(modal, housing).functions
+                    modes = modal_contributions(modal, housing, load)
+            except InputError:
+                continue
+            force = load.sort_bearings(housing.names)
+            parts = functions.reshape(*functions.shape[:2], -1) * force[:, None, :]
+            if np.abs(parts.sum(axis=2) - heard).max() <= SUM_ERROR * np.abs(heard).max():
+                names = tuple(f"{name} {axis}" for name in housing.names for axis in "xyz")
+                return Contributions(lines, pressure.points, names, parts), modes
+    return None
+
+
+def _radiating(files: Sequence[Path], kind: type[H], surface: str) -> list[H]:
+    """Return the hand-offs of a kind on a surface, by its content hash."""
+    found = [hdf5.load(path, kind) for path in files if hdf5.record(path)[0] == kind.__name__]
+    return [of for of in found if of.surface.content_hash == surface]  # type: ignore[attr-defined]

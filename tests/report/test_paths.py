@@ -52,4 +52,4 @@ def test_page_shows_paths_and_modes_of_the_loudest_lines(run):
     page = write_page(folder).read_text()
     assert 'id="contributions"' in page
     assert "A1 x" in page
-    assert " Hz, order " in page
+    assert " Hz\\u003c/b\\u003e" in page  # titles of the panels

@@ -147,7 +147,6 @@ def run(options: argparse.Namespace) -> int:
     ):
         result = chain.run(case, fidelity=fidelity, out=out, executor=executor, watcher=watcher, **given)
     save_error_bands(result.error_bands, out)
-    page = write_run(result, out)
     widths = [float(abs(band.overall - band.level[:, None]).max()) for band in result.error_bands.values()]
     _report_wider_limits(options.tolerance_db, case.name, max(widths))
     silent = [quantity for quantity in case.quantities if quantity in ("bearing_forces", "surface_velocity")]
@@ -177,7 +176,7 @@ def run(options: argparse.Namespace) -> int:
         if isinstance(band, ErrorBand):
             parts = format_parts([(source, share[0], frequency[0]) for source, share, frequency in band.parts])
             show(f"Limits at {case.field_points[0].name}: {parts or 'narrow'}")
-    show(f"Figures, sound and tables: {page}")
+    show(f"Figures, sound and tables: {write_run(result, out)}")
     return 0
 
 

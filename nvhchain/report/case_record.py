@@ -12,7 +12,6 @@ from typing import Any
 
 from nvhchain.case import Case
 from nvhchain.dimensions import UNITS, si_unit
-from nvhchain.errors import InputError
 from nvhchain.fidelity import Fidelity
 from nvhchain.files.hdf5 import writable_folder, write_text
 from nvhchain.report.marks import mesh_orders, slot_orders
@@ -25,7 +24,7 @@ _DRAWING_UNITS = {UNITS[unit][0]: unit for unit in ("mm", "deg", "rpm", "kg_cm2"
 def recorded_case(case: Case, fidelity: Fidelity, folder: Path) -> Iterator[None]:
     """Write case.json before a run: values of the case, its orders, and the fidelity; remove an earlier summary.
 
-    A run that is refused before its first hand-off leaves nothing.
+    A run that ends before its first hand-off leaves nothing.
 
     Parameters
     ----------
@@ -48,7 +47,7 @@ def recorded_case(case: Case, fidelity: Fidelity, folder: Path) -> Iterator[None
     write_text(folder / "case.json", json.dumps(record, indent=1) + "\n")
     try:
         yield
-    except InputError:
+    except BaseException:
         if not any(folder.glob("*.h5")):
             (folder / "case.json").unlink(missing_ok=True)
         raise

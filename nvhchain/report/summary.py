@@ -11,7 +11,7 @@ from typing import Any
 from nvhchain import levels
 from nvhchain.case import GearboxCase
 from nvhchain.chain.result import Result
-from nvhchain.error_band import RunUpBand
+from nvhchain.error_band import SHARED, RunUpBand, difference_limits
 from nvhchain.error_band.files import finite
 from nvhchain.files.hdf5 import write_text
 from nvhchain.gear import quasi_static_transmission_error
@@ -64,7 +64,27 @@ def _configurations(results: Mapping[str, Result]) -> dict[str, Any]:
             "slot_orders": slot_orders(result.case),
             "transmission_errors": _transmission_errors(result),
         }
+    first, *others = results
+    for name in others:
+        found[name] |= _difference(results[first], results[name])
     return found
+
+
+def _difference(first: Result, second: Result) -> dict[str, Any]:
+    """Return the limits of the overall difference at the first field point, where both have constant speed."""
+    if "pressure" not in first.error_bands or "pressure" not in second.error_bands:
+        return {}
+    before, after = first.error_band, second.error_band
+    if isinstance(before, RunUpBand) or isinstance(after, RunUpBand):
+        return {}
+    if before.amplitude.shape[1] != after.amplitude.shape[1]:
+        return {}
+    operators = [(run.housing, run.transfer_vectors) for run in (first, second)]
+    same = all(
+        one is not None and other is not None and one.content_hash == other.content_hash
+        for one, other in zip(*operators, strict=True)
+    )
+    return {"difference_limits_db": finite(difference_limits(before, after, SHARED if same else ())[0])}
 
 
 def line_summary(pressure: FieldPressure) -> dict[str, Any]:

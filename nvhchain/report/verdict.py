@@ -38,7 +38,8 @@ def verdict(summary: Mapping[str, Any]) -> list[str]:
 
     Notes
     -----
-    The limits of a difference are those at which the errors of both levels add up, dB. The energies of lines are
+    The limits of a difference are those of `nvhchain.error_band.difference_limits`. For run-ups they are those at which
+    the errors of both levels add up. The energies of lines are
     A-weighted; a line's share is its part in the difference of both energies.
     """
     (base, first), *others = summary["configurations"].items()
@@ -59,12 +60,15 @@ def _overall(name: str, other: Mapping[str, Any], base: str, first: Mapping[str,
     difference = other["overall_dBA"] - first["overall_dBA"]
     if min(other["overall_dBA"], first["overall_dBA"]) <= SILENCE:
         return f"{name} and {base} cannot be compared at {point}: one of them is silent"
-    lower, upper = (_ends(of.get("error_band_dBA", (None, None))) for of in (other, first))
-    least, most = lower[0] - upper[1], lower[1] - upper[0]
+    if "difference_limits_db" in other:
+        (least, most), how = _ends(other["difference_limits_db"]), ""
+    else:
+        lower, upper = (_ends(of.get("error_band_dBA", (None, None))) for of in (other, first))
+        least, most, how = lower[0] - upper[1], lower[1] - upper[0], " if the errors of both levels add up"
     word = "louder" if difference > 0 else "quieter"
     if difference < 0:
         least, most = -most, -least
-    limits = f"{_number(least)}…{_number(most)} dB if the errors of both levels add up"
+    limits = f"{_number(least)}…{_number(most)} dB{how}"
     decided = "" if least > 0 else "; within these limits either may be the louder"
     return f"{name} is {abs(difference):.1f} dB {word} than {base} at {point} ({limits}){decided}"
 

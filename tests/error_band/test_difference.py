@@ -1,11 +1,15 @@
 """Limits of a difference: shared errors cancel, others add in quadrature."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+import nvhchain as nvh
 from nvhchain.error_band import COVERAGE, SHARED, ErrorBand, difference_limits
 from nvhchain.errors import InputError
 
+CASES = Path(__file__).parents[2] / "cases"
 LINES = np.array([500.0, 1000.0])
 
 
@@ -51,6 +55,30 @@ def test_a_shared_error_of_quite_different_spectra_widens_no_more_than_independe
 def test_an_error_as_large_as_the_sound_leaves_no_limits():
     first, second = band([1.0, 0.0], gear=[0.6, 0.0]), band([2.0, 0.0], gear=[0.0, 0.0])
     assert list(difference_limits(first, second)[0]) == [-np.inf, np.inf]
+
+
+@pytest.mark.slow
+def test_a_second_load_is_compared_far_more_closely_than_either_level_is_known(tmp_path):
+    """40 N·m for 60 N·m: `draft` differs from `standard` by less than the limits of both, a fraction of the levels'."""
+    found = {}
+    for fidelity in (nvh.DRAFT, nvh.STANDARD):
+        first, second = (
+            nvh.run(
+                nvh.load_case(CASES / "small" / "single_stage.toml", changes=[f"operation.input_torque = {torque}"]),
+                fidelity=fidelity,
+                operators=tmp_path / fidelity.name,
+            )
+            for torque in (60, 40)
+        )
+        (low, high), difference = (
+            difference_limits(first.error_band, second.error_band, SHARED)[0],
+            float(second.overall[0] - first.overall[0]),
+        )
+        assert low < difference < high
+        assert high - low < 0.3 * np.ptp(second.error_band.overall[0])
+        found[fidelity.name] = low, difference, high
+    low, _, high = found["standard"]
+    assert low < found["draft"][1] < high
 
 
 def test_bands_of_different_places_are_refused():

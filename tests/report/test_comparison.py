@@ -75,6 +75,13 @@ def test_summary_holds_speed_level_and_orders_of_the_input(compared):
         assert 10 * np.log10(energy) > configuration["overall_dBA"] - 3
 
 
+def test_the_difference_has_limits_of_its_own(compared):
+    """Meshes this coarse leave nothing certain: both limits are open."""
+    first, second = compared[1]["configurations"].values()
+    assert "difference_limits_db" not in first
+    assert second["difference_limits_db"] == [None, None]
+
+
 def test_slot_orders_are_heard_only_with_slots(compared):
     """Orders 2 mod 4 of the input: in the bearing forces present with slots and 80 dB down without; in the pressure,
     where the housing hardly radiates at 83 Hz, 80 dB above what the solid gear leaves there."""

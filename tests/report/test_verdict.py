@@ -30,6 +30,16 @@ def test_difference_has_the_limits_of_both_levels_added():
     )
 
 
+def test_limits_of_the_difference_itself_are_taken_where_the_summary_has_them():
+    first, second = configuration({1: 60.0}, [59.0, 61.5]), configuration({1: 66.0}, [64.0, 67.0])
+    assert verdict(summary(solid=first, slotted=second | {"difference_limits_db": [5.5, 6.5]}))[0] == (
+        "slotted is 6.0 dB louder than solid at microphone (5.5…6.5 dB)"
+    )
+    assert verdict(summary(slotted=second, solid=first | {"difference_limits_db": [-6.5, None]}))[0] == (
+        "solid is 6.0 dB quieter than slotted at microphone (−∞…6.5 dB); within these limits either may be the louder"
+    )
+
+
 def test_limits_that_cross_zero_decide_nothing():
     first, second = configuration({1: 60.0}, [None, 63.0]), configuration({1: 62.0}, [59.0, 64.0])
     assert verdict(summary(a=first, b=second))[0].endswith(

@@ -202,3 +202,17 @@ def test_clearance_is_passed_without_force_and_preload_carries_at_once():
     assert not loose.evaluate(np.array([9e-6, 0, 0, 0, 0]))[0].any()
     assert loose.evaluate(np.array([11e-6, 0, 0, 0, 0]))[0][0] > 0.0
     assert DeepGroove(**BALLS, clearance=-4e-6).evaluate(np.zeros(5))[1][0, 0] > 1e7
+
+
+def test_rollers_push_through_the_point_where_their_normals_meet():
+    # a row that carries thrust along +z has it at z − R tan α; of an O pair the row on the loaded side carries
+    single = Tapered(**TAPERED, thrust=1)
+    apex = single.rows[0].pitch_radius * np.tan(single.rows[0].angle)
+    for bearing, u, place in (
+        (single, [3e-5, 0, 0, 0, 0], -apex),
+        (BEARINGS["tapered O"], [1e-6, 0, 5e-5, 0, 0], -9e-3 - apex),
+        (BEARINGS["tapered O"], [1e-6, 0, -5e-5, 0, 0], 9e-3 + apex),
+    ):
+        force, _ = bearing.evaluate(np.array(u))
+        assert abs(force[4] / force[0] / place - 1.0) < 2e-3
+        assert abs(force[3]) < 1e-6 * abs(force[4])

@@ -19,6 +19,9 @@ Catalogues round, and raise dynamic ratings by up to a third over ISO 281 for cl
 
 SECTION_SCATTER = 0.04
 """Usual scatter of the element diameter, relative to the section height (D − d)/2."""
+ROOM = 0.96
+"""Largest share of the pitch circle that derived elements fill; the rest is for the cage."""
+
 RATING_SCATTER = 0.1
 """Usual scatter of a catalogue's dynamic rating, relative to ISO 281."""
 
@@ -258,16 +261,23 @@ def _closest(given: Given, section: float, share: float, choices: Sequence[Inter
             off += (log(one.dynamic_rating / given.dynamic_rating) / RATING_SCATTER) ** 2
         return off
 
-    return min(choices, key=distance)
+    fitting = [one for one in choices if _room(one) <= ROOM]
+    return min(fitting or choices, key=distance)
+
+
+def _room(made: Internal) -> float:
+    """Return the share of the pitch circle that the elements fill; above 1 they do not fit."""
+    if made.diameter >= made.pitch_diameter:
+        return float("inf")
+    return made.count * asin(made.diameter / made.pitch_diameter) / pi
 
 
 def _checked(given: Given, made: Internal) -> Internal:
     """Return the geometry, or raise InputError with all that contradicts the boundary dimensions or the ratings."""
     balls = "rollers" if made.length > 0.0 else "balls"
     set_of = f"{made.count} {balls} of {1e3 * made.diameter:.4g} mm"
-    room = pi if made.diameter >= made.pitch_diameter else made.count * asin(made.diameter / made.pitch_diameter)
     require(
-        made.diameter < made.pitch_diameter and room <= pi * (1.0 + 1e-9),
+        _room(made) <= 1.0 + 1e-9,
         f"{given.owner}: {set_of} have no room on a pitch diameter of {1e3 * made.pitch_diameter:.4g} mm: correct "
         "elements, element_diameter or static_load_rating",
     )

@@ -24,8 +24,8 @@ class Supporting(Protocol):
         """Return force (5,) and stiffness (5, 5) at the displacement `u` (5,)."""
 
 
-def usual_stiffness(bearing: Supporting) -> FloatArray:
-    """Return the mean stiffness (5, 5) of a bearing pressed in all directions.
+def usual_stiffness(bearing: Supporting) -> tuple[FloatArray, float]:
+    """Return the mean stiffness of a bearing pressed in all directions, and by how much it is pressed.
 
     Parameters
     ----------
@@ -34,8 +34,10 @@ def usual_stiffness(bearing: Supporting) -> FloatArray:
 
     Returns
     -------
-    (5, 5) array
+    stiffness : (5, 5) array
         Stiffness (N/m, N, N m).
+    reach : float
+        Displacement (m).
 
     Notes
     -----
@@ -46,7 +48,12 @@ def usual_stiffness(bearing: Supporting) -> FloatArray:
         made = [bearing.evaluate(np.append(each, [0.0, 0.0]))[1] for each in u]
         if all(each[:2, :2].any() for each in made):
             break
-    return np.asarray(np.mean(made, axis=0))
+    return np.asarray(np.mean(made, axis=0)), SMALL * 2.0**growth
+
+
+def load_surplus(moved: FloatArray, reach: float) -> float:
+    """Return the factor ≥ 1 by which a load is raised, so that displacements `moved` (n,) become `reach` (m)."""
+    return max(1.0, reach / max(float(np.abs(moved).max()), 1e-12))
 
 
 def displacement(bearing: Supporting, load: FloatArray, *, tilts: bool = True) -> FloatArray:
@@ -79,7 +86,7 @@ def displacement(bearing: Supporting, load: FloatArray, *, tilts: bool = True) -
         f"load = {load.tolist()} must be five finite numbers, not all 0: three forces (N) and two moments (N m)",
     )
     free = np.arange(5 if tilts else 3)
-    spring = usual_stiffness(bearing)
+    spring, reach = usual_stiffness(bearing)
     # a motion that the bearing leaves free is held
     scale = np.diag(spring)
     spring = spring + np.diag(np.where(scale <= 1e-9 * scale.max(), 1e-3 * scale.max(), 0.0))
@@ -87,15 +94,17 @@ def displacement(bearing: Supporting, load: FloatArray, *, tilts: bool = True) -
     size = np.linalg.norm(load[:3]) + np.linalg.norm(load[3:]) / lever
     sizes = size * np.array([1.0, 1.0, 1.0, lever, lever])
 
-    def balance(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def forces(x: FloatArray) -> tuple[FloatArray, FloatArray]:
         u = np.zeros(5)
         u[free] = x
         force, stiffness = bearing.evaluate(u)
-        return (force - load)[free], stiffness[np.ix_(free, free)]
+        return force[free], stiffness[np.ix_(free, free)]
 
+    held = spring[np.ix_(free, free)]
+    surplus = load_surplus(np.linalg.solve(held, load[free]), reach)
     u = np.zeros(5)
     try:
-        u[free] = settle(balance, u[free], spring[np.ix_(free, free)], sizes[free], RESIDUAL).position
+        u[free] = settle(forces, load[free], held, sizes[free], RESIDUAL, surplus).position
     except SolverError as error:
         raise SolverError(f"the bearing does not carry the load {load.tolist()} (N, N m): {error}") from None
     return u

@@ -91,7 +91,7 @@ def _contact_forces(run: Run) -> list[dynamics.ContactForce] | None:
 
 def _gearbox(run: Run) -> dynamics.Gearbox:
     """Return the gearbox with the inertia of its gears, and with friction and shuttling if its options have them."""
-    gearbox, options = run.loaded.gearbox_with_gears, run.loaded.options
+    gearbox, options = run.gearbox_at_load, run.loaded.options
     if not options.load_distribution:
         return gearbox
     meshes = tuple(

@@ -57,6 +57,12 @@ from nvhchain.names import check_name, check_names
 _CENTRE_TOLERANCE = 1e-5
 """Largest difference (m) of a stage's centre distance and the distance of its shafts."""
 
+USUAL_DAMPING = 1.25e-5
+"""Damping per stiffness (s) of a bearing without damping in its case, the default of the rotor program ROSS.
+
+E. Krämer, *Dynamics of Rotors and Foundations* (Springer 1993), has 0.25 to 2.5 times 1e-5 s for rolling bearings.
+"""
+
 _TRIANGLES_PER_AREA = 2.83
 _TRIANGLES_PER_BORE = 100
 """Estimates, fitted to the runs in docs/measured/chain/plan.md."""
@@ -381,7 +387,7 @@ class GearboxCase:
         )
         return Gearbox(
             self.shafts,
-            self.bearings,
+            self.damped_bearings,
             meshes,
             self.input_shaft,
             self.output_shaft,
@@ -402,6 +408,19 @@ class GearboxCase:
             if not item.loose:
                 gearbox = gearbox.add_bodies(item.shaft, [item.rigid_body])
         return gearbox
+
+    @property
+    def damped_bearings(self) -> tuple[Bearing, ...]:
+        """Bearings, with `USUAL_DAMPING` where the case gives one no damping at all."""
+        return tuple(
+            bearing if bearing.damped else replace(bearing, stiffness_damping=USUAL_DAMPING)
+            for bearing in self.bearings
+        )
+
+    @property
+    def undamped(self) -> tuple[str, ...]:
+        """Names of the bearings that the case gives no damping, which take `USUAL_DAMPING`."""
+        return tuple(bearing.name for bearing in self.bearings if not bearing.damped)
 
     @property
     def load_dependent(self) -> bool:

@@ -8,6 +8,7 @@ import numpy as np
 
 from nvhchain.bearings.catalogue import RollingBearing
 from nvhchain.case import GearboxCase
+from nvhchain.case.gearbox import USUAL_DAMPING
 from nvhchain.dynamics import Bearing
 
 SOFTEST = 1e3
@@ -32,7 +33,7 @@ def constant_bearings(case: GearboxCase) -> tuple[Bearing, ...]:
 
 
 def bearing_lines(case: GearboxCase) -> tuple[str, ...]:
-    """Return load and stiffness of every bearing with a model, under the case's torque on rigid seats.
+    """Return load and stiffness of every bearing with a model, on rigid seats, and default damping.
 
     Parameters
     ----------
@@ -42,7 +43,7 @@ def bearing_lines(case: GearboxCase) -> tuple[str, ...]:
     Returns
     -------
     tuple of str
-        A line for each bearing with a model; none for bearings of two constants.
+        A line for each bearing with a model, at the case's torque, and one for all bearings without damping.
     """
     lines = []
     for i, bearing in enumerate(case.bearings):
@@ -62,4 +63,14 @@ def bearing_lines(case: GearboxCase) -> tuple[str, ...]:
             derived = bearing.model.derived
             text += f"; derived: {', '.join(derived)}" if derived else ""
         lines.append(text)
-    return tuple(lines)
+    return (*lines, *damping_lines(case))
+
+
+def damping_lines(case: GearboxCase) -> tuple[str, ...]:
+    """Return the statement about bearings that the case gives no damping, if there are any."""
+    if not case.undamped:
+        return ()
+    return (
+        f"bearing(s) {', '.join(case.undamped)} have no damping in the case and take {USUAL_DAMPING:g} s times their "
+        "stiffness (Krämer: 0.25e-5 to 2.5e-5 s): give stiffness_damping, loss_factor, or radial_damping",
+    )

@@ -7,13 +7,17 @@ import pytest
 
 from nvhchain.bearings import Cylindrical, DeepGroove, StiffnessMatrix, Tapered
 from nvhchain.case import load_case
+from nvhchain.chain import run
 from nvhchain.cli import main
-from nvhchain.errors import InputError
-from nvhchain.scene import plan
+from nvhchain.errors import AccuracyWarning, InputError
+from nvhchain.fidelity import DRAFT
+from nvhchain.gear import tabulated
+from nvhchain.scene import check_case, plan
 from nvhchain.scene.bearing_lines import bearing_lines, constant_bearings
 
 CASES = Path(__file__).parents[2] / "cases"
 CASE = CASES / "small" / "catalogue_bearings.toml"
+REACH = np.array([-1e-3, -1e-4, 0.0, 1e-3])
 
 
 def test_the_example_is_read_in_the_units_of_its_keys():
@@ -93,6 +97,32 @@ def test_check_refuses_a_load_that_the_bearings_do_not_carry(changes, text, caps
     printed = capsys.readouterr().err
     assert text in printed
     assert len(printed.strip().splitlines()) == 1
+
+
+def test_a_case_whose_bearings_do_not_carry_is_refused_before_any_work():
+    case = load_case(CASE, changes=["operation.input_torque=1500"])
+    with pytest.raises(InputError, match="its most loaded element carries"):
+        check_case(case)
+
+
+def test_bearings_without_damping_take_the_usual_one_and_it_is_printed():
+    changes = [f"bearings.A1.{way}_damping=0" for way in ("radial", "axial")]
+    case = load_case(CASE, changes=changes)
+    found = {bearing.name: bearing.stiffness_damping for bearing in case.gearbox.bearings}
+    assert found == {"A1": 1.25e-5, "A2": 0.0, "B1": 0.0, "B2": 0.0}
+    assert "bearing(s) A1 have no damping in the case and take 1.25e-05 s" in bearing_lines(case)[-1]
+    assert load_case(CASE).gearbox.bearings == load_case(CASE).bearings
+
+
+def test_a_run_warns_of_the_usual_damping(tmp_path):
+    changes = [f"bearings.A1.{way}_damping=0" for way in ("radial", "axial")]
+    changes += ["quantities=['bearing_forces']", "options.rigid_housing=true", "band.high=2000"]
+    case = load_case(CASE, changes=changes)
+    laws = tuple(tabulated(pair, np.zeros(1), REACH, 2e8 * np.maximum(REACH, 0.0)[None, :]) for pair in case.pairs)
+    with pytest.warns(AccuracyWarning, match=r"bearing\(s\) A1 have no damping"):
+        made = run(case, fidelity=DRAFT, mesh_laws=laws)
+    mean = made.bearing_forces.force.mean(axis=0)
+    assert np.abs(mean - case.equilibrium.bearing_load[:, :3]).max() < 1e-5 * np.abs(mean).max()
 
 
 def test_a_matrix_and_a_table_may_be_given(tmp_path):

@@ -315,6 +315,11 @@ class Bearing:
         return per_stiffness
 
     @property
+    def damped(self) -> bool:
+        """True where any damping is given."""
+        return max(self.radial_damping, self.axial_damping, self.damping_time) > 0.0
+
+    @property
     def linear(self) -> bool:
         """True where the stiffness does not depend on the load."""
         return self.model is None or isinstance(self.model, StiffnessMatrix)

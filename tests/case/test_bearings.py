@@ -8,6 +8,7 @@ import pytest
 from nvhchain.bearings import Cylindrical, DeepGroove, StiffnessMatrix, Tapered
 from nvhchain.case import load_case
 from nvhchain.chain import run
+from nvhchain.chain.loaded import loaded_case
 from nvhchain.cli import main
 from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.fidelity import DRAFT
@@ -123,6 +124,14 @@ def test_a_run_warns_of_the_usual_damping(tmp_path):
         made = run(case, fidelity=DRAFT, mesh_laws=laws)
     mean = made.bearing_forces.force.mean(axis=0)
     assert np.abs(mean - case.equilibrium.bearing_load[:, :3]).max() < 1e-5 * np.abs(mean).max()
+
+
+def test_the_misalignment_under_load_is_that_of_the_equilibrium():
+    case = load_case(CASE, changes=["options.loaded_misalignment=true", "options.rigid_housing=true"])
+    (stage,) = loaded_case(case, None, DRAFT).stages
+    made = [stage.misalignment.in_plane, stage.misalignment.normal]
+    assert np.abs(np.array(made) - case.equilibrium.misalignment[0]).max() <= 5.1e-10
+    assert max(np.abs(made)) > 1e-5
 
 
 def test_a_matrix_and_a_table_may_be_given(tmp_path):

@@ -29,6 +29,11 @@ SEAT_ROUNDS = 60
 LEAST_LOAD = 1e-3
 """Load (N) to which residuals of an unloaded gearbox relate."""
 
+STIFFNESS_ROUNDING = 1e-11
+"""Rounding of a stiffness, relative to the diagonal. Differences from rounding then give the same cached results."""
+FORCE_DIGITS, PLACE_DIGITS = 6, 15
+"""Decimal digits of the forces (N, N m) and displacements (m, rad) of bearings."""
+
 FAR = 5e-3
 """Displacement (m) beyond every play, at which a bearing that carries a direction pushes back."""
 
@@ -107,9 +112,10 @@ def equilibrium(
 
     Notes
     -----
-    The torques fix the mesh forces, which act at mid-width. Unknowns are shafts (rigid, or flexible with the gearbox's
-    option) and housing modes; the seats' residual flexibility is in series with the bearings. Seats do not tilt. The
-    energy is convex, and Newton's method minimises it from the unloaded position (`nvhchain.bearings.newton`).
+    The torques fix the mesh forces, which act at mid-width, spread evenly over the points of meshes that tilt. Unknowns
+    are shafts (rigid, or flexible with the gearbox's option) and housing modes. The seats' residual flexibility is in
+    series with the bearings. Seats do not tilt. The energy is convex, and Newton's method minimises it from the
+    unloaded position (`nvhchain.bearings.newton`).
     """
     made = [usual_stiffness(bearing) for bearing in gearbox.bearings]
     usual, reach = np.array([stiffness for stiffness, _ in made]), max(each for _, each in made)
@@ -168,11 +174,14 @@ def equilibrium(
 
 
 def _matrix(stiffness: FloatArray, force: FloatArray | None = None, place: FloatArray | None = None) -> StiffnessMatrix:
-    """Return a bearing of constant stiffness (5, 5), with its force (5,) at a place (5,)."""
-    values = tuple(map(tuple, (0.5 * (stiffness + stiffness.T)).tolist()))
+    """Return a bearing of constant stiffness (5, 5), with its force (5,) at a place (5,), all rounded."""
+    size = np.sqrt(np.abs(np.diag(stiffness)))
+    unit = STIFFNESS_ROUNDING * np.outer(size, size)
+    rounded = np.round(0.5 * (stiffness + stiffness.T) / np.where(unit > 0.0, unit, 1.0)) * unit
+    values = tuple(map(tuple, (0.5 * (rounded + rounded.T)).tolist()))
     if force is None or place is None:
         return StiffnessMatrix(values)
-    return StiffnessMatrix(values, tuple(force.tolist()), tuple(place.tolist()))
+    return StiffnessMatrix(values, tuple(np.round(force, FORCE_DIGITS)), tuple(np.round(place, PLACE_DIGITS)))
 
 
 def _held(usual: FloatArray) -> FloatArray:

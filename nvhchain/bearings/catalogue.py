@@ -120,9 +120,10 @@ class RollingBearing:
                 continue
             low, high, unit = limit
             if not (isfinite(value) and low <= value <= high):
-                wrong.append(
-                    f"{self.title}: {field.name} = {value} {unit} is outside {low:g}…{high:g} {unit}: give it in SI"
-                )
+                others = {"m": f", or in mm as {field.name}_mm", "rad": f", or in degrees as {field.name}_deg"}
+                remedy = f"give it in {unit}{others.get(unit, '')}" if unit else "correct it"
+                text = f"{self.title}: {field.name} = {value} {unit} is outside {low:g}…{high:g} {unit}"
+                wrong.append(f"{' '.join(text.split())}: {remedy}")
         return wrong
 
     @property

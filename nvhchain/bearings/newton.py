@@ -104,15 +104,36 @@ NEAR = 0.3
 def _along(
     forces: Forces, load: FloatArray, x: FloatArray, way: FloatArray, first: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return position, force and stiffness after a step along `way`, shortened where it passes the minimum by far."""
-    low, high, at_low, at_high = 0.0, 1.0, first, 0.0
+    """Return position, force and stiffness after a step along `way`, changed where its end is far from the minimum.
+
+    A step is shortened where the force along it turns, and lengthened where most of it is left: a part that moves
+    freely within its clearance is held by the spring only.
+
+    first : work of the unbalanced force per step at its beginning, < 0.
+    """
+    low, at_low, high, at_high = 0.0, first, 0.0, 0.0
     reach = 1.0
-    for _ in range(30):
+    for _ in range(40):
         force, stiffness = forces(x + reach * way)
         slope = float((force - load) @ way)
-        if slope <= -0.3 * first or reach < 1e-9:
+        if slope > -TURNED * first:
+            high, at_high = reach, slope
+        elif slope < LEFT * first and reach >= 1.0 and reach < LONGEST:
+            low, at_low = reach, slope
+        else:
             break
-        high, at_high = reach, slope
-        guess = low + (high - low) * at_low / (at_low - at_high)
-        reach = max(guess, low + 0.1 * (high - low))
+        if high == 0.0:
+            reach *= LONGER
+        elif high - low < 1e-9 * high:
+            break
+        else:
+            guess = low + (high - low) * at_low / (at_low - at_high)
+            reach = min(max(guess, low + 0.1 * (high - low)), high - 0.05 * (high - low))
     return x + reach * way, force, stiffness
+
+
+TURNED, LEFT = 0.3, 0.7
+"""Work of the unbalanced force at the end of a step relative to its beginning: largest when it has turned, and when it
+is left."""
+LONGER, LONGEST = 4.0, 1e4
+"""Factor by which a step is lengthened, and its limit."""

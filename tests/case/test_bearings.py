@@ -72,7 +72,7 @@ def test_check_and_plan_print_the_lines(capsys):
                 "(B1).model: deep groove ball bearing: dynamic_load_rating",
             ],
         ),
-        (["bearings.B1.model.bore=30"], ["bore = 30.0 m is outside 0.001…5 m"]),
+        (["bearings.B1.model.bore=30"], ["bore = 30.0 m is outside 0.001…5 m: give it in m, or in mm as bore_mm"]),
         (["bearings.B2.model.element_length_mm=30"], ["longer than the width of 16 mm"]),
         (["bearings.B1.model={type='needle'}"], ["model.type = 'needle': choose one of deepgroove"]),
         (["bearings.B1.radial_stiffness=1e8"], ["belong to a bearing without model"]),
@@ -89,7 +89,14 @@ def test_mistakes_are_named_with_bearing_value_and_remedy(changes, texts):
     ("changes", "text"),
     [
         (["operation.input_torque=1500"], "its most loaded element carries"),
-        (["bearings.A1.model.thrust=1", "operation.input_torque=-60"], "finds no equilibrium at -60 N m"),
+        (
+            ["bearings.A1.model.thrust=1"],
+            "shaft A finds no equilibrium at 60 N m: none of its bearings A1, A2 carries an axial force along −z",
+        ),
+        (
+            ["bearings.B1.model={type='cylindrical', bore_mm=30, outer_diameter_mm=62, static_load_rating=36500}"],
+            "none of its bearings B1, B2 carries its thrust of -385.9 N: turn the thrust of one",
+        ),
     ],
 )
 def test_check_refuses_a_load_that_the_bearings_do_not_carry(changes, text, capsys):

@@ -254,11 +254,18 @@ def _refusal(gearbox: Gearbox, assembly: Assembly, outside: FloatArray, torque: 
     for i, shaft in enumerate(gearbox.shafts):
         thrust = float(outside[5 * i + 2])
         on_it = [bearing for bearing in gearbox.bearings if bearing.shaft == shaft.name]
-        push = np.array([0.0, 0.0, FAR * np.sign(thrust), 0.0, 0.0])
-        if thrust and not any(bearing.evaluate(push)[0][2] * thrust > 0.0 for bearing in on_it):
-            names = ", ".join(bearing.name for bearing in on_it)
+        names = ", ".join(bearing.name for bearing in on_it)
+        for way in (1.0, -1.0) if thrust >= 0.0 else (-1.0, 1.0):
+            push = np.array([0.0, 0.0, way * FAR, 0.0, 0.0])
+            if any(way * bearing.evaluate(push)[0][2] > 0.0 for bearing in on_it):
+                continue
+            force = (
+                f"its thrust of {thrust:.4g} N"
+                if thrust * way > 0.0
+                else f"an axial force along {'+' if way > 0.0 else '−'}z"
+            )
             return (
-                f"shaft {shaft.name} finds no equilibrium at {torque:g} N m: none of its bearings {names} carries its "
-                f"thrust of {thrust:.4g} N along z: turn the thrust of one, or take a bearing that carries both ways"
+                f"shaft {shaft.name} finds no equilibrium at {torque:g} N m: none of its bearings {names} carries "
+                f"{force}: turn the thrust of one, or take a bearing that carries both ways"
             )
     return f"the gearbox finds no equilibrium at {torque:g} N m ({why}): take less clearance, or less torque"

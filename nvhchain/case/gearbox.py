@@ -31,11 +31,12 @@ from nvhchain.case.operation import (
 from nvhchain.case.options import Options
 from nvhchain.conventions import STEEL, Air, Material
 from nvhchain.dimensions import Length
-from nvhchain.dynamics import Bearing, Gearbox, LooseGear, Mesh, RigidBody, Shaft
+from nvhchain.dynamics import Bearing, Equilibrium, Gearbox, LooseGear, Mesh, RigidBody, Shaft
+from nvhchain.dynamics import equilibrium as balanced
 from nvhchain.dynamics.model.rigid_train import input_inertia
 from nvhchain.dynamics.runs.ramp import Ramp as SpeedRamp
 from nvhchain.errors import InputError, require, require_all
-from nvhchain.fidelity import Fidelity
+from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.gear import (
     Differential,
     GearBody,
@@ -55,6 +56,12 @@ from nvhchain.names import check_name, check_names
 
 _CENTRE_TOLERANCE = 1e-5
 """Largest difference (m) of a stage's centre distance and the distance of its shafts."""
+
+USUAL_DAMPING = 1.25e-5
+"""Damping per stiffness (s) of a bearing without damping in its case, the default of the rotor program ROSS.
+
+E. Krämer, *Dynamics of Rotors and Foundations* (Springer 1993), has 0.25 to 2.5 times 1e-5 s for rolling bearings.
+"""
 
 _TRIANGLES_PER_AREA = 2.83
 _TRIANGLES_PER_BORE = 100
@@ -380,7 +387,7 @@ class GearboxCase:
         )
         return Gearbox(
             self.shafts,
-            self.bearings,
+            self.damped_bearings,
             meshes,
             self.input_shaft,
             self.output_shaft,
@@ -401,6 +408,45 @@ class GearboxCase:
             if not item.loose:
                 gearbox = gearbox.add_bodies(item.shaft, [item.rigid_body])
         return gearbox
+
+    @property
+    def damped_bearings(self) -> tuple[Bearing, ...]:
+        """Bearings, with `USUAL_DAMPING` where the case gives one no damping at all."""
+        return tuple(
+            bearing if bearing.damped else replace(bearing, stiffness_damping=USUAL_DAMPING)
+            for bearing in self.bearings
+        )
+
+    @property
+    def undamped(self) -> tuple[str, ...]:
+        """Names of the bearings that the case gives no damping, which take `USUAL_DAMPING`."""
+        return tuple(bearing.name for bearing in self.bearings if not bearing.damped)
+
+    @property
+    def load_dependent(self) -> bool:
+        """True where the stiffness of a bearing depends on its load."""
+        return not all(bearing.linear for bearing in self.bearings)
+
+    @property
+    def static_torque(self) -> float:
+        """Torque at the input (N m) at which bearings are in balance: that of the operation, or of idle gears."""
+        return self.operation.input_torque or self.operation.mesh_torque or 0.0
+
+    @cached_property
+    def equilibrium(self) -> Equilibrium:
+        """Static equilibrium under the case's torque on rigid seats."""
+        return balanced(
+            self.gearbox_with_gears,
+            self.straight_laws,
+            None,
+            input_torque=self.static_torque,
+            fidelity=STANDARD.dynamics,
+        )
+
+    @property
+    def gearbox_on_rigid_seats(self) -> Gearbox:
+        """`gearbox_with_gears`, its bearings with their stiffness at the load on rigid seats."""
+        return self.equilibrium.gearbox if self.load_dependent else self.gearbox_with_gears
 
     @cached_property
     def _turns_per_input_turn(self) -> dict[str, Fraction]:

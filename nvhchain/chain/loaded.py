@@ -38,6 +38,17 @@ def _lazily(pair: gear.GearPair, fidelity: Fidelity) -> Compliances:
     return once
 
 
+def balanced(case: GearboxCase, housing: ReducedHousing | None, fidelity: Fidelity) -> dynamics.Equilibrium:
+    """Return the static equilibrium of a case on its housing (None for rigid seats)."""
+    return dynamics.equilibrium(
+        case.gearbox_with_gears,
+        case.straight_laws,
+        housing,
+        input_torque=case.static_torque,
+        fidelity=fidelity.dynamics,
+    )
+
+
 def loaded_case(case: GearboxCase, housing: ReducedHousing | None, fidelity: Fidelity) -> GearboxCase:
     """Return the case with its stages misaligned by the tilt of the gears under load, if its options ask for that.
 
@@ -46,13 +57,16 @@ def loaded_case(case: GearboxCase, housing: ReducedHousing | None, fidelity: Fid
     """
     if not case.options.loaded_misalignment:
         return case
-    tilts = dynamics.static_misalignment(
-        case.gearbox_with_gears,
-        case.straight_laws,
-        housing,
-        input_torque=case.operation.input_torque,
-        fidelity=fidelity.dynamics,
-    )
+    if case.load_dependent:
+        tilts = balanced(case, housing, fidelity).misalignment
+    else:
+        tilts = dynamics.static_misalignment(
+            case.gearbox_with_gears,
+            case.straight_laws,
+            housing,
+            input_torque=case.operation.input_torque,
+            fidelity=fidelity.dynamics,
+        )
     stages = tuple(
         replace(
             stage,

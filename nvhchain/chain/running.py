@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from nvhchain.case import Case, GearboxCase
-from nvhchain.chain.loaded import Compliances, compliances, loaded_case
+from nvhchain.chain.loaded import Compliances, balanced, compliances, loaded_case
 from nvhchain.conventions import Progress
+from nvhchain.dynamics import Gearbox
 from nvhchain.fidelity import Fidelity
 from nvhchain.files.result_cache import ResultCache
 from nvhchain.handoff import ReducedHousing
@@ -58,6 +59,14 @@ class Run:
         """Gearbox with the misalignment by its load, if its options ask for that."""
         case = self.gearbox
         return loaded_case(case, self.housing_in_loop, self.fidelity) if case.options.loaded_misalignment else case
+
+    @cached_property
+    def gearbox_at_load(self) -> Gearbox:
+        """Gearbox with its gears, and with the stiffness of its bearings at their static load."""
+        case = self.loaded
+        if not case.load_dependent:
+            return case.gearbox_with_gears
+        return balanced(case, self.housing_in_loop, self.fidelity).gearbox
 
     @cached_property
     def compliances(self) -> tuple[Compliances, ...]:

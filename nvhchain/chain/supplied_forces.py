@@ -120,7 +120,7 @@ def _check_means(case: GearboxCase, means: FloatArray, moving: float) -> None:
     `moving` is the largest RMS value (N) about the means.
     """
     static = static_bearing_forces(
-        case.gearbox_with_gears, case.straight_laws, None, input_torque=case.operation.input_torque
+        case.gearbox_on_rigid_seats, case.straight_laws, None, input_torque=case.operation.input_torque
     )
     largest = float(np.linalg.norm(static, axis=1).max())
     if largest == 0.0:

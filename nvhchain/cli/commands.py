@@ -348,10 +348,13 @@ def check(options: argparse.Namespace) -> int:
     from nvhchain.case import GearboxCase, load_case
     from nvhchain.scene import check_case
     from nvhchain.scene.advice import advice
+    from nvhchain.scene.bearing_lines import bearing_lines
 
     case = load_case(options.case, changes=_case_changes(options))
     check_case(case)
     show(f"{options.case}: {case.name} is valid")
+    for line in bearing_lines(case) if isinstance(case, GearboxCase) else ():
+        show(f"{case.name}: {line}")
     for why in advice(case) if isinstance(case, GearboxCase) else ():
         show(f"{case.name} would notice: {why}")
     return 0

@@ -15,6 +15,7 @@ EXAMPLES = {
     "slotted": ("gearbox/slotted.toml", "the gearbox with slots in gear 2, as changes of a base file"),
     "run-up": ("gearbox/run_up_solid.toml", "the gearbox from low to high speed"),
     "rattle": ("small/rattle.toml", "a fluctuating drive that makes a loose gear rattle"),
+    "bearings": ("small/catalogue_bearings.toml", "the helical pair on rolling bearings of the catalogue"),
     "radiator": ("sphere/on_floor.toml", "a small sphere above a floor: acoustics alone"),
 }
 """Name of an example → (file, what it is)."""

@@ -10,6 +10,7 @@ from nvhchain.dynamics.runs.linear import flank_transfer
 from nvhchain.dynamics.runs.recording import Recording, record_run_up
 from nvhchain.dynamics.runs.run_up_record import run_up, run_up_with_error
 from nvhchain.dynamics.runs.steady import bearing_forces, steady_sweep
+from nvhchain.dynamics.time_loop.equilibrium import Equilibrium, equilibrium
 from nvhchain.dynamics.time_loop.mesh_levels import ContactForce
 from nvhchain.dynamics.time_loop.quasi_static import static_bearing_forces, static_misalignment
 from nvhchain.dynamics.time_loop.simulation import compile_time_loop
@@ -18,6 +19,7 @@ __all__ = [
     "Bearing",
     "ContactForce",
     "Cylinder",
+    "Equilibrium",
     "Fluctuation",
     "Gearbox",
     "Harmonic",
@@ -31,6 +33,7 @@ __all__ = [
     "Train",
     "bearing_forces",
     "compile_time_loop",
+    "equilibrium",
     "flank_transfer",
     "record_run_up",
     "run_up",

@@ -53,7 +53,7 @@ def force_change(
     without `mesh_laws`, with a rigid housing, and for a housing without an estimate.
     """
     lines = forces.frequency
-    gearbox, moved = case.gearbox_with_gears, lowered(housing)
+    gearbox, moved = case.gearbox_on_rigid_seats, lowered(housing)
     if moved is None or not mesh_laws or case.options.rigid_housing:
         none = np.zeros((len(lines), 3 * len(forces.names), 0), dtype=complex)
         return ForceChange(none, none.transpose(0, 2, 1), forces.names)

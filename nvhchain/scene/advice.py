@@ -15,6 +15,7 @@ from nvhchain.case import GearboxCase
 from nvhchain.dynamics import Bearing, Shaft
 from nvhchain.dynamics.model.shaft_beam import elastic_shaft
 from nvhchain.errors import InputError
+from nvhchain.scene.bearing_lines import constant_bearings
 
 MEASURED = {"friction": 13.1, "shuttling": 15.7, "flexible_shafts": -27.3, "gyroscopic": -0.003}
 """Change (dB) of the worst mesh harmonic of the example gearbox's bearing forces at 2500 rpm, by option.
@@ -90,7 +91,7 @@ def load_swing(pair: gear.GearPair) -> float:
 def _flexible(case: GearboxCase) -> Iterator[tuple[str, str]]:
     for shaft in case.shafts:
         places = [item.z for item in case.gears if item.shaft == shaft.name]
-        bearings = [bearing for bearing in case.bearings if bearing.shaft == shaft.name]
+        bearings = [bearing for bearing in constant_bearings(case) if bearing.shaft == shaft.name]
         give = max((bending_share(shaft, bearings, z) for z in places), default=0.0)
         if give > NOTICED_GIVE:
             yield (
@@ -126,7 +127,9 @@ def _gyroscopic(case: GearboxCase) -> Iterator[tuple[str, str]]:
     fastest = max(case.operation.input_speed, ramp.end_speed if ramp else 0.0)
     for shaft in case.gearbox_with_gears.shafts:
         body, speed = shaft.inertia(), fastest * float(case.shaft_orders.get(shaft.name, 0))
-        tilting = sum(b.radial_stiffness * (b.z - body.z) ** 2 for b in case.bearings if b.shaft == shaft.name)
+        tilting = sum(
+            b.radial_stiffness * (b.z - body.z) ** 2 for b in constant_bearings(case) if b.shaft == shaft.name
+        )
         # J ω² ∓ J_p Ω ω − k = 0: both roots lie J_p Ω/J apart
         split = body.polar_inertia * speed / sqrt(tilting * body.transverse_inertia)
         if split > NOTICED_SPLIT:

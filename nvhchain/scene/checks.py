@@ -150,6 +150,12 @@ def _check_driven(scene: Scene) -> None:
     )
 
 
+def _check_bearings(scene: Scene) -> None:
+    """Refuse bearings that cannot carry the load of the case."""
+    if scene.gearbox.load_dependent:
+        _ = scene.gearbox.equilibrium
+
+
 def _check_support(scene: Scene) -> None:
     """Refuse a driven housing that nothing holds."""
     if HOUSING in scene.steps:
@@ -222,7 +228,7 @@ def _check_housing(scene: Scene) -> None:
 
 _Checks = dict[Step[Any], tuple[Callable[[Scene], None], ...]]
 
-_CASE_CHECKS: _Checks = {MESH_LAWS: (_check_reach,), BEARING_FORCES: (_check_support, _check_driven)}
+_CASE_CHECKS: _Checks = {MESH_LAWS: (_check_reach,), BEARING_FORCES: (_check_support, _check_driven, _check_bearings)}
 """Step → checks of the case alone."""
 
 _KNOB_CHECKS: _Checks = {

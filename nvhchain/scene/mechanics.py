@@ -230,7 +230,7 @@ def _settling_time(case: GearboxCase, fidelity: Fidelity) -> float:
     ]
     knobs = replace(fidelity.dynamics, mesh_level="table", settle_time=1e5)
     model = simulation(
-        case.gearbox_with_gears,
+        case.gearbox_on_rigid_seats,
         laws,
         None,
         input_torque=case.operation.input_torque,

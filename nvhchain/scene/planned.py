@@ -58,6 +58,8 @@ class Plan:
         Reasons for exclusions.
     advice : tuple of str
         Options that would change the result for this gearbox.
+    bearings : tuple of str
+        Loads and stiffness of bearings with a model, on rigid seats, and default damping.
     """
 
     case: str
@@ -65,6 +67,7 @@ class Plan:
     steps: tuple[PlannedStep, ...]
     skipped: tuple[str, ...]
     advice: tuple[str, ...] = ()
+    bearings: tuple[str, ...] = ()
 
     @property
     def seconds(self) -> float:
@@ -83,6 +86,11 @@ class Plan:
             f"  {step.name:<{width}}  {step.seconds:6.0f} s {step.megabytes:7.0f} MB  {step.models}"
             for step in self.steps
         ]
+        lines += (
+            ["bearings, at static load on rigid seats:", *(f"  {line}" for line in self.bearings)]
+            if self.bearings
+            else []
+        )
         lines += ["skipped:", *(f"  {reason}" for reason in self.skipped)]
         lines += ["would be noticed:", *(f"  {why}" for why in self.advice)] if self.advice else []
         lines += [f"in all about {self.seconds:.0f} s of processor time, {self.megabytes:.0f} MB at the peak"]

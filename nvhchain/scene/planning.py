@@ -10,6 +10,7 @@ from nvhchain.case import FIELD_POINT_QUANTITIES, RADIATED, Case, Extent, Gearbo
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.kinds import checked
 from nvhchain.scene.advice import advice
+from nvhchain.scene.bearing_lines import bearing_lines
 from nvhchain.scene.mechanics import (
     dynamics_step,
     housing_step,
@@ -61,7 +62,7 @@ def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
     """
     steps = planned_steps(Scene(case, fidelity))
     if isinstance(case, GearboxCase):
-        return Plan(case.name, fidelity.name, steps, _excluded(case, fidelity), advice(case))
+        return Plan(case.name, fidelity.name, steps, _excluded(case, fidelity), advice(case), bearing_lines(case))
     return Plan(case.name, fidelity.name, steps, _RADIATOR_EXCLUDES)
 
 

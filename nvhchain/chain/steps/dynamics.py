@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -10,13 +11,16 @@ from typing import Any
 
 from nvhchain import dynamics, gear
 from nvhchain.chain.running import Run
-from nvhchain.errors import concerning
+from nvhchain.errors import AccuracyWarning, concerning
 from nvhchain.handoff import BearingForces
+from nvhchain.scene.bearing_lines import damping_lines
 from nvhchain.scene.steps import BEARING_FORCES, LOAD_DISTRIBUTIONS, MESH_LAWS
 
 
 def bearing_forces(run: Run) -> BearingForces:
     """Bearing forces over whole common periods at constant speed, or while the input speed changes."""
+    for line in damping_lines(run.gearbox):
+        warnings.warn(AccuracyWarning(line, "bearing damping"), stacklevel=2)
     simulate: Callable[..., BearingForces] = dynamics.run_up if run.case.running_up else dynamics.bearing_forces
     gearbox, laws, housing, operation = _gearbox(run), run[MESH_LAWS], run.housing_in_loop, _operation(run)
     made: BearingForces = run.cached(
@@ -91,7 +95,7 @@ def _contact_forces(run: Run) -> list[dynamics.ContactForce] | None:
 
 def _gearbox(run: Run) -> dynamics.Gearbox:
     """Return the gearbox with the inertia of its gears, and with friction and shuttling if its options have them."""
-    gearbox, options = run.loaded.gearbox_with_gears, run.loaded.options
+    gearbox, options = run.gearbox_at_load, run.loaded.options
     if not options.load_distribution:
         return gearbox
     meshes = tuple(

@@ -9,7 +9,7 @@ The unknowns x are, in this order:
 
 The spins φ = free τ add to the prescribed nominal spin, positive in each shaft's running direction. The common spin of
 the train is omitted, because the torques balance in it. A loose gear has the motions of its shaft but for its own spin;
-a shaft that carries loose gears only stands still. Bearings leave rotations free and sit on the shaft axes, so τ
+a shaft that carries loose gears only stands still. Bearings leave the spin free and sit on the shaft axes, so τ
 couples to the other unknowns only in the gear meshes. Weight is neglected. Gyroscopic terms hold for one given speed.
 
 Contact rows come in pairs, of a drive flank and a back flank (`mesh_rows`). Contact i is pressed by d_i = contact[i] ·
@@ -24,6 +24,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import null_space
 
+from nvhchain.dynamics.model.bearing_series import BearingSeries, bearing_series
 from nvhchain.dynamics.model.gearbox import Bearing, Gearbox, Shaft
 from nvhchain.dynamics.model.mesh_rows import all_wrenches, error_wrenches, tilt_wrenches
 from nvhchain.dynamics.model.sections import Sections, Wrench, sections
@@ -54,7 +55,11 @@ class Assembly:
     mesh_error : (n_mesh, n) transmission error of each mesh (m; `error_wrenches`).
     torques : (n_rotor, n) rotation of each shaft where its torques enter, and of each loose gear, along its running
         direction.
-    bearing_stiffness, bearing_damping : (3 n_bearing, n) with bearing force on the housing = stiffness x + damping ẋ.
+    bearing_stiffness, bearing_damping : (3 n_bearing, n) with bearing force on the housing = stiffness x + damping ẋ,
+        and a constant (`with_preload`).
+    bearings : series of bearings and seats.
+    bearing_map : (n_bearing motions, n) displacement of the shafts against the seats.
+    own_stiffness : (n_lateral,) stiffness of the unknowns without bearings.
     seat_shapes : (3 n_bearing, n_mode) mode shapes at the seats, in the order of the bearings.
     seat_residual : (3 n_bearing, 3 n_bearing) residual flexibility of the seats.
     inertia : (n_rotor,) inertia about z (kg m²).
@@ -81,6 +86,9 @@ class Assembly:
     seat_residual: FloatArray
     inertia: FloatArray
     free: FloatArray
+    bearings: BearingSeries
+    bearing_map: FloatArray
+    own_stiffness: FloatArray
 
     @property
     def lateral(self) -> int:
@@ -95,8 +103,18 @@ class Assembly:
         return np.asarray(float(self.train.speed_ratio[last]) * self.torques[first] - self.torques[last])
 
     def load(self, torque: FloatArray) -> FloatArray:
-        """Return the generalised force (n,) of external torques (n_rotor,) (N m) along the running directions."""
-        return np.asarray(self.torques.T @ torque)
+        """Return the generalised force (n,) of external torques (n_rotor,) (N m) along the running directions.
+
+        It includes the constant forces of bearings that are linear about a point of operation.
+        """
+        load = np.asarray(self.torques.T @ torque)
+        return load if self.bearings.preload is None else load - self.bearing_map.T @ self.bearings.preload
+
+    def with_preload(self, force: FloatArray) -> FloatArray:
+        """Return bearing forces (…, 3 n_bearing) on the housing with their constant part (N)."""
+        if self.bearings.preload is None:
+            return force
+        return np.asarray(force + self.bearings.preload[self.bearings.translations])
 
     def set_speed(self, input_speed: float) -> Assembly:
         """Return the assembly with the gyroscopic terms of another input speed (rad/s)."""
@@ -122,9 +140,10 @@ def assemble(
 
         K_eff = (K_b⁻¹ + R)⁻¹,    C_eff = K_eff K_b⁻¹ C_b K_b⁻¹ K_eff.
 
-    This is of first order in the damping of the exact complex series.
+    This is of first order in the damping of the exact complex series (`bearing_series`).
 
-    Raises InputError if bearings, seats, axes and laws do not fit together or a shaft can move freely.
+    Raises InputError if bearings, seats, axes and laws do not fit together, if the stiffness of a bearing depends on
+    its load, or if a shaft can move freely.
     """
     kinematics = train(gearbox, mesh_laws)
     bearings, n_shaft = gearbox.bearings, len(gearbox.shafts)
@@ -132,8 +151,11 @@ def assemble(
     shapes, residual, modal_stiffness, modal_damping = _housing_matrices(gearbox, housing)
 
     contacts, of_mesh, share = all_wrenches(gearbox, kinematics, mesh_laws, gearbox.face_points)
+    series = bearing_series(bearings, residual)
     seats = [
-        Wrench(gearbox.shaft_index(bearing.shaft), bearing.z, push) for bearing in bearings for push in np.eye(6)[:3]
+        Wrench(gearbox.shaft_index(bearing.shaft), bearing.z, push)
+        for bearing in bearings
+        for push in np.eye(6)[: series.motions]
     ]
     twists = [
         Wrench(i, shaft.torque_plane, np.array([0.0, 0.0, 0.0, 0.0, 0.0, float(turn)]))
@@ -152,17 +174,8 @@ def assemble(
     )
     modes = slice(5 * n_shaft, 5 * n_shaft + n_mode)
     bearing_map = np.array([shafts.rows([wrench])[0] for wrench in seats])
-    bearing_map[:, modes] = -shapes
-
-    k_b = np.array([k for b in bearings for k in (b.radial_stiffness, b.radial_stiffness, b.axial_stiffness)])
-    c_b = np.array([c for b in bearings for c in (b.damping[0], *b.damping)])
-    k_eff = np.linalg.inv(np.diag(1.0 / k_b) + residual)
-    k_eff = 0.5 * (k_eff + k_eff.T)
-    c_eff = (k_eff / k_b) @ np.diag(c_b) @ (k_eff / k_b).T
-    require(
-        float(np.linalg.eigvalsh(k_eff)[0]) > 0,
-        "the housing's seat residual is so negative that bearing and seat in series are unstable: add housing modes",
-    )
+    bearing_map[series.translations, modes] = -shapes
+    k_eff, c_eff, forces = series.stiffness, series.damping, series.translations
 
     mass, own_stiffness, own_damping = _uncoupled_matrices(gearbox, shafts, modal_stiffness, modal_damping)
     stiffness = np.diag(own_stiffness) + bearing_map.T @ k_eff @ bearing_map
@@ -173,15 +186,7 @@ def assemble(
             "a shaft can move freely on its bearings: give every shaft two bearings that also hold it along z"
         )
 
-    inertia = np.array(
-        [
-            *(
-                body.polar_inertia + shaft.coupled_inertia
-                for body, shaft in zip(shafts.bodies, gearbox.shafts, strict=True)
-            ),
-            *(gear.body.polar_inertia for gear in gearbox.loose_gears),
-        ]
-    )
+    inertia = rotor_inertia(gearbox)
     ratio = np.array([float(ratio) for ratio in kinematics.speed_ratio])
     turning = ratio > 0.0
     # common spin r: the speed ratios. rᵀJN = 0 and NᵀJN = I, so J^½ N is orthonormal and normal to J^½ r
@@ -229,13 +234,22 @@ def assemble(
             ]
         ),
         torques=contact_rows([[twist] for twist in twists]),
-        bearing_stiffness=widened(k_eff @ bearing_map),
-        bearing_damping=widened(c_eff @ bearing_map),
+        bearing_stiffness=widened((k_eff @ bearing_map)[forces]),
+        bearing_damping=widened((c_eff @ bearing_map)[forces]),
         seat_shapes=shapes,
         seat_residual=residual,
         inertia=inertia,
         free=free,
+        bearings=series,
+        bearing_map=widened(bearing_map),
+        own_stiffness=own_stiffness,
     ).set_speed(input_speed)
+
+
+def rotor_inertia(gearbox: Gearbox) -> FloatArray:
+    """Return the inertia (n_rotor,) about z of the shafts, with their couplings, and of the loose gears (kg m²)."""
+    shafts = [_laden(gearbox, shaft).inertia().polar_inertia + shaft.coupled_inertia for shaft in gearbox.shafts]
+    return np.array([*shafts, *(gear.body.polar_inertia for gear in gearbox.loose_gears)])
 
 
 def _laden(gearbox: Gearbox, shaft: Shaft) -> Shaft:

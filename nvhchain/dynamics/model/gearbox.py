@@ -13,6 +13,15 @@ from typing import Any
 
 import numpy as np
 
+from nvhchain.bearings import (
+    AngularContact,
+    Cylindrical,
+    DeepGroove,
+    Spherical,
+    StiffnessMatrix,
+    StiffnessTable,
+    Tapered,
+)
 from nvhchain.dimensions import Inertia, Length, Modulus
 from nvhchain.dynamics.model.friction import MeshFriction
 from nvhchain.dynamics.model.load_centre import LoadCentre
@@ -214,7 +223,7 @@ class Shaft:
 
 @dataclass(frozen=True)
 class Bearing:
-    """Bearing between a shaft and its seat in the housing; rotations are free.
+    """Bearing between a shaft and its seat in the housing: two constants, or a model.
 
     Parameters
     ----------
@@ -234,11 +243,15 @@ class Bearing:
         Structural damping η at `loss_factor_frequency`.
     loss_factor_frequency : float, optional
         Frequency (Hz) at which the loss factor holds.
+    model : DeepGroove, AngularContact, Cylindrical, Tapered, Spherical, StiffnessTable or StiffnessMatrix, optional
+        Rolling bearing, table of stiffness over load, or stiffness matrix, in place of the two constants.
 
     Notes
     -----
-    All damping that is given adds up. A loss factor becomes the viscous damping c = η k/ω, which takes the same energy
-    per cycle at `loss_factor_frequency`. It takes less than η below that frequency, and more above.
+    Without a model, rotations are free. A model whose stiffness depends on the load enters the dynamics with its
+    stiffness at the static load (`nvhchain.dynamics.equilibrium`). All damping that is given adds up. A loss factor
+    becomes the viscous damping c = η k/ω, which takes the same energy per cycle at `loss_factor_frequency`. It takes
+    less than η below that frequency, and more above.
     """
 
     name: str
@@ -251,6 +264,9 @@ class Bearing:
     stiffness_damping: float = 0.0
     loss_factor: float = 0.0
     loss_factor_frequency: float | None = None
+    model: DeepGroove | AngularContact | Cylindrical | Tapered | Spherical | StiffnessTable | StiffnessMatrix | None = (
+        None
+    )
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -272,20 +288,48 @@ class Bearing:
             f"{owner}: loss_factor = {self.loss_factor} and loss_factor_frequency = {self.loss_factor_frequency} Hz: "
             "structural damping takes both, the frequency being where it is to be right",
         )
+        require(
+            self.model is None or (self.radial_stiffness, self.axial_stiffness) == (1.63e8, 5.05e7),
+            f"{owner}: radial_stiffness and axial_stiffness belong to a bearing without model: leave them out, or the "
+            "model",
+        )
         if self.loss_factor_frequency is not None:
             lowest = self.loss_factor / (2.0 * pi * LARGEST_DAMPING_TIME)
             _check_limits(owner, ("loss_factor_frequency", self.loss_factor_frequency, lowest, 1e5, "Hz"))
 
     @property
     def damping(self) -> tuple[float, float]:
-        """Radial and axial damping (N s/m), the sum of all that is given."""
-        per_stiffness = self.stiffness_damping
-        if self.loss_factor_frequency is not None:
-            per_stiffness += self.loss_factor / (2.0 * pi * self.loss_factor_frequency)
+        """Radial and axial damping (N s/m) of a bearing without model, the sum of all that is given."""
+        per_stiffness = self.damping_time
         return (
             self.radial_damping + per_stiffness * self.radial_stiffness,
             self.axial_damping + per_stiffness * self.axial_stiffness,
         )
+
+    @property
+    def damping_time(self) -> float:
+        """Damping per stiffness (s), of `stiffness_damping` and the loss factor together."""
+        per_stiffness = self.stiffness_damping
+        if self.loss_factor_frequency is not None:
+            per_stiffness += self.loss_factor / (2.0 * pi * self.loss_factor_frequency)
+        return per_stiffness
+
+    @property
+    def damped(self) -> bool:
+        """True where any damping is given."""
+        return max(self.radial_damping, self.axial_damping, self.damping_time) > 0.0
+
+    @property
+    def linear(self) -> bool:
+        """True where the stiffness does not depend on the load."""
+        return self.model is None or isinstance(self.model, StiffnessMatrix)
+
+    def evaluate(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return force (5,) and stiffness (5, 5) at the displacement `u` (5,): x, y, z, tilts about x and y."""
+        if self.model is not None:
+            return self.model.evaluate(u)
+        stiffness = np.array([self.radial_stiffness, self.radial_stiffness, self.axial_stiffness, 0.0, 0.0])
+        return stiffness * u, np.diag(stiffness)
 
 
 @dataclass(frozen=True)

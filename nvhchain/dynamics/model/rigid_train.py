@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import isfinite
 
-from nvhchain.dynamics.model.assembly import assemble
+from nvhchain.dynamics.model.assembly import rotor_inertia
 from nvhchain.dynamics.model.gearbox import Gearbox
-from nvhchain.dynamics.model.train import train_inertia
+from nvhchain.dynamics.model.train import train, train_inertia
 from nvhchain.errors import require
 from nvhchain.handoff import MeshLaw
 from nvhchain.kinds import checked
@@ -15,8 +15,7 @@ from nvhchain.kinds import checked
 
 def input_inertia(gearbox: Gearbox, mesh_laws: Sequence[MeshLaw]) -> float:
     """Return the inertia of the train seen from the input (kg m²)."""
-    model = assemble(gearbox, mesh_laws, None)
-    return train_inertia(model.train, model.inertia)
+    return train_inertia(train(gearbox, mesh_laws), rotor_inertia(gearbox))
 
 
 @checked
@@ -62,8 +61,7 @@ def run_up_time(
         require(isfinite(speed) and speed >= 0.0, f"{name} = {speed} rad/s must be finite and not negative")
     for name, torque in (("input_torque", input_torque), ("output_torque", output_torque)):
         require(isfinite(torque), f"{name} = {torque} N m must be finite")
-    model = assemble(gearbox, mesh_laws, None)
-    ratio = float(model.train.speed_ratio[gearbox.rotor_index(gearbox.output_shaft)])
+    ratio = float(train(gearbox, mesh_laws).speed_ratio[gearbox.rotor_index(gearbox.output_shaft)])
     left = input_torque - ratio * output_torque
     change = end_speed - start_speed
     require(
@@ -71,4 +69,4 @@ def run_up_time(
         f"the torques leave {left:.4g} N m at the input, which does not lead from {start_speed:g} to {end_speed:g} "
         f"rad/s: the output torque that balances {input_torque:g} N m is {input_torque / ratio:.6g} N m",
     )
-    return change * train_inertia(model.train, model.inertia) / left
+    return change * input_inertia(gearbox, mesh_laws) / left

@@ -64,6 +64,9 @@ def record(
     """
     gearbox = run.model.assembly.gearbox
     time = np.arange(first, first + len(sampled.lag), dtype=float) * run.sample_time
+    sampled.force[:] = run.model.assembly.with_preload(sampled.force.reshape(len(time), -1)).reshape(
+        sampled.force.shape
+    )
     for part in (sampled.force, sampled.drive, sampled.error, sampled.lag):
         part.flags.writeable = False
     made = BearingForces(

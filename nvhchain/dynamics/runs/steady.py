@@ -167,7 +167,7 @@ def bearing_forces(
     drive, back = meshes[:, :n_mesh], meshes[:, n_mesh : 2 * n_mesh]
     made = BearingForces(
         time=np.arange(len(record), dtype=float) * model.step.step,
-        force=record.reshape(len(record), -1, 3),
+        force=model.assembly.with_preload(record).reshape(len(record), -1, 3),
         names=tuple(bearing.name for bearing in gearbox.bearings),
         positions=np.array(gearbox.bearing_positions),
         input_speed=np.full(len(record), input_speed),

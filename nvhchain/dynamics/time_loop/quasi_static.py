@@ -111,7 +111,7 @@ def static_state(assembly: Assembly, table: LawTable, torque: FloatArray, phases
     )
     if wedged or len(points) > len(force):
         position = _settled(assembly, [(grids[e], rows[e]) for e in points], points, load, position)
-    return StaticState(position, force, (assembly.bearing_stiffness @ position).reshape(-1, 3))
+    return StaticState(position, force, assembly.with_preload(assembly.bearing_stiffness @ position).reshape(-1, 3))
 
 
 def _settled(

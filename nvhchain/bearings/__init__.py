@@ -1,0 +1,19 @@
+"""Rolling bearings: force and stiffness in five motions by ISO/TS 16281, from catalogue data or internal geometry."""
+
+from nvhchain.bearings.balls import AngularContact, DeepGroove
+from nvhchain.bearings.internal import Internal
+from nvhchain.bearings.loaded import displacement
+from nvhchain.bearings.rollers import Cylindrical, Spherical, Tapered
+from nvhchain.bearings.springs import StiffnessMatrix, StiffnessTable
+
+__all__ = [
+    "AngularContact",
+    "Cylindrical",
+    "DeepGroove",
+    "Internal",
+    "Spherical",
+    "StiffnessMatrix",
+    "StiffnessTable",
+    "Tapered",
+    "displacement",
+]

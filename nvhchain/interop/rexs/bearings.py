@@ -1,0 +1,142 @@
+"""Bearings of a document: between a shaft and the casing, or between two shafts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from nvhchain.interop.rexs.document import Component
+from nvhchain.interop.rexs.parts import BEARINGS, Parts
+from nvhchain.interop.rexs.places import Line
+from nvhchain.interop.rexs.shafts import place_on_shaft
+from nvhchain.interop.rexs.unit import ImportedBearing
+
+_KEPT = [
+    "bearing_type",
+    "catalogue_designation",
+    "manufacturer",
+    "radial_dynamic_load_rating",
+    "radial_static_load_rating",
+    "axial_dynamic_load_rating",
+    "axial_static_load_rating",
+    "fatigue_limit_load",
+    "radial_bearing_clearance",
+    "axial_bearing_clearance",
+    "operating_radial_bearing_clearance",
+    "operating_axial_bearing_clearance",
+    "mounted_radial_bearing_clearance",
+    "radial_clearance_class",
+    "preload_force",
+    "preload_distance",
+    "number_of_bearing_rows",
+    "distance_between_bearing_rows",
+    "bending_stiffness",
+    "axial_factor_y_1",
+    "axial_factor_y_2",
+]
+_KEPT_OF_ROW = [
+    "number_of_rolling_elements",
+    "pressure_angle",
+    "reference_diameter_rolling_bearing",
+    "raceway_radius_of_inner_ring",
+    "raceway_radius_of_outer_ring",
+    "significant_contact_length_inner_ring",
+]
+_KEPT_OF_ELEMENT = ["ball_diameter", "roller_diameter", "roller_length", "diameter", "length", "roller_angle"]
+
+
+def read_bearings(parts: Parts, lines: Mapping[int, Line]) -> list[ImportedBearing]:
+    """Return all bearings; those of one shaft only, or without a place, are mistakes.
+
+    Parameters
+    ----------
+    parts : Parts
+        Components.
+    lines : Mapping
+        Axes of the shafts.
+
+    Returns
+    -------
+    list of ImportedBearing
+        Bearings.
+    """
+    found = []
+    for component in parts.document.of_type(*BEARINGS):
+        bearing = _bearing(parts, component, lines)
+        if bearing is not None:
+            found.append(bearing)
+    return found
+
+
+def _bearing(parts: Parts, component: Component, lines: Mapping[int, Line]) -> ImportedBearing | None:
+    record = parts.findings
+    sides = parts.document.related("side", "assembly", component.id)
+    inner = next((end for side in sides if (end := side.end("inner_part")) is not None), None)
+    outer = next((end for side in sides if (end := side.end("outer_part")) is not None), None)
+    owner = parts.document.owner(component.id, "shaft")
+    if inner is None and owner is not None:
+        inner = owner.id
+    ends = [(inner, "u_coordinate_on_shaft_inner_side"), (outer, "u_coordinate_on_shaft_outer_side")]
+    shafts = [(end, name) for end, name in ends if end in parts.rotor]
+    if not shafts:
+        record.refuse(f"{component.label}: stands on no shaft: add the relation `side` with a shaft as inner_part")
+        return None
+    if len(shafts) == 1 and (inner is None or outer is None):
+        record.add("assumed", parts.names[component.id], "other side", "the casing", "none given")
+    (first, name), *others = shafts
+    assert first is not None
+    place = place_on_shaft(parts, component, first, lines, name)
+    if place is None:
+        place = place_on_shaft(parts, component, first, lines)
+    if place is None:
+        record.refuse(f"{component.label}: {name} is missing: add it")
+        return None
+    other = parts.rotor[others[0][0]] if others and others[0][0] is not None else None
+    if other == parts.rotor[first]:
+        record.add("left out", parts.names[component.id], "bearing", "between coupled shafts", "carries nothing")
+        return None
+    values = parts.values(component)
+    radial = _stiffness(parts, component, "radial_stiffness", "v_d_v", "w_d_w")
+    return ImportedBearing(
+        name=parts.names[component.id],
+        shaft=parts.names[parts.rotor[first]],
+        outer_shaft="" if other is None else parts.names[other],
+        z=place,
+        kind=values.text("bearing_type") or component.type,
+        bore=values.number("inner_diameter", "m", low=0.0) or None,
+        outer_diameter=values.number("outer_diameter", "m", low=0.0) or None,
+        width=values.number("width", "m", low=0.0) or None,
+        radial_stiffness=radial if values.flag("radial_force_absorption") is not False else 0.0,
+        axial_stiffness=_stiffness(parts, component, "axial_stiffness", "u_d_u"),
+        axial=values.text("axial_force_absorption") or "both_directions",
+        catalogue=_catalogue(parts, component),
+    )
+
+
+def _stiffness(parts: Parts, component: Component, name: str, *operating: str) -> float | None:
+    """Return the stiffness (N/m) at the operating point, or the stated one; None without."""
+    values = parts.values(component)
+    points = [values.number(f"operating_point_stiffness_f_{axes}", "N/m") for axes in operating]
+    given = [value for value in points if value is not None and value > 0]
+    if given:
+        return sum(given) / len(given)
+    stated = values.number(name, "N/m")
+    return stated if stated is not None and stated > 0 else None
+
+
+def _catalogue(parts: Parts, component: Component) -> dict[str, str]:
+    """Return further data of a bearing, its rows and rolling elements, as they stand in the file."""
+    found: dict[str, str] = {}
+    rows = parts.document.parts(component.id, "rolling_bearing_row")
+    elements = [element for row in rows for element in parts.document.parts(row.id, "rolling_element")]
+    for of, names in (
+        (component, _KEPT),
+        *((r, _KEPT_OF_ROW) for r in rows),
+        *((e, _KEPT_OF_ELEMENT) for e in elements),
+    ):
+        for name in names:
+            attribute = of.attributes.get(name)
+            if attribute is None or isinstance(attribute.value, list | tuple | dict) or str(attribute.value) == "":
+                continue
+            unit = "" if attribute.unit in ("", "none") else f" {attribute.unit}"
+            found.setdefault(name, f"{str(attribute.value)[:60]}{unit}")
+    return found

@@ -122,6 +122,18 @@ def new(options: argparse.Namespace) -> int:
     return 0
 
 
+def import_unit(options: argparse.Namespace) -> int:
+    """Write the case of a gear unit in REXS into a folder."""
+    from nvhchain.case.rexs import import_rexs
+
+    made = import_rexs(options.file, options.out, load=options.load_case, housing=options.housing)
+    for line in made.lines:
+        show(line)
+    show(f"{made.case}; {made.page} lists everything with its value")
+    show(f"Then: nvhchain check {made.case}; nvhchain run {made.case} --fidelity draft")
+    return 0
+
+
 def run(options: argparse.Namespace) -> int:
     """Compute the results of a case; print levels with their limits, and write the error bands of every line."""
     from nvhchain import chain

@@ -126,6 +126,8 @@ def _stiffness(parts: Parts, component: Component, name: str, *operating: str) -
 def _catalogue(parts: Parts, component: Component) -> dict[str, str]:
     """Return further data of a bearing, its rows and rolling elements, as they stand in the file."""
     found: dict[str, str] = {}
+    if component.name and component.name != parts.names[component.id]:
+        found["name"] = component.name[:80]
     rows = parts.document.parts(component.id, "rolling_bearing_row")
     elements = [element for row in rows for element in parts.document.parts(row.id, "rolling_element")]
     for of, names in (

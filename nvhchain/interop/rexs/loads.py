@@ -93,10 +93,10 @@ def _state(parts: Parts, case: LoadCase | None, lines: Mapping[int, Line]) -> _S
         values = reader(load)
         torque = values.number("torque_around_u_axis", "N m", low=-1e8, high=1e8)
         power = values.number("power", "W")
-        shaft = parts.shaft_of(load)
-        if shaft is None or values.flag("transmits_torque") is False:
+        carrier = parts.shaft_of(load)
+        if carrier is None or values.flag("transmits_torque") is False:
             continue
-        rotor, sign = parts.rotor[shaft], lines[shaft].direction if shaft in lines else 1
+        rotor, sign = parts.rotor[carrier], lines[carrier].direction if carrier in lines else 1
         if not torque and power and rotor in speeds:
             torque = power / speeds[rotor] * sign
         if torque:

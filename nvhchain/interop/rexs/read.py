@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
+from math import pi
 from pathlib import Path
 
 from nvhchain.errors import Mistakes
@@ -176,7 +177,11 @@ def _stage(
         values.number("sum_of_addendum_modification_coefficients"),
         stated,
     )
-    return made if _nearer(parts, one, other, source) else replace(made, pinion=made.wheel, wheel=made.pinion)
+    return (
+        made
+        if _nearer(parts, one, other, source)
+        else replace(made, pinion=made.wheel, wheel=made.pinion, angle=None if angle is None else angle + pi)
+    )
 
 
 def _nearer(parts: Parts, one: Component, other: Component, source: int) -> bool:

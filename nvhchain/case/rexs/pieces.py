@@ -1,0 +1,152 @@
+"""Cylinders of an imported shaft: overlapping sections joined, tapers in steps, thick parts cut to gear bores."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+from nvhchain.interop.rexs import Findings, ImportedShaft, Section
+
+_STEPS = 4
+"""Cylinders in place of a tapered section."""
+
+_SHORTEST = 1e-5
+"""Shortest cylinder (m)."""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Cylinder of a shaft.
+
+    Parameters
+    ----------
+    start, end : float
+        Ends (m).
+    outer, inner : float
+        Diameters (m).
+    young, poisson, density : float
+        Material (Pa; kg/m³).
+    """
+
+    start: float
+    end: float
+    outer: float
+    inner: float
+    young: float
+    poisson: float
+    density: float
+
+
+def pieces(
+    shaft: ImportedShaft, shift: float, bores: Sequence[tuple[float, float, float]], findings: Findings
+) -> list[Piece]:
+    """Return the cylinders of a shaft.
+
+    Parameters
+    ----------
+    shaft : ImportedShaft
+        Shaft.
+    shift : float
+        Length (m) to be added to z.
+    bores : sequence of (float, float, float)
+        Ends (m) and bore diameter (m) of the gears on it: the shaft inside is no thicker.
+    findings : Findings
+        Record.
+
+    Returns
+    -------
+    list of Piece
+        Cylinders along z.
+    """
+    parts = [part for section in shaft.sections for part in _steps(shaft, section, shift, findings)]
+    cuts = sorted({cut for part in parts for cut in (part.start, part.end)} | {c for b in bores for c in b[:2]})
+    found: list[Piece] = []
+    for low, high in pairwise(cuts):
+        middle = 0.5 * (low + high)
+        there = [part for part in parts if part.start <= middle <= part.end]
+        if high - low < _SHORTEST or not there:
+            continue
+        thick = max(there, key=lambda part: part.outer)
+        piece = replace(thick, start=low, end=high, inner=min(part.inner for part in there))
+        for start, end, bore in bores:
+            if start <= middle <= end and piece.outer > bore + 1e-9:
+                findings.add(
+                    "assumed",
+                    shaft.name,
+                    "outer diameter",
+                    f"{1e3 * bore:.5g} for {1e3 * piece.outer:.5g} mm at z = {1e3 * low:.5g}…{1e3 * high:.5g} mm",
+                    "inside a gear, whose body carries the rest",
+                )
+                piece = replace(piece, outer=bore)
+        if piece.inner < piece.outer:
+            found = _joined(found, piece)
+    return found
+
+
+def _steps(shaft: ImportedShaft, section: Section, shift: float, findings: Findings) -> list[Piece]:
+    taper = section.outer[0] != section.outer[1] or section.inner[0] != section.inner[1]
+    if taper:
+        where = f"{1e3 * (section.start + shift):.5g}…{1e3 * (section.end + shift):.5g} mm"
+        findings.add("assumed", shaft.name, "tapered section", where, f"{_STEPS} cylinders of mean diameters")
+    count = _STEPS if taper else 1
+    found = []
+    for step in range(count):
+        low, high, middle = step / count, (step + 1) / count, (step + 0.5) / count
+        length = section.end - section.start
+        outer, inner = (ends[0] + middle * (ends[1] - ends[0]) for ends in (section.outer, section.inner))
+        place = section.start + shift
+        material = section.young, section.poisson, section.density
+        found.append(Piece(place + low * length, place + high * length, outer, inner, *material))
+    return found
+
+
+def _joined(found: list[Piece], piece: Piece) -> list[Piece]:
+    """Return the cylinders with one more, which lengthens the last where it is the same."""
+    if found:
+        last = found[-1]
+        if abs(last.end - piece.start) < 1e-9 and replace(last, start=0, end=0) == replace(piece, start=0, end=0):
+            return [*found[:-1], replace(last, end=piece.end)]
+    return [*found, piece]
+
+
+def bore_radius(
+    shaft: ImportedShaft, shift: float, plane: float, given: float | None, largest: float, findings: Findings, gear: str
+) -> float:
+    """Return the bore radius (m) of a gear: given, or that of its shaft, at most the largest that leaves a rim.
+
+    Parameters
+    ----------
+    shaft : ImportedShaft
+        Shaft of the gear.
+    shift : float
+        Length (m) to be added to z on the shaft.
+    plane : float
+        Mid-plane of the gear (m).
+    given : float, optional
+        Radius in the file (m).
+    largest : float
+        Largest radius (m).
+    findings : Findings
+        Record.
+    gear : str
+        Name of the gear.
+
+    Returns
+    -------
+    float
+        Radius (m).
+    """
+    around = 0.5 * shaft.diameter_at(plane - shift)
+    bore = max(given or 0.0, around)
+    if bore <= 0.0:
+        bore = 0.3 * largest
+        findings.add("assumed", gear, "bore", f"{2e3 * bore:.5g} mm", "no shaft section at the gear")
+    if bore > largest:
+        findings.add(
+            "assumed", gear, "bore", f"{2e3 * largest:.5g} mm", "cut with its shaft; a rim of one module is drawn"
+        )
+        return largest
+    if given is None or given < bore:
+        findings.add("assumed", gear, "bore", f"{2e3 * bore:.5g} mm", "outer diameter of its shaft")
+    return bore

@@ -134,6 +134,14 @@ def import_unit(options: argparse.Namespace) -> int:
     return 0
 
 
+def _show_assumptions(case: Case) -> None:
+    """Print what the case assumes, such as a housing drawn by rule."""
+    from nvhchain.case import GearboxCase
+
+    for sentence in case.assumptions if isinstance(case, GearboxCase) else ():
+        show(f"{case.name}: {sentence}")
+
+
 def run(options: argparse.Namespace) -> int:
     """Compute the results of a case; print levels with their limits, and write the error bands of every line."""
     from nvhchain import chain
@@ -184,6 +192,7 @@ def run(options: argparse.Namespace) -> int:
         if isinstance(band, ErrorBand):
             parts = format_parts([(source, share[0], frequency[0]) for source, share, frequency in band.parts])
             show(f"Limits at {case.field_points[0].name}: {parts or 'narrow'}")
+    _show_assumptions(case)
     return 0
 
 
@@ -205,6 +214,7 @@ def record(options: argparse.Namespace) -> int:
             case, fidelity=_fidelity(options, [case], given), out=out, executor=executor, watcher=Console(), **given
         )
     show(f"{case.name}: {len(made.paths)} file(s) of bearing forces in {made.paths[0].parent}")
+    _show_assumptions(case)
     return 0
 
 
@@ -230,6 +240,8 @@ def compare(options: argparse.Namespace) -> int:
         show(f"{name}: {format_level(level, 'dB(A)', edges)}")
     for sentence in verdict(summary):
         show(sentence)
+    for case in cases:
+        _show_assumptions(case)
     show(f"Figures, sound and tables: {out / 'report.html'}")
     return 0
 
@@ -359,6 +371,7 @@ def check(options: argparse.Namespace) -> int:
     case = load_case(options.case, changes=_case_changes(options))
     check_case(case)
     show(f"{options.case}: {case.name} is valid")
+    _show_assumptions(case)
     for why in advice(case) if isinstance(case, GearboxCase) else ():
         show(f"{case.name} would notice: {why}")
     return 0

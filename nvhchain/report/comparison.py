@@ -108,6 +108,7 @@ def _compared(
         "fidelity": fidelity.name,
         "field_point": dict(zip(("name", "position_m"), _first_point(cases[0]), strict=True)),
         "configurations": configurations,
+        "assumptions": {case.name: case.assumptions for case in cases if isinstance(case, GearboxCase)},
     }
     write_text(out / "summary.json", json.dumps(summary, indent=1) + "\n")
     write_page(out)

@@ -58,6 +58,8 @@ class Plan:
         Reasons for exclusions.
     advice : tuple of str
         Options that would change the result for this gearbox.
+    assumptions : tuple of str
+        Assumptions of the case.
     """
 
     case: str
@@ -65,6 +67,7 @@ class Plan:
     steps: tuple[PlannedStep, ...]
     skipped: tuple[str, ...]
     advice: tuple[str, ...] = ()
+    assumptions: tuple[str, ...] = ()
 
     @property
     def seconds(self) -> float:
@@ -84,6 +87,7 @@ class Plan:
             for step in self.steps
         ]
         lines += ["skipped:", *(f"  {reason}" for reason in self.skipped)]
+        lines += ["assumed:", *(f"  {sentence}" for sentence in self.assumptions)] if self.assumptions else []
         lines += ["would be noticed:", *(f"  {why}" for why in self.advice)] if self.advice else []
         lines += [f"in all about {self.seconds:.0f} s of processor time, {self.megabytes:.0f} MB at the peak"]
         return "\n".join(lines)

@@ -61,7 +61,7 @@ def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
     """
     steps = planned_steps(Scene(case, fidelity))
     if isinstance(case, GearboxCase):
-        return Plan(case.name, fidelity.name, steps, _excluded(case, fidelity), advice(case))
+        return Plan(case.name, fidelity.name, steps, _excluded(case, fidelity), advice(case), case.assumptions)
     return Plan(case.name, fidelity.name, steps, _RADIATOR_EXCLUDES)
 
 

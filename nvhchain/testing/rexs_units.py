@@ -245,6 +245,46 @@ def gear_train(
     return unit
 
 
+def coaxial_unit() -> RexsUnit:
+    """Return two stages whose last shaft lies on the axis of the first, which ends in a bearing inside it.
+
+    Returns
+    -------
+    RexsUnit
+        Unit.
+    """
+    unit = gear_train((20, 31), (18, 33))
+    first, _, last = unit.of("shaft")
+    unit.attributes(last)["support_vector"] = ([64.0 - 20.0, 0.0, 0.0], "mm")
+    sections, bearings = unit.of("shaft_section"), unit.of("rolling_bearing_with_catalog_geometry")
+    unit.attributes(sections[0])["length"] = (88.0, "mm")  # ends in the bore of the last shaft
+    unit.attributes(sections[2]).update(length=(96.0, "mm"), inner_diameter_begin=(0.0, "mm"))
+    hollow = unit.add(
+        "shaft_section",
+        u_coordinate_on_shaft=(0.0, "mm"),
+        length=(24.0, "mm"),
+        outer_diameter_begin=(46.0, "mm"),
+        inner_diameter_begin=(34.0, "mm"),
+    )
+    unit.relate("assembly", assembly=last, part=hollow)
+    unit.attributes(sections[2])["u_coordinate_on_shaft"] = (24.0, "mm")
+    unit.attributes(sections[2])["length"] = (72.0, "mm")
+    gears = unit.of("cylindrical_gear")
+    unit.attributes(gears[2])["u_coordinate_on_shaft"] = (20.0 + 1.5 * 44.0 + 12.0, "mm")
+    unit.attributes(gears[3])["u_coordinate_on_shaft"] = (20.0 + 1.5 * 44.0 + 12.0 - 64.0, "mm")
+    # bearings: S1 front in the casing, S1 rear in the last shaft, S3 at its hollow end and at its rear
+    inner = bearings[1]
+    unit.relations = [(k, e) for k, e in unit.relations if ("assembly", inner) not in e]
+    unit.attributes(inner)["u_coordinate_on_shaft_inner_side"] = (76.0, "mm")
+    unit.attributes(inner).update(outer_diameter=(34.0, "mm"), axial_force_absorption=("no_direction", "none"))
+    unit.relate("side", assembly=inner, inner_part=first, outer_part=last)
+    unit.attributes(bearings[4]).update(
+        u_coordinate_on_shaft_inner_side=(12.0, "mm"), inner_diameter=(46.0, "mm"), outer_diameter=(72.0, "mm")
+    )
+    unit.attributes(bearings[5])["u_coordinate_on_shaft_inner_side"] = (80.0, "mm")
+    return unit
+
+
 def _place(u: float, v: float, reference: int) -> dict[str, tuple[Any, str]]:
     return {
         "support_vector": ([u, v, 0.0], "mm"),

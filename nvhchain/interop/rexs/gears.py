@@ -68,7 +68,7 @@ def read_gear(parts: Parts, component: Component, mate: Component | None, z: flo
         pressure_angle=angle,
         helix_angle=helix,
         face_width=width,
-        profile_shift=_profile_shift(parts, name, flanks, module),
+        profile_shift=_profile_shift(parts, name, flanks, [*flanks, values, *tools], module),
         addendum=_first(flanks, "addendum_coefficient_basic_profile"),
         dedendum=_tool_depth(parts, name, tools, module),
         rack_tip_radius=_tool_radius(tools, module),
@@ -190,11 +190,17 @@ def _pressure_angle(
     return angle
 
 
-def _profile_shift(parts: Parts, name: str, flanks: list[Values], module: float) -> float | None:
+def _profile_shift(parts: Parts, name: str, flanks: list[Values], readers: list[Values], module: float) -> float | None:
+    """Return the profile shift (normal modules), the generated one where no nominal one is given."""
     _compare_sides(parts, name, flanks, "addendum_modification_coefficient", "")
-    shift = _first(flanks, "addendum_modification_coefficient")
-    if shift is None and (length := _first(flanks, "addendum_modification", "m")) is not None:
+    shift = _first(readers, "addendum_modification_coefficient")
+    if shift is None and (length := _first(readers, "addendum_modification", "m")) is not None:
         shift = length / module
+    if shift is None and (generated := _first(readers, "generated_addendum_modification_coefficient")) is not None:
+        parts.findings.add(
+            "assumed", name, "profile shift x", f"{generated:.6g}", "the generated one; no nominal one given"
+        )
+        return generated
     return shift
 
 

@@ -91,12 +91,19 @@ class Parts:
         return [shaft for shaft, of in sorted(self.rotor.items()) if shaft == of]
 
     def shaft_of(self, component: Component) -> int | None:
-        """Return the shaft that carries a component; a mistake where there is none."""
+        """Return the shaft that carries a component, by assembly or a coupling; a mistake where there is none."""
         owner = self.document.owner(component.id, "shaft")
-        if owner is None:
-            self.findings.refuse(f"{component.label}: stands on no shaft: add the relation `assembly` with a shaft")
-            return None
-        return owner.id
+        if owner is not None:
+            return owner.id
+        for side in (r for r in self.document.relations if r.type == "side"):
+            ends = [end for role, end in side.refs if role != "assembly"]
+            shafts = [end for end in ends if end in self.rotor]
+            coupling = side.end("assembly")
+            kind = "" if coupling is None else self.document.components[coupling].type
+            if component.id in ends and shafts and kind in ("coupling", "switchable_coupling"):
+                return shafts[0]
+        self.findings.refuse(f"{component.label}: stands on no shaft: add the relation `assembly` with a shaft")
+        return None
 
 
 def find_parts(document: Document, findings: Findings) -> Parts:

@@ -21,6 +21,9 @@ ROUNDING = 1e-6
 AGREEMENT = 1e-4
 """Largest relative difference of a result in the file and that of the drawn gears."""
 
+_SPREAD = 0.5
+"""Largest difference (modules) of centre distance and a_v = (d₁ + d₂)/2 + Σx m_n of gears that can mesh."""
+
 _NEARLY = 1e-3
 """Largest relative difference of module or helix angle of two gears in mesh that counts as rounding."""
 
@@ -181,6 +184,8 @@ def complete_gears(
     fields = {name: _fields(unit, gear, arrangement, bores[name]) for name, gear in gears.items()}
     for stage in unit.stages:
         _set_tips(unit, stage, gears, fields, arrangement.distances[stage.name])
+    if unit.findings.mistakes:
+        return {}, []
     for name, gear in gears.items():
         _avoid_undercut(unit, gear, fields[name])
     drawn: dict[str, GearGeometry] = {}
@@ -259,6 +264,13 @@ def _set_tips(
     pair = [gears[stage.pinion], gears[stage.wheel]]
     reference = 0.5 * sum(gear.teeth for gear in pair) * pair[0].module / cos(pair[0].helix_angle)
     spread = (distance - reference) / pair[0].module - sum(gear.profile_shift or 0.0 for gear in pair)
+    if abs(spread) > _SPREAD:
+        unit.findings.refuse(
+            f"{stage.name}: centre distance {1e3 * distance:.6g} mm is {abs(spread):.2g} modules from the "
+            f"{1e3 * (distance - spread * pair[0].module):.6g} mm of teeth, module, helix and profile shifts (limit "
+            f"{_SPREAD:g}): correct one of them"
+        )
+        return
     for gear in pair:
         own = fields[gear.name]
         if "tip_radius" in own or "addendum" in own:

@@ -81,7 +81,7 @@ def import_lines(case: ImportedCase) -> list[str]:
     if case.comparisons:
         lines.append(f"compared: {len(agree)} of {len(case.comparisons)} results of the file reproduced to 1e-4")
     for kind in ("differs", "assumed", "missing", "left out"):
-        found = record.of(kind)
+        found = record.select(kind)
         if kind == "differs":
             lines += [f"differs: {line.part}, {line.quantity}: {line.value} ({line.source})" for line in found[:6]]
             lines += [f"differs: {len(found) - 6} more in import.md"] if len(found) > 6 else []
@@ -155,7 +155,7 @@ def _comparison(case: ImportedCase) -> list[str]:
 
 
 def _findings(case: ImportedCase, kind: str) -> list[str]:
-    found: list[Finding] = case.unit.findings.of(kind)  # type: ignore[arg-type]
+    found: list[Finding] = case.unit.findings.select(kind)  # type: ignore[arg-type]
     title, intro = _TITLES[kind]
     rows = [(line.part, line.quantity, line.value, line.source) for line in found]
     if kind == "assumed":
@@ -209,7 +209,7 @@ def _taken(case: ImportedCase) -> list[str]:
         )
         for s in (*case.supports, *case.links)
     ]
-    others = [(line.part, line.quantity, line.value, line.source) for line in unit.findings.of("taken")]
+    others = [(line.part, line.quantity, line.value, line.source) for line in unit.findings.select("taken")]
     blocks = [
         "## Taken",
         "z is u of the file, in mm.",

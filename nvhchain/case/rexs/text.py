@@ -66,7 +66,7 @@ def _comment(text: str) -> str:
 
 def _head(case: ImportedCase, name: str, source: str, *, rigid: bool) -> str:
     unit, (low, high, step) = case.unit, case.band
-    assumed = len(unit.findings.of("assumed"))
+    assumed = len(unit.findings.select("assumed"))
     others = [
         f"# load case {load.name}: input_speed_rpm = {30 / pi * load.speed:.6g}, input_torque = {load.torque:.6g}"
         for load in unit.loads[1:]
@@ -128,7 +128,7 @@ def assumptions(case: ImportedCase) -> list[str]:
         One sentence for the housing, bearings and operation.
     """
     found = ["The housing is drawn by rule around the gears: the imported file has none."]
-    record = case.unit.findings.of("assumed")
+    record = case.unit.findings.select("assumed")
     estimated = sum(line.quantity == "radial stiffness" for line in record)
     count = len(case.supports) + len(case.links)
     if estimated:

@@ -297,8 +297,12 @@ class ShaftBearing(Bearing):
 
     Parameters
     ----------
+    name, shaft, z, radial_stiffness, axial_stiffness, radial_damping, axial_damping : optional
+        As in `Bearing`; `shaft` is the one inside.
+    stiffness_damping, loss_factor, loss_factor_frequency : optional
+        As in `Bearing`.
     outer_shaft : str
-        Name of the shaft around it; `shaft` is the one inside. The other parameters are those of `Bearing`.
+        Name of the shaft around it.
     """
 
     outer_shaft: str = ""

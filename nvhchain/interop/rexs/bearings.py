@@ -60,7 +60,7 @@ def read_bearings(parts: Parts, lines: Mapping[int, Line]) -> list[ImportedBeari
         Bearings.
     """
     found = []
-    for component in parts.document.of_type(*BEARINGS):
+    for component in parts.document.typed(*BEARINGS):
         bearing = _bearing(parts, component, lines)
         if bearing is not None:
             found.append(bearing)

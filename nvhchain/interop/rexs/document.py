@@ -146,7 +146,7 @@ class Document:
                     return self.components[end]
         return None
 
-    def of_type(self, *types: str) -> list[Component]:
+    def typed(self, *types: str) -> list[Component]:
         """Return the components of the given types, by number."""
         return [self.components[key] for key in sorted(self.components) if self.components[key].type in types]
 

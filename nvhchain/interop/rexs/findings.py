@@ -62,7 +62,7 @@ class Findings:
         if line not in self.lines:
             self.lines.append(line)
 
-    def of(self, kind: Kind) -> list[Finding]:
+    def select(self, kind: Kind) -> list[Finding]:
         """Return the lines of one kind.
 
         Parameters

@@ -49,6 +49,8 @@ def read_gear(parts: Parts, component: Component, mate: Component | None, z: flo
     width = values.number("face_width", "m", low=1e-5)
     if teeth is not None and teeth < 0:
         record.refuse(f"internal gears are not modelled: {component.label} with {teeth:g} teeth: leave it out")
+    if teeth is not None and teeth >= 0 and (teeth < 1 or teeth != round(teeth)):
+        record.refuse(f"{component.label}: number_of_teeth = {teeth:g} is no whole number: correct it")
     for name, value in (("number_of_teeth", teeth), ("normal_module", module), ("face_width", width)):
         if value is None and not any(name in text and component.label in text for text in record.mistakes):
             record.refuse(f"{component.label}: {name} is missing: add it")

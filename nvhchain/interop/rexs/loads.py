@@ -89,19 +89,21 @@ def _state(parts: Parts, case: LoadCase | None, lines: Mapping[int, Line]) -> _S
         speed = reader(parts.document.components[shaft]).number("rotational_speed", "rad/s", low=-2e4, high=2e4)
         if speed:
             speeds[parts.rotor[shaft]] = sign * speed
-    for load in parts.document.of_type("external_load"):
+    for load in parts.document.typed("external_load"):
         values = reader(load)
         torque = values.number("torque_around_u_axis", "N m", low=-1e8, high=1e8)
         power = values.number("power", "W")
-        carrier = parts.shaft_of(load)
-        if carrier is None or values.flag("transmits_torque") is False:
+        owner = parts.document.owner(load.id, "shaft")
+        if owner is None:
+            parts.findings.add("left out", load.label, "load", "on no shaft", "no relation `assembly` with one")
+        if owner is None or values.flag("transmits_torque") is False:
             continue
-        rotor, sign = parts.rotor[carrier], lines[carrier].direction if carrier in lines else 1
+        rotor, sign = parts.rotor[owner.id], lines[owner.id].direction if owner.id in lines else 1
         if not torque and power and rotor in speeds:
             torque = power / speeds[rotor] * sign
         if torque:
             torques[rotor] = torques.get(rotor, 0.0) + sign * torque
-    units = parts.document.of_type("gear_unit")
+    units = parts.document.typed("gear_unit")
     share = reader(units[0]).number("operating_time_fraction") if units else None
     return _State(str(case.id) if case else "", speeds, torques, share)
 
@@ -113,7 +115,7 @@ def _ends(parts: Parts, state: _State, turns: Mapping[int, Fraction]) -> tuple[i
     spin = next((speed / float(turns[shaft]) for shaft, speed in state.speeds.items() if turns.get(shaft)), 0.0)
     loaded = [
         parts.rotor[owner.id]
-        for load in document.of_type("external_load")
+        for load in document.typed("external_load")
         if parts.values(load).flag("transmits_torque") is not False
         and (owner := document.owner(load.id, "shaft")) is not None
         and parts.rotor[owner.id] in rotors

@@ -75,12 +75,15 @@ class Parts:
         Name of every shaft, gear, stage and bearing in the case, by component.
     rotor : dict
         Shaft that a shaft turns with, itself or the first of those that are coupled to it.
+    idle : frozenset of int
+        Gears on couplings that are not engaged.
     """
 
     document: Document
     findings: Findings
     names: dict[int, str]
     rotor: dict[int, int]
+    idle: frozenset[int] = frozenset()
 
     def values(self, component: Component) -> Values:
         """Return the reader of a component's attributes."""
@@ -133,7 +136,7 @@ def find_parts(document: Document, findings: Findings) -> Parts:
             "out with the shafts they need, and export the external cylindrical gears on parallel shafts"
         )
         return Parts(document, findings, {}, {})
-    if not document.of_type("cylindrical_stage"):
+    if not document.typed("cylindrical_stage"):
         findings.refuse("no cylindrical_stage is in the file: export a gear unit with a stage of cylindrical gears")
     others: dict[str, int] = {}
     for component in document.components.values():
@@ -141,7 +144,7 @@ def find_parts(document: Document, findings: Findings) -> Parts:
             others[component.type] = others.get(component.type, 0) + 1
     for kind, count in sorted(others.items()):
         findings.add("left out", kind, "component", f"{count} of them", "not used by the chain")
-    return Parts(document, findings, _names(document), _rotors(document, findings))
+    return Parts(document, findings, _names(document), _rotors(document, findings), _idle_gears(document))
 
 
 def _names(document: Document) -> dict[int, str]:
@@ -153,7 +156,7 @@ def _names(document: Document) -> dict[int, str]:
         (("cylindrical_stage",), "stage"),
         (BEARINGS, "bearing"),
     ):
-        components = document.of_type(*types)
+        components = document.typed(*types)
         wanted = []
         for component in components:
             designation = component.attributes.get("catalogue_designation")
@@ -170,12 +173,9 @@ def _names(document: Document) -> dict[int, str]:
 
 def _rotors(document: Document, findings: Findings) -> dict[int, int]:
     """Return the shaft that each shaft turns with, by rigid and engaged couplings."""
-    rotor = {shaft.id: shaft.id for shaft in document.of_type("shaft")}
-    for coupling in document.of_type("coupling", "switchable_coupling"):
-        engaged = coupling.attributes.get("is_engaged")
-        state = engaged.value if engaged else True
-        first = (state[0] if state else True) if isinstance(state, list) else state
-        if str(first).lower() in ("false", "0"):
+    rotor = {shaft.id: shaft.id for shaft in document.typed("shaft")}
+    for coupling in document.typed("coupling", "switchable_coupling"):
+        if not _engaged(document, coupling):
             findings.add("left out", coupling.label, "coupling", "not engaged", "is_engaged")
             continue
         ends = [
@@ -195,3 +195,26 @@ def _rotors(document: Document, findings: Findings) -> dict[int, int]:
                 "assumed", coupling.label, "coupling", "rigid, one shaft", "stiffness of couplings is not used"
             )
     return rotor
+
+
+def _engaged(document: Document, coupling: Component) -> bool:
+    """Return False for a coupling that is not engaged in the gear of the unit (gear_shift_index)."""
+    engaged = coupling.attributes.get("is_engaged")
+    if engaged is None:
+        return True
+    states = engaged.value if isinstance(engaged.value, list) else [engaged.value]
+    index = [
+        unit.attributes["gear_shift_index"].value
+        for unit in document.typed("gear_unit")
+        if "gear_shift_index" in unit.attributes
+    ]
+    at = int(index[0]) - 1 if index and str(index[0]).strip().isdigit() else 0
+    state = states[min(max(at, 0), len(states) - 1)] if states else True
+    return str(state).lower() not in ("false", "0")
+
+
+def _idle_gears(document: Document) -> frozenset[int]:
+    """Return the gears on couplings that are not engaged."""
+    open_ = [c.id for c in document.typed("coupling", "switchable_coupling") if not _engaged(document, c)]
+    ends = [end for c in open_ for r in document.related("side", "assembly", c) for role, end in r.refs]
+    return frozenset(end for end in ends if document.components[end].type == "cylindrical_gear")

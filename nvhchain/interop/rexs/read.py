@@ -59,10 +59,10 @@ def read_rexs(path: str | Path, *, load_case: str | None = None) -> GearUnit:
     mates = {gear.id: mate for _, one, other in pairs for gear, mate in ((one, other), (other, one))}
     gears = {
         component.id: read_gear(parts, component, mates[component.id], _gear_place(parts, component, lines))
-        for component in document.of_type("cylindrical_gear")
+        for component in document.typed("cylindrical_gear")
         if component.id in mates
     }
-    for component in document.of_type("cylindrical_gear"):
+    for component in document.typed("cylindrical_gear"):
         if component.id not in mates:
             findings.add("left out", component.label, "gear", "meshes with none", "no stage names it")
     shafts, bearings = read_shafts(parts, lines), read_bearings(parts, lines)
@@ -73,7 +73,7 @@ def read_rexs(path: str | Path, *, load_case: str | None = None) -> GearUnit:
         findings.add("left out", name, "shaft", "carries no gear in mesh", "with its bearings")
     if findings.mistakes:
         raise Mistakes([f"{path}: {text}" for text in findings.mistakes])
-    units = document.of_type("gear_unit")
+    units = document.typed("gear_unit")
     label = units[0].name if units and units[0].name else Path(path).stem
     return GearUnit(
         label,
@@ -95,7 +95,7 @@ def read_rexs(path: str | Path, *, load_case: str | None = None) -> GearUnit:
 def _pairs(parts: Parts) -> list[tuple[Component, Component, Component]]:
     """Return every stage with its two gears; stages without two gears are mistakes."""
     found = []
-    for stage in parts.document.of_type("cylindrical_stage"):
+    for stage in parts.document.typed("cylindrical_stage"):
         relations = parts.document.related("stage", "stage", stage.id)
         ends = [end for relation in relations for role, end in relation.refs if role in ("gear_1", "gear_2")]
         gears = [parts.document.components[end] for end in dict.fromkeys(ends)]
@@ -103,6 +103,11 @@ def _pairs(parts: Parts) -> list[tuple[Component, Component, Component]]:
         if len(gears) != 2:
             parts.findings.refuse(
                 f"{stage.label}: joins {len(gears)} cylindrical gears: give the relation `stage` a gear_1 and a gear_2"
+            )
+            continue
+        if {gear.id for gear in gears} & parts.idle:
+            parts.findings.add(
+                "left out", parts.names[stage.id], "stage", "idle", "a gear is not engaged with its shaft"
             )
             continue
         found.append((stage, gears[0], gears[1]))
@@ -115,7 +120,7 @@ def _turns(parts: Parts, pairs: list[tuple[Component, Component, Component]]) ->
     for stage, one, other in pairs:
         shafts = [parts.shaft_of(gear) for gear in (one, other)]
         teeth = [parts.values(gear).number("number_of_teeth") for gear in (one, other)]
-        if all(shaft is not None for shaft in shafts) and all(count and count > 0 for count in teeth):
+        if all(shaft is not None for shaft in shafts) and all(count and count >= 1 for count in teeth):
             first, second = (parts.rotor[shaft] for shaft in shafts if shaft is not None)
             links.append((stage, first, second, Fraction(round(teeth[0] or 1), round(teeth[1] or 1))))
     turns: dict[int, Fraction] = {}
@@ -205,7 +210,7 @@ def _nearer(parts: Parts, one: Component, other: Component, source: int) -> bool
 
 
 def _casing_material(parts: Parts) -> tuple[float, float, float] | None:
-    for casing in parts.document.of_type("gear_casing"):
+    for casing in parts.document.typed("gear_casing"):
         for material in parts.document.parts(casing.id, "material"):
             values = parts.values(material)
             young = values.number("elastic_modulus", "Pa", low=1e9, high=1e12)

@@ -144,17 +144,17 @@ def assemble(
     twists += [Wrench(at, gear.body.z, kinematics.rotation[i] * spun, i) for i, gear, at in loose]
     links = [
         [
-            Wrench(gearbox.shaft_index(bearing.shaft), bearing.z, push),
-            Wrench(gearbox.shaft_index(bearing.outer_shaft), bearing.z, -push),
+            [Wrench(gearbox.shaft_index(bearing.shaft), bearing.z, push), Wrench(outer, bearing.z, -push)]
+            for push in np.eye(6)[:3]
         ]
         for bearing in gearbox.shaft_bearings
-        for push in np.eye(6)[:3]
+        for outer in [gearbox.shaft_index(bearing.outer_shaft)]
     ]
     shafts = sections(
         [_laden(gearbox, shaft) for shaft in gearbox.shafts],
         kinematics.rotation,
         5 * n_shaft + n_mode,
-        [*seats, *twists, *(wrench for row in (*contacts, *links) for wrench in row)],
+        [*seats, *twists, *(wrench for row in (*contacts, *(push for of in links for push in of)) for wrench in row)],
         element=fidelity.shaft_element if fidelity is not None and gearbox.flexible_shafts else 0.0,
         frequency=fidelity.shaft_frequency if fidelity is not None else 0.0,
     )
@@ -162,7 +162,8 @@ def assemble(
     bearing_map = np.array([shafts.rows([wrench])[0] for wrench in seats])
     bearing_map[:, modes] = -shapes
 
-    k_b, c_b = _stiffness_and_damping(bearings)
+    k_b = np.array([k for b in bearings for k in (b.radial_stiffness, b.radial_stiffness, b.axial_stiffness)])
+    c_b = np.array([c for b in bearings for c in (b.damping[0], *b.damping)])
     k_eff = np.linalg.inv(np.diag(1.0 / k_b) + residual)
     k_eff = 0.5 * (k_eff + k_eff.T)
     c_eff = (k_eff / k_b) @ np.diag(c_b) @ (k_eff / k_b).T
@@ -174,11 +175,11 @@ def assemble(
     mass, own_stiffness, own_damping = _uncoupled_matrices(gearbox, shafts, modal_stiffness, modal_damping)
     stiffness = np.diag(own_stiffness) + bearing_map.T @ k_eff @ bearing_map
     damping = np.diag(own_damping) + bearing_map.T @ c_eff @ bearing_map
-    if links:
-        link_map = np.array([shafts.rows(ends)[0] for ends in links])
-        k_link, c_link = _stiffness_and_damping(gearbox.shaft_bearings)
-        stiffness = stiffness + link_map.T @ (k_link[:, None] * link_map)
-        damping = damping + link_map.T @ (c_link[:, None] * link_map)
+    for bearing, pushes in zip(gearbox.shaft_bearings, links, strict=True):
+        between = np.array([shafts.rows(ends)[0] for ends in pushes])
+        radial, axial = bearing.damping
+        stiffness += between.T @ np.diag([bearing.radial_stiffness] * 2 + [bearing.axial_stiffness]) @ between
+        damping += between.T @ np.diag([radial, radial, axial]) @ between
     lowest, *_, highest = np.linalg.eigvalsh(stiffness / np.sqrt(np.outer(mass, mass)))
     if lowest <= 1e-12 * highest:
         raise InputError(
@@ -248,14 +249,6 @@ def assemble(
         inertia=inertia,
         free=free,
     ).set_speed(input_speed)
-
-
-def _stiffness_and_damping(bearings: Sequence[Bearing]) -> tuple[FloatArray, FloatArray]:
-    """Return stiffness (3 n_bearing,) N/m and damping (3 n_bearing,) N s/m along x, y, z of every bearing."""
-    return (
-        np.array([k for b in bearings for k in (b.radial_stiffness, b.radial_stiffness, b.axial_stiffness)]),
-        np.array([c for b in bearings for c in (b.damping[0], *b.damping)]),
-    )
 
 
 def _laden(gearbox: Gearbox, shaft: Shaft) -> Shaft:

@@ -230,3 +230,27 @@ def test_bearings_beside_each_other_share_a_seat(tmp_path):
     case, page = imported(unit, tmp_path)
     assert len(case.bearings) == 4
     assert "beside each other" in page
+
+
+def test_a_chamfered_gear_reproduces_the_contact_ratios_of_its_file(tmp_path):
+    """The tip form circle and the common face width of the file, not the outer ones, carry."""
+    unit = gear_train((20, 31))
+    stage = unit.of("cylindrical_stage")[0]
+    for gear, form in zip(unit.of("cylindrical_gear"), (67.4, 101.6), strict=True):
+        unit.attributes(gear).update(tip_diameter=(form + 0.6, "mm"), tip_form_diameter=(form, "mm"))
+    case, _ = imported(unit, tmp_path)
+    alpha = np.arctan(np.tan(np.radians(20)) / np.cos(np.radians(15)))
+    radii = np.array([20, 31]) * 1.5e-3 / np.cos(np.radians(15))
+    base, tips = radii * np.cos(alpha), np.array([67.4, 101.6]) / 2e3
+    path = np.sqrt(tips**2 - base**2).sum() - radii.sum() * np.sin(alpha)
+    ratio = path / (2 * np.pi * base[0] / 20)
+    unit.attributes(stage).update(
+        radial_contact_ratio=(round(ratio, 5), "none"),
+        common_face_width=(22.0, "mm"),
+        overlap_contact_ratio=(round(22 * np.sin(np.radians(15)) / (np.pi * 3.0), 5), "none"),
+    )
+    (tmp_path / "again").mkdir()
+    case, page = imported(unit, tmp_path / "again")
+    assert case.pairs[0].transverse_contact_ratio == pytest.approx(ratio, rel=1e-6)
+    assert case.pairs[0].face_width == pytest.approx(0.022)
+    assert "NO" not in page.split("## Comparison")[1].split("##")[0]

@@ -148,4 +148,11 @@ def _common(unit: GearUnit, shifts: dict[str, float]) -> tuple[dict[str, float],
                     f"{1e3 * widths[name]:.5g} mm about z = {1e3 * middle:.5g} mm, of {1e3 * (end - start):.5g} mm",
                     "contact on the width common to the gears in mesh; the rest of the face has no mass here",
                 )
+    for stage in unit.stages:
+        stated = stage.stated.get("common_face_width")
+        narrow = min((stage.pinion, stage.wheel), key=lambda name: widths[name])
+        if stated is not None and 0.5 * widths[narrow] <= stated < widths[narrow] - 1e-6:
+            text = f"{1e3 * stated:.5g} of {1e3 * widths[narrow]:.5g} mm"
+            unit.findings.add("taken", narrow, "face", text, "common_face_width; the ends are chamfered")
+            widths[narrow] = stated
     return planes, widths

@@ -131,7 +131,9 @@ def _of_json(data: bytes, path: str) -> Document:
         ]
         cases = [
             (case.get("id"), [(c.get("id"), c.get("type"), _json_attributes(c)) for c in case.get("components") or ()])
-            for spectrum in _listed(model.get("load_spectrum") or model.get("load_spectra"))
+            for key, spectra in model.items()
+            if key.startswith("load_spectr")
+            for spectrum in _listed(spectra)
             for case in spectrum.get("load_cases") or ()
         ]
         return _document(path, model.get("version"), model.get("applicationId"), components, found, cases)

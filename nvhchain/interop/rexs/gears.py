@@ -239,7 +239,7 @@ def _circle(parts: Parts, component: Component, name: str, low: float, high: flo
         if diameter > 0:
             parts.findings.add(
                 "differs",
-                parts.names[component.id],
+                parts.names.get(component.id, component.label),
                 name,
                 f"{1e3 * diameter:.6g} mm",
                 f"not used: outside {1e3 * low:.5g}…{1e3 * high:.5g} mm, which fit teeth and module",
@@ -249,15 +249,18 @@ def _circle(parts: Parts, component: Component, name: str, low: float, high: flo
 
 
 def _tip_radius(parts: Parts, component: Component, pitch: float, module: float) -> float | None:
-    """Return the tip radius (m), that of the tip form circle where the tip is chamfered."""
-    tip = _circle(parts, component, "tip_diameter", pitch - 2 * module, pitch + 6 * module)
-    form = _circle(parts, component, "tip_form_diameter", pitch - 2 * module, pitch + 6 * module)
-    if form is not None and (tip is None or form < tip - 1e-9):
-        name = parts.names[component.id]
-        parts.findings.add(
-            "taken", name, "tip circle", f"{2e3 * form:.6g} mm", "tip_form_diameter; the chamfer is cut off"
-        )
-        return form
+    """Return the tip radius (m): that of the tip form or active tip circle where the tip is chamfered."""
+    limits = pitch - 2 * module, pitch + 6 * module
+    tip = _circle(parts, component, "tip_diameter", *limits)
+    stages = parts.document.related("stage_gear_data", "gear", component.id)
+    data = [parts.document.components[end] for r in stages if (end := r.end("stage_gear_data")) is not None]
+    owners = [(component, "tip_form_diameter"), *((owner, "active_tip_diameter") for owner in (component, *data))]
+    for owner, name in owners:
+        form = _circle(parts, owner, name, *limits)
+        if form is not None and (tip is None or form < tip - 1e-9):
+            gear = parts.names[component.id]
+            parts.findings.add("taken", gear, "tip circle", f"{2e3 * form:.6g} mm", f"{name}; the flank ends there")
+            tip = form
     return tip
 
 

@@ -95,6 +95,7 @@ def _bearing(parts: Parts, component: Component, lines: Mapping[int, Line]) -> I
         record.add("left out", parts.names[component.id], "bearing", "between coupled shafts", "carries nothing")
         return None
     values = parts.values(component)
+    _record_rest(parts, component)
     radial = _stiffness(parts, component, "radial_stiffness", "v_d_v", "w_d_w")
     return ImportedBearing(
         name=parts.names[component.id],
@@ -110,6 +111,28 @@ def _bearing(parts: Parts, component: Component, lines: Mapping[int, Line]) -> I
         axial=values.text("axial_force_absorption") or "both_directions",
         catalogue=_catalogue(parts, component),
     )
+
+
+def _record_rest(parts: Parts, component: Component) -> None:
+    """Record what the file states of a bearing that has no effect: tilt stiffness, preload, clearance, misalignment."""
+    values, name = parts.values(component), parts.names[component.id]
+    for quantity, unit, shown, factor in _UNUSED:
+        value = values.number(quantity, unit)
+        if value:
+            parts.findings.add("left out", name, quantity, f"{factor * value:.5g} {shown}", _WHY.get(quantity, _LINEAR))
+
+
+_UNUSED = (
+    ("bending_stiffness", "N m/rad", "N m/rad", 1.0),
+    ("preload_force", "N", "N", 1.0),
+    ("preload_distance", "m", "µm", 1e6),
+    ("operating_radial_bearing_clearance", "m", "µm", 1e6),
+    ("operating_axial_bearing_clearance", "m", "µm", 1e6),
+    ("misalignment_in_v_direction", "m", "µm", 1e6),
+    ("misalignment_in_w_direction", "m", "µm", 1e6),
+)
+_LINEAR = "bearings of the case are linear springs"
+_WHY = {"bending_stiffness": "bearings of the case leave tilts free"}
 
 
 def _stiffness(parts: Parts, component: Component, name: str, *operating: str) -> float | None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from math import pi
 
 from nvhchain.interop.rexs.document import Attribute, Component, LoadCase
 from nvhchain.interop.rexs.parts import Parts
@@ -108,6 +107,34 @@ def _state(parts: Parts, case: LoadCase | None, lines: Mapping[int, Line]) -> _S
     return _State(str(case.id) if case else "", speeds, torques, share)
 
 
+def record_side_loads(parts: Parts) -> None:
+    """Record transverse and axial forces of external loads, which the chain does not apply.
+
+    Parameters
+    ----------
+    parts : Parts
+        Components.
+    """
+    for load in parts.document.typed("external_load"):
+        for name in _SIDE_LOADS:
+            unit = "N" if name.startswith("force") else "N m"
+            own = [load.attributes, *(case.components.get(load.id, {}) for case in parts.document.load_cases)]
+            found = [Values(load, parts.findings, attributes).number(name, unit) for attributes in own]
+            largest = max((abs(value) for value in found if value is not None), default=0.0)
+            if largest > 0:
+                text = f"up to {largest:.6g} {unit}"
+                parts.findings.add("left out", load.label, name, text, "shafts take torque alone from outside")
+
+
+_SIDE_LOADS = (
+    "force_u_direction",
+    "force_v_direction",
+    "force_w_direction",
+    "torque_around_v_axis",
+    "torque_around_w_axis",
+)
+
+
 def _ends(parts: Parts, state: _State, turns: Mapping[int, Fraction]) -> tuple[int, int, int]:
     """Return input, output, and the rotation of the input; assumptions go into the record."""
     record, document = parts.findings, parts.document
@@ -152,19 +179,3 @@ def _load(state: _State, turns: Mapping[int, Fraction], into: int, out: int) -> 
     if torque is None and out in state.torques and ratio(out):
         torque = abs(state.torques[out]) * ratio(out)
     return ImportedLoad(state.name, speed, torque, state.share)
-
-
-def rpm(speed: float) -> float:
-    """Return a speed in revolutions per minute.
-
-    Parameters
-    ----------
-    speed : float
-        Speed (rad/s).
-
-    Returns
-    -------
-    float
-        Speed (1/min).
-    """
-    return 30.0 / pi * speed

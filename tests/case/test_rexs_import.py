@@ -2,6 +2,7 @@
 
 import re
 import warnings
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -10,7 +11,9 @@ from nvhchain.case import load_case
 from nvhchain.case.rexs import import_rexs
 from nvhchain.case.rexs.completed import recommended_backlash
 from nvhchain.cli import main
+from nvhchain.dynamics.model.assembly import assemble
 from nvhchain.errors import InputError
+from nvhchain.fidelity import DRAFT
 from nvhchain.testing.rexs_units import coaxial_unit, gear_train
 
 
@@ -254,3 +257,42 @@ def test_a_chamfered_gear_reproduces_the_contact_ratios_of_its_file(tmp_path):
     assert case.pairs[0].transverse_contact_ratio == pytest.approx(ratio, rel=1e-6)
     assert case.pairs[0].face_width == pytest.approx(0.022)
     assert "NO" not in page.split("## Comparison")[1].split("##")[0]
+
+
+def test_gaps_and_short_ends_of_shafts_are_filled_so_that_they_can_bend(tmp_path):
+    unit = gear_train((20, 31))
+    first = unit.of("shaft_section")[0]
+    length = unit.attributes(first)["length"][0]
+    unit.attributes(first).update(length=(30.0, "mm"), u_coordinate_on_shaft=(25.0, "mm"))
+    rest = unit.add(
+        "shaft_section",
+        u_coordinate_on_shaft=(58.0, "mm"),
+        length=(length - 58.0, "mm"),
+        outer_diameter_begin=(24.0, "mm"),
+    )
+    unit.relate("assembly", assembly=unit.of("shaft")[0], part=rest)
+    case, page = imported(unit, tmp_path)
+    segments = case.shafts[0].segments
+    assert all(a.end == pytest.approx(b.start, abs=1e-9) for a, b in pairwise(segments))
+    assert segments[0].start <= min(b.z for b in case.bearings if b.shaft == "S1")
+    assert "filled with 24 mm" in page
+    assert "lengthened to its outermost" in page
+    assemble(case.gearbox_with_gears, case.straight_laws, None, fidelity=DRAFT.dynamics)
+
+
+def test_a_coaxial_unit_can_bend(tmp_path):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        case, _ = imported(coaxial_unit(), tmp_path)
+    assemble(case.gearbox_with_gears, case.straight_laws, None, fidelity=DRAFT.dynamics)
+
+
+def test_loads_that_the_chain_does_not_apply_are_listed(tmp_path):
+    unit = gear_train((20, 31))
+    unit.load_cases[0][unit.of("external_load")[1]] = {"force_v_direction": (-1.2, "kN")}
+    bearing = unit.of("rolling_bearing_with_catalog_geometry")[0]
+    unit.attributes(bearing)["preload_distance"] = (5.0, "mum")
+    _, page = imported(unit, tmp_path)
+    left = page.split("## Left out")[1].split("##")[0]
+    assert "up to 1200 N" in left
+    assert "| 5 µm |" in left

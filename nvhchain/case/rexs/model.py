@@ -132,7 +132,7 @@ def imported_case(unit: GearUnit, path: str) -> ImportedCase:
     gears, comparisons = complete_gears(unit, places, bores)
     stop_if_wrong()
     cylinders = {
-        name: pieces(shaft, places.shifts[name], _faces(unit, places, bores, name), record)
+        name: pieces(shaft, places.shifts[name], _faces(unit, places, bores, name), _planes(unit, places, name), record)
         for name, shaft in shafts.items()
     }
     for name, found in cylinders.items():
@@ -171,6 +171,13 @@ def _faces(
             middle, half = places.planes[gear.name], 0.5 * places.widths[gear.name]
             found.append((middle - half, middle + half, 2 * bores[gear.name]))
     return found
+
+
+def _planes(unit: GearUnit, places: Arrangement, shaft: str) -> list[float]:
+    """Return the planes (m) of gears and bearings on a shaft, bearings around it included."""
+    gears = [places.planes[gear.name] for gear in unit.gears if gear.shaft == shaft]
+    bearings = [b.z + places.shifts[b.shaft] for b in unit.bearings if shaft in (b.shaft, b.outer_shaft)]
+    return gears + bearings
 
 
 def _operation(unit: GearUnit, places: Arrangement, gears: dict[str, GearGeometry]) -> tuple[float, float]:

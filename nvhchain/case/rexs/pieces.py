@@ -39,7 +39,11 @@ class Piece:
 
 
 def pieces(
-    shaft: ImportedShaft, shift: float, bores: Sequence[tuple[float, float, float]], findings: Findings
+    shaft: ImportedShaft,
+    shift: float,
+    bores: Sequence[tuple[float, float, float]],
+    places: Sequence[float],
+    findings: Findings,
 ) -> list[Piece]:
     """Return the cylinders of a shaft.
 
@@ -51,13 +55,15 @@ def pieces(
         Length (m) to be added to z.
     bores : sequence of (float, float, float)
         Ends (m) and bore diameter (m) of the gears on it: the shaft inside is no thicker.
+    places : sequence of float
+        Planes (m) of gears and bearings, which the shaft must reach.
     findings : Findings
         Record.
 
     Returns
     -------
     list of Piece
-        Cylinders along z.
+        Cylinders along z, without gaps.
     """
     parts = [part for section in shaft.sections for part in _steps(shaft, section, shift, findings)]
     cuts = sorted({cut for part in parts for cut in (part.start, part.end)} | {c for b in bores for c in b[:2]})
@@ -70,7 +76,7 @@ def pieces(
         thick = max(there, key=lambda part: part.outer)
         piece = replace(thick, start=low, end=high, inner=min(part.inner for part in there))
         for start, end, bore in bores:
-            if start <= middle <= end and piece.outer > bore + 1e-9:
+            if start <= middle <= end and piece.outer > bore + 1e-9 and piece.inner < bore:
                 findings.add(
                     "assumed",
                     shaft.name,
@@ -81,7 +87,29 @@ def pieces(
                 piece = replace(piece, outer=bore)
         if piece.inner < piece.outer:
             found = _joined(found, piece)
-    return found
+    return _without_gaps(shaft, found, places, findings)
+
+
+def _without_gaps(shaft: ImportedShaft, found: list[Piece], places: Sequence[float], findings: Findings) -> list[Piece]:
+    """Return the cylinders with gaps filled, and ends that reach all places."""
+    if not found:
+        return []
+    filled = found[:1]
+    for piece in found[1:]:
+        last = filled[-1]
+        if piece.start - last.end > 1e-9:
+            thin = min(last, piece, key=lambda one: one.outer)
+            where = f"{1e3 * last.end:.5g}…{1e3 * piece.start:.5g} mm"
+            findings.add("assumed", shaft.name, "gap", where, f"filled with {1e3 * thin.outer:.5g} mm")
+            filled.append(replace(thin, start=last.end, end=piece.start))
+        filled.append(piece)
+    low, high = min((*places, filled[0].start)), max((*places, filled[-1].end))
+    if low < filled[0].start - 1e-9 or high > filled[-1].end + 1e-9:
+        where = f"{1e3 * low:.5g}…{1e3 * high:.5g} mm"
+        findings.add("assumed", shaft.name, "ends", where, "lengthened to its outermost gear or bearing")
+        filled[0] = replace(filled[0], start=low)
+        filled[-1] = replace(filled[-1], end=high)
+    return filled
 
 
 def _steps(shaft: ImportedShaft, section: Section, shift: float, findings: Findings) -> list[Piece]:

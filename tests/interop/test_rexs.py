@@ -10,7 +10,7 @@ import pytest
 
 from nvhchain.errors import FileFormatError, InputError
 from nvhchain.interop.rexs import read_rexs
-from nvhchain.interop.rexs.files import LARGEST
+from nvhchain.interop.rexs.contents.files import LARGEST
 from nvhchain.testing.rexs_units import gear_train
 
 

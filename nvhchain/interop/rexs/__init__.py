@@ -1,6 +1,6 @@
 """REXS, the exchange format of gear units: reader of parallel-shaft units."""
 
-from nvhchain.interop.rexs.findings import Finding, Findings
+from nvhchain.interop.rexs.contents.findings import Finding, Findings
 from nvhchain.interop.rexs.read import read_rexs
 from nvhchain.interop.rexs.unit import (
     FlankShape,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from nvhchain.interop.rexs.document import Component
+from nvhchain.interop.rexs.contents.document import Component
 from nvhchain.interop.rexs.parts import BEARINGS, Parts
 from nvhchain.interop.rexs.places import Line
 from nvhchain.interop.rexs.shafts import place_on_shaft

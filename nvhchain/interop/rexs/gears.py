@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from math import atan, cos, pi, sin, tan
 
-from nvhchain.interop.rexs.document import Component
+from nvhchain.interop.rexs.contents.document import Component
+from nvhchain.interop.rexs.contents.values import Values
 from nvhchain.interop.rexs.parts import TOOLS, Parts
 from nvhchain.interop.rexs.unit import FlankShape, ImportedGear, ImportedRelief
-from nvhchain.interop.rexs.values import Values
 
 _MODIFICATIONS = [
     "helix_slope",

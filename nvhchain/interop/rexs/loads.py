@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
-from nvhchain.interop.rexs.document import Attribute, Component, LoadCase
+from nvhchain.interop.rexs.contents.document import Attribute, Component, LoadCase
+from nvhchain.interop.rexs.contents.values import Values
 from nvhchain.interop.rexs.parts import Parts
 from nvhchain.interop.rexs.places import Line
 from nvhchain.interop.rexs.unit import ImportedLoad
-from nvhchain.interop.rexs.values import Values
 
 
 @dataclass(frozen=True)

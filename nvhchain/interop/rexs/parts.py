@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from nvhchain.interop.rexs.document import Component, Document
-from nvhchain.interop.rexs.findings import Findings
-from nvhchain.interop.rexs.values import Values
+from nvhchain.interop.rexs.contents.document import Component, Document
+from nvhchain.interop.rexs.contents.findings import Findings
+from nvhchain.interop.rexs.contents.values import Values
 from nvhchain.names import safe_names
 
 REFUSED = {

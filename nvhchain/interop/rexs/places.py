@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nvhchain.handoff import FloatArray
-from nvhchain.interop.rexs.document import Component
+from nvhchain.interop.rexs.contents.document import Component
 from nvhchain.interop.rexs.parts import Parts
 
 _PARALLEL = 1e-4

@@ -10,9 +10,9 @@ from pathlib import Path
 
 from nvhchain.errors import Mistakes
 from nvhchain.interop.rexs.bearings import read_bearings
-from nvhchain.interop.rexs.document import Component
-from nvhchain.interop.rexs.files import read_document
-from nvhchain.interop.rexs.findings import Findings
+from nvhchain.interop.rexs.contents.document import Component
+from nvhchain.interop.rexs.contents.files import read_document
+from nvhchain.interop.rexs.contents.findings import Findings
 from nvhchain.interop.rexs.gears import read_gear
 from nvhchain.interop.rexs.loads import read_power, record_side_loads
 from nvhchain.interop.rexs.parts import Parts, find_parts

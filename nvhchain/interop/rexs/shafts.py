@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from nvhchain.interop.rexs.document import Component
+from nvhchain.interop.rexs.contents.document import Component
 from nvhchain.interop.rexs.gears import material_of
 from nvhchain.interop.rexs.parts import Parts
 from nvhchain.interop.rexs.places import Line, frame_of

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from nvhchain.interop.rexs.findings import Findings
+from nvhchain.interop.rexs.contents.findings import Findings
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,10 @@ from collections.abc import Mapping
 from math import isfinite, pi
 from typing import Any
 
-from nvhchain.interop.rexs.document import Attribute, Component
-from nvhchain.interop.rexs.findings import Findings
-from nvhchain.interop.rexs.names import VALUES
-from nvhchain.interop.rexs.units import UNITS, plain
+from nvhchain.interop.rexs.contents.document import Attribute, Component
+from nvhchain.interop.rexs.contents.findings import Findings
+from nvhchain.interop.rexs.contents.names import VALUES
+from nvhchain.interop.rexs.contents.units import UNITS, plain
 
 _USUAL = {"m": 1e-3, "rad": pi / 180, "rad/s": 2 * pi / 60, "Pa": 1e6, "kg/m³": 1e3, "m²/s": 1e-6}
 """Factor to SI of the unit that the specification gives, for attributes without unit."""

@@ -12,9 +12,17 @@ from typing import Any
 from xml.etree.ElementTree import Element
 
 from nvhchain.errors import FileFormatError, InputError, require
-from nvhchain.interop.rexs._xml import parse_xml, value_of
-from nvhchain.interop.rexs.document import Attribute, Component, Document, LoadCase, Relation, check_size, whole
-from nvhchain.interop.rexs.names import attribute_name, component_name
+from nvhchain.interop.rexs.contents._xml import parse_xml, value_of
+from nvhchain.interop.rexs.contents.document import (
+    Attribute,
+    Component,
+    Document,
+    LoadCase,
+    Relation,
+    check_size,
+    whole,
+)
+from nvhchain.interop.rexs.contents.names import attribute_name, component_name
 
 LARGEST = 64 << 20
 """Largest size (bytes) of the XML or JSON."""

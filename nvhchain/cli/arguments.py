@@ -115,6 +115,13 @@ def parser() -> argparse.ArgumentParser:
     )
     imported.set_defaults(action=commands.import_unit)
 
+    exported = verbs.add_parser(
+        "export", parents=[changes], help="write shafts, gears, bearings and load of a case as REXS"
+    )
+    exported.add_argument("case", metavar="CASE", help="case file (TOML)")
+    exported.add_argument("--out", metavar="FILE", type=Path, required=True, help="REXS 1.4 (.rexs)")
+    exported.set_defaults(action=commands.export_unit)
+
     run = verbs.add_parser("run", parents=[common, spread], help="compute the sound pressure of a case")
     run.add_argument("case", metavar="CASE", help="case file (TOML)")
     run.add_argument("--out", metavar="DIR", type=folder, help="folder for the hand-offs (default: out/<case name>)")

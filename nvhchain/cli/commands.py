@@ -134,6 +134,20 @@ def import_unit(options: argparse.Namespace) -> int:
     return 0
 
 
+def export_unit(options: argparse.Namespace) -> int:
+    """Write a case as REXS, and name what the file does not hold."""
+    from nvhchain.case import GearboxCase, load_case
+    from nvhchain.case.rexs import export_rexs
+
+    case = load_case(options.case, changes=_case_changes(options))
+    if not isinstance(case, GearboxCase):
+        raise InputError(f"{options.case}: {case.name} is a radiator: REXS holds gearboxes")
+    require(options.out.suffix.lower() == ".rexs", f"--out {options.out}: REXS is written as XML: end it in .rexs")
+    left = export_rexs(case, options.out)
+    show(f"{options.out}; not in it: {', '.join(left)}")
+    return 0
+
+
 def _show_assumptions(case: Case) -> None:
     """Print what the case assumes, such as a housing drawn by rule."""
     from nvhchain.case import GearboxCase

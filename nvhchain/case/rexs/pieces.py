@@ -70,45 +70,58 @@ def pieces(
     found: list[Piece] = []
     for low, high in pairwise(cuts):
         middle = 0.5 * (low + high)
-        there = [part for part in parts if part.start <= middle <= part.end]
-        if high - low < _SHORTEST or not there:
+        if high - low < _SHORTEST:
             continue
-        thick = max(there, key=lambda part: part.outer)
-        piece = replace(thick, start=low, end=high, inner=min(part.inner for part in there))
-        for start, end, bore in bores:
-            if start <= middle <= end and piece.outer > bore + 1e-9 and piece.inner < bore:
-                findings.add(
-                    "assumed",
-                    shaft.name,
-                    "outer diameter",
-                    f"{1e3 * bore:.5g} for {1e3 * piece.outer:.5g} mm at z = {1e3 * low:.5g}…{1e3 * high:.5g} mm",
-                    "inside a gear, whose body carries the rest",
-                )
-                piece = replace(piece, outer=bore)
-        if piece.inner < piece.outer:
+        for ring in _rings([part for part in parts if part.start <= middle <= part.end]):
+            piece = replace(ring, start=low, end=high)
+            for start, end, bore in bores:
+                if start <= middle <= end and piece.outer > bore + 1e-9 and piece.inner < bore:
+                    where = f"z = {1e3 * low:.5g}…{1e3 * high:.5g} mm"
+                    findings.add(
+                        "assumed",
+                        shaft.name,
+                        "outer diameter",
+                        f"{1e3 * bore:.5g} for {1e3 * piece.outer:.5g} mm at {where}",
+                        "inside a gear, whose body carries the rest",
+                    )
+                    piece = replace(piece, outer=bore)
             found = _joined(found, piece)
     return _without_gaps(shaft, found, places, findings)
+
+
+def _rings(parts: list[Piece]) -> list[Piece]:
+    """Return the pieces of one cross-section, those that touch as one of the thickest's material."""
+    found: list[Piece] = []
+    for part in sorted(parts, key=lambda part: part.inner):
+        if found and part.inner < found[-1].outer - 1e-9:
+            last = found[-1]
+            found[-1] = replace(max(last, part, key=lambda one: one.outer), inner=last.inner)
+        else:
+            found.append(part)
+    return found
 
 
 def _without_gaps(shaft: ImportedShaft, found: list[Piece], places: Sequence[float], findings: Findings) -> list[Piece]:
     """Return the cylinders with gaps filled, and ends that reach all places."""
     if not found:
         return []
-    filled = found[:1]
+    found = sorted(found, key=lambda piece: piece.start)
+    filled, reached = found[:1], found[0].end
     for piece in found[1:]:
-        last = filled[-1]
-        if piece.start - last.end > 1e-9:
-            thin = min(last, piece, key=lambda one: one.outer)
-            where = f"{1e3 * last.end:.5g}…{1e3 * piece.start:.5g} mm"
+        if piece.start - reached > 1e-9:
+            thin = min(filled[-1], piece, key=lambda one: one.outer)
+            where = f"{1e3 * reached:.5g}…{1e3 * piece.start:.5g} mm"
             findings.add("assumed", shaft.name, "gap", where, f"filled with {1e3 * thin.outer:.5g} mm")
-            filled.append(replace(thin, start=last.end, end=piece.start))
+            filled.append(replace(thin, start=reached, end=piece.start))
         filled.append(piece)
-    low, high = min((*places, filled[0].start)), max((*places, filled[-1].end))
-    if low < filled[0].start - 1e-9 or high > filled[-1].end + 1e-9:
+        reached = max(reached, piece.end)
+    low, high = min((*places, filled[0].start)), max((*places, reached))
+    if low < filled[0].start - 1e-9 or high > reached + 1e-9:
         where = f"{1e3 * low:.5g}…{1e3 * high:.5g} mm"
         findings.add("assumed", shaft.name, "ends", where, "lengthened to its outermost gear or bearing")
         filled[0] = replace(filled[0], start=low)
-        filled[-1] = replace(filled[-1], end=high)
+        last = max(range(len(filled)), key=lambda number: filled[number].end)
+        filled[last] = replace(filled[last], end=high)
     return filled
 
 
@@ -130,11 +143,11 @@ def _steps(shaft: ImportedShaft, section: Section, shift: float, findings: Findi
 
 
 def _joined(found: list[Piece], piece: Piece) -> list[Piece]:
-    """Return the cylinders with one more, which lengthens the last where it is the same."""
-    if found:
-        last = found[-1]
-        if abs(last.end - piece.start) < 1e-9 and replace(last, start=0, end=0) == replace(piece, start=0, end=0):
-            return [*found[:-1], replace(last, end=piece.end)]
+    """Return the cylinders with one more, which lengthens the same one before it."""
+    for number, last in enumerate(found):
+        same = replace(last, start=0.0, end=0.0) == replace(piece, start=0.0, end=0.0)
+        if same and abs(last.end - piece.start) < 1e-9:
+            return [*found[:number], replace(last, end=piece.end), *found[number + 1 :]]
     return [*found, piece]
 
 
@@ -175,6 +188,6 @@ def bore_radius(
             "assumed", gear, "bore", f"{2e3 * largest:.5g} mm", "cut with its shaft; a rim of one module is drawn"
         )
         return largest
-    if given is None or given < bore:
+    if given is None or given < bore - 1e-9:
         findings.add("assumed", gear, "bore", f"{2e3 * bore:.5g} mm", "outer diameter of its shaft")
     return bore

@@ -8,11 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from nvhchain.case.gearbox import GearboxCase
 from nvhchain.case.load import load_case
 from nvhchain.case.rexs.model import imported_case
 from nvhchain.case.rexs.page import import_lines, import_page
 from nvhchain.case.rexs.text import case_text
+from nvhchain.dynamics.model.assembly import assemble
 from nvhchain.errors import InputError, Mistakes, mistakes, require
+from nvhchain.fidelity import DRAFT
 from nvhchain.files.atomic_write import write_output
 from nvhchain.interop.rexs import read_rexs
 from nvhchain.names import safe_names
@@ -81,7 +84,9 @@ def import_rexs(
         tried = Path(trial) / target.name
         tried.write_text(text, encoding="utf-8")
         try:
-            load_case(tried)
+            made = load_case(tried)
+            assert isinstance(made, GearboxCase)
+            assemble(made.gearbox_with_gears, made.straight_laws, None, fidelity=DRAFT.dynamics)
         except InputError as error:
             raise Mistakes([f"{source}: {one.replace(f'{tried}: ', '')}" for one in mistakes(error)]) from None
     folder.mkdir(parents=True, exist_ok=True)

@@ -190,7 +190,8 @@ def _taken(case: ImportedCase) -> list[str]:
         (
             shaft.name,
             f"{1e3 * places.axes[shaft.name][0]:.6g}, {1e3 * places.axes[shaft.name][1]:.6g}",
-            f"{1e3 * case.pieces[shaft.name][0].start:.5g}…{1e3 * max(piece.end for piece in case.pieces[shaft.name]):.5g}",
+            f"{1e3 * min(p.start for p in case.pieces[shaft.name]):.5g}…"
+            f"{1e3 * max(p.end for p in case.pieces[shaft.name]):.5g}",
             len(shaft.sections),
             f"{1e3 * max(piece.outer for piece in case.pieces[shaft.name]):.5g}",
         )

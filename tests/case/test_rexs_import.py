@@ -296,3 +296,21 @@ def test_loads_that_the_chain_does_not_apply_are_listed(tmp_path):
     left = page.split("## Left out")[1].split("##")[0]
     assert "up to 1200 N" in left
     assert "| 5 µm |" in left
+
+
+def test_rolling_elements_of_the_file_set_the_stiffness(tmp_path):
+    """Formula of Krämer for balls: 13e6 Z^(2/3) D_w^(1/3) F^(1/3) cos^(5/3) α."""
+    unit = gear_train((20, 31))
+    bearing = unit.of("rolling_bearing_with_catalog_geometry")[0]
+    row = unit.add("rolling_bearing_row", number_of_rolling_elements=(9, "none"), pressure_angle=(15.0, "deg"))
+    ball = unit.add("rolling_element", diameter_of_rolling_element=(9.5, "mm"))
+    unit.relate("ordered_assembly", assembly=bearing, part=row)
+    unit.relate("ordered_assembly", assembly=row, part=ball)
+    case, page = imported(unit, tmp_path)
+    load = 1e3 * float(re.search(r"9 elements of 9.5 mm at ([\d.]+) kN", page)[1])
+    wanted = 13e6 * 9 ** (2 / 3) * 0.0095 ** (1 / 3) * load ** (1 / 3) * np.cos(np.radians(15)) ** (5 / 3)
+    assert case.bearings[0].radial_stiffness == pytest.approx(wanted, rel=2e-3)
+    ratio = case.bearings[0].axial_stiffness / case.bearings[0].radial_stiffness
+    assert ratio == pytest.approx(2 * np.tan(np.radians(15)) ** 2, rel=1e-3)
+    forces = abs(case.mesh_forces[0])
+    assert 0.3 * forces < load < forces, "one of two bearings beside the mesh"

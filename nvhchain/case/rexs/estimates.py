@@ -91,7 +91,7 @@ def estimate(unit: GearUnit, bearing: ImportedBearing, shaft_diameter: float, lo
     """
     bore, outer, width = _dimensions(unit, bearing, shaft_diameter)
     kind = _kind(unit, bearing)
-    angle = radians(_contact_angle(bearing, kind))
+    angle = _contact_angle(bearing, kind)
     radial, axial, source = bearing.radial_stiffness, bearing.axial_stiffness, "stiffness in the file"
     if radial is None or (axial is None and bearing.axial != "no_direction"):
         count, size, length, elements = _elements(bearing, kind, bore, outer, width)
@@ -129,11 +129,10 @@ def _kind(unit: GearUnit, bearing: ImportedBearing) -> str:
 
 
 def _contact_angle(bearing: ImportedBearing, kind: str) -> float:
-    """Return the contact angle (°) in the file, or the usual one of the type."""
-    given = re.match(r"[\d.]+(?=\s*(deg|°)?)", bearing.catalogue.get("pressure_angle", ""))
-    if given and 0.0 < float(given[0]) < 80.0:
-        return float(given[0])
-    return next((angle for word, angle in _ANGLES.items() if word in kind), 0.0)
+    """Return the contact angle (rad) in the file, or the usual one of the type."""
+    if bearing.contact_angle:
+        return abs(bearing.contact_angle)
+    return radians(next((angle for word, angle in _ANGLES.items() if word in kind), 0.0))
 
 
 def _dimensions(unit: GearUnit, bearing: ImportedBearing, shaft_diameter: float) -> tuple[float, float, float]:
@@ -193,10 +192,13 @@ def _elements(
     size = (0.3 if ball else 0.35 if needle else 0.25) * (outer - bore)
     count = (0.6 if ball else 0.85) * pi * pitch / size
     source = "0.3 (D - d), 60 % filled" if ball else "0.25 (D - d), 85 % filled, 0.6 B long"
-    given = re.match(r"\d+", bearing.catalogue.get("number_of_rolling_elements", ""))
-    if given and 3 <= int(given[0]) <= 500:
-        count, source = float(given[0]), f"{given[0]} elements in the file, sizes by D and d"
-    return count, size, 0.6 * width, source
+    if bearing.element_diameter:
+        size = bearing.element_diameter
+        count, source = (0.6 if ball else 0.85) * pi * pitch / size, "element diameter in the file"
+    if bearing.elements:
+        count, source = float(bearing.elements), f"{bearing.elements} elements in the file"
+    length = bearing.element_length or 0.6 * width
+    return count * (bearing.rows or 1), size, length, source
 
 
 def _kraemer(kind: str, count: float, size: float, length: float, load: float, angle: float) -> float:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 from nvhchain.interop.rexs.contents.document import Component
+from nvhchain.interop.rexs.contents.values import Values
 from nvhchain.interop.rexs.parts import BEARINGS, Parts
 from nvhchain.interop.rexs.places import Line
 from nvhchain.interop.rexs.shafts import place_on_shaft
@@ -41,7 +43,7 @@ _KEPT_OF_ROW = [
     "raceway_radius_of_outer_ring",
     "significant_contact_length_inner_ring",
 ]
-_KEPT_OF_ELEMENT = ["ball_diameter", "roller_diameter", "roller_length", "diameter", "length", "roller_angle"]
+_KEPT_OF_ELEMENT = ("diameter_of_rolling_element", "length_of_rolling_element", "roller_angle")
 
 
 def read_bearings(parts: Parts, lines: Mapping[int, Line]) -> list[ImportedBearing]:
@@ -109,8 +111,30 @@ def _bearing(parts: Parts, component: Component, lines: Mapping[int, Line]) -> I
         radial_stiffness=radial if values.flag("radial_force_absorption") is not False else 0.0,
         axial_stiffness=_stiffness(parts, component, "axial_stiffness", "u_d_u"),
         axial=values.text("axial_force_absorption") or "both_directions",
+        **_internal(parts, component),
         catalogue=_catalogue(parts, component),
     )
+
+
+def _internal(parts: Parts, component: Component) -> dict[str, Any]:
+    """Return ratings, clearance, and the rolling elements of the first row."""
+    own = parts.values(component)
+    rows = parts.document.parts(component.id, "rolling_bearing_row")
+    row = parts.values(rows[0]) if rows else Values(component, parts.findings, {})
+    inside = parts.document.parts(rows[0].id, "rolling_element") if rows else []
+    element = parts.values(inside[0]) if inside else row
+    count, lines = row.number("number_of_rolling_elements"), own.number("number_of_bearing_rows")
+    clearances = (own.number(f"{state}radial_bearing_clearance", "m") for state in ("operating_", "mounted_", ""))
+    return {
+        "elements": round(count) if count is not None and 3 <= count <= 500 else None,
+        "rows": round(lines) if lines is not None and 1 <= lines <= 8 else len(rows) or None,
+        "element_diameter": element.number("diameter_of_rolling_element", "m", low=0.0, high=1.0) or None,
+        "element_length": element.number("length_of_rolling_element", "m", low=0.0, high=1.0) or None,
+        "contact_angle": row.number("pressure_angle", "rad", low=-1.5, high=1.5),
+        "dynamic_load_rating": own.number("radial_dynamic_load_rating", "N"),
+        "static_load_rating": own.number("radial_static_load_rating", "N"),
+        "clearance": next((value for value in clearances if value is not None), None),
+    }
 
 
 def _record_rest(parts: Parts, component: Component) -> None:

@@ -222,8 +222,18 @@ class ImportedBearing:
         Stiffness in the file (N/m).
     axial : str
         Axial support, `both_directions`, `positive`, `negative` or `no_direction`.
+    elements, rows : int, optional
+        Rolling elements of a row, and rows.
+    element_diameter, element_length : float, optional
+        Sizes of the rolling elements (m).
+    contact_angle : float, optional
+        Contact angle (rad).
+    dynamic_load_rating, static_load_rating : float, optional
+        Radial load ratings (N).
+    clearance : float, optional
+        Radial clearance (m), in operation where the file states it.
     catalogue : dict
-        Other data in the file with their units, such as load ratings, in the words of REXS.
+        All these and other data as they stand in the file, in the words of REXS.
     """
 
     name: str
@@ -237,6 +247,14 @@ class ImportedBearing:
     radial_stiffness: float | None = None
     axial_stiffness: float | None = None
     axial: str = "both_directions"
+    elements: int | None = None
+    rows: int | None = None
+    element_diameter: float | None = None
+    element_length: float | None = None
+    contact_angle: float | None = None
+    dynamic_load_rating: float | None = None
+    static_load_rating: float | None = None
+    clearance: float | None = None
     catalogue: dict[str, str] = field(default_factory=dict)
 
 

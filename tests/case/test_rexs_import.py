@@ -314,3 +314,12 @@ def test_rolling_elements_of_the_file_set_the_stiffness(tmp_path):
     assert ratio == pytest.approx(2 * np.tan(np.radians(15)) ** 2, rel=1e-3)
     forces = abs(case.mesh_forces[0])
     assert 0.3 * forces < load < forces, "one of two bearings beside the mesh"
+
+
+@pytest.mark.parametrize(("young", "wall"), [(70e3, 70e9), (2.1e8, 110e9)], ids=["aluminium", "rigid"])
+def test_the_material_of_the_casing_is_that_of_the_file_unless_it_is_rigid(tmp_path, young, wall):
+    unit = gear_train((20, 31))
+    material = unit.add("material", elastic_modulus=(young, "N / mm^2"), density=(2.7, "kg / dm^3"))
+    unit.relate("reference", origin=unit.of("gear_casing")[0], referenced=material)
+    case, _ = imported(unit, tmp_path)
+    assert case.housing.material.young == pytest.approx(wall)

@@ -216,8 +216,11 @@ def _casing_material(parts: Parts) -> tuple[float, float, float] | None:
     for casing in parts.document.typed("gear_casing"):
         for material in parts.document.parts(casing.id, "material"):
             values = parts.values(material)
-            young = values.number("elastic_modulus", "Pa", low=1e9, high=1e12)
-            poisson, density = values.number("poisson_ratio", low=0.0, high=0.499), values.number("density", "kg/m³")
-            if young and density:
-                return young, poisson if poisson is not None else 0.3, density
+            young, density = values.number("elastic_modulus", "Pa"), values.number("density", "kg/m³")
+            poisson = values.number("poisson_ratio")
+            if young and density and 1e9 <= young <= 1e12 and 100.0 <= density <= 2e4:
+                return young, poisson if poisson is not None and 0.0 <= poisson < 0.499 else 0.3, density
+            parts.findings.add(
+                "left out", material.label, "material of the casing", "rigid or without density", "not used"
+            )
     return None

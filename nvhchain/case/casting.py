@@ -88,6 +88,8 @@ class Casting(housing.Casting, Housing):
                 f"gear {gear.name}: z = {1e3 * gear.z:g} mm with face_width = {2e3 * face:g} mm is outside the "
                 f"housing, {1e3 * low:g}…{1e3 * high:g} mm between its end walls",
             )
+            ends = gear.z - face, gear.z + face
+            yield from self._overlaps_of_inner_walls(gear.name, *ends, tip, shafts[gear.shaft].axis)
         bores = {bore.name: bore for bore in self.bores}
         for bearing in case.bearings:
             bore = bores[bearing.name]
@@ -96,6 +98,19 @@ class Casting(housing.Casting, Housing):
                 through - bore.radius,
                 f"housing.bores: {bore.name}: radius = {1e3 * bore.radius:g} mm is smaller than shaft {bearing.shaft}, "
                 f"of outer_diameter {2e3 * through:g} mm there: enlarge it",
+            )
+
+    def _overlaps_of_inner_walls(
+        self, name: str, start: float, end: float, tip: float, axis: tuple[float, float]
+    ) -> Iterator[tuple[float, str]]:
+        """Yield overlaps (m) of a gear with the inner walls, through whose openings it may pass."""
+        for wall in self.inner_walls:
+            low, high = wall.z - wall.thickness / 2, wall.z + wall.thickness / 2
+            free = max((hole.radius - dist(hole.centre, axis) for hole in wall.openings), default=0.0)
+            yield (
+                min(end - low, high - start, tip - free),
+                f"gear {name}: its tip radius of {1e3 * tip:.5g} mm meets the inner wall at z = {1e3 * wall.z:g} mm, "
+                f"whose opening there is {1e3 * max(free, 0.0):.5g} mm: move the wall or enlarge its opening",
             )
 
     def check_knobs(self, case: GearboxCase, knobs: HousingFidelity) -> None:

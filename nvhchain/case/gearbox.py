@@ -31,7 +31,7 @@ from nvhchain.case.operation import (
 from nvhchain.case.options import Options
 from nvhchain.conventions import STEEL, Air, Material
 from nvhchain.dimensions import Length
-from nvhchain.dynamics import Bearing, Equilibrium, Gearbox, LooseGear, Mesh, RigidBody, Shaft
+from nvhchain.dynamics import Bearing, Equilibrium, Gearbox, LooseGear, Mesh, RigidBody, Shaft, ShaftBearing
 from nvhchain.dynamics import equilibrium as balanced
 from nvhchain.dynamics.model.rigid_train import input_inertia
 from nvhchain.dynamics.runs.ramp import Ramp as SpeedRamp
@@ -196,6 +196,10 @@ class GearboxCase:
         Rigid plane beside the housing, such as the floor; without one the field is free.
     options : Options
         Additions to the plain dynamic model, such as friction.
+    shaft_bearings : tuple of ShaftBearing
+        Bearings between coaxial shafts; they have no seat in the housing.
+    assumptions : tuple of str
+        Sentences printed beside every level, such as that the housing was drawn by rule.
     folder : str
         Folder of the case file.
     """
@@ -217,6 +221,8 @@ class GearboxCase:
     engine: Literal["fused", "bempp"] = "fused"
     reflecting_plane: RigidPlane | None = None
     options: Options = Options()  # noqa: RUF009 (frozen)
+    shaft_bearings: tuple[ShaftBearing, ...] = ()
+    assumptions: tuple[str, ...] = ()
     folder: str = "."
 
     def __post_init__(self) -> None:
@@ -398,6 +404,7 @@ class GearboxCase:
             loose_gears=tuple(
                 LooseGear(item.name, item.shaft, item.rigid_body, item.drag_torque) for item in self.gears if item.loose
             ),
+            shaft_bearings=self.shaft_bearings,
         )
 
     @cached_property

@@ -154,6 +154,8 @@ def _check_means(case: GearboxCase, means: FloatArray, moving: float) -> None:
 
 def _check_shafts(case: GearboxCase, mean: FloatArray, static: FloatArray) -> None:
     """Warn of the shaft whose bearings are farthest from equilibrium with its gears."""
+    if case.shaft_bearings:
+        return  # shafts with a bearing between them share their loads
     of_shaft = np.array([[bearing.shaft == shaft.name for bearing in case.bearings] for shaft in case.shafts], float)
     off = np.linalg.norm(of_shaft @ (mean - static), axis=1)
     limit = SHAFT_OFF * float(np.linalg.norm(of_shaft @ static, axis=1).max())

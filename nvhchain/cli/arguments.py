@@ -103,6 +103,25 @@ def parser() -> argparse.ArgumentParser:
     new.add_argument("folder", metavar="DIR", type=folder, help="folder of the new file")
     new.set_defaults(action=commands.new)
 
+    imported = verbs.add_parser("import", help="make a case from a gear unit in REXS, with a page of what was assumed")
+    imported.add_argument("file", metavar="FILE", help="REXS 1.0 to 2.0: XML (.rexs), JSON (.rexsj) or ZIP (.rexsz)")
+    imported.add_argument("--out", metavar="DIR", type=folder, required=True, help="folder of the new case")
+    imported.add_argument("--load-case", metavar="NUMBER", help="load case of the file (default: the first)")
+    imported.add_argument(
+        "--housing",
+        choices=["casting", "rigid"],
+        default="casting",
+        help="a casting drawn by rule, or fixed bearing seats and bearing forces alone (default: casting)",
+    )
+    imported.set_defaults(action=commands.import_unit)
+
+    exported = verbs.add_parser(
+        "export", parents=[changes], help="write shafts, gears, bearings and load of a case as REXS"
+    )
+    exported.add_argument("case", metavar="CASE", help="case file (TOML)")
+    exported.add_argument("--out", metavar="FILE", type=Path, required=True, help="REXS 1.4 (.rexs)")
+    exported.set_defaults(action=commands.export_unit)
+
     run = verbs.add_parser("run", parents=[common, spread], help="compute the sound pressure of a case")
     run.add_argument("case", metavar="CASE", help="case file (TOML)")
     run.add_argument("--out", metavar="DIR", type=folder, help="folder for the hand-offs (default: out/<case name>)")

@@ -122,6 +122,40 @@ def new(options: argparse.Namespace) -> int:
     return 0
 
 
+def import_unit(options: argparse.Namespace) -> int:
+    """Write the case of a gear unit in REXS into a folder."""
+    from nvhchain.case.rexs import import_rexs
+
+    made = import_rexs(options.file, options.out, load=options.load_case, housing=options.housing)
+    for line in made.lines:
+        show(line)
+    show(f"{made.case}; {made.page} lists everything with its value")
+    show(f"Then: nvhchain check {made.case}; nvhchain run {made.case} --fidelity draft")
+    return 0
+
+
+def export_unit(options: argparse.Namespace) -> int:
+    """Write a case as REXS, and name what the file does not hold."""
+    from nvhchain.case import GearboxCase, load_case
+    from nvhchain.case.rexs import export_rexs
+
+    case = load_case(options.case, changes=_case_changes(options))
+    if not isinstance(case, GearboxCase):
+        raise InputError(f"{options.case}: {case.name} is a radiator: REXS holds gearboxes")
+    require(options.out.suffix.lower() == ".rexs", f"--out {options.out}: REXS is written as XML: end it in .rexs")
+    left = export_rexs(case, options.out)
+    show(f"{options.out}; not in it: {', '.join(left)}")
+    return 0
+
+
+def _show_assumptions(case: Case) -> None:
+    """Print what the case assumes, such as a housing drawn by rule."""
+    from nvhchain.case import GearboxCase
+
+    for sentence in case.assumptions if isinstance(case, GearboxCase) else ():
+        show(f"{case.name}: {sentence}")
+
+
 def run(options: argparse.Namespace) -> int:
     """Compute the results of a case; print levels with their limits, and write the error bands of every line."""
     from nvhchain import chain
@@ -177,6 +211,7 @@ def run(options: argparse.Namespace) -> int:
             parts = format_parts([(source, share[0], frequency[0]) for source, share, frequency in band.parts])
             show(f"Limits at {case.field_points[0].name}: {parts or 'narrow'}")
     show(f"Figures, sound and tables: {write_run(result, out)}")
+    _show_assumptions(case)
     return 0
 
 
@@ -198,6 +233,7 @@ def record(options: argparse.Namespace) -> int:
             case, fidelity=_fidelity(options, [case], given), out=out, executor=executor, watcher=Console(), **given
         )
     show(f"{case.name}: {len(made.paths)} file(s) of bearing forces in {made.paths[0].parent}")
+    _show_assumptions(case)
     return 0
 
 
@@ -223,6 +259,8 @@ def compare(options: argparse.Namespace) -> int:
         show(f"{name}: {format_level(level, 'dB(A)', edges)}")
     for sentence in verdict(summary):
         show(sentence)
+    for case in cases:
+        _show_assumptions(case)
     show(f"Figures, sound and tables: {out / 'report.html'}")
     return 0
 
@@ -355,6 +393,7 @@ def check(options: argparse.Namespace) -> int:
     show(f"{options.case}: {case.name} is valid")
     for line in bearing_lines(case) if isinstance(case, GearboxCase) else ():
         show(f"{case.name}: {line}")
+    _show_assumptions(case)
     for why in advice(case) if isinstance(case, GearboxCase) else ():
         show(f"{case.name} would notice: {why}")
     return 0

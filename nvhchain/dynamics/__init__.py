@@ -2,7 +2,16 @@
 
 from nvhchain.dynamics.model.fluctuation import Fluctuation, Harmonic
 from nvhchain.dynamics.model.friction import MeshFriction
-from nvhchain.dynamics.model.gearbox import Bearing, Cylinder, Gearbox, LooseGear, Mesh, RigidBody, Shaft
+from nvhchain.dynamics.model.gearbox import (
+    Bearing,
+    Cylinder,
+    Gearbox,
+    LooseGear,
+    Mesh,
+    RigidBody,
+    Shaft,
+    ShaftBearing,
+)
 from nvhchain.dynamics.model.load_centre import LoadCentre
 from nvhchain.dynamics.model.rigid_train import run_up_time
 from nvhchain.dynamics.model.train import Train, train
@@ -30,6 +39,7 @@ __all__ = [
     "Recording",
     "RigidBody",
     "Shaft",
+    "ShaftBearing",
     "Train",
     "bearing_forces",
     "compile_time_loop",

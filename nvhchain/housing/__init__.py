@@ -1,6 +1,7 @@
 """Gearbox housing, a parametric casting or an imported model: modes, residual flexibility, forced response."""
 
-from nvhchain.housing.casting.casting import Bore, Casting, GearSpace
+from nvhchain.housing.casting.casting import Bore, Casting, GearSpace, InnerWall
+from nvhchain.housing.casting.drawn import DrawnCasting, DrawnDisc, DrawnSeat, draw_casting
 from nvhchain.housing.casting.extent import encloses, envelope_area, face_size, room_around
 from nvhchain.housing.casting.shape import casting_shape
 from nvhchain.housing.exchange.craig_bampton import CraigBampton, craig_bampton
@@ -22,14 +23,19 @@ __all__ = [
     "Casting",
     "CraigBampton",
     "DampingCurve",
+    "DrawnCasting",
+    "DrawnDisc",
+    "DrawnSeat",
     "EnginePlane",
     "GearSpace",
     "HousingShape",
+    "InnerWall",
     "TruncationError",
     "bearing_seats",
     "casting_shape",
     "check_modes",
     "craig_bampton",
+    "draw_casting",
     "encloses",
     "envelope_area",
     "exported_modes",

@@ -8,6 +8,7 @@ from nvhchain.interop.modes.modal_hdf5 import read_modal_hdf5, write_modal_hdf5
 from nvhchain.interop.modes.modal_uff import read_modal_uff
 from nvhchain.interop.modes.modal_uff_out import write_modal_uff
 from nvhchain.interop.notation.units import UNIT_SYSTEMS
+from nvhchain.interop.rexs import GearUnit, read_rexs
 from nvhchain.interop.solids.abaqus import read_abaqus
 from nvhchain.interop.solids.nastran import read_nastran
 from nvhchain.interop.solids.writers import write_abaqus, write_nastran
@@ -19,6 +20,7 @@ __all__ = [
     "UNIT_SYSTEMS",
     "BearingChannels",
     "ForceChannels",
+    "GearUnit",
     "Record",
     "read_abaqus",
     "read_bearing_forces",
@@ -27,6 +29,7 @@ __all__ = [
     "read_modal_uff",
     "read_nastran",
     "read_record",
+    "read_rexs",
     "read_solid_model",
     "write_abaqus",
     "write_bearing_forces",

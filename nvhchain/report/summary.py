@@ -43,6 +43,11 @@ def write_summary(results: Mapping[str, Result], out: Path) -> dict[str, Any]:
         if points and "pressure" in first.case.quantities
         else None,
         "configurations": _configurations(results),
+        "assumptions": {
+            name: list(result.case.assumptions)
+            for name, result in results.items()
+            if isinstance(result.case, GearboxCase)
+        },
     }
     write_text(out / "summary.json", json.dumps(summary, indent=1) + "\n")
     return summary

@@ -70,7 +70,7 @@ def _shuttling(case: GearboxCase) -> Iterator[tuple[str, str]]:
     gears = {item.name: item.shaft for item in case.gears}
     for stage, pair in zip(case.stages, case.pairs, strict=True):
         swing = load_swing(pair)
-        span = min(_span(case.bearings, gears[name]) for name in (stage.pinion, stage.wheel))
+        span = min(_span(case.gearbox.bearings_of(gears[name])) for name in (stage.pinion, stage.wheel))
         if swing > NOTICED_SWING * span:
             yield (
                 "shuttling",
@@ -91,7 +91,7 @@ def load_swing(pair: gear.GearPair) -> float:
 def _flexible(case: GearboxCase) -> Iterator[tuple[str, str]]:
     for shaft in case.shafts:
         places = [item.z for item in case.gears if item.shaft == shaft.name]
-        bearings = [bearing for bearing in constant_bearings(case) if bearing.shaft == shaft.name]
+        bearings = _bearings_of(case, shaft.name)
         give = max((bending_share(shaft, bearings, z) for z in places), default=0.0)
         if give > NOTICED_GIVE:
             yield (
@@ -127,9 +127,7 @@ def _gyroscopic(case: GearboxCase) -> Iterator[tuple[str, str]]:
     fastest = max(case.operation.input_speed, ramp.end_speed if ramp else 0.0)
     for shaft in case.gearbox_with_gears.shafts:
         body, speed = shaft.inertia(), fastest * float(case.shaft_orders.get(shaft.name, 0))
-        tilting = sum(
-            b.radial_stiffness * (b.z - body.z) ** 2 for b in constant_bearings(case) if b.shaft == shaft.name
-        )
+        tilting = sum(b.radial_stiffness * (b.z - body.z) ** 2 for b in _bearings_of(case, shaft.name))
         # J ω² ∓ J_p Ω ω − k = 0: both roots lie J_p Ω/J apart
         split = body.polar_inertia * speed / sqrt(tilting * body.transverse_inertia)
         if split > NOTICED_SPLIT:
@@ -139,7 +137,13 @@ def _gyroscopic(case: GearboxCase) -> Iterator[tuple[str, str]]:
             )
 
 
-def _span(bearings: tuple[Bearing, ...], shaft: str) -> float:
-    """Return the distance (m) between the outermost bearings of a shaft."""
-    places = [bearing.z for bearing in bearings if bearing.shaft == shaft]
+def _span(bearings: list[Bearing]) -> float:
+    """Return the distance (m) between the outermost of the bearings of a shaft."""
+    places = [bearing.z for bearing in bearings]
     return max(places) - min(places)
+
+
+def _bearings_of(case: GearboxCase, shaft: str) -> list[Bearing]:
+    """Return the bearings on a shaft with constant stiffness, those to other shafts included."""
+    links = [one for one in case.gearbox.shaft_bearings if shaft in (one.shaft, one.outer_shaft)]
+    return [*(one for one in constant_bearings(case) if one.shaft == shaft), *links]

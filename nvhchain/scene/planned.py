@@ -60,6 +60,8 @@ class Plan:
         Options that would change the result for this gearbox.
     bearings : tuple of str
         Loads and stiffness of bearings with a model, on rigid seats, and default damping.
+    assumptions : tuple of str
+        Assumptions of the case.
     """
 
     case: str
@@ -68,6 +70,7 @@ class Plan:
     skipped: tuple[str, ...]
     advice: tuple[str, ...] = ()
     bearings: tuple[str, ...] = ()
+    assumptions: tuple[str, ...] = ()
 
     @property
     def seconds(self) -> float:
@@ -92,6 +95,7 @@ class Plan:
             else []
         )
         lines += ["skipped:", *(f"  {reason}" for reason in self.skipped)]
+        lines += ["assumed:", *(f"  {sentence}" for sentence in self.assumptions)] if self.assumptions else []
         lines += ["would be noticed:", *(f"  {why}" for why in self.advice)] if self.advice else []
         lines += [f"in all about {self.seconds:.0f} s of processor time, {self.megabytes:.0f} MB at the peak"]
         return "\n".join(lines)

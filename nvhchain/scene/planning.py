@@ -62,7 +62,15 @@ def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
     """
     steps = planned_steps(Scene(case, fidelity))
     if isinstance(case, GearboxCase):
-        return Plan(case.name, fidelity.name, steps, _excluded(case, fidelity), advice(case), bearing_lines(case))
+        return Plan(
+            case.name,
+            fidelity.name,
+            steps,
+            _excluded(case, fidelity),
+            advice(case),
+            bearing_lines(case),
+            case.assumptions,
+        )
     return Plan(case.name, fidelity.name, steps, _RADIATOR_EXCLUDES)
 
 

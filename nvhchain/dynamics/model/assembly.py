@@ -164,11 +164,19 @@ def assemble(
     loose = [(i, gear, gearbox.shaft_index(gear.name)) for i, gear in enumerate(gearbox.loose_gears, start=n_shaft)]
     spun = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
     twists += [Wrench(at, gear.body.z, kinematics.rotation[i] * spun, i) for i, gear, at in loose]
+    links = [
+        [
+            [Wrench(gearbox.shaft_index(bearing.shaft), bearing.z, push), Wrench(outer, bearing.z, -push)]
+            for push in np.eye(6)[:3]
+        ]
+        for bearing in gearbox.shaft_bearings
+        for outer in [gearbox.shaft_index(bearing.outer_shaft)]
+    ]
     shafts = sections(
         [_laden(gearbox, shaft) for shaft in gearbox.shafts],
         kinematics.rotation,
         5 * n_shaft + n_mode,
-        [*seats, *twists, *(wrench for row in contacts for wrench in row)],
+        [*seats, *twists, *(wrench for row in (*contacts, *(push for of in links for push in of)) for wrench in row)],
         element=fidelity.shaft_element if fidelity is not None and gearbox.flexible_shafts else 0.0,
         frequency=fidelity.shaft_frequency if fidelity is not None else 0.0,
     )
@@ -180,6 +188,11 @@ def assemble(
     mass, own_stiffness, own_damping = _uncoupled_matrices(gearbox, shafts, modal_stiffness, modal_damping)
     stiffness = np.diag(own_stiffness) + bearing_map.T @ k_eff @ bearing_map
     damping = np.diag(own_damping) + bearing_map.T @ c_eff @ bearing_map
+    for bearing, pushes in zip(gearbox.shaft_bearings, links, strict=True):
+        between = np.array([shafts.rows(ends)[0] for ends in pushes])
+        radial, axial = bearing.damping
+        stiffness += between.T @ np.diag([bearing.radial_stiffness] * 2 + [bearing.axial_stiffness]) @ between
+        damping += between.T @ np.diag([radial, radial, axial]) @ between
     lowest, *_, highest = np.linalg.eigvalsh(stiffness / np.sqrt(np.outer(mass, mass)))
     if lowest <= 1e-12 * highest:
         raise InputError(

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
-from math import isfinite, pi
+from math import hypot, isfinite, pi
 from numbers import Real
 from typing import Any
 
@@ -31,6 +31,9 @@ from nvhchain.names import check_name, check_names
 
 MOST_FACE_POINTS = 16
 """Largest number of points of one mesh across its face."""
+
+COAXIAL = 1e-5
+"""Largest distance (m) of the axes of shafts with a bearing between them."""
 
 LARGEST_DAMPING_TIME = 1e-2
 """Largest damping over stiffness (s). From 16 Hz on, such a bearing is more dashpot than spring, and its series with a
@@ -333,6 +336,30 @@ class Bearing:
 
 
 @dataclass(frozen=True)
+class ShaftBearing(Bearing):
+    """Bearing between two coaxial shafts, such as the pilot bearing of a coaxial gearbox; rotations are free.
+
+    Parameters
+    ----------
+    name, shaft, z, radial_stiffness, axial_stiffness, radial_damping, axial_damping : optional
+        As in `Bearing`; `shaft` is the one inside.
+    stiffness_damping, loss_factor, loss_factor_frequency : optional
+        As in `Bearing`.
+    outer_shaft : str
+        Name of the shaft around it.
+    """
+
+    outer_shaft: str = ""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require(
+            bool(self.outer_shaft) and self.outer_shaft != self.shaft,
+            f"bearing {self.name}: shaft = {self.shaft!r} and outer_shaft = {self.outer_shaft!r}: name two shafts",
+        )
+
+
+@dataclass(frozen=True)
 class LooseGear:
     """Gear that turns freely on a shaft, which holds it in all other directions.
 
@@ -445,6 +472,8 @@ class Gearbox:
     loose_gears : tuple of LooseGear
         Gears that turn freely on their shafts. With one, input and output may be the same shaft: a gearbox in neutral,
         whose input torque only covers the drag. A shaft that carries nothing but loose gears stands still.
+    shaft_bearings : tuple of ShaftBearing
+        Bearings between coaxial shafts.
 
     Notes
     -----
@@ -461,6 +490,7 @@ class Gearbox:
     gyroscopic: bool = False
     face_points: int = 1
     loose_gears: tuple[LooseGear, ...] = ()
+    shaft_bearings: tuple[ShaftBearing, ...] = ()
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -469,20 +499,22 @@ class Gearbox:
             f"gearbox: face_points = {self.face_points} must be a whole number of 1…{MOST_FACE_POINTS}: 1 without the "
             "tilt of the gears, 2 with it",
         )
-        for name in ("shafts", "bearings", "meshes", "loose_gears"):
+        for name in ("shafts", "bearings", "meshes", "loose_gears", "shaft_bearings"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         names = [shaft.name for shaft in self.shafts]
         require(len(names) > 0, "gearbox: at least one shaft is needed")
         check_names(names, "gearbox shafts")
-        check_names([bearing.name for bearing in self.bearings], "gearbox bearings")
+        check_names([bearing.name for bearing in (*self.bearings, *self.shaft_bearings)], "gearbox bearings")
         known = ", ".join(names)
+        self._check_shaft_bearings()
         for bearing in self.bearings:
             require(
                 bearing.shaft in names,
                 f"bearing {bearing.name}: shaft {bearing.shaft!r} is unknown; known shafts: {known}",
             )
         for name in names:
-            planes = {bearing.z for bearing in self.bearings if bearing.shaft == name}
+            planes = {bearing.z for bearing in (*self.bearings, *self.shaft_bearings) if bearing.shaft == name}
+            planes |= {bearing.z for bearing in self.shaft_bearings if bearing.outer_shaft == name}
             require(
                 len(planes) >= 2,
                 f"shaft {name} has bearings in {len(planes)} plane(s): it can tilt freely; give it two bearings",
@@ -523,6 +555,22 @@ class Gearbox:
             "power-split trains are not covered",
         )
 
+    def _check_shaft_bearings(self) -> None:
+        """Refuse bearings between unknown shafts, or shafts that are not coaxial."""
+        axes = {shaft.name: shaft.axis for shaft in self.shafts}
+        for bearing in self.shaft_bearings:
+            for end in (bearing.shaft, bearing.outer_shaft):
+                require(
+                    end in axes, f"bearing {bearing.name}: shaft {end!r} is unknown; known shafts: {', '.join(axes)}"
+                )
+            (x1, y1), (x2, y2) = axes[bearing.shaft], axes[bearing.outer_shaft]
+            apart = hypot(x2 - x1, y2 - y1)
+            require(
+                apart < COAXIAL,
+                f"bearing {bearing.name}: shafts {bearing.shaft} and {bearing.outer_shaft} are {1e3 * apart:.3g} mm "
+                f"apart, of {1e3 * COAXIAL:g} mm: a bearing between shafts needs coaxial ones",
+            )
+
     @property
     def rotors(self) -> tuple[str, ...]:
         """Names of all that turns by itself: shafts, then loose gears."""
@@ -536,6 +584,11 @@ class Gearbox:
         """Return the index of the shaft called `name`, or of the one that carries the loose gear of this name."""
         carriers = {gear.name: gear.shaft for gear in self.loose_gears}
         return [shaft.name for shaft in self.shafts].index(carriers.get(name, name))
+
+    def bearings_of(self, shaft: str) -> list[Bearing]:
+        """Return the bearings on a shaft, those to other shafts included."""
+        links = [b for b in self.shaft_bearings if shaft in (b.shaft, b.outer_shaft)]
+        return [*(b for b in self.bearings if b.shaft == shaft), *links]
 
     def add_bodies(self, shaft: str, bodies: Iterable[RigidBody]) -> Gearbox:
         """Return the gearbox with more bodies on one shaft, such as gears whose inertia another step computed."""

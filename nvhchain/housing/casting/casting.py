@@ -7,13 +7,16 @@ at `bell_depth`, a rear wall at `depth`. Each end wall carries one bearing seat 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from math import hypot, isfinite
+from math import dist, hypot, isfinite
 
 from nvhchain.conventions import ALUMINIUM, Material
 from nvhchain.dimensions import Length
 from nvhchain.errors import require
 from nvhchain.housing.modes.damping import DampingCurve, check_modal_damping
 from nvhchain.names import check_name, check_names
+
+ENGINE_SIDE, REAR = 0, 1
+"""Numbers of the end walls; the inner walls follow."""
 
 LARGEST = 5.0
 """Largest length (m) of a gearbox housing; a larger one counts as a mistake in the unit."""
@@ -79,6 +82,30 @@ class GearSpace:
         _length(self, "radius", self.radius, 5e-3, LARGEST / 2)
 
 
+@dataclass(frozen=True)
+class InnerWall:
+    """Wall between the end walls, with seats of its own.
+
+    Parameters
+    ----------
+    z : float
+        Middle of the wall (m).
+    thickness : float
+        Thickness (m).
+    openings : tuple of GearSpace
+        Circles that are left open for the shafts and gears that pass.
+    """
+
+    z: Length
+    thickness: Length
+    openings: tuple[GearSpace, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "openings", tuple(self.openings))
+        _length(self, "z", self.z, -LARGEST, LARGEST)
+        _length(self, "thickness", self.thickness, 1e-3, LARGEST)
+
+
 _A, _B, _C = (0.0, 0.0), (0.0831021, -0.0479790), (0.2309714, -0.0111114)
 """Shaft axes of the reference gearbox: centre distances 95.958 mm at −30° and 152.395 mm at +14°."""
 
@@ -115,6 +142,8 @@ class Casting:
         Number of ribs around each boss.
     side_ribs : int
         Number of ribs along the sides.
+    inner_walls : tuple of InnerWall
+        Walls between the end walls.
     material : Material
         Material of the casting.
     modal_damping : float or DampingCurve
@@ -150,6 +179,7 @@ class Casting:
     rib_thickness: Length = 0.006
     spokes: int = 6
     side_ribs: int = 12
+    inner_walls: tuple[InnerWall, ...] = ()
     material: Material = ALUMINIUM
     modal_damping: float | DampingCurve = 0.01
     structural_damping: bool = False
@@ -157,6 +187,7 @@ class Casting:
     def __post_init__(self) -> None:
         object.__setattr__(self, "bores", tuple(self.bores))
         object.__setattr__(self, "gear_spaces", tuple(self.gear_spaces))
+        object.__setattr__(self, "inner_walls", tuple(self.inner_walls))
         for field in fields(self):
             if field.type == "Length":
                 smallest = 0.0 if field.name in ("draft", "chamfer", "rib_height") else 1e-3
@@ -170,11 +201,26 @@ class Casting:
             )
         self._check_extent()
         self._check_walls()
+        self._check_inner_walls()
         self._check_bores()
 
-    def sits_in_engine_side(self, bore: Bore) -> bool:
-        """Return True if `bore` sits in the engine-side wall, False for the rear wall."""
-        return abs(bore.centre[2] - self.bell_depth) < abs(bore.centre[2] - self.depth)
+    def wall_of(self, bore: Bore) -> int:
+        """Return the wall that a bore sits in, the nearest: 0 engine side, 1 rear, then the inner walls."""
+        places = (self.bell_depth, self.depth, *(wall.z for wall in self.inner_walls))
+        return min(range(len(places)), key=lambda number: (abs(bore.centre[2] - places[number]), -number))
+
+    def bores_in(self, wall: int) -> list[Bore]:
+        """Return the bores of a wall, by its number."""
+        return [bore for bore in self.bores if self.wall_of(bore) == wall]
+
+    def wall_span(self, wall: int) -> tuple[float, float]:
+        """Return the lower and upper face (m) of a wall, by its number."""
+        if wall == ENGINE_SIDE:
+            return self.bell_depth, self.bell_depth + self.end_wall
+        if wall == REAR:
+            return self.depth - self.end_wall, self.depth
+        inner = self.inner_walls[wall - 2]
+        return inner.z - inner.thickness / 2, inner.z + inner.thickness / 2
 
     def _check_extent(self) -> None:
         require(len(self.gear_spaces) > 0, "Casting gear_spaces is empty: at least one circle is needed")
@@ -212,16 +258,33 @@ class Casting:
             f"Casting flange_thickness = {self.flange_thickness:g} m must be below bell_depth = {self.bell_depth:g} m",
         )
 
+    def _check_inner_walls(self) -> None:
+        low, high = self.bell_depth + self.end_wall, self.depth - self.end_wall - self.chamfer
+        for wall in self.inner_walls:
+            require(
+                low < wall.z - wall.thickness / 2 and wall.z + wall.thickness / 2 < high,
+                f"Casting inner wall at z = {wall.z:g} m, {wall.thickness:g} m thick, does not lie between the end "
+                f"walls, {low:g} … {high:g} m: move it",
+            )
+            for hole in wall.openings:
+                room = max(space.radius - dist(hole.centre, space.centre) for space in self.gear_spaces)
+                require(
+                    hole.radius < room,
+                    f"Casting inner wall at z = {wall.z:g} m: opening of radius {hole.radius:g} m reaches the side "
+                    f"wall, {room:g} m away: make it smaller",
+                )
+
     def _check_bores(self) -> None:
         require(len(self.bores) > 0, "Casting bores is empty: at least one bearing seat is needed")
         check_names([bore.name for bore in self.bores], "Casting bores")
         for bore in self.bores:
-            engine = self.sits_in_engine_side(bore)
-            wall = self.bell_depth + self.end_wall / 2 if engine else self.depth - self.end_wall / 2
+            number = self.wall_of(bore)
+            low, high = self.wall_span(number)
+            of = "inner" if number > REAR else "end"
             require(
-                abs(bore.centre[2] - wall) < (bore.length - self.end_wall) / 2,
+                abs(bore.centre[2] - (low + high) / 2) < (bore.length - (high - low)) / 2,
                 f"Casting bore {bore.name} at z = {bore.centre[2]:g} m, length {bore.length:g} m, does not span its "
-                f"end wall at z = {wall:g} m: move it or make it longer than end_wall",
+                f"{of} wall at z = {(low + high) / 2:g} m: move it or make it longer than the wall is thick",
             )
             room = max(
                 s.radius - hypot(bore.centre[0] - s.centre[0], bore.centre[1] - s.centre[1]) for s in self.gear_spaces
@@ -232,7 +295,7 @@ class Casting:
                 f"(room for {room:g} m): enlarge the gear space",
             )
             for other in self.bores:
-                if other is bore or self.sits_in_engine_side(other) != engine:
+                if other is bore or self.wall_of(other) != number:
                     continue
                 gap = (
                     hypot(bore.centre[0] - other.centre[0], bore.centre[1] - other.centre[1])

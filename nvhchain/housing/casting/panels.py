@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray, IntArray, Surface
-from nvhchain.housing.casting.casting import Casting
+from nvhchain.housing.casting.casting import REAR, Casting
 from nvhchain.housing.casting.mesh import engine_plane_faces
 
 _SAME_PLACE = 1e-9
@@ -43,9 +43,7 @@ def casting_panels(casting: Casting, surface: Surface) -> Panels:
     part[(centre[:, 2] < casting.flange_thickness + 0.25 * edge) & (np.abs(normal[:, 2]) > 0.5)] = 5
     part[centre[:, 2] < 0.9 * casting.flange_thickness] = 5
     part[engine_plane_faces(surface)] = 6
-    for bore in casting.bores:
-        if casting.sits_in_engine_side(bore):
-            continue
+    for bore in casting.bores_in(REAR):
         reach = bore.radius + casting.boss_thickness + 0.1 * edge
         distance = np.hypot(centre[:, 0] - bore.centre[0], centre[:, 1] - bore.centre[1])
         part[(distance < reach) & (centre[:, 2] > casting.depth - 0.1 * edge)] = len(names)

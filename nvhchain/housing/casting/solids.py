@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from nvhchain.handoff import FloatArray
-from nvhchain.housing.casting.casting import Bore, Casting
+from nvhchain.housing.casting.casting import ENGINE_SIDE, REAR, Bore, Casting
 from nvhchain.housing.casting.outline import Arc, hull, inner_distance, stations
 
 Solid = dict[str, Any]
@@ -25,8 +25,7 @@ def casting_recipe(casting: Casting, size: float, elements_per_turn: float) -> d
     elements_per_turn : elements around round edges.
     """
     size = min(size, _longest(casting))
-    rear = [bore for bore in casting.bores if not casting.sits_in_engine_side(bore)]
-    engine = [bore for bore in casting.bores if casting.sits_in_engine_side(bore)]
+    rear, engine = casting.bores_in(REAR), casting.bores_in(ENGINE_SIDE)
     outside = [_shell(casting), _flange(casting), *_lugs(casting)]
     outside += [_boss(casting, bore) for bore in rear]
     outside += _end_ribs(casting, rear) + _side_ribs(casting)
@@ -42,6 +41,7 @@ def casting_recipe(casting: Casting, size: float, elements_per_turn: float) -> d
         "steps": [
             {"op": "fuse", "solids": outside},
             {"op": "cut", "solids": [_cavity(casting), _recess(casting)]},
+            *_inner_walls(casting),
             {"op": "fuse", "solids": inside_parts},
             {"op": "cut", "solids": holes},
         ],
@@ -60,7 +60,7 @@ def _longest(casting: Casting) -> float:
 
 def envelope_recipe(casting: Casting, size: float) -> dict[str, Any]:
     """Return the recipe of the filled outer body (no cavity, holes, lugs, ribs) for triangles of edge `size` (m)."""
-    rear = [_boss(casting, bore) for bore in casting.bores if not casting.sits_in_engine_side(bore)]
+    rear = [_boss(casting, bore) for bore in casting.bores_in(REAR)]
     return {
         "dimension": 2,
         "size": size,
@@ -83,7 +83,7 @@ def seat_range(bore: Bore) -> tuple[float, float]:
 def _bore_range(casting: Casting, bore: Bore) -> tuple[float, float]:
     """Return the lower and upper z (m) of the hole; an engine-side bore also cuts the ribs that meet at its boss."""
     low, high = seat_range(bore)
-    if casting.sits_in_engine_side(bore):
+    if casting.wall_of(bore) == ENGINE_SIDE:
         low = min(low, casting.bell_depth - casting.rib_height)
     return low, high
 
@@ -141,6 +141,18 @@ def _recess(casting: Casting) -> Solid:
     return _loft(casting, [(z, _growth(casting, z)) for z in (below, casting.bell_depth)])
 
 
+def _inner_walls(casting: Casting) -> list[dict[str, Any]]:
+    """Return the steps that add the inner walls, which end in the middle of the side wall, and cut their openings."""
+    if not casting.inner_walls:
+        return []
+    walls, holes = [], []
+    for number, wall in enumerate(casting.inner_walls, start=2):
+        low, high = casting.wall_span(number)
+        walls.append(_loft(casting, [(z, _growth(casting, z) + casting.wall / 2) for z in (low, high)]))
+        holes += [_cylinder(hole.centre, low - 1e-3, high + 1e-3, hole.radius) for hole in wall.openings]
+    return [{"op": "fuse", "solids": walls}, *([{"op": "cut", "solids": holes}] if holes else [])]
+
+
 def _flange(casting: Casting) -> Solid:
     offset = _foot(casting) + casting.flange_width
     return _loft(casting, [(0.0, offset), (casting.flange_thickness, offset)])
@@ -161,11 +173,9 @@ def _cylinder(centre: Sequence[float] | FloatArray, low: float, high: float, rad
 
 def _boss(casting: Casting, bore: Bore) -> Solid:
     low, high = seat_range(bore)
-    if casting.sits_in_engine_side(bore):
-        low, high = min(low, casting.bell_depth), max(high, casting.bell_depth + casting.end_wall)
-    else:
-        low = min(low, casting.depth - casting.end_wall)
-        high = max(high + casting.cover_thickness, casting.depth)
+    wall = casting.wall_of(bore)
+    lower, upper = casting.wall_span(wall)
+    low, high = min(low, lower), max(high + casting.cover_thickness if wall == REAR else high, upper)
     return _cylinder(bore.centre, low, high, bore.radius + casting.boss_thickness)
 
 
@@ -178,8 +188,7 @@ def _end_ribs(casting: Casting, bores: Sequence[Bore]) -> list[Solid]:
     """Return ribs on the outside of an end wall: from boss to boss, and spokes from each boss to the side wall."""
     if casting.rib_height == 0 or not bores:
         return []
-    engine = casting.sits_in_engine_side(bores[0])
-    if engine:
+    if casting.wall_of(bores[0]) == ENGINE_SIDE:
         low, high = casting.bell_depth - casting.rib_height, casting.bell_depth + casting.end_wall / 2
         border = outline_at(casting, 0.5 * casting.wall)
     else:

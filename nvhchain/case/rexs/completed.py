@@ -1,0 +1,454 @@
+"""Gears of an imported unit as the chain draws them: what the file leaves open is completed by stated rules."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import acos, cos, degrees, pi, sin, tan
+
+import numpy as np
+
+from nvhchain.case.rexs.arranged import Arrangement
+from nvhchain.errors import InputError
+from nvhchain.gear import GearGeometry, GearPair
+from nvhchain.gear.drawing.body import GearBody
+from nvhchain.gear.drawing.geometry import USUAL_RACK_TIP_RADIUS, involute
+from nvhchain.gear.drawing.micro_geometry import Flank, MicroGeometry, Relief
+from nvhchain.interop.rexs import FlankShape, GearUnit, ImportedGear, ImportedRelief, ImportedStage
+
+ROUNDING = 1e-6
+"""Largest negative backlash (m) that counts as zero."""
+
+AGREEMENT = 1e-4
+"""Largest relative difference of a result in the file and that of the drawn gears."""
+
+_SPREAD = 0.5
+"""Largest difference (modules) of centre distance and a_v = (d₁ + d₂)/2 + Σx m_n of gears that can mesh."""
+
+_NEARLY = 1e-3
+"""Largest relative difference of module or helix angle of two gears in mesh that counts as rounding."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Result in the file beside that of the drawn gears.
+
+    Parameters
+    ----------
+    stage, quantity, unit : str
+        Stage, quantity and its unit.
+    stated, found : float
+        Values in the file and of the drawn gears.
+    """
+
+    stage: str
+    quantity: str
+    unit: str
+    stated: float
+    found: float
+
+    @property
+    def agrees(self) -> bool:
+        """True within 1e-4 of the value."""
+        return abs(self.found - self.stated) <= AGREEMENT * max(abs(self.stated), 1e-9)
+
+
+def shared_data(unit: GearUnit) -> GearUnit:
+    """Return the unit with one module, pressure angle and helix angle for gears in mesh, and their profile shifts.
+
+    Parameters
+    ----------
+    unit : GearUnit
+        Unit.
+
+    Returns
+    -------
+    GearUnit
+        Unit; differences beyond rounding are mistakes in its record.
+    """
+    gears = {gear.name: gear for gear in unit.gears}
+    for stage in unit.stages:
+        pinion, wheel = gears[stage.pinion], gears[stage.wheel]
+        for quantity in ("module", "pressure_angle", "helix_angle"):
+            one, other = getattr(pinion, quantity), getattr(wheel, quantity)
+            target = -one if quantity == "helix_angle" else one
+            difference = abs(other - target) / max(abs(target), 0.05 if quantity == "helix_angle" else abs(target))
+            shown = [f"{degrees(v):.6g}°" if "angle" in quantity else f"{1e3 * v:.6g} mm" for v in (one, other)]
+            if difference > _NEARLY:
+                need = "of opposite hands" if quantity == "helix_angle" else "the same"
+                unit.findings.refuse(
+                    f"{stage.name}: {quantity.replace('_', ' ')} {shown[0]} of {pinion.name} and {shown[1]} of "
+                    f"{wheel.name} do not mesh: make them {need}"
+                )
+            elif difference > 1e-9:
+                text = f"{shown[0]} and {shown[1]}"
+                unit.findings.add("differs", stage.name, quantity, text, f"rounding; that of {pinion.name} taken")
+            gears[wheel.name] = wheel = replace(wheel, **{quantity: target})
+        for gear in _shifted(unit, stage, pinion, wheel):
+            gears[gear.name] = gear
+    return replace(unit, gears=tuple(gears.values()))
+
+
+def _shifted(unit: GearUnit, stage: ImportedStage, pinion: ImportedGear, wheel: ImportedGear) -> list[ImportedGear]:
+    """Return both gears with profile shifts, from the centre distance where the file has none."""
+    open_ = [gear for gear in (pinion, wheel) if gear.profile_shift is None]
+    if not open_:
+        return []
+    total, source = stage.shift_sum, "sum of the profile shifts in the file"
+    if total is None and stage.centre_distance is not None:
+        total, source = shift_sum(pinion, wheel, stage.centre_distance), "centre distance, without backlash"
+    if total is None:
+        total, source = 0.0, "none given"
+    known = sum(gear.profile_shift or 0.0 for gear in (pinion, wheel))
+    each = (total - known) / len(open_)
+    for gear in open_:
+        unit.findings.add("assumed", gear.name, "profile shift x", f"{each:.6g}", source)
+    return [replace(gear, profile_shift=each) for gear in open_]
+
+
+def shift_sum(pinion: ImportedGear, wheel: ImportedGear, distance: float) -> float | None:
+    """Return the sum of the profile shifts at which gears run without backlash at a centre distance.
+
+    Parameters
+    ----------
+    pinion, wheel : ImportedGear
+        Gears.
+    distance : float
+        Centre distance (m).
+
+    Returns
+    -------
+    float or None
+        Sum (normal modules); None where the centre distance is below that of the base circles.
+
+    Notes
+    -----
+    ISO 21771: inv α_wt = inv α_t + 2 tan α_n Σx/(z₁ + z₂).
+    """
+    transverse = np.arctan(tan(pinion.pressure_angle) / cos(pinion.helix_angle))
+    teeth = pinion.teeth + wheel.teeth
+    cosine = 0.5 * teeth * pinion.module / cos(pinion.helix_angle) * cos(transverse) / distance
+    if not 0.0 < cosine < 1.0:
+        return None
+    rise = float(involute(acos(cosine)) - involute(transverse))
+    return rise * teeth / (2 * tan(pinion.pressure_angle))
+
+
+def nominal_distances(unit: GearUnit) -> dict[str, float]:
+    """Return the centre distance (m) of every stage without backlash by its profile shifts.
+
+    Parameters
+    ----------
+    unit : GearUnit
+        Unit with profile shifts.
+
+    Returns
+    -------
+    dict
+        Centre distance by stage.
+    """
+    gears = {gear.name: gear for gear in unit.gears}
+    found = {}
+    for stage in unit.stages:
+        pinion, wheel = gears[stage.pinion], gears[stage.wheel]
+        total = (pinion.profile_shift or 0.0) + (wheel.profile_shift or 0.0)
+        reference = 0.5 * (pinion.teeth + wheel.teeth) * pinion.module / cos(pinion.helix_angle)
+        low, high = reference * 0.9, reference * 1.2
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            value = shift_sum(pinion, wheel, middle)
+            low, high = (middle, high) if value is None or value < total else (low, middle)
+        found[stage.name] = 0.5 * (low + high)
+    return found
+
+
+def complete_gears(
+    unit: GearUnit, arrangement: Arrangement, bores: dict[str, float]
+) -> tuple[dict[str, GearGeometry], list[Comparison]]:
+    """Return the geometry of every gear, and the results of the file beside those of the drawn gears.
+
+    Parameters
+    ----------
+    unit : GearUnit
+        Unit with profile shifts.
+    arrangement : Arrangement
+        Places.
+    bores : dict
+        Bore radius (m) of every gear.
+
+    Returns
+    -------
+    tuple
+        Geometry by gear; comparisons.
+    """
+    gears = {gear.name: gear for gear in unit.gears}
+    fields = {name: _fields(unit, gear, arrangement, bores[name]) for name, gear in gears.items()}
+    for stage in unit.stages:
+        _set_tips(unit, stage, gears, fields, arrangement.distances[stage.name])
+    if unit.findings.mistakes:
+        return {}, []
+    for name, gear in gears.items():
+        _avoid_undercut(unit, gear, fields[name])
+    drawn: dict[str, GearGeometry] = {}
+    for name in gears:
+        try:
+            drawn[name] = GearGeometry(**fields[name])  # type: ignore[arg-type]
+        except InputError as error:
+            unit.findings.refuse(f"gear {name}: {error}")
+    stages = [stage for stage in unit.stages if stage.pinion in drawn and stage.wheel in drawn]
+    for stage in stages:
+        _set_backlash(unit, stage, gears, drawn, arrangement.distances[stage.name])
+    for name, gear in gears.items():
+        if name in drawn:
+            try:
+                drawn[name] = replace(drawn[name], micro=_micro(unit, gear, drawn[name]))
+            except InputError as error:
+                unit.findings.refuse(f"gear {name}: {error}")
+    comparisons = [line for stage in stages for line in _compared(unit, stage, drawn, arrangement)]
+    return drawn, comparisons
+
+
+def _fields(unit: GearUnit, gear: ImportedGear, arrangement: Arrangement, bore: float) -> dict[str, float]:
+    """Return the fields of a geometry, with assumptions for the basic profile."""
+    record, x = unit.findings, gear.profile_shift or 0.0
+    pitch = 0.5 * gear.teeth * gear.module / cos(gear.helix_angle)
+    dedendum, source = gear.dedendum, "tool"
+    if gear.root_radius is not None:
+        dedendum, source = (pitch - gear.root_radius) / gear.module + x, "root diameter"
+    if dedendum is None:
+        dedendum = 1.25
+        record.add(
+            "assumed", gear.name, "dedendum", "1.25 modules", "ISO 53 profile A; neither tool nor root diameter given"
+        )
+    else:
+        record.add("taken", gear.name, "dedendum", f"{dedendum:.5g} modules", source)
+    fields: dict[str, float] = {
+        "teeth": gear.teeth,
+        "normal_module": gear.module,
+        "normal_pressure_angle": gear.pressure_angle,
+        "helix_angle": gear.helix_angle,
+        "face_width": arrangement.widths[gear.name],
+        "bore_radius": bore,
+        "profile_shift": x,
+        "dedendum": dedendum,
+    }
+    if gear.addendum is not None:
+        fields["addendum"] = gear.addendum
+    if gear.tip_radius is not None:
+        fields["tip_radius"] = gear.tip_radius
+    limit = pi / 4 - dedendum * tan(gear.pressure_angle)
+    largest = limit * cos(gear.pressure_angle) / (1 - sin(gear.pressure_angle))
+    if gear.rack_tip_radius is not None and gear.rack_tip_radius <= largest:
+        fields["rack_tip_radius"] = gear.rack_tip_radius
+    elif gear.rack_tip_radius is not None:
+        text = f"{max(largest, 0.0):.4g} modules instead of {gear.rack_tip_radius:.4g}"
+        record.add("assumed", gear.name, "tip radius of the tool", text, "largest that fits the drawn profile")
+    else:
+        text = f"{min(USUAL_RACK_TIP_RADIUS, largest):.4g} modules"
+        record.add("assumed", gear.name, "tip radius of the tool", text, "ISO 53 profile A, or the largest that fits")
+    if gear.thickness is not None:
+        nominal = gear.module * (pi / 2 + 2 * x * tan(gear.pressure_angle))
+        fields["thickness_allowance"] = nominal - gear.thickness
+    elif gear.allowance is not None:
+        fields["thickness_allowance"] = gear.allowance
+    return fields
+
+
+def _set_tips(
+    unit: GearUnit,
+    stage: ImportedStage,
+    gears: dict[str, ImportedGear],
+    fields: dict[str, dict[str, float]],
+    distance: float,
+) -> None:
+    """Shorten tips that the file leaves open so that the tip clearance is kept (DIN 3960: k = (a − a_v)/m_n)."""
+    pair = [gears[stage.pinion], gears[stage.wheel]]
+    reference = 0.5 * sum(gear.teeth for gear in pair) * pair[0].module / cos(pair[0].helix_angle)
+    spread = (distance - reference) / pair[0].module - sum(gear.profile_shift or 0.0 for gear in pair)
+    if abs(spread) > _SPREAD:
+        unit.findings.refuse(
+            f"{stage.name}: centre distance {1e3 * distance:.6g} mm is {abs(spread):.2g} modules from the "
+            f"{1e3 * (distance - spread * pair[0].module):.6g} mm of teeth, module, helix and profile shifts (limit "
+            f"{_SPREAD:g}): correct one of them"
+        )
+        return
+    for gear in pair:
+        own = fields[gear.name]
+        if "tip_radius" in own or "addendum" in own:
+            continue
+        own["addendum"] = 1.0 + min(spread, 0.0)
+        text = f"{own['addendum']:.5g} modules"
+        unit.findings.add(
+            "assumed",
+            gear.name,
+            "addendum",
+            text,
+            "ISO 53 profile, shortened to keep the tip clearance; no tip diameter given",
+        )
+
+
+def _avoid_undercut(unit: GearUnit, gear: ImportedGear, fields: dict[str, float]) -> None:
+    """Lower the dedendum of an undercut gear to the limit, which the chain can draw."""
+    alpha, x = gear.pressure_angle, fields["profile_shift"]
+    largest = (pi / 4 - fields["dedendum"] * tan(alpha)) * cos(alpha) / (1 - sin(alpha))
+    radius = fields.get("rack_tip_radius", min(USUAL_RACK_TIP_RADIUS, largest))
+    transverse = np.arctan(tan(alpha) / cos(gear.helix_angle))
+    admissible = 0.5 * gear.teeth / cos(gear.helix_angle) * sin(transverse) ** 2
+    excess = fields["dedendum"] - radius * (1 - sin(alpha)) - x - admissible
+    if excess <= 0:
+        return
+    lowered = fields["dedendum"] - excess - 1e-6
+    unit.findings.add(
+        "assumed",
+        gear.name,
+        "dedendum",
+        f"{lowered:.5g} instead of {fields['dedendum']:.5g} modules",
+        "undercut, which the chain does not draw: root raised to where it ends",
+    )
+    fields["dedendum"] = lowered
+
+
+def backlash(pinion: GearGeometry, wheel: GearGeometry, distance: float) -> float:
+    """Return the normal backlash (m), negative where the flanks jam.
+
+    Parameters
+    ----------
+    pinion, wheel : GearGeometry
+        Gears.
+    distance : float
+        Centre distance (m).
+
+    Returns
+    -------
+    float
+        Backlash along the line of action (m).
+    """
+    working = acos(min((pinion.base_radius + wheel.base_radius) / distance, 1.0))
+    radii = [gear.base_radius / cos(working) for gear in (pinion, wheel)]
+    thickness = sum(2 * r * float(g.half_tooth_angle(r)) for g, r in zip((pinion, wheel), radii, strict=True))
+    pitch = 2 * pi * radii[1] / wheel.teeth
+    return (pitch - thickness) * cos(working) * cos(pinion.base_helix_angle)
+
+
+def recommended_backlash(module: float, distance: float) -> float:
+    """Return the minimum backlash (m) that ISO/TR 10064-2 recommends: 2/3 (0.06 + 0.0005 a + 0.03 m_n) mm.
+
+    Parameters
+    ----------
+    module : float
+        Normal module (m).
+    distance : float
+        Centre distance (m).
+
+    Returns
+    -------
+    float
+        Normal backlash (m).
+    """
+    return 2e-3 / 3 * (0.06 + 0.0005 * 1e3 * distance + 0.03 * 1e3 * module)
+
+
+def _set_backlash(
+    unit: GearUnit,
+    stage: ImportedStage,
+    gears: dict[str, ImportedGear],
+    drawn: dict[str, GearGeometry],
+    distance: float,
+) -> None:
+    """Give gears of unknown tooth thickness their allowances, and take a jam by rounding for none."""
+    pair = [stage.pinion, stage.wheel]
+    found = backlash(drawn[pair[0]], drawn[pair[1]], distance)
+    cosine = cos(drawn[pair[0]].normal_pressure_angle)
+    open_ = [n for n in pair if gears[n].thickness is None and gears[n].allowance is None]
+    wanted, source = stage.backlash, "backlash of the stage in the file"
+    if wanted is None:
+        wanted = recommended_backlash(drawn[pair[0]].normal_module, distance)
+        source = "smallest backlash of ISO/TR 10064-2; no tooth thickness given"
+    if open_:
+        each = max(wanted - found, 0.0) / cosine / len(open_)
+        for name in open_:
+            already = drawn[name].thickness_allowance
+            drawn[name] = replace(drawn[name], thickness_allowance=max(already, each))
+            text = f"{1e6 * max(already, each):.4g} µm"
+            unit.findings.add("assumed", name, "thickness allowance", text, source)
+    found = backlash(drawn[pair[0]], drawn[pair[1]], distance)
+    if found < 0:
+        kind, why = ("assumed", "rounding of a drawing") if found >= -ROUNDING else ("differs", "the flanks jam")
+        text = f"0 instead of {1e6 * found:.4g} µm"
+        unit.findings.add(kind, stage.name, "backlash", text, f"{why}; {pair[1]} made thinner")  # type: ignore[arg-type]
+        wheel = drawn[pair[1]]
+        drawn[pair[1]] = replace(wheel, thickness_allowance=wheel.thickness_allowance - found / cosine + 1e-12)
+
+
+def _micro(unit: GearUnit, gear: ImportedGear, drawn: GearGeometry) -> MicroGeometry:
+    left, right = gear.flanks
+    if left != right and not gear.driving_flank:
+        unit.findings.add(
+            "assumed", gear.name, "driving flank", "left", "both flanks differ; the file names none as loaded"
+        )
+    drive, coast = (right, left) if gear.driving_flank == "right" else (left, right)
+    return MicroGeometry(_flank(unit, gear, drive, drawn), _flank(unit, gear, coast, drawn))
+
+
+def _flank(unit: GearUnit, gear: ImportedGear, shape: FlankShape, drawn: GearGeometry) -> Flank:
+    return Flank(
+        profile_crowning=shape.profile_crowning,
+        lead_crowning=shape.lead_crowning,
+        tip_relief=_relief(unit, gear, shape.tip_relief, drawn, tip=True),
+        root_relief=_relief(unit, gear, shape.root_relief, drawn, tip=False),
+    )
+
+
+def _relief(
+    unit: GearUnit, gear: ImportedGear, relief: ImportedRelief | None, drawn: GearGeometry, *, tip: bool
+) -> Relief | None:
+    """Return a relief by its rolled length; one that starts outside the flank ends with it."""
+    if relief is None:
+        return None
+    low, high = drawn.usable_flank
+    length = relief.length
+    if length is None:
+        start = drawn.base_radius * float(drawn.roll_angle_at(0.5 * (relief.diameter or 0.0)))
+        length = high - start if tip else start - low
+    name = "tip relief" if tip else "root relief"
+    if not 0.0 < length <= high - low:
+        text = f"{1e3 * length:.4g} mm of rolled length, flank {1e3 * (high - low):.4g} mm"
+        unit.findings.add("left out", gear.name, name, text, "starts outside the usable flank")
+        return None
+    if relief.shape not in ("linear", "parabolic"):
+        unit.findings.add("assumed", gear.name, name, f"parabolic instead of {relief.shape}", "shapes of the chain")
+    return Relief(relief.amount, length, "linear" if relief.shape == "linear" else "parabolic")
+
+
+def _compared(
+    unit: GearUnit, stage: ImportedStage, drawn: dict[str, GearGeometry], arrangement: Arrangement
+) -> list[Comparison]:
+    """Return the results of a stage beside those of the file; differences beyond 1e-4 go into the record."""
+    distance = arrangement.distances[stage.name]
+    try:
+        pair = GearPair(GearBody(drawn[stage.pinion]), GearBody(drawn[stage.wheel]), distance)
+    except InputError as error:
+        unit.findings.refuse(f"{stage.name}: {error}")
+        return []
+    found = {
+        "contact_ratio": ("transverse contact ratio", "", pair.transverse_contact_ratio, 1.0),
+        "overlap_ratio": ("overlap ratio", "", pair.overlap_ratio, 1.0),
+        "total_contact_ratio": ("total contact ratio", "", pair.total_contact_ratio, 1.0),
+        "working_pressure_angle": (
+            "transverse working pressure angle",
+            "°",
+            degrees(pair.working_pressure_angle),
+            180 / pi,
+        ),
+        "common_face_width": ("common face width", "mm", 1e3 * pair.face_width, 1e3),
+    }
+    lines = []
+    if stage.centre_distance is not None:
+        lines.append(Comparison(stage.name, "centre distance", "mm", 1e3 * stage.centre_distance, 1e3 * distance))
+    for key, stated in stage.stated.items():
+        quantity, unit_, value, factor = found[key]
+        lines.append(Comparison(stage.name, quantity, unit_, factor * stated, value))
+    for line in lines:
+        if not line.agrees:
+            text = f"file {line.stated:.7g}, drawn {line.found:.7g} {line.unit}".rstrip()
+            unit.findings.add("differs", stage.name, line.quantity, text, "drawn gears taken")
+    return lines

@@ -1,0 +1,276 @@
+"""Estimates for imported bearings: boundary dimensions by designation, and stiffness by a published formula."""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_left
+from dataclasses import dataclass
+from math import atan, cos, hypot, pi, radians, sin, tan
+
+import numpy as np
+
+from nvhchain.case.rexs.arranged import Arrangement
+from nvhchain.gear import GearGeometry
+from nvhchain.interop.rexs import GearUnit, ImportedBearing
+
+DAMPING_TIME = 1e-5
+"""Damping over stiffness (s) of a bearing; E. Krämer, Dynamics of Rotors and Foundations, 1993: (0.25…2.5)e-5 s."""
+
+RIGID = 1e10
+"""Stiffness (N/m) in place of a larger one, which a file writes for a rigid bearing."""
+
+FREE = 1e4
+"""Axial stiffness (N/m) of a bearing that does not hold its shaft along z."""
+
+# fmt: off
+_BORES = (
+    10, 12, 15, 17, 20, 25, 30, 35, 40, 45, 50, 55, 60, 65, 70, 75, 80, 85, 90, 95, 100, 105, 110, 120, 130, 140, 150,
+)
+_OUTER = {
+    0: (26, 28, 32, 35, 42, 47, 55, 62, 68, 75, 80, 90, 95, 100,
+        110, 115, 125, 130, 140, 145, 150, 160, 170, 180, 200, 210, 225),
+    2: (30, 32, 35, 40, 47, 52, 62, 72, 80, 85, 90, 100, 110, 120,
+        125, 130, 140, 150, 160, 170, 180, 190, 200, 215, 230, 250, 270),
+    3: (35, 37, 42, 47, 52, 62, 72, 80, 90, 100, 110, 120, 130, 140,
+        150, 160, 170, 180, 190, 200, 215, 225, 240, 260, 280, 300, 320),
+}
+# fmt: on
+"""Outer diameters (mm) by bore (mm) of the diameter series 0, 2 and 3 (ISO 15)."""
+
+_ANGLES = {
+    "tapered": 14.0,
+    "angular": 25.0,
+    "spherical": 10.0,
+    "self_aligning": 10.0,
+    "grooved": 12.0,
+    "four_point": 35.0,
+}
+"""Contact angle (°) by a word in the type; it sets the axial stiffness."""
+
+
+@dataclass(frozen=True)
+class BearingEstimate:
+    """Dimensions and stiffness of a bearing.
+
+    Parameters
+    ----------
+    bore, outer_diameter, width : float
+        Boundary dimensions (m).
+    radial_stiffness, axial_stiffness : float
+        Stiffness (N/m).
+    source : str
+        Origin of the stiffness.
+    """
+
+    bore: float
+    outer_diameter: float
+    width: float
+    radial_stiffness: float
+    axial_stiffness: float
+    source: str
+
+
+def estimate(unit: GearUnit, bearing: ImportedBearing, shaft_diameter: float, load: float) -> BearingEstimate:
+    """Return dimensions and stiffness of a bearing; estimates go into the record.
+
+    Parameters
+    ----------
+    unit : GearUnit
+        Unit.
+    bearing : ImportedBearing
+        Bearing.
+    shaft_diameter : float
+        Diameter of its shaft (m).
+    load : float
+        Radial load (N).
+
+    Returns
+    -------
+    BearingEstimate
+        Dimensions and stiffness.
+    """
+    bore, outer, width = _dimensions(unit, bearing, shaft_diameter)
+    kind = _kind(unit, bearing)
+    angle = _contact_angle(bearing, kind)
+    radial, axial, source = bearing.radial_stiffness, bearing.axial_stiffness, "stiffness in the file"
+    if radial is None or (axial is None and bearing.axial != "no_direction"):
+        count, size, length, elements = _elements(bearing, kind, bore, outer, width)
+        own = _kraemer(kind, count, size, length, load, angle)
+        if radial is None:
+            radial = own
+            source = f"E. Krämer 1993, {kind} with {count:.0f} elements of {1e3 * size:.3g} mm at {1e-3 * load:.3g} kN"
+            unit.findings.add("assumed", bearing.name, "radial stiffness", f"{radial:.3g} N/m", f"{source}; {elements}")
+        if axial is None and bearing.axial != "no_direction":
+            axial = max(2.0 * tan(angle) ** 2 * own, FREE)
+            text = f"contact angle {angle * 180 / pi:.3g}°, k_a = 2 tan²α k_r"
+            unit.findings.add("assumed", bearing.name, "axial stiffness", f"{axial:.3g} N/m", text)
+    if bearing.axial == "no_direction":
+        axial = FREE
+        unit.findings.add("assumed", bearing.name, "axial stiffness", f"{FREE:g} N/m", "holds its shaft radially only")
+    if bearing.axial in ("positive", "negative"):
+        unit.findings.add(
+            "assumed", bearing.name, "axial support", f"{bearing.axial} only", "linear, in both directions"
+        )
+    limited = [min(max(value or FREE, FREE), RIGID) for value in (radial, axial)]
+    if any((value or 0.0) > RIGID for value in (radial, axial)):
+        unit.findings.add("assumed", bearing.name, "stiffness", f"{RIGID:g} N/m at most", "rigid in the file")
+    return BearingEstimate(bore, outer, width, limited[0], limited[1], source)
+
+
+def _kind(unit: GearUnit, bearing: ImportedBearing) -> str:
+    """Return the type; that of a concept bearing follows its axial support."""
+    if bearing.kind != "concept_bearing" and "rolling_bearing_with" not in bearing.kind:
+        return bearing.kind
+    guess = {"no_direction": "radial_roller_bearing", "both_directions": "radial_grooved_ball_bearing"}
+    kind = guess.get(bearing.axial, "radial_tapered_roller_bearing")
+    if bearing.radial_stiffness is None:
+        unit.findings.add("assumed", bearing.name, "type", kind, "by its axial support; none given")
+    return kind
+
+
+def _contact_angle(bearing: ImportedBearing, kind: str) -> float:
+    """Return the contact angle (rad) in the file, or the usual one of the type."""
+    if bearing.contact_angle:
+        return abs(bearing.contact_angle)
+    return radians(next((angle for word, angle in _ANGLES.items() if word in kind), 0.0))
+
+
+def _dimensions(unit: GearUnit, bearing: ImportedBearing, shaft_diameter: float) -> tuple[float, float, float]:
+    """Return bore, outer diameter and width (m): of the file, by the designation, or of the light series."""
+    bore, outer, width = bearing.bore, bearing.outer_diameter, bearing.width
+    if bore and outer and width and bore < outer:
+        return bore, outer, width
+    named, source = _named(bearing.catalogue.get("catalogue_designation", "")), "by its designation and ISO 15"
+    if named is None:
+        named, source = _in_name(bearing, bore or shaft_diameter), "by its name in the file and ISO 15"
+    if named is None or (shaft_diameter and abs(named[0] - shaft_diameter) > 0.2 * shaft_diameter):
+        size = 1e3 * (bore or shaft_diameter or 0.02)
+        at = min(bisect_left(_BORES, size - 0.01), len(_BORES) - 1)
+        ratio = _OUTER[2][at] / _BORES[at]
+        named = 1e-3 * size, 1e-3 * size * ratio, None
+        source = "diameter series 2 of ISO 15 on its shaft"
+    bore = bore or named[0]
+    outer = outer if outer and outer > bore else max(named[1], 1.15 * bore)
+    width = width or named[2] or 0.5 * (outer - bore)
+    text = f"{1e3 * bore:.4g} x {1e3 * outer:.4g} x {1e3 * width:.4g} mm"
+    unit.findings.add("assumed", bearing.name, "bore, outer diameter, width", text, source)
+    return bore, outer, width
+
+
+def _in_name(bearing: ImportedBearing, bore: float) -> tuple[float, float, float | None] | None:
+    """Return the dimensions (m) of a designation in a bearing's name whose bore is that of its shaft."""
+    for word in re.findall(r"\d+\s*[xX×]\s*\d+\s*[xX×]\s*\d+|\b\d{4,5}\b", bearing.catalogue.get("name", "")):
+        found = _named(word)
+        if found is not None and abs(found[0] - bore) < 1e-3:
+            return found
+    return None
+
+
+def _named(designation: str) -> tuple[float, float, float | None] | None:
+    """Return bore, outer diameter and perhaps width (m) of a designation such as 6210, 33014 or 50x58x25."""
+    sizes = re.search(r"(\d+)\s*[xX×]\s*(\d+)\s*[xX×]\s*(\d+)", designation)
+    if sizes:
+        bore, outer, width = (1e-3 * float(size) for size in sizes.groups())
+        return (bore, outer, width) if bore < outer else None
+    digits = re.search(r"\d{3,5}", designation)
+    if digits is None:
+        return None
+    series, code = int(digits[0][-3]), int(digits[0][-2:])
+    size = {0: 10, 1: 12, 2: 15, 3: 17}.get(code, 5 * code)
+    if series not in _OUTER or size not in _BORES:
+        return None
+    return 1e-3 * size, 1e-3 * _OUTER[series][_BORES.index(size)], None
+
+
+def _elements(
+    bearing: ImportedBearing, kind: str, bore: float, outer: float, width: float
+) -> tuple[float, float, float, str]:
+    """Return number, diameter and length (m) of the rolling elements, and their origin."""
+    ball = "ball" in kind
+    needle = "needle" in kind
+    pitch = 0.5 * (bore + outer)
+    size = (0.3 if ball else 0.35 if needle else 0.25) * (outer - bore)
+    count = (0.6 if ball else 0.85) * pi * pitch / size
+    source = "0.3 (D - d), 60 % filled" if ball else "0.25 (D - d), 85 % filled, 0.6 B long"
+    if bearing.element_diameter:
+        size = bearing.element_diameter
+        count, source = (0.6 if ball else 0.85) * pi * pitch / size, "element diameter in the file"
+    if bearing.elements:
+        count, source = float(bearing.elements), f"{bearing.elements} elements in the file"
+    length = bearing.element_length or 0.6 * width
+    return count * (bearing.rows or 1), size, length, source
+
+
+def _kraemer(kind: str, count: float, size: float, length: float, load: float, angle: float) -> float:
+    """Return the radial stiffness (N/m) of a rolling bearing under load.
+
+    Notes
+    -----
+    E. Krämer, Dynamics of Rotors and Foundations, 1993. Balls: 13e6 Z^(2/3) D_w^(1/3) F^(1/3) cos^(5/3) α. Rollers:
+    1e9 Z^0.9 L^0.8 F^0.1 cos^1.9 α. SI units.
+    """
+    if "ball" in kind:
+        return float(13e6 * count ** (2 / 3) * size ** (1 / 3) * load ** (1 / 3) * cos(angle) ** (5 / 3))
+    return float(1e9 * count**0.9 * length**0.8 * load**0.1 * cos(angle) ** 1.9)
+
+
+def bearing_loads(
+    unit: GearUnit, arrangement: Arrangement, gears: dict[str, GearGeometry], torque: float
+) -> dict[str, float]:
+    """Return an estimate of the radial load (N) of every bearing: rigid shafts on equal springs.
+
+    Parameters
+    ----------
+    unit : GearUnit
+        Unit.
+    arrangement : Arrangement
+        Places.
+    gears : dict
+        Geometry by gear.
+    torque : float
+        Torque of the input (N m).
+
+    Returns
+    -------
+    dict
+        Load by bearing, 100 N at least.
+    """
+    of = {gear.name: gear.shaft for gear in unit.gears}
+    turns = {unit.input_shaft: 1.0}
+    pushes: dict[str, list[tuple[float, float, float]]] = {shaft.name: [] for shaft in unit.shafts}
+    for _ in unit.stages:
+        for stage in unit.stages:
+            if of[stage.pinion] in turns:
+                ratio = gears[stage.pinion].teeth / gears[stage.wheel].teeth
+                turns.setdefault(of[stage.wheel], -turns[of[stage.pinion]] * ratio)
+    for stage in unit.stages:
+        pinion, one, other = gears[stage.pinion], of[stage.pinion], of[stage.wheel]
+        speed = turns.get(one, 1.0)
+        (x1, y1), (x2, y2) = arrangement.axes[one], arrangement.axes[other]
+        apart = hypot(x2 - x1, y2 - y1)
+        ex, ey = (x2 - x1) / apart, (y2 - y1) / apart
+        tangential = torque / abs(speed) / pinion.pitch_radius
+        radial = tangential * tan(pinion.normal_pressure_angle) / cos(atan(sin(pinion.helix_angle)))
+        sense = 1.0 if speed * unit.input_rotation > 0 else -1.0
+        fx, fy = sense * tangential * ey - radial * ex, -sense * tangential * ex - radial * ey
+        plane = arrangement.planes[stage.pinion]
+        pushes[one].append((plane, fx, fy))
+        pushes[other].append((plane, -fx, -fy))
+    loads = {bearing.name: 100.0 for bearing in unit.bearings}
+    for shaft in unit.shafts:
+        held = [b for b in unit.bearings if shaft.name in (b.shaft, b.outer_shaft)]
+        if not held or not pushes[shaft.name]:
+            continue
+        places = np.array([b.z + arrangement.shifts[b.shaft] for b in held])
+        rows = np.stack([np.ones(len(places)), places], axis=1)
+        for bearing, reaction in zip(held, _reactions(rows, pushes[shaft.name]), strict=True):
+            loads[bearing.name] = max(loads[bearing.name], reaction)
+    return loads
+
+
+def _reactions(rows: np.ndarray, pushes: list[tuple[float, float, float]]) -> np.ndarray:
+    """Return the size (N) of the reactions on equal springs at `rows` (1, z)."""
+    forces = np.array([[fx, fy] for _, fx, fy in pushes])
+    arms = np.array([[1.0, z] for z, _, _ in pushes])
+    motion = np.linalg.lstsq(rows.T @ rows, arms.T @ forces, rcond=None)[0]
+    return np.asarray(np.linalg.norm(rows @ motion, axis=1))

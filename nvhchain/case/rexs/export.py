@@ -1,0 +1,260 @@
+"""Export of a gearbox case to REXS, for what the format holds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from math import degrees, pi, tan
+from pathlib import Path
+
+from nvhchain import __version__
+from nvhchain.case.gearbox import Gear, GearboxCase, Stage
+from nvhchain.conventions import STEEL, Material
+from nvhchain.dynamics import Bearing, Shaft, ShaftBearing
+from nvhchain.gear import GearPair, Solid
+from nvhchain.gear.drawing.micro_geometry import Flank
+from nvhchain.interop.rexs.contents.write import Draft, Value, write_draft
+
+_NO_UNIT = "none"
+
+
+def export_rexs(case: GearboxCase, path: str | Path) -> tuple[str, ...]:
+    """Write shafts, gears, stages, bearings and load of a case as REXS 1.4.
+
+    Parameters
+    ----------
+    case : GearboxCase
+        Case.
+    path : str or Path
+        File (.rexs).
+
+    Returns
+    -------
+    tuple of str
+        Parts of the case that the file does not hold.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written there.
+    """
+    draft = Draft()
+    unit = draft.add("gear_unit", case.name, {**_place(0.0, (0.0, 0.0), 1)})
+    casing = draft.add("gear_casing", "Casing", {})
+    draft.relate("assembly", assembly=unit, part=casing)
+    shafts = {shaft.name: _shaft(draft, unit, shaft) for shaft in case.shafts}
+    starts = {shaft.name: _start(shaft) for shaft in case.shafts}
+    gears = {gear.name: _gear(draft, case, gear, shafts[gear.shaft], starts[gear.shaft]) for gear in case.gears}
+    for stage, pair in zip(case.stages, case.pairs, strict=True):
+        _stage(draft, unit, stage, pair, gears)
+    for bearing in (*case.bearings, *case.shaft_bearings):
+        _bearing(draft, bearing, shafts, starts, casing)
+    _load(draft, case, shafts)
+    now = datetime.now(UTC).isoformat(timespec="seconds")
+    write_draft(draft, Path(path), application="nvhchain", application_version=__version__, date=now)
+    return tuple(_not_held(case))
+
+
+def _not_held(case: GearboxCase) -> list[str]:
+    """Return the parts of a case that REXS does not hold."""
+    found = ["housing", "microphones, band and options"]
+    found += [f"blank of gear {gear.name}" for gear in case.gears if not isinstance(gear.blank, Solid)]
+    found += [f"looseness of gear {gear.name}" for gear in case.gears if gear.loose]
+    slopes = [g.name for g in case.gears if g.geometry.micro.drive.lead_slope or g.geometry.micro.coast.lead_slope]
+    found += [f"lead slope of gear {name}" for name in slopes]
+    found += ["damping of bearings and shafts"]
+    found += [f"coupled inertia of shaft {shaft.name}" for shaft in case.shafts if shaft.coupled_inertia]
+    found += [f"bodies of shaft {shaft.name}" for shaft in case.shafts if shaft.bodies]
+    if case.operation.ramp is not None or case.operation.fluctuation is not None:
+        found.append("ramp and fluctuation of the operation")
+    return found
+
+
+def _mm(value: float) -> Value:
+    return 1e3 * value, "mm"
+
+
+def _place(z: float, axis: tuple[float, float], reference: int) -> dict[str, Value]:
+    return {
+        "support_vector": ([1e3 * z, 1e3 * axis[0], 1e3 * axis[1]], "mm"),
+        "u_axis_vector": ([1.0, 0.0, 0.0], "mm"),
+        "w_axis_vector": ([0.0, 0.0, 1.0], "mm"),
+        "reference_component_for_position": (reference, _NO_UNIT),
+    }
+
+
+def _start(shaft: Shaft) -> float:
+    return min((segment.start for segment in shaft.segments), default=0.0)
+
+
+def _material(draft: Draft, owner: int, young: float, poisson: float, density: float) -> None:
+    material = draft.add(
+        "material",
+        "Material",
+        {
+            "elastic_modulus": (1e-6 * young, "N / mm^2"),
+            "poisson_ratio": (poisson, _NO_UNIT),
+            "density": (1e-3 * density, "kg / dm^3"),
+        },
+    )
+    draft.relate("reference", origin=owner, referenced=material)
+
+
+def _shaft(draft: Draft, unit: int, shaft: Shaft) -> int:
+    start = _start(shaft)
+    number = draft.add("shaft", shaft.name, _place(start, shaft.axis, unit))
+    draft.relate("assembly", assembly=unit, part=number)
+    for segment in shaft.segments:
+        section = draft.add(
+            "shaft_section",
+            "",
+            {
+                "u_coordinate_on_shaft": _mm(segment.start - start),
+                "length": _mm(segment.end - segment.start),
+                "outer_diameter_begin": _mm(segment.outer_diameter),
+                "outer_diameter_end": _mm(segment.outer_diameter),
+                "inner_diameter_begin": _mm(segment.inner_diameter),
+                "inner_diameter_end": _mm(segment.inner_diameter),
+            },
+        )
+        draft.relate("assembly", assembly=number, part=section)
+    if shaft.segments:
+        first = shaft.segments[0]
+        _material(draft, number, first.young, first.poisson, first.density)
+    return number
+
+
+def _gear(draft: Draft, case: GearboxCase, gear: Gear, shaft: int, start: float) -> int:
+    drawn = gear.geometry
+    nominal = drawn.normal_module * (pi / 2 + 2 * drawn.profile_shift * tan(drawn.normal_pressure_angle))
+    number = draft.add(
+        "cylindrical_gear",
+        gear.name,
+        {
+            "u_coordinate_on_shaft": _mm(gear.z - start),
+            "number_of_teeth": (drawn.teeth, _NO_UNIT),
+            "normal_module": _mm(drawn.normal_module),
+            "helix_angle_reference_diameter": (degrees(drawn.helix_angle), "deg"),
+            "face_width": _mm(drawn.face_width),
+            "inner_diameter": _mm(2 * drawn.bore_radius),
+            "tip_diameter": _mm(2 * drawn.tip_circle_radius),
+            "root_diameter": _mm(2 * drawn.root_radius),
+            "reference_circle_diameter": _mm(2 * drawn.pitch_radius),
+            "base_circle_diameter": _mm(2 * drawn.base_radius),
+            "normal_tooth_thickness_at_pitch_diameter": _mm(nominal - drawn.thickness_allowance),
+        },
+    )
+    draft.relate("assembly", assembly=shaft, part=number)
+    material: Material = gear.material or STEEL
+    _material(draft, number, material.young, material.poisson, material.density)
+    flanks = {side: _flank(draft, gear, flank) for side, flank in _sides(gear)}
+    draft.relate("flank", gear=number, **flanks)
+    tool = draft.add(
+        "rack_shaped_tool",
+        "",
+        {
+            "addendum_coefficient_reference_profile": (drawn.dedendum, _NO_UNIT),
+            "tip_radius_factor": (drawn.rack_tip_radius_in_use, _NO_UNIT),
+        },
+    )
+    settings = draft.add("cylindrical_gear_manufacturing_settings", "", {})
+    for flank in flanks.values():
+        draft.relate("manufacturing_step", workpiece=flank, tool=tool, manufacturing_settings=settings)
+    return number
+
+
+def _sides(gear: Gear) -> tuple[tuple[str, Flank], tuple[str, Flank]]:
+    return ("left", gear.geometry.micro.drive), ("right", gear.geometry.micro.coast)
+
+
+def _flank(draft: Draft, gear: Gear, flank: Flank) -> int:
+    drawn = gear.geometry
+    number = draft.add(
+        "cylindrical_gear_flank",
+        "",
+        {
+            "normal_pressure_angle": (degrees(drawn.normal_pressure_angle), "deg"),
+            "addendum_modification_coefficient": (drawn.profile_shift, _NO_UNIT),
+        },
+    )
+    parts: list[tuple[str, Mapping[str, Value]]] = []
+    for end, relief in (("tip", flank.tip_relief), ("root", flank.root_relief)):
+        if relief is not None:
+            sizes: dict[str, Value] = {
+                f"{end}_relief_depth": _mm(relief.amount),
+                f"{end}_relief_datum_length": _mm(relief.length),
+                "shape_of_relief": (relief.shape, _NO_UNIT),
+            }
+            parts.append((f"{end}_relief", sizes))
+    for kind, amount, ends in (
+        ("profile_crowning", flank.profile_crowning, ("profile_crowning_at_tip", "profile_crowning_at_root")),
+        (
+            "helix_crowning",
+            flank.lead_crowning,
+            ("helix_crowning_amount_datum_face", "helix_crowning_amount_non_datum_face"),
+        ),
+    ):
+        if amount:
+            parts.append((kind, {end: _mm(amount) for end in ends}))
+    for kind, attributes in parts:
+        draft.relate("reference", origin=number, referenced=draft.add(kind, "", attributes))
+    return number
+
+
+def _stage(draft: Draft, unit: int, stage: Stage, pair: GearPair, gears: Mapping[str, int]) -> None:
+    number = draft.add(
+        "cylindrical_stage",
+        stage.name,
+        {
+            "center_distance": _mm(stage.centre_distance),
+            "radial_contact_ratio": (pair.transverse_contact_ratio, _NO_UNIT),
+            "overlap_contact_ratio": (pair.overlap_ratio, _NO_UNIT),
+            "total_contact_ratio": (pair.total_contact_ratio, _NO_UNIT),
+            "common_face_width": _mm(pair.face_width),
+        },
+    )
+    draft.relate("assembly", assembly=unit, part=number)
+    draft.relate("stage", stage=number, gear_1=gears[stage.pinion], gear_2=gears[stage.wheel])
+    for gear, driving in ((stage.pinion, True), (stage.wheel, False)):
+        data = draft.add(
+            "cylindrical_stage_gear_data",
+            "",
+            {
+                "operating_pressure_angle_in_the_transverse_section": (degrees(pair.working_pressure_angle), "deg"),
+                "is_driving_gear": (driving, _NO_UNIT),
+                "loaded_tooth_flank": ("left", _NO_UNIT),
+            },
+        )
+        draft.relate("stage_gear_data", stage=number, gear=gears[gear], stage_gear_data=data)
+
+
+def _bearing(
+    draft: Draft, bearing: Bearing, shafts: Mapping[str, int], starts: Mapping[str, float], casing: int
+) -> None:
+    number = draft.add(
+        "concept_bearing",
+        bearing.name,
+        {
+            "u_coordinate_on_shaft_inner_side": _mm(bearing.z - starts[bearing.shaft]),
+            "radial_force_absorption": (True, _NO_UNIT),
+            "axial_force_absorption": ("both_directions", _NO_UNIT),
+            "radial_stiffness": (bearing.radial_stiffness, "N / m"),
+            "axial_stiffness": (bearing.axial_stiffness, "N / m"),
+        },
+    )
+    outer = shafts[bearing.outer_shaft] if isinstance(bearing, ShaftBearing) else casing
+    draft.relate("side", assembly=number, inner_part=shafts[bearing.shaft], outer_part=outer)
+
+
+def _load(draft: Draft, case: GearboxCase, shafts: Mapping[str, int]) -> None:
+    """Add the torques at input and output and the speed of the input."""
+    speed, torque = case.operation.input_speed, case.operation.input_torque
+    turns = case.shaft_orders.get(case.output_shaft, 1)
+    senses = case.rotations
+    for name, power in ((case.input_shaft, torque), (case.output_shaft, -torque / float(turns or 1))):
+        load = draft.add("external_load", f"Load on {name}", {"transmits_torque": (True, _NO_UNIT)})
+        draft.relate("assembly", assembly=shafts[name], part=load)
+        draft.load_case[load] = {"torque_around_u_axis": (senses.get(name, 1) * power, "N m")}
+    draft.load_case[shafts[case.input_shaft]] = {
+        "rotational_speed": (senses[case.input_shaft] * 30 / pi * speed, "1 / min")
+    }

@@ -1,0 +1,330 @@
+"""Case of an imported unit: everything that its file will hold."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import ceil, cos, pi
+
+from nvhchain.case.rexs.arranged import Arrangement, arranged
+from nvhchain.case.rexs.completed import Comparison, complete_gears, nominal_distances, shared_data
+from nvhchain.case.rexs.estimates import BearingEstimate, bearing_loads, estimate
+from nvhchain.case.rexs.pieces import Piece, bore_radius, pieces
+from nvhchain.conventions import Material
+from nvhchain.errors import InputError, Mistakes
+from nvhchain.gear import GearGeometry
+from nvhchain.housing import DrawnCasting, DrawnDisc, DrawnSeat, draw_casting
+from nvhchain.interop.rexs import GearUnit, ImportedBearing, ImportedGear
+
+USUAL_SPEED = 1500 * pi / 30
+"""Speed (rad/s) of the input where the file has none."""
+
+USUAL_LINE_LOAD = 1e5
+"""Tangential force over the face width (N/m) where the file has no torque."""
+
+_BESIDE = 5e-3
+"""Largest gap (m) between bearings on one shaft that share a seat."""
+
+
+@dataclass(frozen=True)
+class Support:
+    """Bearing of the case, for one or more of the file.
+
+    Parameters
+    ----------
+    bearing : ImportedBearing
+        Bearing; the first of several that share a seat.
+    z : float
+        Plane (m), in the frame of the unit.
+    estimate : BearingEstimate
+        Dimensions and stiffness.
+    """
+
+    bearing: ImportedBearing
+    z: float
+    estimate: BearingEstimate
+
+
+@dataclass(frozen=True)
+class ImportedCase:
+    """Contents of the case file, in the frame of the unit.
+
+    Parameters
+    ----------
+    unit : GearUnit
+        Unit with its record.
+    arrangement : Arrangement
+        Places.
+    gears : dict
+        Geometry by gear.
+    pieces : dict
+        Cylinders by shaft.
+    supports : tuple of Support
+        Bearings in the housing.
+    links : tuple of Support
+        Bearings between shafts.
+    drawn : DrawnCasting
+        Housing.
+    comparisons : tuple of Comparison
+        Results of the file beside those of the drawn gears.
+    speed, torque : float
+        Input (rad/s, N m).
+    band : tuple of 3 float
+        Lowest and highest line and their spacing (Hz).
+    """
+
+    unit: GearUnit
+    arrangement: Arrangement
+    gears: dict[str, GearGeometry]
+    pieces: dict[str, list[Piece]]
+    supports: tuple[Support, ...]
+    links: tuple[Support, ...]
+    drawn: DrawnCasting
+    comparisons: tuple[Comparison, ...]
+    speed: float
+    torque: float
+    band: tuple[float, float, float]
+
+
+def imported_case(unit: GearUnit, path: str) -> ImportedCase:
+    """Return the contents of the case of a unit.
+
+    Parameters
+    ----------
+    unit : GearUnit
+        Unit.
+    path : str
+        Name of its file, for messages.
+
+    Returns
+    -------
+    ImportedCase
+        Contents; assumptions stand in the record of the unit.
+
+    Raises
+    ------
+    Mistakes
+        All contradictions at once.
+    """
+    record = unit.findings
+
+    def stop_if_wrong() -> None:
+        if record.mistakes:
+            raise Mistakes([f"{path}: {text}" for text in record.mistakes])
+
+    unit = shared_data(unit)
+    stop_if_wrong()
+    places = arranged(unit, nominal_distances(unit))
+    shafts = {shaft.name: shaft for shaft in unit.shafts}
+    bores = {}
+    for gear in unit.gears:
+        shift = places.shifts[gear.shaft]
+        bores[gear.name] = bore_radius(
+            shafts[gear.shaft],
+            shift,
+            places.planes[gear.name],
+            gear.bore_radius,
+            _largest_bore(gear),
+            record,
+            gear.name,
+        )
+    stop_if_wrong()
+    gears, comparisons = complete_gears(unit, places, bores)
+    stop_if_wrong()
+    cylinders = {
+        name: pieces(shaft, places.shifts[name], _faces(unit, places, bores, name), _planes(unit, places, name), record)
+        for name, shaft in shafts.items()
+    }
+    for name, found in cylinders.items():
+        if not found:
+            record.refuse(f"shaft {name}: has no shaft_section: add its sections")
+    stop_if_wrong()
+    speed, torque = _operation(unit, places, gears)
+    supports, links = _supports(unit, places, bearing_loads(unit, places, gears, torque))
+    stop_if_wrong()
+    try:
+        drawn = _housing(unit, places, gears, cylinders, supports)
+    except InputError as error:
+        record.refuse(f"housing: {error}")
+    stop_if_wrong()
+    for quantity in ("inertia of the driving machine", "inertia of the driven machine"):
+        record.add("missing", "operation", quantity, "none", "not part of REXS; coupled_inertia of a shaft takes it")
+    band = _band(unit, gears, speed)
+    return ImportedCase(unit, places, gears, cylinders, supports, links, drawn, tuple(comparisons), speed, torque, band)
+
+
+def _largest_bore(gear: ImportedGear) -> float:
+    """Return the largest bore radius (m) that leaves a rim of one module below the root."""
+    pitch = 0.5 * gear.teeth * gear.module / cos(gear.helix_angle)
+    depth = gear.dedendum if gear.dedendum is not None else 1.25
+    root = gear.root_radius or pitch - gear.module * (depth - (gear.profile_shift or 0.0))
+    return max(root - 1.05 * gear.module, 0.2 * gear.module)
+
+
+def _faces(
+    unit: GearUnit, places: Arrangement, bores: dict[str, float], shaft: str
+) -> list[tuple[float, float, float]]:
+    """Return ends (m) and bore diameter (m) of the gears on a shaft."""
+    found = []
+    for gear in unit.gears:
+        if gear.shaft == shaft:
+            middle, half = places.planes[gear.name], 0.5 * places.widths[gear.name]
+            found.append((middle - half, middle + half, 2 * bores[gear.name]))
+    return found
+
+
+def _planes(unit: GearUnit, places: Arrangement, shaft: str) -> list[float]:
+    """Return the planes (m) of gears and bearings on a shaft, bearings around it included."""
+    gears = [places.planes[gear.name] for gear in unit.gears if gear.shaft == shaft]
+    bearings = [b.z + places.shifts[b.shaft] for b in unit.bearings if shaft in (b.shaft, b.outer_shaft)]
+    return gears + bearings
+
+
+def _operation(unit: GearUnit, places: Arrangement, gears: dict[str, GearGeometry]) -> tuple[float, float]:
+    """Return speed (rad/s) and torque (N m) of the input; what the file has not is assumed."""
+    load = unit.loads[0]
+    speed, torque = load.speed, load.torque
+    if speed is None:
+        speed = USUAL_SPEED
+        unit.findings.add("assumed", "operation", "input speed", "1500 rpm", "none in the file")
+    if torque is None:
+        first = next(stage for stage in unit.stages if _on(unit, stage.pinion, unit.input_shaft))
+        pinion = gears[first.pinion]
+        width = min(places.widths[first.pinion], places.widths[first.wheel])
+        torque = float(f"{USUAL_LINE_LOAD * width * pinion.pitch_radius:.2g}")
+        text = "100 N/mm on the face of the first stage; none in the file"
+        unit.findings.add("assumed", "operation", "input torque", f"{torque:g} N m", text)
+    return speed, torque
+
+
+def _on(unit: GearUnit, gear: str, shaft: str) -> bool:
+    return any(item.name == gear and item.shaft == shaft for item in unit.gears)
+
+
+def _supports(
+    unit: GearUnit, places: Arrangement, loads: dict[str, float]
+) -> tuple[tuple[Support, ...], tuple[Support, ...]]:
+    """Return bearings in the housing, those beside each other as one, and bearings between shafts."""
+    shafts = {shaft.name: shaft for shaft in unit.shafts}
+    made = []
+    for bearing in unit.bearings:
+        z = bearing.z + places.shifts[bearing.shaft]
+        around = shafts[bearing.shaft].diameter_at(bearing.z)
+        made.append(Support(bearing, z, estimate(unit, bearing, around, loads[bearing.name])))
+    links = tuple(support for support in made if support.bearing.outer_shaft)
+    seats: list[Support] = []
+    for support in sorted((s for s in made if not s.bearing.outer_shaft), key=lambda s: (s.bearing.shaft, s.z)):
+        last = seats[-1] if seats and seats[-1].bearing.shaft == support.bearing.shaft else None
+        if last is not None and support.z - last.z <= 0.5 * (last.estimate.width + support.estimate.width) + _BESIDE:
+            seats[-1] = _together(unit, last, support)
+        else:
+            seats.append(support)
+    for shaft in unit.shafts:
+        held = [s for s in seats if s.bearing.shaft == shaft.name]
+        joined = [s for s in links if shaft.name in (s.bearing.shaft, s.bearing.outer_shaft)]
+        if len(held) + len(joined) < 2:
+            unit.findings.refuse(
+                f"shaft {shaft.name}: has bearings in {len(held) + len(joined)} plane(s), of 2 at least: it can tilt "
+                "freely; add a bearing"
+            )
+        elif all(s.bearing.axial == "no_direction" for s in (*held, *joined)):
+            unit.findings.refuse(
+                f"shaft {shaft.name}: none of its {len(held)} bearing(s) holds it along its axis: set "
+                "axial_force_absorption of one"
+            )
+    order = {bearing.name: number for number, bearing in enumerate(unit.bearings)}
+    return tuple(sorted(seats, key=lambda s: order[s.bearing.name])), links
+
+
+def _together(unit: GearUnit, one: Support, other: Support) -> Support:
+    """Return two bearings beside each other as one: stiffness added, at its centre."""
+    a, b = one.estimate, other.estimate
+    total = a.radial_stiffness + b.radial_stiffness
+    low = min(one.z - 0.5 * a.width, other.z - 0.5 * b.width)
+    high = max(one.z + 0.5 * a.width, other.z + 0.5 * b.width)
+    unit.findings.add(
+        "assumed",
+        one.bearing.name,
+        "seat",
+        f"with {other.bearing.name}",
+        "beside each other: stiffness added; their resistance to tilt is left out",
+    )
+    return Support(
+        one.bearing,
+        (a.radial_stiffness * one.z + b.radial_stiffness * other.z) / total,
+        BearingEstimate(
+            min(a.bore, b.bore),
+            max(a.outer_diameter, b.outer_diameter),
+            high - low,
+            total,
+            a.axial_stiffness + b.axial_stiffness,
+            f"{a.source}; with {other.bearing.name}",
+        ),
+    )
+
+
+def _housing(
+    unit: GearUnit,
+    places: Arrangement,
+    gears: dict[str, GearGeometry],
+    cylinders: dict[str, list[Piece]],
+    supports: Sequence[Support],
+) -> DrawnCasting:
+    """Return a casting drawn around everything."""
+    of = {gear.name: gear.shaft for gear in unit.gears}
+    discs = [
+        DrawnDisc(
+            places.axes[of[name]],
+            places.planes[name] - 0.5 * gear.face_width,
+            places.planes[name] + 0.5 * gear.face_width,
+            gear.tip_circle_radius,
+            gear=True,
+        )
+        for name, gear in gears.items()
+    ]
+    discs += [
+        DrawnDisc(places.axes[name], piece.start, piece.end, 0.5 * piece.outer, gear=False)
+        for name, found in cylinders.items()
+        for piece in found
+    ]
+    seats = [
+        DrawnSeat(s.bearing.name, places.axes[s.bearing.shaft], s.z, s.estimate.outer_diameter, s.estimate.width)
+        for s in supports
+    ]
+    largest = max(places.distances.values())
+    if unit.casing_material is None:
+        return draw_casting(seats, discs, largest)
+    return draw_casting(seats, discs, largest, Material(*unit.casing_material))
+
+
+def _band(unit: GearUnit, gears: dict[str, GearGeometry], speed: float) -> tuple[float, float, float]:
+    """Return lowest and highest line and their spacing (Hz): ten harmonics of the fastest mesh, 2 to 4 kHz."""
+    fastest = max(
+        (
+            speed / (2 * pi) * gears[stage.pinion].teeth
+            for stage in unit.stages
+            if _on(unit, stage.pinion, unit.input_shaft)
+        ),
+        default=0.0,
+    )
+    high = min(max(500.0 * ceil(10 * fastest / 500.0), 2000.0), 4000.0)
+    return 50.0, high, 5.0
+
+
+def microphone(case: ImportedCase) -> tuple[float, float, float]:
+    """Return the place (m) of the microphone, 1 m beside the casting at the middle of its depth.
+
+    Parameters
+    ----------
+    case : ImportedCase
+        Case.
+
+    Returns
+    -------
+    tuple of 3 float
+        Place in the frame of the casting.
+    """
+    casting = case.drawn.casting
+    outside = max(space.centre[0] + space.radius for space in casting.gear_spaces) + casting.wall + casting.draft
+    ys = [y for space in casting.gear_spaces for y in (space.centre[1] - space.radius, space.centre[1] + space.radius)]
+    return outside + 1.0, 0.5 * (min(ys) + max(ys)), 0.5 * casting.depth

@@ -1,0 +1,305 @@
+"""Case file (TOML) of an imported unit, with comments."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Sequence
+from math import degrees, pi
+
+from nvhchain.case.rexs.estimates import DAMPING_TIME
+from nvhchain.case.rexs.model import ImportedCase, Support, microphone
+from nvhchain.gear import GearGeometry
+from nvhchain.gear.drawing.micro_geometry import Flank
+from nvhchain.housing import InnerWall
+from nvhchain.interop.rexs import ImportedGear
+
+
+def case_text(case: ImportedCase, name: str, source: str, *, rigid: bool) -> str:
+    """Return the text of a case file.
+
+    Parameters
+    ----------
+    case : ImportedCase
+        Contents.
+    name : str
+        Name of the case.
+    source : str
+        Name of the REXS file.
+    rigid : bool
+        True for fixed bearing seats and bearing forces alone.
+
+    Returns
+    -------
+    str
+        TOML.
+    """
+    unit = case.unit
+    shift = case.drawn.shift
+    blocks = [
+        _head(case, name, source, rigid=rigid),
+        *(_gear(case, gear) for gear in unit.gears),
+        *(_stage(case, number) for number in range(len(unit.stages))),
+        *(_shaft(case, shaft.name) for shaft in unit.shafts),
+        *(_bearing("bearings", support, support.z + shift) for support in case.supports),
+        *(_bearing("shaft_bearings", support, support.z + shift) for support in case.links),
+        _housing(case),
+    ]
+    return "\n".join(blocks)
+
+
+def _text(value: str) -> str:
+    return json.dumps(value, ensure_ascii=False)
+
+
+def _mm(value: float) -> str:
+    """Return a length (m) in millimetres, to a nanometre."""
+    return f"{round(1e3 * value, 6) + 0.0:.10g}"
+
+
+def _mms(values: Iterable[float]) -> str:
+    return f"[{', '.join(map(_mm, values))}]"
+
+
+def _comment(text: str) -> str:
+    return " ".join(text.split())
+
+
+def _head(case: ImportedCase, name: str, source: str, *, rigid: bool) -> str:
+    unit, (low, high, step) = case.unit, case.band
+    assumed = len(unit.findings.select("assumed"))
+    others = [
+        f"# load case {load.name}: input_speed_rpm = {30 / pi * load.speed:.6g}, input_torque = {load.torque:.6g}"
+        for load in unit.loads[1:]
+        if load.speed and load.torque
+    ]
+    quantities = '["bearing_forces"]' if rigid else '["pressure"]'
+    chosen = f" # load case {unit.loads[0].name} of the file" if unit.loads[0].name else ""
+    lines = [
+        f"# {_comment(source)}: REXS {unit.version} written by {_comment(unit.application)}.",
+        f"# {assumed} values are assumed: import.md beside this file lists them with their sources.",
+        "# Frame: z along the shafts, x and y the v and w axes of the file; z = u + "
+        f"{_mm(case.drawn.shift)} mm, so that the casting stands on z = 0.",
+        'kind = "gearbox"',
+        f"name = {_text(name)}",
+        f"input_shaft = {_text(unit.input_shaft)}",
+        f"output_shaft = {_text(unit.output_shaft)}",
+        f"input_rotation = {unit.input_rotation}",
+        f"quantities = {quantities}",
+        "assumptions = [",
+        *(f"    {_text(sentence)}," for sentence in assumptions(case)),
+        "]",
+        "",
+        "[operation]" + chosen,
+        f"input_speed_rpm = {30 / pi * case.speed:.9g}",
+        f"input_torque = {case.torque:.9g} # N m",
+        *others,
+        "",
+        "[band] # Hz; ten harmonics of the fastest mesh, 2 to 4 kHz",
+        f"low = {low:g}",
+        f"high = {high:g}",
+        f"resolution = {step:g}",
+        "",
+        "[options]",
+        "flexible_shafts = true",
+    ]
+    if rigid:
+        lines.append("rigid_housing = true # bearing forces on fixed seats; without it the housing below takes part")
+    lines += [
+        "",
+        "[[field_points]] # 1 m beside the casting",
+        'name = "side 1 m"',
+        f"position = [{', '.join(f'{x:.4g}' for x in microphone(case))}]",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def assumptions(case: ImportedCase) -> list[str]:
+    """Return the sentences that stand beside every level.
+
+    Parameters
+    ----------
+    case : ImportedCase
+        Case.
+
+    Returns
+    -------
+    list of str
+        One sentence for the housing, bearings and operation.
+    """
+    found = ["The housing is drawn by rule around the gears: the imported file has none."]
+    record = case.unit.findings.select("assumed")
+    estimated = sum(line.quantity == "radial stiffness" for line in record)
+    count = len(case.supports) + len(case.links)
+    if estimated:
+        found.append(f"Stiffness of {min(estimated, count)} of {count} bearings is estimated by type and size.")
+    given = [line.quantity for line in record if line.part == "operation" and line.quantity.startswith("input ")]
+    given = [quantity for quantity in given if quantity != "input shaft"]
+    if given:
+        found.append(f"The {' and the '.join(given)} is assumed: the imported file has none.")
+    return found
+
+
+def _gear(case: ImportedCase, gear: ImportedGear) -> str:
+    drawn = case.gears[gear.name]
+    z = case.arrangement.planes[gear.name] + case.drawn.shift
+    lines = [
+        "[[gears]]",
+        f"name = {_text(gear.name)}",
+        f"shaft = {_text(gear.shaft)}",
+        f"z_mm = {_mm(z)}",
+        *_material("gears", gear.young, gear.poisson, gear.density),
+        "[gears.geometry]",
+        f"teeth = {drawn.teeth}",
+        f"normal_module_mm = {_mm(drawn.normal_module)}",
+        f"normal_pressure_angle_deg = {degrees(drawn.normal_pressure_angle):.10g}",
+        f"helix_angle_deg = {degrees(drawn.helix_angle) + 0.0:.10g}",
+        f"face_width_mm = {_mm(drawn.face_width)}",
+        f"bore_radius_mm = {_mm(drawn.bore_radius)}",
+        f"profile_shift = {drawn.profile_shift:.9g}",
+        f"addendum = {drawn.addendum:.9g}",
+        f"dedendum = {drawn.dedendum:.9g}",
+    ]
+    if drawn.rack_tip_radius is not None:
+        lines.append(f"rack_tip_radius = {drawn.rack_tip_radius:.9g}")
+    if drawn.tip_radius is not None:
+        lines.append(f"tip_radius_mm = {_mm(drawn.tip_radius)}")
+    lines.append(f"thickness_allowance_um = {1e6 * drawn.thickness_allowance:.9g}")
+    lines += _micro(drawn)
+    return "\n".join(lines) + "\n"
+
+
+def _material(owner: str, young: float, poisson: float, density: float) -> list[str]:
+    if (young, poisson, density) == (210e9, 0.3, 7850.0):
+        return []
+    return [
+        f"material = {{ young_GPa = {1e-9 * min(young, 2e12):.6g}, poisson = {poisson:.6g}, density = {density:.6g} }}"
+    ]
+
+
+def _micro(drawn: GearGeometry) -> list[str]:
+    lines = []
+    for side in ("drive", "coast"):
+        flank: Flank = getattr(drawn.micro, side)
+        if flank == Flank():
+            continue
+        lines.append(f"[gears.geometry.micro.{side}]")
+        for field in ("profile_crowning", "lead_crowning"):
+            if getattr(flank, field):
+                lines.append(f"{field}_um = {1e6 * getattr(flank, field):.6g}")
+        for field in ("tip_relief", "root_relief"):
+            relief = getattr(flank, field)
+            if relief is not None:
+                lines.append(
+                    f"{field} = {{ amount_um = {1e6 * relief.amount:.6g}, length_mm = {1e3 * relief.length:.6g}, "
+                    f'shape = "{relief.shape}" }}'
+                )
+    return lines
+
+
+def _stage(case: ImportedCase, number: int) -> str:
+    stage = case.unit.stages[number]
+    return "\n".join(
+        [
+            "[[stages]]",
+            f"name = {_text(stage.name)}",
+            f"pinion = {_text(stage.pinion)}",
+            f"wheel = {_text(stage.wheel)}",
+            f"centre_distance_mm = {_mm(case.arrangement.distances[stage.name])}",
+            "",
+        ]
+    )
+
+
+def _shaft(case: ImportedCase, name: str) -> str:
+    shift = case.drawn.shift
+    lines = ["[[shafts]]", f"name = {_text(name)}", f"axis_mm = {_mms(case.arrangement.axes[name])}", "segments = ["]
+    for piece in case.pieces[name]:
+        fields = [
+            f"start_mm = {_mm(piece.start + shift)}",
+            f"end_mm = {_mm(piece.end + shift)}",
+            f"outer_diameter_mm = {_mm(piece.outer)}",
+        ]
+        if piece.inner > 0:
+            fields.append(f"inner_diameter_mm = {_mm(piece.inner)}")
+        if (piece.young, piece.poisson, piece.density) != (210e9, 0.3, 7850.0):
+            fields += [
+                f"young_GPa = {1e-9 * piece.young:.6g}",
+                f"poisson = {piece.poisson:.6g}",
+                f"density = {piece.density:.6g}",
+            ]
+        lines.append(f"    {{ {', '.join(fields)} }},")
+    return "\n".join([*lines, "]", ""])
+
+
+def _bearing(table: str, support: Support, z: float) -> str:
+    bearing, own = support.bearing, support.estimate
+    about = [bearing.kind, f"{_mm(own.bore)} x {_mm(own.outer_diameter)} x {_mm(own.width)} mm"]
+    about += [f"{key} {value}" for key, value in bearing.catalogue.items() if key not in ("bearing_type",)]
+    lines = [
+        f"[[{table}]] # {_comment('; '.join(about))}",
+        f"name = {_text(bearing.name)}",
+        f"shaft = {_text(bearing.shaft)}",
+    ]
+    if bearing.outer_shaft:
+        lines.append(f"outer_shaft = {_text(bearing.outer_shaft)}")
+    return "\n".join(
+        [
+            *lines,
+            f"z_mm = {_mm(z)}",
+            f"radial_stiffness = {own.radial_stiffness:.4g} # N/m; {_comment(own.source)}",
+            f"axial_stiffness = {own.axial_stiffness:.4g}",
+            f"stiffness_damping = {DAMPING_TIME:g} # s; E. Krämer 1993: (0.25…2.5)e-5 s",
+            "",
+        ]
+    )
+
+
+def _housing(case: ImportedCase) -> str:
+    casting = case.drawn.casting
+    lengths = (
+        "wall end_wall depth bell_depth draft chamfer boss_thickness cover_thickness flange_width flange_thickness"
+    )
+    lines = ["[housing] # drawn by rule: import.md lists the rules"]
+    for field in lengths.split():
+        lines.append(f"{field}_mm = {_mm(getattr(casting, field))}")
+    lines += [
+        f"bolts = {casting.bolts}",
+        f"bolt_radius_mm = {_mm(casting.bolt_radius)}",
+        f"lug_radius_mm = {_mm(casting.lug_radius)}",
+        f"rib_height_mm = {_mm(casting.rib_height)}",
+        f"spokes = {casting.spokes}",
+        f"side_ribs = {casting.side_ribs}",
+        f"modal_damping = {casting.modal_damping}",
+        "gear_spaces = [",
+        *(f"    {{ centre_mm = {_mms(s.centre)}, radius_mm = {_mm(s.radius)} }}," for s in casting.gear_spaces),
+        "]",
+        "bores = [",
+    ]
+    for bore in casting.bores:
+        sizes = f"radius_mm = {_mm(bore.radius)}, length_mm = {_mm(bore.length)}"
+        lines.append(f"    {{ name = {_text(bore.name)}, centre_mm = {_mms(bore.centre)}, {sizes} }},")
+    lines.append("]")
+    for wall in casting.inner_walls:
+        lines += _inner_wall(wall)
+    material = casting.material
+    lines += [
+        "[housing.material]",
+        f"young_GPa = {1e-9 * material.young:.6g}",
+        f"poisson = {material.poisson:.6g}",
+        f"density = {material.density:.6g} # kg/m³",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _inner_wall(wall: InnerWall) -> Sequence[str]:
+    holes = ", ".join(
+        f"{{ centre_mm = {_mms(hole.centre)}, radius_mm = {_mm(hole.radius)} }}" for hole in wall.openings
+    )
+    return (
+        "[[housing.inner_walls]] # carries the bearings between the gears",
+        f"z_mm = {_mm(wall.z)}",
+        f"thickness_mm = {_mm(wall.thickness)}",
+        f"openings = [{holes}]",
+    )

@@ -1,0 +1,95 @@
+"""Import of a REXS file as a case folder."""
+
+from __future__ import annotations
+
+import re
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from nvhchain.case.gearbox import GearboxCase
+from nvhchain.case.load import load_case
+from nvhchain.case.rexs.model import imported_case
+from nvhchain.case.rexs.page import import_lines, import_page
+from nvhchain.case.rexs.text import case_text
+from nvhchain.dynamics.model.assembly import assemble
+from nvhchain.errors import InputError, Mistakes, mistakes, require
+from nvhchain.fidelity import DRAFT
+from nvhchain.files.atomic_write import write_output
+from nvhchain.interop.rexs import read_rexs
+from nvhchain.names import safe_names
+
+PAGE = "import.md"
+"""Name of the page beside the case."""
+
+
+@dataclass(frozen=True)
+class ImportResult:
+    """Files of an import, and its short record.
+
+    Parameters
+    ----------
+    case, page : Path
+        Case file and page.
+    lines : tuple of str
+        Short form of the page.
+    """
+
+    case: Path
+    page: Path
+    lines: tuple[str, ...]
+
+
+def import_rexs(
+    path: str | Path,
+    out: str | Path,
+    *,
+    load: str | None = None,
+    housing: Literal["casting", "rigid"] = "casting",
+) -> ImportResult:
+    """Write the case of a REXS file into a folder, with a page of what was taken, assumed and left out.
+
+    Parameters
+    ----------
+    path : str or Path
+        REXS file, version 1.0 to 2.0.
+    out : str or Path
+        Folder; made if needed.
+    load : str, optional
+        Load case, by its number; the first by default.
+    housing : {'casting', 'rigid'}
+        `casting`: the drawn casting radiates. `rigid`: bearing forces on fixed seats.
+
+    Returns
+    -------
+    ImportResult
+        Files and short record.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or modelled, all mistakes at once, or a case is in the folder already. Nothing is
+        written then.
+    """
+    source, folder = Path(path), Path(out)
+    name = safe_names([re.sub(r"\.(rexs[jz]?|xml|json|zip)$", "", source.name, flags=re.IGNORECASE) or "unit"])[0]
+    name = "unit" if name.casefold() == "operators" else name
+    target, page = folder / f"{name}.toml", folder / PAGE
+    for file in (target, page):
+        require(not file.exists(), f"{file} exists: name another folder, or remove it")
+    case = imported_case(read_rexs(source, load_case=load), str(source))
+    text = case_text(case, name, source.name, rigid=housing == "rigid")
+    with tempfile.TemporaryDirectory() as trial:
+        tried = Path(trial) / target.name
+        tried.write_text(text, encoding="utf-8")
+        try:
+            made = load_case(tried)
+            assert isinstance(made, GearboxCase)
+            assemble(made.gearbox_with_gears, made.straight_laws, None, fidelity=DRAFT.dynamics)
+        except InputError as error:
+            raise Mistakes([f"{source}: {one.replace(f'{tried}: ', '')}" for one in mistakes(error)]) from None
+    folder.mkdir(parents=True, exist_ok=True)
+    write_output(target, text.encode())
+    write_output(page, import_page(case, target.name, source.name).encode())
+    return ImportResult(target, page, tuple(import_lines(case)))

@@ -1,0 +1,191 @@
+"""Bearings of a document: between a shaft and the casing, or between two shafts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from nvhchain.interop.rexs.contents.document import Component
+from nvhchain.interop.rexs.contents.values import Values
+from nvhchain.interop.rexs.parts import BEARINGS, Parts
+from nvhchain.interop.rexs.places import Line
+from nvhchain.interop.rexs.shafts import place_on_shaft
+from nvhchain.interop.rexs.unit import ImportedBearing
+
+_KEPT = [
+    "bearing_type",
+    "catalogue_designation",
+    "manufacturer",
+    "radial_dynamic_load_rating",
+    "radial_static_load_rating",
+    "axial_dynamic_load_rating",
+    "axial_static_load_rating",
+    "fatigue_limit_load",
+    "radial_bearing_clearance",
+    "axial_bearing_clearance",
+    "operating_radial_bearing_clearance",
+    "operating_axial_bearing_clearance",
+    "mounted_radial_bearing_clearance",
+    "radial_clearance_class",
+    "preload_force",
+    "preload_distance",
+    "number_of_bearing_rows",
+    "distance_between_bearing_rows",
+    "bending_stiffness",
+    "axial_factor_y_1",
+    "axial_factor_y_2",
+]
+_KEPT_OF_ROW = [
+    "number_of_rolling_elements",
+    "pressure_angle",
+    "reference_diameter_rolling_bearing",
+    "raceway_radius_of_inner_ring",
+    "raceway_radius_of_outer_ring",
+    "significant_contact_length_inner_ring",
+]
+_KEPT_OF_ELEMENT = ("diameter_of_rolling_element", "length_of_rolling_element", "roller_angle")
+
+
+def read_bearings(parts: Parts, lines: Mapping[int, Line]) -> list[ImportedBearing]:
+    """Return all bearings; those of one shaft only, or without a place, are mistakes.
+
+    Parameters
+    ----------
+    parts : Parts
+        Components.
+    lines : Mapping
+        Axes of the shafts.
+
+    Returns
+    -------
+    list of ImportedBearing
+        Bearings.
+    """
+    found = []
+    for component in parts.document.typed(*BEARINGS):
+        bearing = _bearing(parts, component, lines)
+        if bearing is not None:
+            found.append(bearing)
+    return found
+
+
+def _bearing(parts: Parts, component: Component, lines: Mapping[int, Line]) -> ImportedBearing | None:
+    record = parts.findings
+    sides = parts.document.related("side", "assembly", component.id)
+    inner = next((end for side in sides if (end := side.end("inner_part")) is not None), None)
+    outer = next((end for side in sides if (end := side.end("outer_part")) is not None), None)
+    owner = parts.document.owner(component.id, "shaft")
+    if inner is None and owner is not None:
+        inner = owner.id
+    ends = [(inner, "u_coordinate_on_shaft_inner_side"), (outer, "u_coordinate_on_shaft_outer_side")]
+    shafts = [(end, name) for end, name in ends if end in parts.rotor]
+    if not shafts:
+        record.refuse(f"{component.label}: stands on no shaft: add the relation `side` with a shaft as inner_part")
+        return None
+    if len(shafts) == 1 and (inner is None or outer is None):
+        record.add("assumed", parts.names[component.id], "other side", "the casing", "none given")
+    (first, name), *others = shafts
+    assert first is not None
+    place = place_on_shaft(parts, component, first, lines, name)
+    if place is None:
+        place = place_on_shaft(parts, component, first, lines)
+    if place is None:
+        record.refuse(f"{component.label}: {name} is missing: add it")
+        return None
+    other = parts.rotor[others[0][0]] if others and others[0][0] is not None else None
+    if other == parts.rotor[first]:
+        record.add("left out", parts.names[component.id], "bearing", "between coupled shafts", "carries nothing")
+        return None
+    values = parts.values(component)
+    _record_rest(parts, component)
+    radial = _stiffness(parts, component, "radial_stiffness", "v_d_v", "w_d_w")
+    return ImportedBearing(
+        name=parts.names[component.id],
+        shaft=parts.names[parts.rotor[first]],
+        outer_shaft="" if other is None else parts.names[other],
+        z=place,
+        kind=values.text("bearing_type") or component.type,
+        bore=values.number("inner_diameter", "m", low=0.0) or None,
+        outer_diameter=values.number("outer_diameter", "m", low=0.0) or None,
+        width=values.number("width", "m", low=0.0) or None,
+        radial_stiffness=radial if values.flag("radial_force_absorption") is not False else 0.0,
+        axial_stiffness=_stiffness(parts, component, "axial_stiffness", "u_d_u"),
+        axial=values.text("axial_force_absorption") or "both_directions",
+        **_internal(parts, component),
+        catalogue=_catalogue(parts, component),
+    )
+
+
+def _internal(parts: Parts, component: Component) -> dict[str, Any]:
+    """Return ratings, clearance, and the rolling elements of the first row."""
+    own = parts.values(component)
+    rows = parts.document.parts(component.id, "rolling_bearing_row")
+    row = parts.values(rows[0]) if rows else Values(component, parts.findings, {})
+    inside = parts.document.parts(rows[0].id, "rolling_element") if rows else []
+    element = parts.values(inside[0]) if inside else row
+    count, lines = row.number("number_of_rolling_elements"), own.number("number_of_bearing_rows")
+    clearances = (own.number(f"{state}radial_bearing_clearance", "m") for state in ("operating_", "mounted_", ""))
+    return {
+        "elements": round(count) if count is not None and 3 <= count <= 500 else None,
+        "rows": round(lines) if lines is not None and 1 <= lines <= 8 else len(rows) or None,
+        "element_diameter": element.number("diameter_of_rolling_element", "m", low=0.0, high=1.0) or None,
+        "element_length": element.number("length_of_rolling_element", "m", low=0.0, high=1.0) or None,
+        "contact_angle": row.number("pressure_angle", "rad", low=-1.5, high=1.5),
+        "dynamic_load_rating": own.number("radial_dynamic_load_rating", "N"),
+        "static_load_rating": own.number("radial_static_load_rating", "N"),
+        "clearance": next((value for value in clearances if value is not None), None),
+    }
+
+
+def _record_rest(parts: Parts, component: Component) -> None:
+    """Record what the file states of a bearing that has no effect: tilt stiffness, preload, clearance, misalignment."""
+    values, name = parts.values(component), parts.names[component.id]
+    for quantity, unit, shown, factor in _UNUSED:
+        value = values.number(quantity, unit)
+        if value:
+            parts.findings.add("left out", name, quantity, f"{factor * value:.5g} {shown}", _WHY.get(quantity, _LINEAR))
+
+
+_UNUSED = (
+    ("bending_stiffness", "N m/rad", "N m/rad", 1.0),
+    ("preload_force", "N", "N", 1.0),
+    ("preload_distance", "m", "µm", 1e6),
+    ("operating_radial_bearing_clearance", "m", "µm", 1e6),
+    ("operating_axial_bearing_clearance", "m", "µm", 1e6),
+    ("misalignment_in_v_direction", "m", "µm", 1e6),
+    ("misalignment_in_w_direction", "m", "µm", 1e6),
+)
+_LINEAR = "bearings of the case are linear springs"
+_WHY = {"bending_stiffness": "bearings of the case leave tilts free"}
+
+
+def _stiffness(parts: Parts, component: Component, name: str, *operating: str) -> float | None:
+    """Return the stiffness (N/m) at the operating point, or the stated one; None without."""
+    values = parts.values(component)
+    points = [values.number(f"operating_point_stiffness_f_{axes}", "N/m") for axes in operating]
+    given = [value for value in points if value is not None and value > 0]
+    if given:
+        return sum(given) / len(given)
+    stated = values.number(name, "N/m")
+    return stated if stated is not None and stated > 0 else None
+
+
+def _catalogue(parts: Parts, component: Component) -> dict[str, str]:
+    """Return further data of a bearing, its rows and rolling elements, as they stand in the file."""
+    found: dict[str, str] = {}
+    if component.name and component.name != parts.names[component.id]:
+        found["name"] = component.name[:80]
+    rows = parts.document.parts(component.id, "rolling_bearing_row")
+    elements = [element for row in rows for element in parts.document.parts(row.id, "rolling_element")]
+    for of, names in (
+        (component, _KEPT),
+        *((r, _KEPT_OF_ROW) for r in rows),
+        *((e, _KEPT_OF_ELEMENT) for e in elements),
+    ):
+        for name in names:
+            attribute = of.attributes.get(name)
+            if attribute is None or isinstance(attribute.value, list | tuple | dict) or str(attribute.value) == "":
+                continue
+            unit = "" if attribute.unit in ("", "none") else f" {attribute.unit}"
+            found.setdefault(name, f"{str(attribute.value)[:60]}{unit}")
+    return found

@@ -1,0 +1,89 @@
+"""Record of an import: values taken and assumed, and what is missing, left out, or contradicts itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+Kind = Literal["taken", "assumed", "missing", "left out", "differs"]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One line of the record.
+
+    Parameters
+    ----------
+    kind : str
+        `taken`, `assumed`, `missing`, `left out` or `differs`.
+    part : str
+        Component, such as "gear pinion".
+    quantity : str
+        Quantity.
+    value : str
+        Value with its unit.
+    source : str
+        Attribute, standard or rule.
+    """
+
+    kind: Kind
+    part: str
+    quantity: str
+    value: str
+    source: str = ""
+
+
+@dataclass
+class Findings:
+    """Growing record, and the mistakes that refuse a file.
+
+    Parameters
+    ----------
+    lines : list of Finding
+        Lines in the order of reading.
+    mistakes : list of str
+        Mistakes, each with value, limit and remedy.
+    """
+
+    lines: list[Finding] = field(default_factory=list)
+    mistakes: list[str] = field(default_factory=list)
+
+    def add(self, kind: Kind, part: str, quantity: str, value: str, source: str = "") -> None:
+        """Add a line, once.
+
+        Parameters
+        ----------
+        kind : str
+            Kind of the line.
+        part, quantity, value, source : str
+            As in `Finding`.
+        """
+        line = Finding(kind, part, quantity, value, source)
+        if line not in self.lines:
+            self.lines.append(line)
+
+    def select(self, kind: Kind) -> list[Finding]:
+        """Return the lines of one kind.
+
+        Parameters
+        ----------
+        kind : str
+            Kind of the lines.
+
+        Returns
+        -------
+        list of Finding
+            Lines in the order of reading.
+        """
+        return [line for line in self.lines if line.kind == kind]
+
+    def refuse(self, mistake: str) -> None:
+        """Add a mistake, once.
+
+        Parameters
+        ----------
+        mistake : str
+            Text with value, limit and remedy.
+        """
+        if mistake not in self.mistakes:
+            self.mistakes.append(mistake)

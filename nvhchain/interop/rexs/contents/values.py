@@ -1,0 +1,183 @@
+"""Values of a component's attributes in SI units."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import struct
+from collections.abc import Mapping
+from math import isfinite, pi
+from typing import Any
+
+from nvhchain.interop.rexs.contents.document import Attribute, Component
+from nvhchain.interop.rexs.contents.findings import Findings
+from nvhchain.interop.rexs.contents.names import VALUES
+from nvhchain.interop.rexs.contents.units import UNITS, plain
+
+_USUAL = {"m": 1e-3, "rad": pi / 180, "rad/s": 2 * pi / 60, "Pa": 1e6, "kg/m³": 1e3, "m²/s": 1e-6}
+"""Factor to SI of the unit that the specification gives, for attributes without unit."""
+
+_CODES = {"float32": "f", "float64": "d", "int32": "i"}
+
+
+class Values:
+    """Reader of one component's attributes.
+
+    Parameters
+    ----------
+    component : Component
+        Component.
+    findings : Findings
+        Record that takes mistakes.
+    attributes : Mapping, optional
+        Attributes in place of the component's own, such as those of a load case.
+    """
+
+    def __init__(
+        self, component: Component, findings: Findings, attributes: Mapping[str, Attribute] | None = None
+    ) -> None:
+        self.component = component
+        self._findings = findings
+        self._attributes = component.attributes if attributes is None else attributes
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._attributes and self._attributes[name].value not in ("", None)
+
+    def number(self, name: str, unit: str = "", *, low: float = -1e30, high: float = 1e30) -> float | None:
+        """Return a number in SI units, or None where it is missing or wrong.
+
+        Parameters
+        ----------
+        name : str
+            Attribute.
+        unit : str
+            SI unit that it must have.
+        low, high : float
+            Limits (SI); a value outside is a mistake.
+
+        Returns
+        -------
+        float or None
+            Value.
+        """
+        if name not in self:
+            return None
+        attribute = self._attributes[name]
+        factor = self._factor(name, attribute, unit)
+        value = _as_number(attribute.value)
+        if factor is None:
+            return None
+        if value is None:
+            self._findings.refuse(
+                f"{self.component.label}: {name} = {str(attribute.value)[:40]!r} is no finite number: correct it"
+            )
+            return None
+        value *= factor
+        if not low <= value <= high:
+            self._findings.refuse(
+                f"{self.component.label}: {name} = {value:.6g} {unit} is outside {low:g}…{high:g} {unit}: correct it"
+            )
+            return None
+        return value
+
+    def vector(self, name: str, unit: str = "") -> list[float] | None:
+        """Return an array of numbers in SI units, or None where it is missing or wrong.
+
+        Parameters
+        ----------
+        name : str
+            Attribute.
+        unit : str
+            SI unit.
+
+        Returns
+        -------
+        list of float or None
+            Values.
+        """
+        if name not in self:
+            return None
+        attribute = self._attributes[name]
+        factor, raw = self._factor(name, attribute, unit), attribute.value
+        if isinstance(raw, tuple):
+            raw = _decoded(*raw)
+        values = [_as_number(entry) for entry in raw] if isinstance(raw, list) else []
+        if factor is None:
+            return None
+        if not values or any(value is None for value in values):
+            self._findings.refuse(f"{self.component.label}: {name} is no array of finite numbers: correct it")
+            return None
+        return [factor * value for value in values if value is not None]
+
+    def text(self, name: str) -> str:
+        """Return a text or choice; empty where it is missing.
+
+        Parameters
+        ----------
+        name : str
+            Attribute.
+
+        Returns
+        -------
+        str
+            Text.
+        """
+        value = str(self._attributes[name].value) if name in self else ""
+        return VALUES.get(value, value)
+
+    def flag(self, name: str) -> bool | None:
+        """Return a flag, or None where it is missing.
+
+        Parameters
+        ----------
+        name : str
+            Attribute.
+
+        Returns
+        -------
+        bool or None
+            Flag.
+        """
+        value = self.text(name).strip().lower()
+        return {"true": True, "1": True, "false": False, "0": False}.get(value)
+
+    def _factor(self, name: str, attribute: Attribute, unit: str) -> float | None:
+        """Return the factor to SI, or None, with a mistake, for a unit that does not fit."""
+        given = plain(attribute.unit)
+        if given in ("", "none") and unit in _USUAL:
+            return _USUAL[unit]
+        if given in ("", "none"):
+            return 1.0
+        if given not in UNITS:
+            self._findings.refuse(
+                f"{self.component.label}: {name} has the unit {attribute.unit!r}, which REXS does not have: correct it"
+            )
+            return None
+        of, factor = UNITS[given]
+        if of != unit:
+            self._findings.refuse(
+                f"{self.component.label}: {name} is in {attribute.unit!r}, which is no unit for {unit or 'a ratio'}: "
+                "correct it"
+            )
+            return None
+        return factor
+
+
+def _as_number(value: Any) -> float | None:
+    if isinstance(value, bool):
+        return None
+    try:
+        number = float(value)
+    except (TypeError, ValueError, OverflowError):
+        return None
+    return number if isfinite(number) else None
+
+
+def _decoded(code: Any, text: Any) -> list[float]:
+    """Return the numbers of a coded array (Base64, little endian); empty where it is damaged."""
+    try:
+        data = base64.b64decode(str(text), validate=True)
+        letter = _CODES[str(code)]
+        return [float(x) for x in struct.unpack(f"<{len(data) // struct.calcsize(letter)}{letter}", data)]
+    except (KeyError, binascii.Error, struct.error, ValueError):
+        return []

@@ -1,0 +1,181 @@
+"""Load cases of a document: speed and torque where power enters, and where it leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+from nvhchain.interop.rexs.contents.document import Attribute, Component, LoadCase
+from nvhchain.interop.rexs.contents.values import Values
+from nvhchain.interop.rexs.parts import Parts
+from nvhchain.interop.rexs.places import Line
+from nvhchain.interop.rexs.unit import ImportedLoad
+
+
+@dataclass(frozen=True)
+class Power:
+    """Flow of power through the unit.
+
+    Parameters
+    ----------
+    input_shaft, output_shaft : int
+        Shafts.
+    rotation : int
+        Rotation of the input about +z.
+    loads : tuple of ImportedLoad
+        Load cases, the chosen one first.
+    """
+
+    input_shaft: int
+    output_shaft: int
+    rotation: int
+    loads: tuple[ImportedLoad, ...]
+
+
+@dataclass(frozen=True)
+class _State:
+    """Speeds (rad/s) and torques (N m) by shaft, about the shafts' own u axes; `share` of the operating time."""
+
+    name: str
+    speeds: dict[int, float]
+    torques: dict[int, float]
+    share: float | None
+
+
+def read_power(parts: Parts, turns: Mapping[int, Fraction], lines: Mapping[int, Line], chosen: str | None) -> Power:
+    """Return input, output and load cases.
+
+    Parameters
+    ----------
+    parts : Parts
+        Components.
+    turns : Mapping
+        Turns of every shaft about +z, for one turn of the first.
+    lines : Mapping
+        Axes of the shafts.
+    chosen : str, optional
+        Load case, by its number; the first by default.
+
+    Returns
+    -------
+    Power
+        Shafts and load cases.
+    """
+    states = [_state(parts, case, lines) for case in parts.document.load_cases] or [_state(parts, None, lines)]
+    known = [state.name for state in states]
+    if chosen is not None and chosen not in known:
+        parts.findings.refuse(f"load case {chosen!r} is not in the file: choose one of {', '.join(known)}")
+    states.sort(key=lambda state: state.name != chosen if chosen is not None else False)
+    into, out, rotation = _ends(parts, states[0], turns)
+    loads = tuple(_load(state, turns, into, out) for state in states)
+    return Power(into, out, rotation if rotation else 1, loads)
+
+
+def _state(parts: Parts, case: LoadCase | None, lines: Mapping[int, Line]) -> _State:
+    """Return speeds and torques of a load case, or of the components themselves."""
+
+    def reader(component: Component) -> Values:
+        own: dict[str, Attribute] = dict(component.attributes)
+        if case is not None:
+            own |= case.components.get(component.id, {})
+        return Values(component, parts.findings, own)
+
+    speeds: dict[int, float] = {}
+    torques: dict[int, float] = {}
+    for shaft in parts.rotor:
+        sign = lines[shaft].direction if shaft in lines else 1
+        speed = reader(parts.document.components[shaft]).number("rotational_speed", "rad/s", low=-2e4, high=2e4)
+        if speed:
+            speeds[parts.rotor[shaft]] = sign * speed
+    for load in parts.document.typed("external_load"):
+        values = reader(load)
+        torque = values.number("torque_around_u_axis", "N m", low=-1e8, high=1e8)
+        power = values.number("power", "W")
+        owner = parts.document.owner(load.id, "shaft")
+        if owner is None:
+            parts.findings.add("left out", load.label, "load", "on no shaft", "no relation `assembly` with one")
+        if owner is None or values.flag("transmits_torque") is False:
+            continue
+        rotor, sign = parts.rotor[owner.id], lines[owner.id].direction if owner.id in lines else 1
+        if not torque and power and rotor in speeds:
+            torque = power / speeds[rotor] * sign
+        if torque:
+            torques[rotor] = torques.get(rotor, 0.0) + sign * torque
+    units = parts.document.typed("gear_unit")
+    share = reader(units[0]).number("operating_time_fraction") if units else None
+    return _State(str(case.id) if case else "", speeds, torques, share)
+
+
+def record_side_loads(parts: Parts) -> None:
+    """Record transverse and axial forces of external loads, which the chain does not apply.
+
+    Parameters
+    ----------
+    parts : Parts
+        Components.
+    """
+    for load in parts.document.typed("external_load"):
+        for name in _SIDE_LOADS:
+            unit = "N" if name.startswith("force") else "N m"
+            own = [load.attributes, *(case.components.get(load.id, {}) for case in parts.document.load_cases)]
+            found = [Values(load, parts.findings, attributes).number(name, unit) for attributes in own]
+            largest = max((abs(value) for value in found if value is not None), default=0.0)
+            if largest > 0:
+                text = f"up to {largest:.6g} {unit}"
+                parts.findings.add("left out", load.label, name, text, "shafts take torque alone from outside")
+
+
+_SIDE_LOADS = (
+    "force_u_direction",
+    "force_v_direction",
+    "force_w_direction",
+    "torque_around_v_axis",
+    "torque_around_w_axis",
+)
+
+
+def _ends(parts: Parts, state: _State, turns: Mapping[int, Fraction]) -> tuple[int, int, int]:
+    """Return input, output, and the rotation of the input; assumptions go into the record."""
+    record, document = parts.findings, parts.document
+    rotors = [shaft for shaft in parts.shafts() if shaft in turns] or parts.shafts()
+    spin = next((speed / float(turns[shaft]) for shaft, speed in state.speeds.items() if turns.get(shaft)), 0.0)
+    loaded = [
+        parts.rotor[owner.id]
+        for load in document.typed("external_load")
+        if parts.values(load).flag("transmits_torque") is not False
+        and (owner := document.owner(load.id, "shaft")) is not None
+        and parts.rotor[owner.id] in rotors
+    ]
+    powers = {shaft: torque * spin * float(turns.get(shaft, 0)) for shaft, torque in state.torques.items()}
+    entering = [shaft for shaft, power in powers.items() if power > 0]
+    leaving = [shaft for shaft, power in powers.items() if power < 0]
+    others = [shaft for shaft in dict.fromkeys(loaded)]
+    fastest = sorted(rotors, key=lambda shaft: -abs(turns.get(shaft, Fraction(0))))
+    into = entering[0] if entering else next((s for s in others if s not in leaving), None)
+    if into is None:
+        into = next(shaft for shaft in fastest if shaft not in leaving[:1]) if len(fastest) > 1 else fastest[0]
+        record.add("assumed", "operation", "input shaft", parts.names[into], "the fastest; no load names it")
+    out = leaving[0] if leaving else next((shaft for shaft in others if shaft != into), into)
+    if out == into:
+        out = next(shaft for shaft in (*reversed(fastest), into) if shaft != into or len(fastest) == 1)
+        record.add("assumed", "operation", "output shaft", parts.names[out], "the slowest; no load names it")
+    sense = spin * float(turns.get(into, 0))
+    if not sense:
+        record.add("assumed", "operation", "rotation of the input", "+1 about its axis", "no speed in the file")
+    return into, out, 1 if sense >= 0 else -1
+
+
+def _load(state: _State, turns: Mapping[int, Fraction], into: int, out: int) -> ImportedLoad:
+    """Return speed and torque of the input, carried over from another shaft where needed."""
+
+    def ratio(shaft: int) -> float:
+        return abs(float(turns.get(shaft, 0)) / float(turns[into])) if turns.get(into) else 0.0
+
+    speed = next((abs(value) / ratio(shaft) for shaft, value in state.speeds.items() if ratio(shaft)), None)
+    if into in state.speeds:
+        speed = abs(state.speeds[into])
+    torque = abs(state.torques[into]) if into in state.torques else None
+    if torque is None and out in state.torques and ratio(out):
+        torque = abs(state.torques[out]) * ratio(out)
+    return ImportedLoad(state.name, speed, torque, state.share)

@@ -1,0 +1,145 @@
+"""Places and axes of components: support vectors along reference components."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nvhchain.handoff import FloatArray
+from nvhchain.interop.rexs.contents.document import Component
+from nvhchain.interop.rexs.parts import Parts
+
+_PARALLEL = 1e-4
+"""Largest sine of the angle between axes that count as parallel."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Place and axes of a component in the frame of the file.
+
+    Parameters
+    ----------
+    origin : ndarray of float, shape (3,)
+        Place (m).
+    axes : ndarray of float, shape (3, 3)
+        Rows u, v, w.
+    """
+
+    origin: FloatArray
+    axes: FloatArray
+
+
+def frame_of(parts: Parts, component: Component, seen: tuple[int, ...] = ()) -> Frame | None:
+    """Return place and axes of a component, or None where the file does not place it.
+
+    Parameters
+    ----------
+    parts : Parts
+        Components.
+    component : Component
+        Component.
+    seen : tuple of int
+        Components whose places depend on it.
+
+    Returns
+    -------
+    Frame or None
+        Place; a circle of references is a mistake.
+    """
+    values = parts.values(component)
+    support = values.vector("support_vector", "m")
+    if support is None or len(support) != 3:
+        return None
+    if component.id in seen:
+        circle = ", ".join(str(number) for number in (*seen, component.id))
+        parts.findings.refuse(
+            f"{component.label}: reference_component_for_position runs in a circle ({circle}): refer to the gear unit"
+        )
+        return None
+    u = np.array(values.vector("u_axis_vector", "m") or (1.0, 0.0, 0.0))
+    w = np.array(values.vector("w_axis_vector", "m") or (0.0, 0.0, 1.0))
+    axes = _axes(u, w)
+    if axes is None:
+        parts.findings.refuse(f"{component.label}: u_axis_vector and w_axis_vector span no frame: make them normal")
+        return None
+    origin = np.array(support)
+    reference = values.number("reference_component_for_position")
+    if reference is None or int(reference) == component.id:
+        return Frame(origin, axes)
+    base = parts.document.components.get(int(reference))
+    if base is None:
+        parts.findings.refuse(
+            f"{component.label}: reference_component_for_position = {int(reference)} is not in the file: correct it"
+        )
+        return None
+    under = frame_of(parts, base, (*seen, component.id))
+    if under is None:
+        return Frame(origin, axes) if "support_vector" not in parts.values(base) else None
+    return Frame(under.origin + origin @ under.axes, axes @ under.axes)
+
+
+def _axes(u: FloatArray, w: FloatArray) -> FloatArray | None:
+    """Return rows u, v, w of length 1, w made normal to u; None where they are parallel or zero."""
+    if u.shape != (3,) or w.shape != (3,) or not (np.linalg.norm(u) > 1e-12 and np.linalg.norm(w) > 1e-12):
+        return None
+    u = u / np.linalg.norm(u)
+    w = w / np.linalg.norm(w)
+    w = w - (w @ u) * u
+    if np.linalg.norm(w) < 1e-6:
+        return None
+    w /= np.linalg.norm(w)
+    return np.array([u, np.cross(w, u), w])
+
+
+@dataclass(frozen=True)
+class Line:
+    """Axis of a shaft in the frame of the case.
+
+    Parameters
+    ----------
+    axis : ndarray of float, shape (2,)
+        Place x, y (m).
+    start : float
+        z of the shaft's origin (m).
+    direction : int
+        +1 where its u axis points along +z, else −1.
+    """
+
+    axis: FloatArray
+    start: float
+    direction: int
+
+
+def shaft_lines(parts: Parts) -> dict[int, Line]:
+    """Return the axes of all shafts that the file places; those that are not parallel are mistakes.
+
+    Parameters
+    ----------
+    parts : Parts
+        Components.
+
+    Returns
+    -------
+    dict
+        Axis by shaft.
+    """
+    frames = {
+        shaft: frame
+        for shaft in parts.rotor
+        if (frame := frame_of(parts, parts.document.components[shaft])) is not None
+    }
+    if not frames:
+        return {}
+    base = frames[min(frames)].axes
+    lines = {}
+    for shaft, frame in frames.items():
+        place, along = base @ frame.origin, base @ frame.axes[0]
+        if np.hypot(along[1], along[2]) > _PARALLEL:
+            parts.findings.refuse(
+                f"{parts.document.components[shaft].label}: is not parallel to the first shaft: leave it out, "
+                "shafts of the chain are parallel"
+            )
+            continue
+        lines[shaft] = Line(place[1:], float(place[0]), 1 if along[0] > 0 else -1)
+    return lines

@@ -1,0 +1,77 @@
+"""Export of cases as REXS: what returns from the file is what went in, and the rest is named."""
+
+from dataclasses import astuple, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from nvhchain.case import load_case
+from nvhchain.case.rexs import export_rexs, import_rexs
+from nvhchain.cli import main
+from nvhchain.gear.drawing.micro_geometry import Flank, MicroGeometry, Relief
+
+CASES = Path(__file__).parents[2] / "cases"
+
+
+def returned(case, folder):
+    """The case after a way through REXS."""
+    export_rexs(case, folder / "unit.rexs")
+    return load_case(import_rexs(folder / "unit.rexs", folder / "case").case)
+
+
+@pytest.mark.parametrize("name", ["gearbox/solid.toml", "small/single_stage.toml"])
+def test_gears_shafts_bearings_and_load_return_from_the_file(tmp_path, name):
+    case = load_case(CASES / name)
+    back = returned(case, tmp_path)
+    shift = back.bearings[0].z - case.bearings[0].z
+    for one, other in zip(case.gears, back.gears, strict=True):
+        assert (one.name, one.shaft) == (other.name, other.shaft)
+        assert one.z + shift == pytest.approx(other.z, abs=2e-9)
+        for field in ("teeth", "normal_module", "helix_angle", "face_width", "profile_shift", "dedendum"):
+            assert getattr(one.geometry, field) == pytest.approx(getattr(other.geometry, field), rel=1e-8, abs=1e-12)
+        assert one.geometry.tip_circle_radius == pytest.approx(other.geometry.tip_circle_radius, abs=2e-9)
+    for one, other in zip(case.pairs, back.pairs, strict=True):
+        assert one.transverse_contact_ratio == pytest.approx(other.transverse_contact_ratio, rel=1e-6)
+        assert one.backlash == pytest.approx(other.backlash, abs=1e-8)
+        assert one.sense == other.sense
+    for one, other in zip(case.bearings, back.bearings, strict=True):
+        assert (one.name, one.shaft) == (other.name, other.shaft)
+        assert (one.radial_stiffness, one.axial_stiffness) == pytest.approx(
+            (other.radial_stiffness, other.axial_stiffness), rel=1e-3
+        )
+    for one, other in zip(case.shafts, back.shafts, strict=True):
+        assert np.allclose(one.axis, other.axis, atol=2e-9)
+        assert one.inertia().mass == pytest.approx(other.inertia().mass, rel=1e-6)
+    for field in ("input_speed", "input_torque"):
+        assert getattr(case.operation, field) == pytest.approx(getattr(back.operation, field), rel=1e-8)
+    assert (case.input_shaft, case.output_shaft) == (back.input_shaft, back.output_shaft)
+
+
+def test_flank_modifications_return_from_the_file(tmp_path):
+    case = load_case(CASES / "small/single_stage.toml")
+    drive = Flank(2e-6, 5e-6, tip_relief=Relief(20e-6, 1.5e-3, "linear"), root_relief=Relief(8e-6, 1e-3, "parabolic"))
+    coast = Flank(0.0, 3e-6)
+    pinion = case.gears[0]
+    pinion = replace(pinion, geometry=replace(pinion.geometry, micro=MicroGeometry(drive, coast)))
+    back = returned(replace(case, gears=(pinion, case.gears[1])), tmp_path).gears[0].geometry.micro
+    for one, other in ((drive, back.drive), (coast, back.coast)):
+        assert astuple(one)[:2] == pytest.approx(astuple(other)[:2])
+        for end in ("tip_relief", "root_relief"):
+            given, found = getattr(one, end), getattr(other, end)
+            assert given is None or astuple(given) == (
+                pytest.approx(found.amount),
+                pytest.approx(found.length),
+                found.shape,
+            )
+
+
+def test_what_the_format_does_not_hold_is_named(tmp_path, capsys):
+    out = tmp_path / "slotted.rexs"
+    assert main(["export", str(CASES / "gearbox/slotted.toml"), "--out", str(out)]) == 0
+    assert "not in it: housing" in (said := capsys.readouterr().out)
+    assert "blank of gear gear2" in said
+    assert main(["export", str(CASES / "gearbox/slotted.toml"), "--out", str(tmp_path / "x.xml")]) == 2
+    assert "end it in .rexs" in capsys.readouterr().err
+    assert main(["export", str(CASES / "sphere/pulsating.toml"), "--out", str(out)]) == 2
+    assert "is a radiator" in capsys.readouterr().err

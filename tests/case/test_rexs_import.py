@@ -1,0 +1,325 @@
+"""Import of REXS: the case that is written, its page, and what contradicts itself."""
+
+import re
+import warnings
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from nvhchain.case import load_case
+from nvhchain.case.rexs import import_rexs
+from nvhchain.case.rexs.completed import recommended_backlash
+from nvhchain.cli import main
+from nvhchain.dynamics.model.assembly import assemble
+from nvhchain.errors import InputError
+from nvhchain.fidelity import DRAFT
+from nvhchain.testing.rexs_units import coaxial_unit, gear_train
+
+
+def imported(unit, folder, **options):
+    """Return the case and the page of a unit."""
+    made = import_rexs(unit.save(folder / "unit.rexs"), folder / "case", **options)
+    return load_case(made.case), made.page.read_text(encoding="utf-8")
+
+
+def test_two_commands_lead_to_a_plan(tmp_path, capsys):
+    path = gear_train((20, 31)).save(tmp_path / "two shafts.rexs")
+    assert main(["import", str(path), "--out", str(tmp_path / "case")]) == 0
+    said = capsys.readouterr().out
+    assert "assumed: housing, drawn by rule" in said
+    case = tmp_path / "case" / "two shafts.toml"
+    assert main(["check", str(case)]) == 0
+    assert main(["plan", str(case), "--fidelity", "draft"]) == 0
+    assert "The housing is drawn by rule" in capsys.readouterr().out
+
+
+def test_results_of_the_file_stand_beside_those_of_the_drawn_gears(tmp_path):
+    unit = gear_train((20, 31))
+    for gear, diameter in zip(unit.of("cylindrical_gear"), (68.117, 102.281), strict=True):
+        unit.attributes(gear)["tip_diameter"] = (diameter, "mm")
+    stage = unit.attributes(unit.of("cylindrical_stage")[0])
+    stage["radial_contact_ratio"] = (1.7, "none")
+    stage["overlap_contact_ratio"] = (24 * np.sin(np.radians(15)) / (np.pi * 3.0), "none")
+    case, page = imported(unit, tmp_path)
+    found = case.pairs[0].transverse_contact_ratio
+    assert f"| transverse contact ratio | 1.7 | {found:.7g} |" in page.replace("  ", " ")
+    assert re.search(r"overlap ratio .* yes \|", page)
+    assert re.search(r"transverse contact ratio \| file 1.7, drawn", page), (
+        "a contradiction is listed with both numbers"
+    )
+
+
+def test_gears_of_different_width_and_plane_meet_on_their_common_face(tmp_path):
+    unit = gear_train((20, 31))
+    first = unit.attributes(unit.of("cylindrical_gear")[0])
+    first["face_width"] = (30.0, "mm")
+    first["u_coordinate_on_shaft"] = (first["u_coordinate_on_shaft"][0] + 4.0, "mm")  # 23…53 beside 26…50 mm… shifted
+    case, page = imported(unit, tmp_path)
+    pinion, wheel = case.gears
+    assert pinion.z == wheel.z
+    low, high = max(42 + 4 - 15, 42 - 12), min(42 + 4 + 15, 42 + 12)
+    assert case.pairs[0].face_width == pytest.approx(1e-3 * (high - low))
+    assert "common to the gears in mesh" in page
+
+
+def test_gears_that_do_not_meet_are_refused(tmp_path):
+    unit = gear_train((20, 31))
+    unit.attributes(unit.of("cylindrical_gear")[0])["u_coordinate_on_shaft"] = (90.0, "mm")
+    with pytest.raises(InputError, match="do not meet"):
+        imported(unit, tmp_path)
+
+
+def test_backlash_is_that_of_the_file_or_the_recommended_one(tmp_path):
+    case, page = imported(gear_train((20, 31)), tmp_path)
+    wanted = recommended_backlash(0.003, case.stages[0].centre_distance)
+    assert case.pairs[0].backlash == pytest.approx(wanted, rel=1e-5)
+    assert "ISO/TR 10064-2" in page
+    unit = gear_train((20, 31))
+    for gear in unit.of("cylindrical_gear"):
+        unit.attributes(gear).update(
+            upper_backlash_allowance_referenced_to_span=(-50.0, "mum"),
+            lower_backlash_allowance_referenced_to_span=(-90.0, "mum"),
+        )
+    (tmp_path / "other").mkdir()
+    case, _ = imported(unit, tmp_path / "other")
+    assert case.pairs[0].backlash == pytest.approx(2 * 70e-6, rel=1e-3)  # along the base tangent
+
+
+@pytest.mark.parametrize(("thicker", "kind"), [(0.4e-3, "Assumed"), (20e-3, "Contradictions")])
+def test_a_jam_becomes_no_backlash_and_is_said(tmp_path, thicker, kind):
+    unit = gear_train((20, 31))
+    for gear in unit.of("cylindrical_gear"):
+        unit.attributes(gear)["normal_tooth_thickness_at_reference_diameter"] = (3 * np.pi / 2 + thicker, "mm")
+    unit.version = "1.5"
+    case, page = imported(unit, tmp_path)
+    assert abs(case.pairs[0].backlash) < 1e-9
+    section = page.split(f"## {kind}")[1].split("##")[0]
+    assert "| backlash | 0 instead of -" in section
+
+
+def test_an_undercut_gear_is_drawn_with_a_higher_root(tmp_path):
+    case, page = imported(gear_train((16, 31), helix=0.0), tmp_path)
+    assert case.gears[0].geometry.dedendum < 1.25
+    assert "undercut" in page
+
+
+def test_profile_shifts_follow_from_the_centre_distance(tmp_path):
+    unit = gear_train((20, 31))
+    for flank in unit.of("cylindrical_gear_flank"):
+        del unit.attributes(flank)["addendum_modification_coefficient"]
+    stage = unit.attributes(unit.of("cylindrical_stage")[0])
+    stage["center_distance"] = (stage["center_distance"][0] + 1.0, "mm")
+    last = unit.attributes(unit.of("shaft")[1])["support_vector"][0]
+    last[1] += 1.0
+    case, page = imported(unit, tmp_path)
+    shifts = [gear.geometry.profile_shift for gear in case.gears]
+    assert shifts[0] == shifts[1] > 0.1
+    wanted = recommended_backlash(0.003, case.stages[0].centre_distance)
+    assert case.pairs[0].backlash == pytest.approx(wanted, rel=1e-5)
+    assert "profile shift x" in page
+
+
+def test_flank_modifications_of_both_flanks_are_taken(tmp_path):
+    unit = gear_train((20, 31))
+    flanks = unit.of("cylindrical_gear_flank")[:2]
+    gear = unit.of("cylindrical_gear")[0]
+    data = unit.add("cylindrical_stage_gear_data", loaded_tooth_flank=("right", "none"))
+    unit.relate("stage_gear_data", stage=unit.of("cylindrical_stage")[0], gear=gear, stage_gear_data=data)
+    for flank, depth in zip(flanks, (10.0, 25.0), strict=True):
+        relief = unit.add(
+            "tip_relief",
+            tip_relief_depth=(depth, "mum"),
+            tip_relief_datum_length=(2.0, "mm"),
+            shape_of_relief=("linear", "none"),
+        )
+        crowning = unit.add(
+            "helix_crowning",
+            helix_crowning_amount_datum_face=(4.0, "mum"),
+            helix_crowning_amount_non_datum_face=(6.0, "mum"),
+        )
+        slope = unit.add("helix_slope", helix_slope=(3.0, "mum"))
+        for part in (relief, crowning, slope):
+            unit.relate("reference", origin=flank, referenced=part)
+    case, page = imported(unit, tmp_path)
+    micro = case.gears[0].geometry.micro
+    assert (micro.drive.tip_relief.amount, micro.coast.tip_relief.amount) == pytest.approx((25e-6, 10e-6))
+    assert (micro.drive.tip_relief.length, micro.drive.tip_relief.shape) == (pytest.approx(2e-3), "linear")
+    assert micro.drive.lead_crowning == pytest.approx(5e-6)
+    assert "helix\\_slope" in page.split("## Left out")[1]
+
+
+def test_a_coaxial_unit_gets_an_inner_wall_and_a_bearing_between_its_shafts(tmp_path):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        case, _ = imported(coaxial_unit(), tmp_path)
+    assert [b.outer_shaft for b in case.shaft_bearings] == ["S3"]
+    assert len(case.housing.inner_walls) == 1
+    wall = case.housing.inner_walls[0]
+    assert [b.name for b in case.housing.bores_in(2)] == [b.name for b in case.bearings if abs(b.z - wall.z) < 0.02]
+    assert case.shafts[0].axis == case.shafts[2].axis
+
+
+@pytest.mark.parametrize("stages", [((20, 31),), ((20, 31), (18, 40)), ((20, 31), (20, 40), (21, 35))])
+def test_a_housing_is_drawn_around_two_to_four_shafts(tmp_path, stages):
+    case, page = imported(gear_train(*stages), tmp_path)
+    casting = case.housing
+    assert len(casting.bores) == len(case.bearings) == 2 * (len(stages) + 1)
+    for gear in case.gears:
+        space = next(
+            s
+            for s in casting.gear_spaces
+            if np.allclose(s.centre, dict((x.name, x.axis) for x in case.shafts)[gear.shaft])
+        )
+        assert space.radius - gear.geometry.tip_circle_radius >= 10e-3 - 1e-9
+        assert gear.z - gear.geometry.face_width / 2 - casting.bell_depth - casting.end_wall >= 8e-3 - 1e-9
+    assert "| bolts |" in page
+
+
+def test_rigid_seats_give_bearing_forces_alone(tmp_path):
+    case, _ = imported(gear_train((20, 31)), tmp_path, housing="rigid")
+    assert case.options.rigid_housing
+    assert case.quantities == ("bearing_forces",)
+
+
+def test_speed_and_torque_that_the_file_has_not_are_assumed_and_said(tmp_path):
+    unit = gear_train((20, 31))
+    unit.load_cases.clear()
+    case, page = imported(unit, tmp_path)
+    assert case.operation.input_speed == pytest.approx(50 * np.pi)
+    assert any("input speed and the input torque" in sentence for sentence in case.assumptions)
+    assert "1500 rpm" in page
+
+
+def test_names_that_are_no_file_names_are_made_safe(tmp_path):
+    unit = gear_train((20, 31))
+    kind, _, attributes = unit.components[unit.of("cylindrical_gear")[0]]
+    unit.components[unit.of("cylindrical_gear")[0]] = (kind, 'a/b"c\n|*<b>', attributes)
+    case, page = imported(unit, tmp_path)
+    assert "/" not in case.gears[0].name
+    assert '"' not in case.gears[0].name
+    assert "<b>" not in page.replace("\\<b\\>", "")
+
+
+def test_nothing_is_written_over_or_half(tmp_path, capsys):
+    path = gear_train((20, 31)).save(tmp_path / "u.rexs")
+    assert main(["import", str(path), "--out", str(tmp_path / "case")]) == 0
+    assert main(["import", str(path), "--out", str(tmp_path / "case")]) == 2
+    assert "exists: name another folder" in capsys.readouterr().err
+    broken = gear_train((20, 31))
+    broken.add("worm_stage", "W")
+    assert main(["import", str(broken.save(tmp_path / "w.rexs")), "--out", str(tmp_path / "other")]) == 2
+    assert "worm gears are not modelled: worm_stage" in capsys.readouterr().err
+    assert not (tmp_path / "other").exists()
+
+
+def test_a_shaft_that_can_tilt_or_slide_is_refused(tmp_path):
+    unit = gear_train((20, 31))
+    bearings = unit.of("rolling_bearing_with_catalog_geometry")
+    unit.relations = [(kind, ends) for kind, ends in unit.relations if ("assembly", bearings[0]) not in ends]
+    del unit.components[bearings[0]]
+    for bearing in bearings[2:]:
+        unit.attributes(bearing)["axial_force_absorption"] = ("no_direction", "none")
+    with pytest.raises(InputError, match=r"S1: has bearings in 1 plane.*S2: none of its 2 bearing"):
+        imported(unit, tmp_path)
+
+
+def test_bearings_beside_each_other_share_a_seat(tmp_path):
+    unit = gear_train((20, 31))
+    first = unit.of("rolling_bearing_with_catalog_geometry")[0]
+    kind, name, attributes = unit.components[first]
+    twin = unit.add(kind, name, **{**attributes, "u_coordinate_on_shaft_inner_side": (4.0, "mm")})
+    unit.relate("side", assembly=twin, inner_part=unit.of("shaft")[0], outer_part=unit.of("gear_casing")[0])
+    case, page = imported(unit, tmp_path)
+    assert len(case.bearings) == 4
+    assert "beside each other" in page
+
+
+def test_a_chamfered_gear_reproduces_the_contact_ratios_of_its_file(tmp_path):
+    """The tip form circle and the common face width of the file, not the outer ones, carry."""
+    unit = gear_train((20, 31))
+    stage = unit.of("cylindrical_stage")[0]
+    for gear, form in zip(unit.of("cylindrical_gear"), (67.4, 101.6), strict=True):
+        unit.attributes(gear).update(tip_diameter=(form + 0.6, "mm"), tip_form_diameter=(form, "mm"))
+    case, _ = imported(unit, tmp_path)
+    alpha = np.arctan(np.tan(np.radians(20)) / np.cos(np.radians(15)))
+    radii = np.array([20, 31]) * 1.5e-3 / np.cos(np.radians(15))
+    base, tips = radii * np.cos(alpha), np.array([67.4, 101.6]) / 2e3
+    path = np.sqrt(tips**2 - base**2).sum() - radii.sum() * np.sin(alpha)
+    ratio = path / (2 * np.pi * base[0] / 20)
+    unit.attributes(stage).update(
+        radial_contact_ratio=(round(ratio, 5), "none"),
+        common_face_width=(22.0, "mm"),
+        overlap_contact_ratio=(round(22 * np.sin(np.radians(15)) / (np.pi * 3.0), 5), "none"),
+    )
+    (tmp_path / "again").mkdir()
+    case, page = imported(unit, tmp_path / "again")
+    assert case.pairs[0].transverse_contact_ratio == pytest.approx(ratio, rel=1e-6)
+    assert case.pairs[0].face_width == pytest.approx(0.022)
+    assert "NO" not in page.split("## Comparison")[1].split("##")[0]
+
+
+def test_gaps_and_short_ends_of_shafts_are_filled_so_that_they_can_bend(tmp_path):
+    unit = gear_train((20, 31))
+    first = unit.of("shaft_section")[0]
+    length = unit.attributes(first)["length"][0]
+    unit.attributes(first).update(length=(30.0, "mm"), u_coordinate_on_shaft=(25.0, "mm"))
+    rest = unit.add(
+        "shaft_section",
+        u_coordinate_on_shaft=(58.0, "mm"),
+        length=(length - 58.0, "mm"),
+        outer_diameter_begin=(24.0, "mm"),
+    )
+    unit.relate("assembly", assembly=unit.of("shaft")[0], part=rest)
+    case, page = imported(unit, tmp_path)
+    segments = case.shafts[0].segments
+    assert all(a.end == pytest.approx(b.start, abs=1e-9) for a, b in pairwise(segments))
+    assert segments[0].start <= min(b.z for b in case.bearings if b.shaft == "S1")
+    assert "filled with 24 mm" in page
+    assert "lengthened to its outermost" in page
+    assemble(case.gearbox_with_gears, case.straight_laws, None, fidelity=DRAFT.dynamics)
+
+
+def test_a_coaxial_unit_can_bend(tmp_path):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        case, _ = imported(coaxial_unit(), tmp_path)
+    assemble(case.gearbox_with_gears, case.straight_laws, None, fidelity=DRAFT.dynamics)
+
+
+def test_loads_that_the_chain_does_not_apply_are_listed(tmp_path):
+    unit = gear_train((20, 31))
+    unit.load_cases[0][unit.of("external_load")[1]] = {"force_v_direction": (-1.2, "kN")}
+    bearing = unit.of("rolling_bearing_with_catalog_geometry")[0]
+    unit.attributes(bearing)["preload_distance"] = (5.0, "mum")
+    _, page = imported(unit, tmp_path)
+    left = page.split("## Left out")[1].split("##")[0]
+    assert "up to 1200 N" in left
+    assert "| 5 µm |" in left
+
+
+def test_rolling_elements_of_the_file_set_the_stiffness(tmp_path):
+    """Formula of Krämer for balls: 13e6 Z^(2/3) D_w^(1/3) F^(1/3) cos^(5/3) α."""
+    unit = gear_train((20, 31))
+    bearing = unit.of("rolling_bearing_with_catalog_geometry")[0]
+    row = unit.add("rolling_bearing_row", number_of_rolling_elements=(9, "none"), pressure_angle=(15.0, "deg"))
+    ball = unit.add("rolling_element", diameter_of_rolling_element=(9.5, "mm"))
+    unit.relate("ordered_assembly", assembly=bearing, part=row)
+    unit.relate("ordered_assembly", assembly=row, part=ball)
+    case, page = imported(unit, tmp_path)
+    load = 1e3 * float(re.search(r"9 elements of 9.5 mm at ([\d.]+) kN", page)[1])
+    wanted = 13e6 * 9 ** (2 / 3) * 0.0095 ** (1 / 3) * load ** (1 / 3) * np.cos(np.radians(15)) ** (5 / 3)
+    assert case.bearings[0].radial_stiffness == pytest.approx(wanted, rel=2e-3)
+    ratio = case.bearings[0].axial_stiffness / case.bearings[0].radial_stiffness
+    assert ratio == pytest.approx(2 * np.tan(np.radians(15)) ** 2, rel=1e-3)
+    forces = abs(case.mesh_forces[0])
+    assert 0.3 * forces < load < forces, "one of two bearings beside the mesh"
+
+
+@pytest.mark.parametrize(("young", "wall"), [(70e3, 70e9), (2.1e8, 110e9)], ids=["aluminium", "rigid"])
+def test_the_material_of_the_casing_is_that_of_the_file_unless_it_is_rigid(tmp_path, young, wall):
+    unit = gear_train((20, 31))
+    material = unit.add("material", elastic_modulus=(young, "N / mm^2"), density=(2.7, "kg / dm^3"))
+    unit.relate("reference", origin=unit.of("gear_casing")[0], referenced=material)
+    case, _ = imported(unit, tmp_path)
+    assert case.housing.material.young == pytest.approx(wall)

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 from nvhchain.fidelity import DRAFT, REFERENCE, STANDARD
 
 if TYPE_CHECKING:
-    from nvhchain.case import load_case
+    from nvhchain.case import load_case, save_case
     from nvhchain.chain import record, run
     from nvhchain.scene import plan
 
 __version__ = "0.1.0"
-__all__ = ["DRAFT", "REFERENCE", "STANDARD", "load_case", "plan", "record", "run"]
+__all__ = ["DRAFT", "REFERENCE", "STANDARD", "load_case", "plan", "record", "run", "save_case"]
 
-_HOMES = {"load_case": "case", "plan": "scene", "record": "chain", "run": "chain"}
+_HOMES = {"load_case": "case", "plan": "scene", "record": "chain", "run": "chain", "save_case": "case"}
 
 
 def __getattr__(name: str) -> Any:

@@ -26,6 +26,7 @@ from nvhchain.case.operation import (
 )
 from nvhchain.case.options import Options
 from nvhchain.case.radiator import RadiatorCase
+from nvhchain.case.toml import save_case
 
 __all__ = [
     "FIELD_POINT_QUANTITIES",
@@ -59,4 +60,5 @@ __all__ = [
     "TorqueRecord",
     "load_case",
     "load_channels",
+    "save_case",
 ]

@@ -9,9 +9,9 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from nvhchain.case._table import build
 from nvhchain.case.gearbox import GearboxCase
 from nvhchain.case.radiator import RadiatorCase
+from nvhchain.case.toml.table import build
 from nvhchain.dimensions import UNITS
 from nvhchain.errors import InputError, require
 from nvhchain.interop import ForceChannels

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import pytest
 
 from nvhchain.case import load_case
-from nvhchain.case._table import build
+from nvhchain.case.toml.table import build
 from nvhchain.dimensions import Angle, Length
 from nvhchain.errors import InputError, Mistakes, require
 

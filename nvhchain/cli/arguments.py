@@ -234,6 +234,10 @@ def parser() -> argparse.ArgumentParser:
     check.add_argument("case", metavar="CASE")
     check.set_defaults(action=commands.check)
 
+    schema = verbs.add_parser("schema", help="print the JSON Schema of case files, for editors")
+    schema.add_argument("--out", metavar="FILE", type=Path, help="file to write instead")
+    schema.set_defaults(action=commands.schema)
+
     doctor = verbs.add_parser("doctor", help="check this machine: packages, system libraries, compiler cache")
     doctor.add_argument("--acoustics", action="store_true", help="compare the boundary element engines on a small body")
     doctor.set_defaults(action=commands.doctor)

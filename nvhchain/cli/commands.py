@@ -352,6 +352,18 @@ def check(options: argparse.Namespace) -> int:
     return 0
 
 
+def schema(options: argparse.Namespace) -> int:
+    """Print the JSON Schema of case files, or write it."""
+    from nvhchain.case.toml.schema import schema_text
+    from nvhchain.files.atomic_write import write_output
+
+    if options.out is None:
+        show(schema_text(), end="")
+    else:
+        show(write_output(options.out, schema_text().encode()))
+    return 0
+
+
 def doctor(options: argparse.Namespace) -> int:
     """Check this machine."""
     from nvhchain.doctor import diagnose, diagnose_acoustics

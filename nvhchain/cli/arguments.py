@@ -71,6 +71,9 @@ def parser() -> argparse.ArgumentParser:
         "fidelity.gear.slices=9 (repeatable)",
     )
 
+    answer = Parser(add_help=False)
+    answer.add_argument("--json", action="store_true", help="print one JSON object instead of text, errors included")
+
     common = Parser(add_help=False, parents=[changes])
     accuracy = common.add_mutually_exclusive_group()
     accuracy.add_argument("--fidelity", choices=list(PRESETS), default="standard", help="accuracy preset")
@@ -102,7 +105,7 @@ def parser() -> argparse.ArgumentParser:
     new.add_argument("folder", metavar="DIR", type=folder, help="folder of the new file")
     new.set_defaults(action=commands.new)
 
-    run = verbs.add_parser("run", parents=[common, spread], help="compute the sound pressure of a case")
+    run = verbs.add_parser("run", parents=[common, spread, answer], help="compute the sound pressure of a case")
     run.add_argument("case", metavar="CASE", help="case file (TOML)")
     run.add_argument("--out", metavar="DIR", type=folder, help="folder for the hand-offs (default: out/<case name>)")
     run.add_argument(
@@ -209,7 +212,7 @@ def parser() -> argparse.ArgumentParser:
     report.set_defaults(action=commands.report)
 
     tradeoff = verbs.add_parser(
-        "tradeoff", parents=[changes], help="measure what each knob of the fidelity costs and saves"
+        "tradeoff", parents=[changes, answer], help="measure what each knob of the fidelity costs and saves"
     )
     tradeoff.add_argument("case", metavar="CASE")
     tradeoff.add_argument(
@@ -226,11 +229,11 @@ def parser() -> argparse.ArgumentParser:
     )
     tradeoff.set_defaults(action=commands.tradeoff)
 
-    plan = verbs.add_parser("plan", parents=[common], help="say what will be modelled, skipped, and what it takes")
+    plan = verbs.add_parser("plan", parents=[common, answer], help="list what will be modelled, skipped, and its cost")
     plan.add_argument("case", metavar="CASE")
     plan.set_defaults(action=commands.plan)
 
-    check = verbs.add_parser("check", parents=[changes], help="read and validate a case")
+    check = verbs.add_parser("check", parents=[changes, answer], help="read and validate a case")
     check.add_argument("case", metavar="CASE")
     check.set_defaults(action=commands.check)
 
@@ -238,7 +241,7 @@ def parser() -> argparse.ArgumentParser:
     schema.add_argument("--out", metavar="FILE", type=Path, help="file to write instead")
     schema.set_defaults(action=commands.schema)
 
-    doctor = verbs.add_parser("doctor", help="check this machine: packages, system libraries, compiler cache")
+    doctor = verbs.add_parser("doctor", parents=[answer], help="check packages and system libraries of this machine")
     doctor.add_argument("--acoustics", action="store_true", help="compare the boundary element engines on a small body")
     doctor.set_defaults(action=commands.doctor)
     return top

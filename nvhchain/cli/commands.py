@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 from collections.abc import Collection, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
@@ -11,6 +12,7 @@ from math import inf, radians
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from nvhchain.cli.answers import doctor_answer, plan_answer, run_answer
 from nvhchain.cli.console import Console
 from nvhchain.cli.output import show
 from nvhchain.errors import InputError, require
@@ -143,6 +145,7 @@ def run(options: argparse.Namespace) -> int:
     ):
         result = chain.run(case, fidelity=fidelity, out=out, executor=executor, watcher=watcher, **given)
     save_error_bands(result.error_bands, out)
+    options.answer = run_answer(result, out)
     widths = [float(abs(band.overall - band.level[:, None]).max()) for band in result.error_bands.values()]
     _report_wider_limits(options.tolerance_db, case.name, max(widths))
     silent = [quantity for quantity in case.quantities if quantity in ("bearing_forces", "surface_velocity")]
@@ -318,6 +321,7 @@ def tradeoff(options: argparse.Namespace) -> int:
         case, out=out, fidelity=PRESETS[options.fidelity], knobs=options.knob, progress=_variants, watcher=Console()
     )
     tradeoff.save_tradeoff(sweep, out)
+    options.answer = {"folder": str(out), **json.loads(tradeoff.as_json(sweep))}
     show(tradeoff.markdown(sweep), end="")
     return 0
 
@@ -334,7 +338,9 @@ def plan(options: argparse.Namespace) -> int:
     case = load_case(options.case, changes=_case_changes(options))
     fidelity = _fidelity(options, [case])
     check_knobs(case, fidelity)
-    show(plan(case, fidelity=fidelity))
+    planned = plan(case, fidelity=fidelity)
+    options.answer = plan_answer(planned)
+    show(planned)
     return 0
 
 
@@ -346,8 +352,10 @@ def check(options: argparse.Namespace) -> int:
 
     case = load_case(options.case, changes=_case_changes(options))
     check_case(case)
+    reasons = advice(case) if isinstance(case, GearboxCase) else ()
+    options.answer = {"case": case.name, "file": options.case, "valid": True, "advice": list(reasons)}
     show(f"{options.case}: {case.name} is valid")
-    for why in advice(case) if isinstance(case, GearboxCase) else ():
+    for why in reasons:
         show(f"{case.name} would notice: {why}")
     return 0
 
@@ -368,7 +376,8 @@ def doctor(options: argparse.Namespace) -> int:
     """Check this machine."""
     from nvhchain.doctor import diagnose, diagnose_acoustics
 
-    findings = diagnose_acoustics() if options.acoustics else diagnose()
+    findings = tuple(diagnose_acoustics() if options.acoustics else diagnose())
+    options.answer = doctor_answer(findings)
     for finding in findings:
         mark = "ok  " if finding.ok else "FAIL"
         show(f"{mark} {finding.name}: {finding.detail}" + ("" if finding.ok else f"; {finding.remedy}"))

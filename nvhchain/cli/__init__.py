@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import sys
 import warnings
@@ -13,10 +14,13 @@ from typing import Any
 from nvhchain.cli import answers
 from nvhchain.cli.arguments import parser
 from nvhchain.cli.console import Console, standard_streams
+from nvhchain.cli.logs import logged
 from nvhchain.cli.output import show
 from nvhchain.cli.termination import Terminated, termination_interrupts
 from nvhchain.cli.warning_lines import warning_lines
 from nvhchain.errors import AccuracyWarning, InputError, Mistakes, SolverError
+
+_log = logging.getLogger(__name__)
 
 __all__ = ["Console", "main", "parser", "reported"]
 
@@ -89,7 +93,7 @@ def _command(words: ArgumentParser, arguments: Sequence[str]) -> tuple[int, list
     if isinstance(options, str):
         return 2, [options.removeprefix("nvhchain: ")]
     _check_environment()
-    with _warnings_shown():
+    with logged(getattr(options, "verbose", 0), getattr(options, "log_file", None)), _warnings_shown():
         if as_json:
             return answers.answered(options.action, options), []
         return int(options.action(options)), []
@@ -114,6 +118,7 @@ def _warnings_shown() -> Iterator[None]:
     doubts: list[AccuracyWarning] = []
 
     def tell(message: Warning | str, *_: Any, **__: Any) -> None:
+        _log.warning("%s", " ".join(str(message).split()))
         if isinstance(message, AccuracyWarning):
             doubts.append(message)
         else:

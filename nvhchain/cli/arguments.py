@@ -244,4 +244,11 @@ def parser() -> argparse.ArgumentParser:
     doctor = verbs.add_parser("doctor", parents=[answer], help="check packages and system libraries of this machine")
     doctor.add_argument("--acoustics", action="store_true", help="compare the boundary element engines on a small body")
     doctor.set_defaults(action=commands.doctor)
+    completion = verbs.add_parser("completion", help="print the script that completes commands in a shell")
+    completion.add_argument("shell", choices=["bash", "zsh", "tcsh"], help="shell of the script")
+    completion.set_defaults(action=commands.completion)
+
+    for verb in verbs.choices.values():
+        verb.add_argument("-v", "--verbose", action="count", default=0, help="log steps on stderr; -vv: details")
+        verb.add_argument("--log-file", metavar="FILE", type=Path, help="file for the log, with all details")
     return top

@@ -372,6 +372,18 @@ def schema(options: argparse.Namespace) -> int:
     return 0
 
 
+def completion(options: argparse.Namespace) -> int:
+    """Print the script that completes commands in a shell."""
+    from nvhchain.cli.arguments import parser
+    from nvhchain.runtime.extras import check_installed
+
+    check_installed("shtab")
+    import shtab
+
+    show(shtab.complete(parser(), shell=options.shell))
+    return 0
+
+
 def doctor(options: argparse.Namespace) -> int:
     """Check this machine."""
     from nvhchain.doctor import diagnose, diagnose_acoustics

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import logging
 import os
 import shutil
 import tempfile
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache, partial
@@ -22,6 +24,8 @@ from nvhchain.errors import FileFormatError, concerning
 from nvhchain.files import hdf5
 from nvhchain.files.folder_lock import log_waiting, remove_abandoned
 from nvhchain.handoff import HandOff, warn_of
+
+_log = logging.getLogger(__name__)
 
 H = TypeVar("H", bound=HandOff)
 
@@ -227,12 +231,17 @@ class ResultCache:
             there = cached_result(path, kind, key) if path else None
             if there is None:
                 self.watcher.begin(stage)
+                _log.info("%s: begins", stage)
+                _log.debug("%s: key %s, %s", stage, key, path or "not kept")
+                begun = time.perf_counter()
                 made = compute(partial(self.watcher.step, stage))
                 result: H = made.replace(provenance={**made.provenance, **provenance})
                 if path is not None:
                     hdf5.save(result, path)
+                _log.info("%s: computed in %.1f s", stage, time.perf_counter() - begun)
                 self.watcher.end(stage, "computed")
                 return result
+            _log.info("%s: cached in %s", stage, path)
             self.watcher.end(stage, "cached")
             warn_of(there)
             return there

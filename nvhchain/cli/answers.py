@@ -13,8 +13,6 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from nvhchain.cli.output import show
 
 if TYPE_CHECKING:
@@ -67,6 +65,8 @@ def answered(action: Callable[[Namespace], int], options: Namespace) -> int:
 
 def run_answer(result: Result, out: Path) -> dict[str, Any]:
     """Return levels with confidence limits of every quantity of a run."""
+    import numpy as np
+
     names = [point.name for point in result.case.field_points]
     levels = {}
     for quantity, band in result.error_bands.items():
@@ -99,7 +99,7 @@ def _plain(value: Any) -> Any:
     """Return a value in types that JSON has."""
     if isinstance(value, Mapping):
         return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, np.ndarray | np.generic):
+    if hasattr(value, "tolist"):  # of NumPy, which is not imported for this
         return _plain(value.tolist())
     if isinstance(value, list | tuple):
         return [_plain(item) for item in value]

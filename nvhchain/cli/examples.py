@@ -6,7 +6,6 @@ import tomllib
 from pathlib import Path
 
 import nvhchain
-from nvhchain.case.toml.schema import FILE_NAME, schema_text
 from nvhchain.errors import InputError
 
 EXAMPLES = {
@@ -40,6 +39,8 @@ def copy_example(name: str, folder: Path) -> list[Path]:
     InputError
         If a file is there already.
     """
+    from nvhchain.case.toml.schema import FILE_NAME, schema_text
+
     sources = [examples_folder() / EXAMPLES[name][0]]
     while base := tomllib.loads(sources[-1].read_text(encoding="utf-8")).get("base"):
         sources.append(sources[-1].parent / base)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import getpass
 import hashlib
 import logging
 import os
@@ -101,6 +102,17 @@ _PATIENCE = 2.0
 """Time (s) before a waiting step logs that it waits for another process."""
 
 
+def _user() -> str:
+    """Return the number of the user, or the hash of the name where the system has no numbers."""
+    if hasattr(os, "getuid"):
+        return str(os.getuid())
+    try:
+        name = getpass.getuser()
+    except (ImportError, KeyError, OSError):  # a service; its folder of temporary files is its own
+        name = ""
+    return hashlib.sha256(name.encode()).hexdigest()[:8]
+
+
 @contextmanager
 def _exclusive(path: Path | None) -> Iterator[None]:
     """Let one of a user's processes on this machine at a time look for, or make, the content of `path`."""
@@ -108,7 +120,7 @@ def _exclusive(path: Path | None) -> Iterator[None]:
         yield
         return
     place = hashlib.sha256(os.fsencode(path.resolve())).hexdigest()[:16]
-    temporary, mine = Path(tempfile.gettempdir()), f"nvhchain-{os.getuid()}"
+    temporary, mine = Path(tempfile.gettempdir()), f"nvhchain-{_user()}"
     remove_abandoned(temporary, f"{mine}-*.lock")
     lock = temporary / f"{mine}-{place}.lock"
     hold = FileLock(lock)

@@ -1,6 +1,8 @@
 """Build of the package: the example cases are part of it."""
 
+import atexit
 import shutil
+import tempfile
 from pathlib import Path
 
 from setuptools import setup
@@ -21,4 +23,7 @@ class BuildWithExamples(build_py):
             shutil.copyfile(path, target)
 
 
-setup(cmdclass={"build_py": BuildWithExamples})
+# A build folder in the source would keep modules that are gone, and put them into the next wheel.
+base = tempfile.mkdtemp(prefix="nvhchain-build-")
+atexit.register(shutil.rmtree, base, ignore_errors=True)
+setup(cmdclass={"build_py": BuildWithExamples}, options={"build": {"build_base": base}})

@@ -8,7 +8,7 @@ from __future__ import annotations
 import sys
 import unicodedata
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from numbers import Real
@@ -25,7 +25,7 @@ class InputError(ValueError):
         return printable(super().__str__())
 
 
-MOST_MISTAKES = 8
+MOST_MISTAKES = 30
 """Largest number of mistakes in one message; further ones are counted."""
 
 
@@ -218,6 +218,44 @@ def require_all(wrong: Iterable[str]) -> None:
     each = list(wrong)
     if each:
         raise Mistakes(each)
+
+
+def require_each(*claims: tuple[bool, str]) -> None:
+    """Raise one error for all conditions that do not hold.
+
+    Parameters
+    ----------
+    *claims : tuple of (bool, str)
+        Condition and text of its error.
+
+    Raises
+    ------
+    Mistakes
+        If any condition does not hold.
+    """
+    require_all(message for condition, message in claims if not condition)
+
+
+def check_all(*checks: Callable[[], object]) -> None:
+    """Run independent checks and raise one error for all of their mistakes.
+
+    Parameters
+    ----------
+    *checks : callable
+        Functions that raise InputError.
+
+    Raises
+    ------
+    Mistakes
+        If any check raises.
+    """
+    wrong: list[str] = []
+    for check in checks:
+        try:
+            check()
+        except InputError as error:
+            wrong += mistakes(error)
+    require_all(dict.fromkeys(wrong))
 
 
 def is_whole(value: object) -> bool:

@@ -6,6 +6,7 @@
 """
 
 import dataclasses
+import importlib
 import sys
 import types
 import typing
@@ -17,6 +18,9 @@ from sphinx.util.docutils import SphinxDirective
 from nvhchain import case, dimensions
 from nvhchain.fidelity import PRESETS, declared
 from nvhchain.handoff import ACCURACIES, HAND_OFFS
+
+HOMES = [f"nvhchain.{package}" for package in ("case", "gear", "dynamics", "housing", "conventions", "handoff")]
+"""Packages that offer the classes of a case."""
 
 
 def summary(cls):
@@ -136,7 +140,8 @@ class CaseTables(SphinxDirective):
             rows = [
                 [field.name, type_name(hints[field.name]), default(field), text.get(field.name, "")] for field in fields
             ]
-            about = nodes.paragraph(text=summary(cls)) if summary(cls) else None
+            place = next(home for home in HOMES if getattr(importlib.import_module(home), cls.__name__, None) is cls)
+            about = nodes.paragraph("", "", *inline(f"{summary(cls)} Import: `from {place} import {cls.__name__}`"))
             body = table(["field", "type", "default", "meaning (SI)"], rows) if rows else None
             result.append(section(cls.__name__, f"case-{cls.__name__.lower()}", about, body))
         return result

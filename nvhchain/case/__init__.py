@@ -26,6 +26,7 @@ from nvhchain.case.operation import (
 )
 from nvhchain.case.options import Options
 from nvhchain.case.radiator import RadiatorCase
+from nvhchain.case.toml import case_schema, save_case
 
 __all__ = [
     "FIELD_POINT_QUANTITIES",
@@ -57,6 +58,8 @@ __all__ = [
     "TorqueHarmonics",
     "TorqueRamp",
     "TorqueRecord",
+    "case_schema",
     "load_case",
     "load_channels",
+    "save_case",
 ]

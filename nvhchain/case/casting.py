@@ -10,7 +10,8 @@ import numpy as np
 
 from nvhchain import housing
 from nvhchain.case.bodies import Extent
-from nvhchain.case.fit import radius_at
+from nvhchain.case.checks.fit import radius_at
+from nvhchain.case.checks.names import nearest
 from nvhchain.case.housing import Housing
 from nvhchain.errors import InputError, require
 from nvhchain.fidelity import HousingFidelity
@@ -46,9 +47,13 @@ class Casting(housing.Casting, Housing):
                 f"field point {point.name!r} at {point.position} m lies inside the housing: move it out",
             )
         self._check_floor(case)
+        require(
+            self.bores != housing.Casting.bores or self._bores_fit(case),
+            "housing: bores are missing: give one for every bearing",
+        )
         bores = {bore.name: bore.centre for bore in self.bores}
         for name, seat in case.seats.items():
-            require(name in bores, f"bearing {name!r}: the housing has no such bore; known: {', '.join(bores)}")
+            require(name in bores, f"bearing {name!r}: the housing has no such bore; {nearest(name, list(bores))}")
             gap = dist(seat, bores[name])
             require(
                 gap < SEAT_TOLERANCE,
@@ -56,6 +61,11 @@ class Casting(housing.Casting, Housing):
             )
         unused = sorted(set(bores) - set(case.seats))
         require(not unused, f"housing.bores: {', '.join(unused)} carry no bearing: remove them or add the bearing")
+
+    def _bores_fit(self, case: GearboxCase) -> bool:
+        """Return True if every bearing sits in the bore of its name."""
+        bores = {bore.name: bore.centre for bore in self.bores}
+        return all(name in bores and dist(seat, bores[name]) < SEAT_TOLERANCE for name, seat in case.seats.items())
 
     def _check_floor(self, case: GearboxCase) -> None:
         """Refuse gear spaces that reach through the reflecting plane; the rest is checked on the surface."""
@@ -92,7 +102,9 @@ class Casting(housing.Casting, Housing):
             yield from self._overlaps_of_inner_walls(gear.name, *ends, tip, shafts[gear.shaft].axis)
         bores = {bore.name: bore for bore in self.bores}
         for bearing in case.bearings:
-            bore = bores[bearing.name]
+            bore = bores.get(bearing.name)
+            if bore is None:
+                continue
             through = radius_at(shafts[bearing.shaft], bearing.z, radius=bore.radius)
             yield (
                 through - bore.radius,

@@ -15,7 +15,9 @@ from nvhchain import acoustics
 from nvhchain.case.blank_mesh import Mesh as BlankMesh
 from nvhchain.case.bodies import Extent
 from nvhchain.case.casting import Casting
-from nvhchain.case.fit import check_fit
+from nvhchain.case.checks.fit import check_fit
+from nvhchain.case.checks.names import unknown_names
+from nvhchain.case.checks.root_stress import breaking_teeth
 from nvhchain.case.housing_model import HousingModel, ModalResults
 from nvhchain.case.operation import (
     RADIATED,
@@ -35,7 +37,7 @@ from nvhchain.dynamics import Bearing, Equilibrium, Gearbox, LooseGear, Mesh, Ri
 from nvhchain.dynamics import equilibrium as balanced
 from nvhchain.dynamics.model.rigid_train import input_inertia
 from nvhchain.dynamics.runs.ramp import Ramp as SpeedRamp
-from nvhchain.errors import InputError, require, require_all
+from nvhchain.errors import InputError, check_all, require, require_all
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.gear import (
     Differential,
@@ -227,26 +229,42 @@ class GearboxCase:
 
     def __post_init__(self) -> None:
         check_fields(self)
-        check_case_name(self.name)
-        check_quantities(self.quantities, self.field_points)
+        check_all(
+            lambda: check_case_name(self.name),
+            lambda: check_quantities(self.quantities, self.field_points),
+            self._check_run_up,
+            lambda: check_plane(self.reflecting_plane, self.field_points),
+            self._check_names,
+        )
+        check_all(
+            lambda: self.housing.check(self),
+            self._check_load,
+            self._check_train,
+            lambda: check_fit(self),
+        )
+
+    def _check_run_up(self) -> None:
         require(
             self.operation.ramp is None or not {"surface_velocity", *RADIATED}.intersection(self.quantities),
             "quantities: a run-up is followed in time, its surface velocity and sound power have no lines: ask for "
             "`bearing_forces` or `pressure`",
         )
-        check_plane(self.reflecting_plane, self.field_points)
-        self.housing.check(self)
+
+    def _check_names(self) -> None:
+        """Refuse missing, repeated and unknown names of gears, stages and shafts."""
         for kind in ("gears", "stages"):
             require(len(getattr(self, kind)) > 0, f"{kind}: at least one is needed")
             check_names([item.name for item in getattr(self, kind)], kind)
-        require_all(self._unknown_parts())
-        require_all(self._apart())
+        require_all(unknown_names(self))
+
+    def _check_load(self) -> None:
+        """Refuse torques that do not fit the options or idle gears."""
         require(
             self.operation.input_torque > 0 or not self.options.load_distribution,
             f"options: friction and shuttling act on drive flanks under load, but input_torque = "
             f"{self.operation.input_torque:g} N m: leave them out, or give a driving torque",
         )
-        idle = [stage.name for stage in self.stages if self._idles(stage)]
+        idle = [stage.name for stage in self.stages if self.idles(stage)]
         require(
             self.operation.mesh_torque is None or self.operation.input_torque == 0 or bool(idle),
             f"mesh_torque = {self.operation.mesh_torque or 0.0:g} N m with input_torque = "
@@ -257,26 +275,15 @@ class GearboxCase:
             f"stage {', '.join(idle)}: a loose gear carries no more than its drag; how far its mesh law must reach is "
             "open: give mesh_torque, N m at the input, about that of the hardest impacts",
         )
+
+    def _check_train(self) -> None:
+        """Refuse gears that cannot mesh, teeth that break, and a train that does not turn."""
+        require_all(self._apart())
         _ = self.pairs, self.gearbox
+        require_all(breaking_teeth(self))
         if self.ramp is not None:
             self.band.check_record(self.ramp.duration)
         self._check_fluctuation()
-        check_fit(self)
-
-    def _unknown_parts(self) -> Iterator[str]:
-        """Yield the mistakes in names of shafts and gears."""
-        shafts = {shaft.name for shaft in self.shafts}
-        gears = {gear.name for gear in self.gears}
-        for kind, parts in (("gear", self.gears), ("bearing", self.bearings)):
-            for part in parts:
-                if part.shaft not in shafts:
-                    known = ", ".join(shaft.name for shaft in self.shafts)
-                    yield f"{kind} {part.name}: shaft {part.shaft!r} is unknown; known: {known}"
-        for stage in self.stages:
-            for end in (stage.pinion, stage.wheel):
-                if end not in gears:
-                    known = ", ".join(gear.name for gear in self.gears)
-                    yield f"stage {stage.name}: gear {end!r} is unknown; known: {known}"
 
     def _apart(self) -> Iterator[str]:
         """Yield the mistakes in places of gears that mesh."""
@@ -304,7 +311,7 @@ class GearboxCase:
         """True where the speed changes."""
         return self.operation.ramp is not None
 
-    def _idles(self, stage: Stage) -> bool:
+    def idles(self, stage: Stage) -> bool:
         """Return True for a stage that ends in a loose gear."""
         of = {gear.name: gear for gear in self.gears}
         ends = [end for other in self.stages for end in (other.pinion, other.wheel)]
@@ -499,7 +506,7 @@ class GearboxCase:
         gears = {gear.name: gear for gear in self.gears}
         turns = [self.shaft_orders[gears[stage.pinion].rotor] for stage in self.stages]
         driving, idle = self.operation.input_torque, self.operation.mesh_torque or 0.0
-        torques = [idle if driving == 0.0 or self._idles(stage) else driving for stage in self.stages]
+        torques = [idle if driving == 0.0 or self.idles(stage) else driving for stage in self.stages]
         return tuple(
             pair.normal_force(torque / float(n)) for pair, torque, n in zip(self.pairs, torques, turns, strict=True)
         )

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 from collections.abc import Mapping, Sequence
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from nvhchain.case._table import build
+from nvhchain.case.checks.names import nearest, unknown_names
 from nvhchain.case.gearbox import GearboxCase
 from nvhchain.case.radiator import RadiatorCase
+from nvhchain.case.toml.lines import Table, merged_places, placed, with_line
+from nvhchain.case.toml.table import build
 from nvhchain.dimensions import UNITS
-from nvhchain.errors import InputError, require
+from nvhchain.errors import InputError, Mistakes, mistakes, require
 from nvhchain.interop import ForceChannels
 from nvhchain.kinds import NAMES, checked
 from nvhchain.names import check_names, check_text
@@ -73,8 +75,17 @@ def load_case(path: str | Path, *, changes: Sequence[str] = ()) -> Case:
     """
     path = Path(path)
     table = _read(path, ())
+    try:
+        return _built(table, path, changes)
+    except InputError as error:
+        raise Mistakes([with_line(text, str(path), table) for text in mistakes(error)]) from None
+
+
+def _built(table: Table, path: Path, changes: Sequence[str]) -> Case:
+    """Return the case of a table."""
     for change in changes:
         table = _merge(table, _by_name(parse_change(change), table, change), f"{change}: ", replace=True)
+    table = Table(table, table.places, table.place)
     kind = table.pop("kind", None)
     kinds: dict[str, type[GearboxCase] | type[RadiatorCase]] = {"gearbox": GearboxCase, "radiator": RadiatorCase}
     if kind is None:
@@ -87,7 +98,27 @@ def load_case(path: str | Path, *, changes: Sequence[str] = ()) -> Case:
     table["folder"] = str(path.parent)
     _place_meshes(table.get("gears"), path.parent)
     _place_records(table.get("operation"), path.parent)
-    return build(kinds[kind], table, str(path))
+    try:
+        return build(kinds[kind], table, str(path))
+    except InputError as error:
+        wrong = mistakes(error)
+        if kind == "gearbox":
+            missing = _missing_castings(table)
+            wrong = [text for text in wrong if not (missing and text.startswith(f"{path}.housing: Casting "))]
+            wrong += [f"{path}: {text}" for text in (*missing, *unknown_names(table))]
+        raise Mistakes(list(dict.fromkeys(wrong))) from None
+
+
+def _missing_castings(table: Mapping[str, Any]) -> list[str]:
+    """Return the mistakes of a casting in whose place those of the example would stand."""
+    housing = table.get("housing")
+    if not isinstance(housing, Mapping) or housing.get("type", "casting") != "casting":
+        return []
+    examples = {
+        "bores": '{ name = "A1", centre_mm = [0, 0, 39], radius_mm = 31 } for every bearing',
+        "gear_spaces": "{ centre_mm = [0, 0], radius_mm = 50 } for every shaft",
+    }
+    return [f"housing: {name} are missing: give {one}" for name, one in examples.items() if name not in housing]
 
 
 def parse_change(text: str) -> dict[str, Any]:
@@ -131,9 +162,7 @@ def _by_name(change: Mapping[str, Any], table: Mapping[str, Any], text: str) -> 
         if isinstance(value, Mapping) and _named(old):
             names = [item["name"] for item in old]  # type: ignore[union-attr]
             for name in value:
-                close = get_close_matches(name, names, 1)
-                hint = f": did you mean {close[0]}?" if close else ""
-                require(name in names, f"{text}: no {name!r} in {key} ({', '.join(names)}){hint}")
+                require(name in names, f"{text}: no {name!r} in {key}: {nearest(name, names)}")
             items = {item["name"]: item for item in old}  # type: ignore[union-attr]
             placed[key] = [
                 {"name": name, **_by_name(inner, items[name], text)} if isinstance(inner, Mapping) else inner
@@ -167,22 +196,31 @@ def _place_records(operation: Any, folder: Path) -> None:
         given["file"] = str(folder / given["file"])
 
 
-def _read(path: Path, open_files: tuple[Path, ...]) -> dict[str, Any]:
+def _read(path: Path, open_files: tuple[Path, ...]) -> Table:
     require(path.resolve() not in open_files, f"{path}: base files refer to each other in a circle")
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        text = path.read_text(encoding="utf-8-sig")
+        table: Table = placed(tomllib.loads(text), text, str(path))
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: byte {error.start + 1} is none of UTF-8 text: save the file as UTF-8") from None
     except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path}: not valid TOML: {error}") from None
+        raise InputError(_syntax(str(error), path)) from None
     _check_texts(table, f"{path}")
     base = table.pop("base", None)
     if base is None:
         return table
     require(isinstance(base, str), f"{path}: base = {base!r} must be the path of a case file")
     return _merge(_read(path.parent / base, (*open_files, path.resolve())), table, f"{path}: ")
+
+
+def _syntax(message: str, path: Path) -> str:
+    """Return the message of invalid TOML, with its line in front."""
+    found = re.search(r" \(at line (\d+), (column \d+)\)$", message)
+    if found is None:
+        return f"{path}: not valid TOML: {message}"
+    return f"{path}:{found[1]}: not valid TOML: {message[: found.start()]} ({found[2]})"
 
 
 def _check_texts(value: Any, place: str) -> None:
@@ -198,12 +236,12 @@ def _check_texts(value: Any, place: str) -> None:
         check_text(value, place)
 
 
-def _merge(base: Mapping[str, Any], change: Mapping[str, Any], place: str, *, replace: bool = False) -> dict[str, Any]:
+def _merge(base: Mapping[str, Any], change: Mapping[str, Any], place: str, *, replace: bool = False) -> Table:
     """Return `base` with `change` merged into it; a table with another `type` replaces that of the base.
 
     With `replace`, a value also replaces one that the base gives in another unit.
     """
-    merged = dict(base)
+    merged = Table(base, merged_places(base, change), getattr(change, "place", None) or getattr(base, "place", None))
     for key, value in change.items():
         for other in [other for other in merged if replace and other != key and _stem(other) == _stem(key)]:
             del merged[other]

@@ -10,7 +10,7 @@ import numpy as np
 
 from nvhchain.case.fluctuation import SpeedHarmonics, SpeedRecord, TorqueHarmonics, TorqueRecord
 from nvhchain.dimensions import AngularSpeed, Length
-from nvhchain.errors import require
+from nvhchain.errors import require, require_each
 from nvhchain.handoff import RigidPlane
 from nvhchain.kinds import check_fields
 from nvhchain.names import check_name, check_names, folded
@@ -192,30 +192,32 @@ class Operation:
 
     def __post_init__(self) -> None:
         check_fields(self)
-        require(
-            0 <= self.input_speed <= 2e4,
-            f"input_speed = {self.input_speed:g} rad/s is outside 0…20000 rad/s: give it as input_speed_rpm",
-        )
-        require(
-            self.input_speed > 0 or self.ramp is not None,
-            "input_speed = 0 rad/s: a gearbox at rest is silent; give a speed, or a ramp that starts from rest",
-        )
-        require(
-            self.ramp is None or max(self.input_speed, self.ramp.end_speed) > 0,
-            "a ramp from input_speed = 0 to end_speed = 0 rad/s never turns: give one of them",
-        )
-        require(
-            abs(self.input_torque) <= 1e7,
-            f"input_torque = {self.input_torque:g} N m is outside -1e7…1e7 N m: give it in N m",
-        )
-        require(
-            self.input_torque != 0 or self.mesh_torque is not None,
-            "input_torque = 0 N m does not say how far the mesh laws of rattling gears must reach: give mesh_torque, "
-            "N m at the input, about that of the hardest impacts",
-        )
-        require(
-            self.mesh_torque is None or 0 < self.mesh_torque <= 1e7,
-            f"mesh_torque = {self.mesh_torque} N m is outside 0…1e7 N m: give it in N m",
+        require_each(
+            (
+                0 <= self.input_speed <= 2e4,
+                f"input_speed = {self.input_speed:g} rad/s is outside 0…20000 rad/s: give it as input_speed_rpm",
+            ),
+            (
+                self.input_speed > 0 or self.ramp is not None,
+                "input_speed = 0 rad/s: a gearbox at rest is silent; give a speed, or a ramp that starts from rest",
+            ),
+            (
+                self.ramp is None or max(self.input_speed, self.ramp.end_speed) > 0,
+                "a ramp from input_speed = 0 to end_speed = 0 rad/s never turns: give one of them",
+            ),
+            (
+                abs(self.input_torque) <= 1e7,
+                f"input_torque = {self.input_torque:g} N m is outside -1e7…1e7 N m: give it in N m",
+            ),
+            (
+                self.input_torque != 0 or self.mesh_torque is not None,
+                "input_torque = 0 N m does not say how far the mesh laws of rattling gears must reach: give "
+                "mesh_torque, N m at the input, about that of the hardest impacts",
+            ),
+            (
+                self.mesh_torque is None or 0 < self.mesh_torque <= 1e7,
+                f"mesh_torque = {self.mesh_torque} N m is outside 0…1e7 N m: give it in N m",
+            ),
         )
         if self.ramp is None and self.fluctuation is not None:
             _ = self.fluctuation.drive.period

@@ -89,12 +89,14 @@ class RadiatorCase:
                 abs(value) <= FASTEST,
                 f"{name} = {value:g} m/s is beyond ±{FASTEST:g} m/s, of large amplitude: lower it",
             )
-        require(
-            self.pulsation != 0 or any(self.velocity), "the body is at rest: give it a pulsation or a velocity in m/s"
-        )
 
     running_up = False
     states_velocity = True
+
+    @property
+    def moves(self) -> bool:
+        """True where the case gives the body a motion; else a run takes a supplied surface velocity."""
+        return self.pulsation != 0 or any(self.velocity)
 
     @property
     def limits(self) -> tuple[float, float]:

@@ -10,7 +10,6 @@ import pickle
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
-from os import sched_getaffinity
 from pathlib import Path
 from signal import SIGINT, SIGTERM, default_int_handler, signal
 from threading import Thread
@@ -24,7 +23,7 @@ from nvhchain.files.hdf5 import writable_folder
 from nvhchain.files.result_cache import ResultCache, Unwatched, Watcher
 from nvhchain.runtime import processes
 from nvhchain.runtime.memory import free_memory
-from nvhchain.runtime.threads import blas_threads
+from nvhchain.runtime.threads import blas_threads, cores
 from nvhchain.scene import Scene, planned_steps, preflight
 from nvhchain.scene.steps import HOUSING, MESH_LAWS
 
@@ -127,7 +126,7 @@ def _second_process_pays(cases: Sequence[GearboxCase], fidelity: Fidelity) -> bo
     kinds = [[one for one in planned if one.step is step] for step in (HOUSING, MESH_LAWS)]
     seconds = min(sum(one.seconds for one in kind) for kind in kinds)
     megabytes = sum(max((one.megabytes for one in kind), default=0.0) for kind in kinds)
-    return len(sched_getaffinity(0)) > 1 and seconds > _LEAST_SECONDS and 1e6 * megabytes < free_memory()
+    return cores() > 1 and seconds > _LEAST_SECONDS and 1e6 * megabytes < free_memory()
 
 
 def _end_with_caller() -> None:

@@ -7,6 +7,7 @@ from functools import cached_property
 
 from nvhchain import levels
 from nvhchain.case import Case
+from nvhchain.chain.display import ResultPlots, html, summary
 from nvhchain.error_band import BANDS, ErrorBand, RunUpBand
 from nvhchain.errors import require
 from nvhchain.fidelity import Fidelity
@@ -32,7 +33,7 @@ _BANDS_FROM = {"radiation_efficiency": ("sound_power",), "directivity": ("pressu
 """Quantities without confidence limits of their own → the quantities from which they inherit them."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Result:
     """Hand-offs that a run computed or was supplied with; those that the case does not need are None or empty.
 
@@ -124,6 +125,17 @@ class Result:
         makers = dict(BANDS) | {"pressure": lambda run: run.error_band}
         parts = [part for quantity in self.case.quantities for part in _BANDS_FROM.get(quantity, (quantity,))]
         return {part: makers[part](self) for part in dict.fromkeys(parts)}
+
+    @property
+    def plot(self) -> ResultPlots:
+        """Figures of the result, such as `plot.spectrum()`."""
+        return ResultPlots(self)
+
+    def __repr__(self) -> str:
+        return summary(self)
+
+    def _repr_html_(self) -> str:
+        return html(self)
 
     def _check_field_points(self) -> None:
         require(

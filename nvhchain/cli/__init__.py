@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import sys
 import warnings
@@ -10,12 +11,16 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
+from nvhchain.cli import answers
 from nvhchain.cli.arguments import parser
 from nvhchain.cli.console import Console, standard_streams
+from nvhchain.cli.logs import logged
 from nvhchain.cli.output import show
 from nvhchain.cli.termination import Terminated, termination_interrupts
 from nvhchain.cli.warning_lines import warning_lines
 from nvhchain.errors import AccuracyWarning, InputError, Mistakes, SolverError
+
+_log = logging.getLogger(__name__)
 
 __all__ = ["Console", "main", "parser", "reported"]
 
@@ -52,10 +57,20 @@ def reported(words: ArgumentParser, arguments: Sequence[str] | None) -> int:
         Exit code.
     """
     with standard_streams():
-        return _reported(words, arguments)
+        return _reported(words, sys.argv[1:] if arguments is None else arguments)
 
 
-def _reported(words: ArgumentParser, arguments: Sequence[str] | None) -> int:
+def _reported(words: ArgumentParser, arguments: Sequence[str]) -> int:
+    code, messages = _outcome(words, arguments)
+    if messages and answers.requested(arguments):
+        answers.print_errors(messages, code)
+    for message in messages:
+        show(f"nvhchain: {message}", error=True)
+    return code
+
+
+def _outcome(words: ArgumentParser, arguments: Sequence[str]) -> tuple[int, list[str]]:
+    """Run the command; return its exit code and the messages of a failure."""
     try:
         try:
             with termination_interrupts():
@@ -63,25 +78,25 @@ def _reported(words: ArgumentParser, arguments: Sequence[str] | None) -> int:
         finally:
             sys.stdout.flush()  # output that cannot be printed is a failure, too
     except InputError as error:
-        for mistake in error.lines if isinstance(error, Mistakes) else [_one_line(error)]:
-            show(f"nvhchain: {mistake}", error=True)
-        return 2
+        return 2, error.lines if isinstance(error, Mistakes) else [_one_line(error)]
     except MemoryError as error:
-        show(f"nvhchain: out of memory ({_one_line(error)}): choose a lower fidelity", error=True)
-        return 2
+        return 2, [f"out of memory ({_one_line(error)}): choose a lower fidelity"]
     except (SolverError, OSError) as error:
-        show(f"nvhchain: {_one_line(error)}", error=True)
-        return 1
+        return 1, [_one_line(error)]
     except KeyboardInterrupt as signal:
-        show("nvhchain: interrupted; finished steps are cached", error=True)
-        return 143 if isinstance(signal, Terminated) else 130
+        return 143 if isinstance(signal, Terminated) else 130, ["interrupted; finished steps are cached"]
 
 
-def _command(words: ArgumentParser, arguments: Sequence[str] | None) -> int:
-    options = words.parse_args(arguments)
+def _command(words: ArgumentParser, arguments: Sequence[str]) -> tuple[int, list[str]]:
+    as_json = answers.requested(arguments)
+    options = answers.parsed(words, arguments) if as_json else words.parse_args(arguments)
+    if isinstance(options, str):
+        return 2, [options.removeprefix("nvhchain: ")]
     _check_environment()
-    with _warnings_shown():
-        return int(options.action(options))
+    with logged(getattr(options, "verbose", 0), getattr(options, "log_file", None)), _warnings_shown():
+        if as_json:
+            return answers.answered(options.action, options), []
+        return int(options.action(options)), []
 
 
 def _check_environment() -> None:
@@ -103,6 +118,7 @@ def _warnings_shown() -> Iterator[None]:
     doubts: list[AccuracyWarning] = []
 
     def tell(message: Warning | str, *_: Any, **__: Any) -> None:
+        _log.warning("%s", " ".join(str(message).split()))
         if isinstance(message, AccuracyWarning):
             doubts.append(message)
         else:

@@ -72,6 +72,9 @@ def parser() -> argparse.ArgumentParser:
         "fidelity.gear.slices=9 (repeatable)",
     )
 
+    answer = Parser(add_help=False)
+    answer.add_argument("--json", action="store_true", help="print one JSON object instead of text, errors included")
+
     common = Parser(add_help=False, parents=[changes])
     accuracy = common.add_mutually_exclusive_group()
     accuracy.add_argument("--fidelity", choices=list(PRESETS), default="standard", help="accuracy preset")
@@ -122,7 +125,7 @@ def parser() -> argparse.ArgumentParser:
     exported.add_argument("--out", metavar="FILE", type=Path, required=True, help="REXS 1.4 (.rexs)")
     exported.set_defaults(action=commands.export_unit)
 
-    run = verbs.add_parser("run", parents=[common, spread], help="compute the sound pressure of a case")
+    run = verbs.add_parser("run", parents=[common, spread, answer], help="compute the sound pressure of a case")
     run.add_argument("case", metavar="CASE", help="case file (TOML)")
     run.add_argument("--out", metavar="DIR", type=folder, help="folder for the hand-offs (default: out/<case name>)")
     run.add_argument(
@@ -229,7 +232,7 @@ def parser() -> argparse.ArgumentParser:
     report.set_defaults(action=commands.report)
 
     tradeoff = verbs.add_parser(
-        "tradeoff", parents=[changes], help="measure what each knob of the fidelity costs and saves"
+        "tradeoff", parents=[changes, answer], help="measure what each knob of the fidelity costs and saves"
     )
     tradeoff.add_argument("case", metavar="CASE")
     tradeoff.add_argument(
@@ -254,15 +257,26 @@ def parser() -> argparse.ArgumentParser:
     study.add_argument("--plan", action="store_true", help="print designs, time and memory; compute nothing")
     study.set_defaults(action=study_command)
 
-    plan = verbs.add_parser("plan", parents=[common], help="say what will be modelled, skipped, and what it takes")
+    plan = verbs.add_parser("plan", parents=[common, answer], help="list what will be modelled, skipped, and its cost")
     plan.add_argument("case", metavar="CASE")
     plan.set_defaults(action=commands.plan)
 
-    check = verbs.add_parser("check", parents=[changes], help="read and validate a case")
+    check = verbs.add_parser("check", parents=[changes, answer], help="read and validate a case")
     check.add_argument("case", metavar="CASE")
     check.set_defaults(action=commands.check)
 
-    doctor = verbs.add_parser("doctor", help="check this machine: packages, system libraries, compiler cache")
+    schema = verbs.add_parser("schema", help="print the JSON Schema of case files, for editors")
+    schema.add_argument("--out", metavar="FILE", type=Path, help="file to write instead")
+    schema.set_defaults(action=commands.schema)
+
+    doctor = verbs.add_parser("doctor", parents=[answer], help="check packages and system libraries of this machine")
     doctor.add_argument("--acoustics", action="store_true", help="compare the boundary element engines on a small body")
     doctor.set_defaults(action=commands.doctor)
+    completion = verbs.add_parser("completion", help="print the script that completes commands in a shell")
+    completion.add_argument("shell", choices=["bash", "zsh", "tcsh"], help="shell of the script")
+    completion.set_defaults(action=commands.completion)
+
+    for verb in verbs.choices.values():
+        verb.add_argument("-v", "--verbose", action="count", default=0, help="log steps on stderr; -vv: details")
+        verb.add_argument("--log-file", metavar="FILE", type=Path, help="file for the log, with all details")
     return top

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 from collections.abc import Collection, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
@@ -11,6 +12,7 @@ from math import inf, radians
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from nvhchain.cli.answers import doctor_answer, plan_answer, run_answer
 from nvhchain.cli.console import Console
 from nvhchain.cli.output import show
 from nvhchain.errors import InputError, require
@@ -181,6 +183,7 @@ def run(options: argparse.Namespace) -> int:
     ):
         result = chain.run(case, fidelity=fidelity, out=out, executor=executor, watcher=watcher, **given)
     save_error_bands(result.error_bands, out)
+    options.answer = run_answer(result, out)
     widths = [float(abs(band.overall - band.level[:, None]).max()) for band in result.error_bands.values()]
     _report_wider_limits(options.tolerance_db, case.name, max(widths))
     silent = [quantity for quantity in case.quantities if quantity in ("bearing_forces", "surface_velocity")]
@@ -361,6 +364,7 @@ def tradeoff(options: argparse.Namespace) -> int:
         case, out=out, fidelity=PRESETS[options.fidelity], knobs=options.knob, progress=_variants, watcher=Console()
     )
     tradeoff.save_tradeoff(sweep, out)
+    options.answer = {"folder": str(out), **json.loads(tradeoff.as_json(sweep))}
     show(tradeoff.markdown(sweep), end="")
     return 0
 
@@ -377,7 +381,9 @@ def plan(options: argparse.Namespace) -> int:
     case = load_case(options.case, changes=_case_changes(options))
     fidelity = _fidelity(options, [case])
     check_knobs(case, fidelity)
-    show(plan(case, fidelity=fidelity))
+    planned = plan(case, fidelity=fidelity)
+    options.answer = plan_answer(planned)
+    show(planned)
     return 0
 
 
@@ -390,12 +396,38 @@ def check(options: argparse.Namespace) -> int:
 
     case = load_case(options.case, changes=_case_changes(options))
     check_case(case)
+    reasons = advice(case) if isinstance(case, GearboxCase) else ()
+    options.answer = {"case": case.name, "file": options.case, "valid": True, "advice": list(reasons)}
     show(f"{options.case}: {case.name} is valid")
     for line in bearing_lines(case) if isinstance(case, GearboxCase) else ():
         show(f"{case.name}: {line}")
     _show_assumptions(case)
-    for why in advice(case) if isinstance(case, GearboxCase) else ():
+    for why in reasons:
         show(f"{case.name} would notice: {why}")
+    return 0
+
+
+def schema(options: argparse.Namespace) -> int:
+    """Print the JSON Schema of case files, or write it."""
+    from nvhchain.case.toml.schema import schema_text
+    from nvhchain.files.atomic_write import write_output
+
+    if options.out is None:
+        show(schema_text(), end="")
+    else:
+        show(write_output(options.out, schema_text().encode()))
+    return 0
+
+
+def completion(options: argparse.Namespace) -> int:
+    """Print the script that completes commands in a shell."""
+    from nvhchain.cli.arguments import parser
+    from nvhchain.runtime.extras import check_installed
+
+    check_installed("shtab")
+    import shtab
+
+    show(shtab.complete(parser(), shell=options.shell))
     return 0
 
 
@@ -403,7 +435,8 @@ def doctor(options: argparse.Namespace) -> int:
     """Check this machine."""
     from nvhchain.doctor import diagnose, diagnose_acoustics
 
-    findings = diagnose_acoustics() if options.acoustics else diagnose()
+    findings = tuple(diagnose_acoustics() if options.acoustics else diagnose())
+    options.answer = doctor_answer(findings)
     for finding in findings:
         mark = "ok  " if finding.ok else "FAIL"
         show(f"{mark} {finding.name}: {finding.detail}" + ("" if finding.ok else f"; {finding.remedy}"))

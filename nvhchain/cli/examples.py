@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import tomllib
 from pathlib import Path
 
@@ -22,7 +21,7 @@ EXAMPLES = {
 
 
 def copy_example(name: str, folder: Path) -> list[Path]:
-    """Copy an example and the files that it is based on.
+    """Copy an example and the files that it is based on, and write the schema to which they refer.
 
     Parameters
     ----------
@@ -41,6 +40,8 @@ def copy_example(name: str, folder: Path) -> list[Path]:
     InputError
         If a file is there already.
     """
+    from nvhchain.case.toml.schema import FILE_NAME, schema_text
+
     sources = [examples_folder() / EXAMPLES[name][0]]
     while base := tomllib.loads(sources[-1].read_text(encoding="utf-8")).get("base"):
         sources.append(sources[-1].parent / base)
@@ -50,7 +51,9 @@ def copy_example(name: str, folder: Path) -> list[Path]:
             raise InputError(f"{target} exists: name another folder, or remove it")
     folder.mkdir(parents=True, exist_ok=True)
     for source, target in zip(sources, targets, strict=True):
-        shutil.copyfile(source, target)
+        text = source.read_text(encoding="utf-8")
+        target.write_text(f"#:schema ./{FILE_NAME}\n{text}", encoding="utf-8")
+    (folder / FILE_NAME).write_text(schema_text(), encoding="utf-8")
     return targets
 
 

@@ -7,7 +7,6 @@ memory (`content_of`) or piece by piece, and `write_atomic` writes it to the dis
 from __future__ import annotations
 
 import errno
-import fcntl
 import os
 import secrets
 from collections.abc import Callable, Iterable, Iterator
@@ -18,7 +17,7 @@ from typing import BinaryIO, TypeAlias
 from zlib import crc32
 
 from nvhchain.errors import InputError, WriteError, require
-from nvhchain.files.folder_lock import remove_abandoned
+from nvhchain.files.folder_lock import lock_file, remove_abandoned
 
 Content: TypeAlias = bytes | bytearray | memoryview
 """Bytes of a file, or of a piece of one."""
@@ -93,8 +92,7 @@ def _locked_file(part: Path) -> BinaryIO:
     """Return a new file with a lock that ends with this process; `remove_abandoned` ignores it until then."""
     while True:
         file = part.open("xb")
-        with suppress(OSError):  # file systems without locks: `remove_abandoned` removes nothing there
-            fcntl.flock(file.fileno(), fcntl.LOCK_EX)
+        lock_file(file.fileno())
         if os.fstat(file.fileno()).st_nlink:
             return file
         file.close()  # another process removed it as a remainder
@@ -108,9 +106,8 @@ def _write(file: BinaryIO, part: Path, pieces: Iterable[Content]) -> None:
         size, digest = size + memoryview(piece).nbytes, crc32(piece, digest)
     file.flush()
     os.fsync(file.fileno())
-    os.posix_fadvise(
-        file.fileno(), 0, 0, os.POSIX_FADV_DONTNEED
-    )  # else the read-back comes from memory, not from the disk
+    if hasattr(os, "posix_fadvise"):  # else the read-back comes from memory, not from the disk
+        os.posix_fadvise(file.fileno(), 0, 0, os.POSIX_FADV_DONTNEED)
     found_size = found_digest = 0
     for piece in _read(part):
         found_size, found_digest = found_size + len(piece), crc32(piece, found_digest)
@@ -126,6 +123,8 @@ def _read(path: Path) -> Iterator[bytes]:
 
 def _sync_folder(folder: Path) -> None:
     """Force the new name to the disk, where the file system syncs folders."""
+    if not hasattr(os, "O_DIRECTORY"):
+        return
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
         os.fsync(descriptor)

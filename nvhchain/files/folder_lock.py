@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import logging
 import os
 from collections.abc import Iterator
@@ -10,6 +9,12 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import psutil
+from filelock import FileLock
+
+try:
+    import fcntl
+except ImportError:  # not on Windows, where a lock file stands in
+    fcntl = None  # type: ignore[assignment]
 
 _log = logging.getLogger(__name__)
 
@@ -21,6 +26,10 @@ def hold_folder(folder: Path) -> Iterator[None]:
     The system ends the hold with the process, and nothing remains in the folder. The hold has no effect on file systems
     without locks, such as some on networks.
     """
+    if fcntl is None:
+        with FileLock(folder / ".nvhchain.lock"):
+            yield
+        return
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
         try:
@@ -38,8 +47,10 @@ def hold_folder(folder: Path) -> Iterator[None]:
 def remove_abandoned(folder: Path, pattern: str) -> None:
     """Remove files of `folder` whose makers held a lock on them and have ended; the others stay.
 
-    On file systems without locks all files stay.
+    On systems and file systems without such locks all files stay.
     """
+    if fcntl is None:
+        return
     for path in folder.glob(pattern):
         with suppress(OSError):
             descriptor = os.open(path, os.O_RDWR)
@@ -49,6 +60,13 @@ def remove_abandoned(folder: Path, pattern: str) -> None:
                     path.unlink()
             finally:
                 os.close(descriptor)
+
+
+def lock_file(descriptor: int) -> None:
+    """Lock an open file until it is closed, where the system has such locks."""
+    if fcntl is not None:
+        with suppress(OSError):  # file systems without locks: `remove_abandoned` removes nothing there
+            fcntl.flock(descriptor, fcntl.LOCK_EX)
 
 
 def log_waiting(place: Path, locked: Path | None = None) -> None:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import getpass
 import hashlib
+import logging
 import os
 import shutil
 import tempfile
@@ -23,6 +25,8 @@ from nvhchain.errors import FileFormatError, concerning
 from nvhchain.files import hdf5
 from nvhchain.files.folder_lock import log_waiting, remove_abandoned
 from nvhchain.handoff import HandOff, warn_of
+
+_log = logging.getLogger(__name__)
 
 H = TypeVar("H", bound=HandOff)
 
@@ -98,6 +102,17 @@ _PATIENCE = 2.0
 """Time (s) before a waiting step logs that it waits for another process."""
 
 
+def _user() -> str:
+    """Return the number of the user, or the hash of the name where the system has no numbers."""
+    if hasattr(os, "getuid"):
+        return str(os.getuid())
+    try:
+        name = getpass.getuser()
+    except (ImportError, KeyError, OSError):  # a service; its folder of temporary files is its own
+        name = ""
+    return hashlib.sha256(name.encode()).hexdigest()[:8]
+
+
 @contextmanager
 def _exclusive(path: Path | None) -> Iterator[None]:
     """Let one of a user's processes on this machine at a time look for, or make, the content of `path`."""
@@ -126,7 +141,7 @@ def remove_abandoned_locks() -> None:
 
 
 def _own_prefix() -> str:
-    return f"nvhchain-{os.getuid()}"
+    return f"nvhchain-{_user()}"
 
 
 @runtime_checkable
@@ -236,14 +251,18 @@ class ResultCache:
             there = cached_result(path, kind, key) if path else None
             if there is None:
                 self.watcher.begin(stage)
+                _log.info("%s: begins", stage)
+                _log.debug("%s: key %s, %s", stage, key, path or "not kept")
                 started = time.perf_counter()
                 made = compute(partial(self.watcher.step, stage))
                 seconds = round(time.perf_counter() - started, 3)
                 result: H = made.replace(provenance={**made.provenance, **provenance, "seconds": seconds})
                 if path is not None:
                     hdf5.save(result, path)
+                _log.info("%s: computed in %.1f s", stage, time.perf_counter() - started)
                 self.watcher.end(stage, "computed")
                 return result
+            _log.info("%s: cached in %s", stage, path)
             self.watcher.end(stage, "cached")
             warn_of(there)
             return there

@@ -17,6 +17,7 @@ from nvhchain.errors import require
 from nvhchain.handoff.declared import Quantity, Sizes, array, resolved, value
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
 
 FloatArray = NDArray[np.float64]
@@ -97,6 +98,11 @@ class Declared:
     def __repr__(self) -> str:
         return f"{type(self).__name__}({', '.join(f'{axis}: {length}' for axis, length in self.sizes.items())})"
 
+    def _repr_html_(self) -> str:
+        from nvhchain.handoff._tables import html
+
+        return html(self)
+
     @cached_property
     def content_hash(self) -> str:
         """SHA-256 over names, shapes and bytes of every declared field, including the stated accuracy.
@@ -138,6 +144,28 @@ class Declared:
         from nvhchain.handoff._xarray import dataset
 
         return dataset(self)
+
+    def to_dataframe(self, name: str | None = None) -> pandas.DataFrame:
+        """Return one field as a `pandas.DataFrame` over its first axis, with a column for every other entry.
+
+        Parameters
+        ----------
+        name : str, optional
+            Field; by default the first one over frequency, time or another axis with values.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Values; several axes of columns are a `MultiIndex`.
+
+        Raises
+        ------
+        InputError
+            If there is no such array, or if pandas is not installed.
+        """
+        from nvhchain.handoff._tables import frame
+
+        return frame(self, name)
 
 
 class Accuracy(Declared):

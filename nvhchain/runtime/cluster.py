@@ -20,7 +20,7 @@ from nvhchain.errors import InputError, ResourceError, is_whole, require
 from nvhchain.kinds import checked
 from nvhchain.runtime.memory import free_memory
 from nvhchain.runtime.processes import isolated
-from nvhchain.runtime.threads import blas_threads, granted, set_blas_threads
+from nvhchain.runtime.threads import blas_threads, cores, granted, set_blas_threads
 
 T = TypeVar("T")
 
@@ -149,11 +149,6 @@ async def _identity(address: str, timeout: float) -> None:
     """Raise an error unless a dask process answers with its identity within `timeout` (s)."""
     async with import_module("distributed.core").rpc(address, timeout=timeout) as scheduler:
         await asyncio.wait_for(scheduler.identity(), timeout)
-
-
-def cores() -> int:
-    """Return the number of cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @dataclass(frozen=True)

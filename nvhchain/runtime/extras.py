@@ -6,7 +6,14 @@ from importlib.util import find_spec
 
 from nvhchain.errors import require
 
-EXTRAS = {"bempp_cl": "bempp", "pyvista": "pictures", "pyuff": "uff", "xarray": "xarray"}
+EXTRAS = {
+    "bempp_cl": "bempp",
+    "pandas": "xarray",
+    "pyuff": "uff",
+    "pyvista": "pictures",
+    "shtab": "completion",
+    "xarray": "xarray",
+}
 """Module → extra that installs it."""
 
 

@@ -138,7 +138,8 @@ _GRACE = 5.0
 
 def end_here() -> None:
     """Interrupt this process, from one of its threads; the system ends it where compiled code goes on for too long."""
-    signal.setitimer(signal.ITIMER_REAL, _GRACE)
+    if hasattr(signal, "setitimer"):
+        signal.setitimer(signal.ITIMER_REAL, _GRACE)
     interrupt_main()
 
 

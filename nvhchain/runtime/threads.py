@@ -14,6 +14,11 @@ from threadpoolctl import ThreadpoolController
 _GRANTED: ContextVar[int | None] = ContextVar("granted_threads", default=None)
 
 
+def cores() -> int:
+    """Return the number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 @contextmanager
 def granted(threads: int) -> Iterator[None]:
     """Grant so many threads (`limit_threads`) to the work in this context, which shares the machine with others."""

@@ -46,7 +46,7 @@ ELEMENT = 1.0
 
 
 def advice(case: GearboxCase) -> tuple[str, ...]:
-    """Return one sentence per option that is off and would change the result for this gearbox."""
+    """Return one sentence per option that is off and would change the result, and one for undamped bearings."""
     options = case.options
     considered = (
         (options.friction > 0.0, _friction),
@@ -54,7 +54,9 @@ def advice(case: GearboxCase) -> tuple[str, ...]:
         (options.flexible_shafts, _flexible),
         (options.gyroscopic, _gyroscopic),
     )
-    return tuple(
+    undamped = [bearing.name for bearing in case.bearings if not any(bearing.damping)]
+    first = (f"bearings without damping ({', '.join(undamped)}): radial_damping and axial_damping",) if undamped else ()
+    return first + tuple(
         f"{why}: options.{name} (in the example {MEASURED[name]:+g} dB at the worst mesh harmonic)"
         for on, reasons in considered
         if not on

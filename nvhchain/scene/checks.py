@@ -156,6 +156,15 @@ def _check_bearings(scene: Scene) -> None:
         _ = scene.gearbox.equilibrium
 
 
+def _check_motion(scene: Scene) -> None:
+    """Refuse a radiator that nothing moves."""
+    if scene.case.states_velocity and not scene.case.moves:  # type: ignore[union-attr]
+        raise InputError(
+            f"{scene.case.name}: the body is at rest: give it a pulsation or a velocity in m/s, or the run its "
+            "surface_velocity"
+        )
+
+
 def _check_support(scene: Scene) -> None:
     """Refuse a driven housing that nothing holds."""
     if HOUSING in scene.steps:
@@ -228,7 +237,11 @@ def _check_housing(scene: Scene) -> None:
 
 _Checks = dict[Step[Any], tuple[Callable[[Scene], None], ...]]
 
-_CASE_CHECKS: _Checks = {MESH_LAWS: (_check_reach,), BEARING_FORCES: (_check_support, _check_driven, _check_bearings)}
+_CASE_CHECKS: _Checks = {
+    MESH_LAWS: (_check_reach,),
+    BEARING_FORCES: (_check_support, _check_driven, _check_bearings),
+    SURFACE_VELOCITY: (_check_motion,),
+}
 """Step → checks of the case alone."""
 
 _KNOB_CHECKS: _Checks = {

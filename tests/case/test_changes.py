@@ -32,7 +32,7 @@ def test_values_of_tables_and_of_named_entries_are_replaced_in_any_unit():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ("gears.pinon.z_mm=3", "no 'pinon' in gears (pinion, wheel): did you mean pinion?"),
+        ("gears.pinon.z_mm=3", "no 'pinon' in gears: did you mean 'pinion'? Known: pinion, wheel"),
         ("gears.pinion=3", "gears are tables"),
         ("operation", "is no assignment"),
         ("a b=3", "is no path of a value"),

@@ -30,7 +30,7 @@ def case(request):
 def worth(monkeypatch):
     """However little there is to do, on a machine with two cores."""
     monkeypatch.setattr(ahead, "_LEAST_SECONDS", 0.0)
-    monkeypatch.setattr(ahead, "sched_getaffinity", lambda _: {0, 1})
+    monkeypatch.setattr(ahead, "cores", lambda: 2)
 
 
 def test_laws_are_found_or_made_here_where_the_process_failed(case, coarse, tmp_path, record, monkeypatch, worth):
@@ -89,7 +89,7 @@ def test_one_core_or_little_memory_takes_one_process(case, coarse, tmp_path, mon
         machine.setattr(ahead, "free_memory", lambda: 10**8)
         with ahead.operators_ahead([case], coarse, tmp_path):
             pass
-    monkeypatch.setattr(ahead, "sched_getaffinity", lambda _: {0})
+    monkeypatch.setattr(ahead, "cores", lambda: 1)
     with ahead.operators_ahead([case], coarse, tmp_path):
         pass
     assert not list(tmp_path.iterdir())

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from nvhchain.case._table import build
+from nvhchain.case.toml.table import build
 from nvhchain.errors import InputError
 from nvhchain.interop import BearingChannels, ForceChannels, read_bearing_forces, read_record, write_bearing_forces
 from nvhchain.testing.force_records import POSITIONS, SUFFIXES, csv, six_tones

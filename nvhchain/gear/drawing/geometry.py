@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nvhchain.dimensions import Angle, Length
-from nvhchain.errors import is_whole, require
+from nvhchain.errors import is_whole, require, require_each
 from nvhchain.gear.drawing.micro_geometry import MicroGeometry
 from nvhchain.handoff import FloatArray
 from nvhchain.kinds import check_fields
@@ -83,27 +83,35 @@ class GearGeometry:
 
     def __post_init__(self) -> None:
         z = self.teeth
-        require(is_whole(z) and z >= 5, f"teeth = {z!r}: a whole number from 5 upwards is needed")
+        whole = f"teeth = {z!r}: a whole number from 5 upwards is needed"
+        require(is_whole(z), whole)
         object.__setattr__(self, "teeth", int(z))
         check_fields(self)
-        for name, low, high, unit in (
+        limits = (
             ("normal_module", 1e-4, 0.1, "m"),
             ("face_width", 1e-4, 2.0, "m"),
             ("bore_radius", 1e-4, 5.0, "m"),
             ("addendum", 0.1, 2.0, "normal modules"),
             ("dedendum", 0.1, 2.5, "normal modules"),
             ("profile_shift", -2.0, 2.0, "normal modules"),
-        ):
-            value = getattr(self, name)
-            require(low <= value <= high, f"{name} = {value} is outside {low:g}…{high:g} {unit}: give it in {unit}")
-        degrees = np.degrees(self.normal_pressure_angle)
-        require(8 <= degrees <= 40, f"normal_pressure_angle = {degrees:.4g}° is outside 8…40°: usual is 20°")
-        degrees = np.degrees(self.helix_angle)
-        require(abs(degrees) <= 45, f"helix_angle = {degrees:.4g}° is outside −45…45°: usual is 0…30°")
+        )
+        pressure, helix = np.degrees(self.normal_pressure_angle), np.degrees(self.helix_angle)
         allowance = self.thickness_allowance
-        require(
-            abs(allowance) < 0.5 * self.normal_module,
-            f"thickness_allowance = {allowance:g} m exceeds half a module: give it in m",
+        require_each(
+            (z >= 5, whole),
+            *(
+                (
+                    low <= (value := getattr(self, name)) <= high,
+                    f"{name} = {value} is outside {low:g}…{high:g} {unit}: give it in {unit}",
+                )
+                for name, low, high, unit in limits
+            ),
+            (8 <= pressure <= 40, f"normal_pressure_angle = {pressure:.4g}° is outside 8…40°: usual is 20°"),
+            (abs(helix) <= 45, f"helix_angle = {helix:.4g}° is outside −45…45°: usual is 0…30°"),
+            (
+                abs(allowance) < 0.5 * self.normal_module,
+                f"thickness_allowance = {allowance:g} m exceeds half a module: give it in m",
+            ),
         )
         self._check_rack()
         self._check_circles()

@@ -7,11 +7,12 @@ at `bell_depth`, a rear wall at `depth`. Each end wall carries one bearing seat 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from functools import partial
 from math import dist, hypot, isfinite
 
 from nvhchain.conventions import ALUMINIUM, Material
 from nvhchain.dimensions import Length
-from nvhchain.errors import require
+from nvhchain.errors import check_all, require
 from nvhchain.housing.modes.damping import DampingCurve, check_modal_damping
 from nvhchain.names import check_name, check_names
 
@@ -188,21 +189,24 @@ class Casting:
         object.__setattr__(self, "bores", tuple(self.bores))
         object.__setattr__(self, "gear_spaces", tuple(self.gear_spaces))
         object.__setattr__(self, "inner_walls", tuple(self.inner_walls))
-        for field in fields(self):
-            if field.type == "Length":
-                smallest = 0.0 if field.name in ("draft", "chamfer", "rib_height") else 1e-3
-                _length(self, field.name, getattr(self, field.name), smallest, LARGEST)
-        check_modal_damping(self.modal_damping, "Casting")
-        for name, least in (("bolts", 0), ("spokes", 0), ("side_ribs", 0)):
-            value = getattr(self, name)
-            require(
-                isinstance(value, int) and least <= value <= 200,
-                f"Casting {name} = {value} must be a whole number in {least} … 200",
-            )
-        self._check_extent()
-        self._check_walls()
-        self._check_inner_walls()
-        self._check_bores()
+        lengths = [field.name for field in fields(self) if field.type == "Length"]
+        check_all(
+            *(partial(self._check_length, name) for name in lengths),
+            *(partial(self._check_count, name) for name in ("bolts", "spokes", "side_ribs")),
+            lambda: check_modal_damping(self.modal_damping, "Casting"),
+        )
+        check_all(self._check_extent, self._check_walls, self._check_inner_walls, self._check_bores)
+
+    def _check_length(self, name: str) -> None:
+        smallest = 0.0 if name in ("draft", "chamfer", "rib_height") else 1e-3
+        _length(self, name, getattr(self, name), smallest, LARGEST)
+
+    def _check_count(self, name: str) -> None:
+        value = getattr(self, name)
+        require(
+            isinstance(value, int) and 0 <= value <= 200,
+            f"Casting {name} = {value} must be a whole number in 0 … 200",
+        )
 
     def wall_of(self, bore: Bore) -> int:
         """Return the wall that a bore sits in, the nearest: 0 engine side, 1 rear, then the inner walls."""

@@ -51,12 +51,29 @@ def build(cls: type[T], table: Any, path: str) -> T:
     try:
         return cls(**values)
     except InputError as error:
-        raise Mistakes([f"{path}: {text}" for text in mistakes(error)]) from None
+        raise Mistakes([f"{path}: {text}{_unit_hint(text, table, hints)}" for text in mistakes(error)]) from None
+
+
+def _unit_hint(text: str, table: Mapping[str, Any], hints: Mapping[str, Any]) -> str:
+    """Return the proposal of a key with a unit, for a refused number whose key has none: `face_width_mm = 30`."""
+    for key, raw in table.items():
+        unit = si_unit(hints.get(key))
+        if unit is None or f"{key} = " not in text or not isinstance(raw, int | float | list) or raw == 0:
+            continue
+        suffix = next(suffix for suffix, (si, _) in UNITS.items() if si == unit)
+        return f"; if it is in {suffix.replace('_', ' ')}, write {key}_{suffix} = {raw}"
+    return ""
 
 
 def _field(name: str, hints: Mapping[str, Any], raw: Any, place: str, unit: str | None) -> Any:
     """Return the value of one field in SI; `unit` is the suffix of its key, or None."""
     if name not in hints:
+        owner = next((field for field in hints if name.startswith(f"{field}_")), None)
+        if owner is not None:
+            needed = si_unit(hints[owner])
+            units = [f"{owner}_{other}" for other, (si, _) in UNITS.items() if needed and si == needed]
+            unknown = f"{name.removeprefix(owner + '_')!r} is no unit of {owner!r}"
+            raise InputError(f"{place}: {unknown}: write {' or '.join((owner, *units))} (SI without a unit)")
         close = difflib.get_close_matches(name, hints, n=1)
         remedy = f"did you mean {close[0]!r}?" if close else f"known fields: {', '.join(hints)}"
         raise InputError(f"{place}: unknown field; {remedy}")

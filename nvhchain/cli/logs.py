@@ -1,0 +1,51 @@
+"""Log of a command: on stderr at the wanted level, and in a file with all details."""
+
+from __future__ import annotations
+
+import logging
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+from nvhchain.errors import InputError
+from nvhchain.names import printable
+
+_LEVELS = (logging.WARNING, logging.INFO, logging.DEBUG)
+_FORM = "%(asctime)s %(levelname)s %(name)s: %(message)s"
+
+
+class _Lines(logging.Formatter):
+    """Formatter that escapes control characters."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        return printable(super().format(record))
+
+
+@contextmanager
+def logged(verbosity: int, path: Path | None) -> Iterator[None]:
+    """Log the package on stderr, from INFO with a `verbosity` of 1 and DEBUG with 2, and all of it in a file."""
+    log = logging.getLogger("nvhchain")
+    with ExitStack() as stack:
+        if verbosity or path is not None:
+            lines = logging.StreamHandler(sys.stderr)
+            lines.addFilter(lambda record: not record.name.startswith("nvhchain.cli"))  # printed already
+            _add(stack, log, lines, _LEVELS[min(verbosity, 2)])
+        if path is not None:
+            try:
+                file = logging.FileHandler(path, encoding="utf-8")
+            except OSError as error:
+                raise InputError(f"{path}: {error.strerror}: name another file for --log-file") from None
+            stack.callback(file.close)
+            _add(stack, log, file, logging.DEBUG)
+        yield
+
+
+def _add(stack: ExitStack, log: logging.Logger, handler: logging.Handler, level: int) -> None:
+    before = log.level
+    handler.setLevel(level)
+    handler.setFormatter(_Lines(_FORM))
+    log.addHandler(handler)
+    log.setLevel(min(level, before or level))
+    stack.callback(log.removeHandler, handler)
+    stack.callback(log.setLevel, before)

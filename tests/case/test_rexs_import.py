@@ -9,7 +9,7 @@ import pytest
 
 from nvhchain.case import load_case
 from nvhchain.case.rexs import import_rexs
-from nvhchain.case.rexs.completed import recommended_backlash
+from nvhchain.case.rexs.backlash import recommended_backlash
 from nvhchain.cli import main
 from nvhchain.dynamics.model.assembly import assemble
 from nvhchain.errors import InputError

@@ -8,15 +8,13 @@ from math import acos, cos, degrees, pi, sin, tan
 import numpy as np
 
 from nvhchain.case.rexs.arranged import Arrangement
+from nvhchain.case.rexs.backlash import set_backlash
+from nvhchain.case.rexs.flanks import micro_geometry
 from nvhchain.errors import InputError
 from nvhchain.gear import GearGeometry, GearPair
 from nvhchain.gear.drawing.body import GearBody
 from nvhchain.gear.drawing.geometry import USUAL_RACK_TIP_RADIUS, involute
-from nvhchain.gear.drawing.micro_geometry import Flank, MicroGeometry, Relief
-from nvhchain.interop.rexs import FlankShape, GearUnit, ImportedGear, ImportedRelief, ImportedStage
-
-ROUNDING = 1e-6
-"""Largest negative backlash (m) that counts as zero."""
+from nvhchain.interop.rexs import GearUnit, ImportedGear, ImportedStage
 
 AGREEMENT = 1e-4
 """Largest relative difference of a result in the file and that of the drawn gears."""
@@ -196,11 +194,11 @@ def complete_gears(
             unit.findings.refuse(f"gear {name}: {error}")
     stages = [stage for stage in unit.stages if stage.pinion in drawn and stage.wheel in drawn]
     for stage in stages:
-        _set_backlash(unit, stage, gears, drawn, arrangement.distances[stage.name])
+        set_backlash(unit, stage, gears, drawn, arrangement.distances[stage.name])
     for name, gear in gears.items():
         if name in drawn:
             try:
-                drawn[name] = replace(drawn[name], micro=_micro(unit, gear, drawn[name]))
+                drawn[name] = replace(drawn[name], micro=micro_geometry(unit, gear, drawn[name]))
             except InputError as error:
                 unit.findings.refuse(f"gear {name}: {error}")
     comparisons = [line for stage in stages for line in _compared(unit, stage, drawn, arrangement)]
@@ -305,118 +303,6 @@ def _avoid_undercut(unit: GearUnit, gear: ImportedGear, fields: dict[str, float]
         "undercut, which the chain does not draw: root raised to where it ends",
     )
     fields["dedendum"] = lowered
-
-
-def backlash(pinion: GearGeometry, wheel: GearGeometry, distance: float) -> float:
-    """Return the normal backlash (m), negative where the flanks jam.
-
-    Parameters
-    ----------
-    pinion, wheel : GearGeometry
-        Gears.
-    distance : float
-        Centre distance (m).
-
-    Returns
-    -------
-    float
-        Backlash along the line of action (m).
-    """
-    working = acos(min((pinion.base_radius + wheel.base_radius) / distance, 1.0))
-    radii = [gear.base_radius / cos(working) for gear in (pinion, wheel)]
-    thickness = sum(2 * r * float(g.half_tooth_angle(r)) for g, r in zip((pinion, wheel), radii, strict=True))
-    pitch = 2 * pi * radii[1] / wheel.teeth
-    return (pitch - thickness) * cos(working) * cos(pinion.base_helix_angle)
-
-
-def recommended_backlash(module: float, distance: float) -> float:
-    """Return the minimum backlash (m) that ISO/TR 10064-2 recommends: 2/3 (0.06 + 0.0005 a + 0.03 m_n) mm.
-
-    Parameters
-    ----------
-    module : float
-        Normal module (m).
-    distance : float
-        Centre distance (m).
-
-    Returns
-    -------
-    float
-        Normal backlash (m).
-    """
-    return 2e-3 / 3 * (0.06 + 0.0005 * 1e3 * distance + 0.03 * 1e3 * module)
-
-
-def _set_backlash(
-    unit: GearUnit,
-    stage: ImportedStage,
-    gears: dict[str, ImportedGear],
-    drawn: dict[str, GearGeometry],
-    distance: float,
-) -> None:
-    """Give gears of unknown tooth thickness their allowances, and take a jam by rounding for none."""
-    pair = [stage.pinion, stage.wheel]
-    found = backlash(drawn[pair[0]], drawn[pair[1]], distance)
-    cosine = cos(drawn[pair[0]].normal_pressure_angle)
-    open_ = [n for n in pair if gears[n].thickness is None and gears[n].allowance is None]
-    wanted, source = stage.backlash, "backlash of the stage in the file"
-    if wanted is None:
-        wanted = recommended_backlash(drawn[pair[0]].normal_module, distance)
-        source = "smallest backlash of ISO/TR 10064-2; no tooth thickness given"
-    if open_:
-        each = max(wanted - found, 0.0) / cosine / len(open_)
-        for name in open_:
-            already = drawn[name].thickness_allowance
-            drawn[name] = replace(drawn[name], thickness_allowance=max(already, each))
-            text = f"{1e6 * max(already, each):.4g} µm"
-            unit.findings.add("assumed", name, "thickness allowance", text, source)
-    found = backlash(drawn[pair[0]], drawn[pair[1]], distance)
-    if found < 0:
-        kind, why = ("assumed", "rounding of a drawing") if found >= -ROUNDING else ("differs", "the flanks jam")
-        text = f"0 instead of {1e6 * found:.4g} µm"
-        unit.findings.add(kind, stage.name, "backlash", text, f"{why}; {pair[1]} made thinner")  # type: ignore[arg-type]
-        wheel = drawn[pair[1]]
-        drawn[pair[1]] = replace(wheel, thickness_allowance=wheel.thickness_allowance - found / cosine + 1e-12)
-
-
-def _micro(unit: GearUnit, gear: ImportedGear, drawn: GearGeometry) -> MicroGeometry:
-    left, right = gear.flanks
-    if left != right and not gear.driving_flank:
-        unit.findings.add(
-            "assumed", gear.name, "driving flank", "left", "both flanks differ; the file names none as loaded"
-        )
-    drive, coast = (right, left) if gear.driving_flank == "right" else (left, right)
-    return MicroGeometry(_flank(unit, gear, drive, drawn), _flank(unit, gear, coast, drawn))
-
-
-def _flank(unit: GearUnit, gear: ImportedGear, shape: FlankShape, drawn: GearGeometry) -> Flank:
-    return Flank(
-        profile_crowning=shape.profile_crowning,
-        lead_crowning=shape.lead_crowning,
-        tip_relief=_relief(unit, gear, shape.tip_relief, drawn, tip=True),
-        root_relief=_relief(unit, gear, shape.root_relief, drawn, tip=False),
-    )
-
-
-def _relief(
-    unit: GearUnit, gear: ImportedGear, relief: ImportedRelief | None, drawn: GearGeometry, *, tip: bool
-) -> Relief | None:
-    """Return a relief by its rolled length; one that starts outside the flank ends with it."""
-    if relief is None:
-        return None
-    low, high = drawn.usable_flank
-    length = relief.length
-    if length is None:
-        start = drawn.base_radius * float(drawn.roll_angle_at(0.5 * (relief.diameter or 0.0)))
-        length = high - start if tip else start - low
-    name = "tip relief" if tip else "root relief"
-    if not 0.0 < length <= high - low:
-        text = f"{1e3 * length:.4g} mm of rolled length, flank {1e3 * (high - low):.4g} mm"
-        unit.findings.add("left out", gear.name, name, text, "starts outside the usable flank")
-        return None
-    if relief.shape not in ("linear", "parabolic"):
-        unit.findings.add("assumed", gear.name, name, f"parabolic instead of {relief.shape}", "shapes of the chain")
-    return Relief(relief.amount, length, "linear" if relief.shape == "linear" else "parabolic")
 
 
 def _compared(

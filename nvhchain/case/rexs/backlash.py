@@ -1,0 +1,84 @@
+"""Backlash of imported gears: of the file, recommended, or none where a drawing is rounded."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import acos, cos, pi
+
+from nvhchain.gear import GearGeometry
+from nvhchain.interop.rexs import GearUnit, ImportedGear, ImportedStage
+
+ROUNDING = 1e-6
+"""Largest negative backlash (m) that counts as zero."""
+
+
+def backlash(pinion: GearGeometry, wheel: GearGeometry, distance: float) -> float:
+    """Return the normal backlash (m), negative where the flanks jam.
+
+    Parameters
+    ----------
+    pinion, wheel : GearGeometry
+        Gears.
+    distance : float
+        Centre distance (m).
+
+    Returns
+    -------
+    float
+        Backlash along the line of action (m).
+    """
+    working = acos(min((pinion.base_radius + wheel.base_radius) / distance, 1.0))
+    radii = [gear.base_radius / cos(working) for gear in (pinion, wheel)]
+    thickness = sum(2 * r * float(g.half_tooth_angle(r)) for g, r in zip((pinion, wheel), radii, strict=True))
+    pitch = 2 * pi * radii[1] / wheel.teeth
+    return (pitch - thickness) * cos(working) * cos(pinion.base_helix_angle)
+
+
+def recommended_backlash(module: float, distance: float) -> float:
+    """Return the minimum backlash (m) that ISO/TR 10064-2 recommends: 2/3 (0.06 + 0.0005 a + 0.03 m_n) mm.
+
+    Parameters
+    ----------
+    module : float
+        Normal module (m).
+    distance : float
+        Centre distance (m).
+
+    Returns
+    -------
+    float
+        Normal backlash (m).
+    """
+    return 2e-3 / 3 * (0.06 + 0.0005 * 1e3 * distance + 0.03 * 1e3 * module)
+
+
+def set_backlash(
+    unit: GearUnit,
+    stage: ImportedStage,
+    gears: dict[str, ImportedGear],
+    drawn: dict[str, GearGeometry],
+    distance: float,
+) -> None:
+    """Give gears of unknown tooth thickness their allowances, and take a jam by rounding for none."""
+    pair = [stage.pinion, stage.wheel]
+    found = backlash(drawn[pair[0]], drawn[pair[1]], distance)
+    cosine = cos(drawn[pair[0]].normal_pressure_angle)
+    open_ = [n for n in pair if gears[n].thickness is None and gears[n].allowance is None]
+    wanted, source = stage.backlash, "backlash of the stage in the file"
+    if wanted is None:
+        wanted = recommended_backlash(drawn[pair[0]].normal_module, distance)
+        source = "smallest backlash of ISO/TR 10064-2; no tooth thickness given"
+    if open_:
+        each = max(wanted - found, 0.0) / cosine / len(open_)
+        for name in open_:
+            already = drawn[name].thickness_allowance
+            drawn[name] = replace(drawn[name], thickness_allowance=max(already, each))
+            text = f"{1e6 * max(already, each):.4g} µm"
+            unit.findings.add("assumed", name, "thickness allowance", text, source)
+    found = backlash(drawn[pair[0]], drawn[pair[1]], distance)
+    if found < 0:
+        kind, why = ("assumed", "rounding of a drawing") if found >= -ROUNDING else ("differs", "the flanks jam")
+        text = f"0 instead of {1e6 * found:.4g} µm"
+        unit.findings.add(kind, stage.name, "backlash", text, f"{why}; {pair[1]} made thinner")  # type: ignore[arg-type]
+        wheel = drawn[pair[1]]
+        drawn[pair[1]] = replace(wheel, thickness_allowance=wheel.thickness_allowance - found / cosine + 1e-12)

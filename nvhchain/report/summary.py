@@ -36,12 +36,11 @@ def write_summary(results: Mapping[str, Result], out: Path) -> dict[str, Any]:
         Content of the file.
     """
     first = next(iter(results.values()))
-    points = first.case.field_points
+    heard = first.pressure is not None or first.pressure_history is not None
+    points = first.case.field_points if heard else ()
     summary = {
         "fidelity": first.fidelity.name,
-        "field_point": {"name": points[0].name, "position_m": list(points[0].position)}
-        if points and "pressure" in first.case.quantities
-        else None,
+        "field_point": {"name": points[0].name, "position_m": list(points[0].position)} if points else None,
         "configurations": _configurations(results),
         "assumptions": {
             name: list(result.case.assumptions)

@@ -55,3 +55,25 @@ def test_rounding_of_the_fourier_transform_is_no_line():
     assert table.rows[2] == ("order 22 / dB", "916.7", "–", "53.1", "–")
     assert table.rows[3][0] == "order 24 / dB"
     assert table.rows[3][2] == "-34.0"
+
+
+def run_up(speeds, levels, limits, highest):
+    rows = [
+        {"speed_rpm": speed, "level_dBA": level, "limits_dBA": edges}
+        for speed, level, edges in zip(speeds, levels, limits, strict=True)
+    ]
+    found = {"order 20 (stage1 × 1), dB": {"level_db": highest, "speed_rpm": speeds[-1]}}
+    return {"overall_dBA": 60.0, "error_band_dBA": [None, 61.0], "over_speed": rows, "highest": found}
+
+
+def test_run_ups_are_compared_at_the_speeds_of_the_first_with_their_limits():
+    first = run_up([1000, 2000, 3000], [50, 60, 70], [[None, 55], [58, 62], [68, 72]], 65.0)
+    second = run_up([2500, 1500], [66, 56], [[60, 70], [50, 60]], 68.0)
+    rows = list(csv.reader(io.StringIO(difference_table({"a": first, "b": second}).csv())))
+    assert rows[0] == [
+        "quantity", "n / rpm", "a", "b", "b - a", "a lower limit", "a upper limit", "b lower limit", "b upper limit",
+    ]  # fmt: skip
+    assert rows[1] == ["whole record / dB(A)", "", "60.0", "60.0", "+0.0", "", "61.0", "", "61.0"]
+    assert rows[2] == ["at a speed / dB(A)", "1000", "50.0", "", "", "", "55.0", "", ""]
+    assert rows[3] == ["at a speed / dB(A)", "2000", "60.0", "61.0", "+1.0", "58.0", "62.0", "55.0", "65.0"]
+    assert rows[5][:5] == ["highest order 20 (stage1 × 1) / dB", "3000; 1500", "65.0", "68.0", "+3.0"]

@@ -24,6 +24,9 @@ RANGE = 30.0
 HIGHEST = 99.5
 """Share (%) of the faces within the colours; single faces at edges would darken the rest."""
 
+VIEWS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (0.75, -0.6) for z in (1.25, -1.25)])
+"""Places of the viewer, in units of the body; y is upwards."""
+
 VALUES = 600_000
 """Largest number of levels of all faces, lines and configurations; it bounds the size of the page."""
 
@@ -60,12 +63,27 @@ def blocks(stored: Stored) -> list[Any]:
     chosen = int(np.max(heard, axis=0).argmax())
     caption = (
         "Normal velocity of the housing, dB re 1 nm/s (RMS). Drag to turn, scroll to zoom. The slider runs over the "
-        "lines that are loudest in dB(A); it starts at the loudest. "
+        "lines that are loudest in dB(A). It starts at the loudest, seen from the side that moves most. "
         f"Colours span {RANGE:g} dB."
     )
     return [
-        Figure(caption, {"runs": runs, "lines": lines, "chosen": chosen, "range": RANGE}, height=430, kind="housing")
+        Figure(
+            caption,
+            {"runs": runs, "lines": lines, "chosen": chosen, "range": RANGE, "eye": _eye(moving, frequencies[chosen])},
+            height=430,
+            kind="housing",
+        )
     ]
+
+
+def _eye(moving: list[tuple[StoredRun, SurfaceVelocity]], frequency: float) -> dict[str, float]:
+    """Return the place of the viewer, obliquely in front of the side that moves most at a line."""
+    seen = np.zeros(len(VIEWS))
+    for _, of in moving:
+        line = int(np.abs(of.frequency - frequency).argmin())
+        power = np.abs(of.normal_velocity[line]) ** 2 * of.surface.areas
+        seen += np.maximum(of.surface.normals @ VIEWS.T, 0.0).T @ power
+    return dict(zip("xyz", VIEWS[seen.argmax()].tolist(), strict=True))
 
 
 def _loudest(moving: list[tuple[StoredRun, SurfaceVelocity]], count: int) -> FloatArray:

@@ -144,7 +144,7 @@
     bodies.className = "bodies";
     place.append(tools, bodies);
     const scene = {
-      aspectmode: "data", camera: { up: { x: 0, y: 1, z: 0 }, eye: { x: 1.0, y: 0.75, z: 1.25 } },
+      aspectmode: "data", camera: { up: { x: 0, y: 1, z: 0 }, eye: data.eye },
       xaxis: { visible: false }, yaxis: { visible: false }, zaxis: { visible: false },
     };
     let turning = false;

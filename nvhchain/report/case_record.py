@@ -34,6 +34,11 @@ def recorded_case(case: Case, fidelity: Fidelity, folder: Path) -> Iterator[None
         Fidelity of the run.
     folder : Path
         Folder of the run; made if it is missing.
+
+    Yields
+    ------
+    None
+        The run belongs inside the context.
     """
     record = {
         "name": case.name,

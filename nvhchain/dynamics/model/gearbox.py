@@ -343,7 +343,7 @@ class ShaftBearing(Bearing):
     ----------
     name, shaft, z, radial_stiffness, axial_stiffness, radial_damping, axial_damping : optional
         As in `Bearing`; `shaft` is the one inside.
-    stiffness_damping, loss_factor, loss_factor_frequency : optional
+    stiffness_damping, loss_factor, loss_factor_frequency, model : optional
         As in `Bearing`.
     outer_shaft : str
         Name of the shaft around it.

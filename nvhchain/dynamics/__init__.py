@@ -2,17 +2,9 @@
 
 from nvhchain.dynamics.model.fluctuation import Fluctuation, Harmonic
 from nvhchain.dynamics.model.friction import MeshFriction
-from nvhchain.dynamics.model.gearbox import (
-    Bearing,
-    Cylinder,
-    Gearbox,
-    LooseGear,
-    Mesh,
-    RigidBody,
-    Shaft,
-    ShaftBearing,
-)
+from nvhchain.dynamics.model.gearbox import Gearbox
 from nvhchain.dynamics.model.load_centre import LoadCentre
+from nvhchain.dynamics.model.parts import Bearing, Cylinder, LooseGear, Mesh, RigidBody, Shaft, ShaftBearing
 from nvhchain.dynamics.model.rigid_train import run_up_time
 from nvhchain.dynamics.model.train import Train, train
 from nvhchain.dynamics.runs.linear import flank_transfer

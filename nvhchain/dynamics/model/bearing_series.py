@@ -13,7 +13,7 @@ from nvhchain.errors import InputError, require
 from nvhchain.handoff import FloatArray, IntArray
 
 if TYPE_CHECKING:
-    from nvhchain.dynamics.model.gearbox import Bearing
+    from nvhchain.dynamics.model.parts import Bearing
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.polynomial.legendre import leggauss
 
-from nvhchain.dynamics.model.gearbox import Gearbox, Mesh
+from nvhchain.dynamics.model.gearbox import Gearbox
+from nvhchain.dynamics.model.parts import Mesh
 from nvhchain.dynamics.model.sections import Wrench
 from nvhchain.dynamics.model.train import Train
 from nvhchain.errors import require

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nvhchain.dynamics.model.gearbox import RigidBody, Shaft
+from nvhchain.dynamics.model.parts import RigidBody, Shaft
 from nvhchain.dynamics.model.shaft_beam import ElasticShaft, elastic_shaft
 from nvhchain.handoff import FloatArray
 

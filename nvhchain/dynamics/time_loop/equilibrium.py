@@ -12,7 +12,8 @@ from nvhchain.bearings.catalogue import RollingBearing
 from nvhchain.bearings.loaded import load_surplus, usual_stiffness
 from nvhchain.bearings.newton import settle
 from nvhchain.dynamics.model.assembly import Assembly, assemble
-from nvhchain.dynamics.model.gearbox import Bearing, Gearbox
+from nvhchain.dynamics.model.gearbox import Gearbox
+from nvhchain.dynamics.model.parts import Bearing
 from nvhchain.dynamics.model.train import shaft_torques
 from nvhchain.dynamics.time_loop.quasi_static import static_mesh_forces
 from nvhchain.errors import InputError, SolverError

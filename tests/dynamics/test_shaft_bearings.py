@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from nvhchain.bearings import StiffnessMatrix
 from nvhchain.case import load_case
 from nvhchain.case.rexs import import_rexs
-from nvhchain.dynamics import ShaftBearing, static_bearing_forces
+from nvhchain.dynamics import ShaftBearing, equilibrium, static_bearing_forces
 from nvhchain.dynamics.model.assembly import assemble
 from nvhchain.errors import InputError
 from nvhchain.testing.rexs_units import coaxial_unit
@@ -85,3 +86,20 @@ def test_bearings_of_wrong_shafts_are_refused(case, change, words):
 def test_a_bearing_between_shafts_is_a_bearing(case):
     assert isinstance(case.shaft_bearings[0], ShaftBearing)
     assert case.gearbox.bearings_of("S3")[-1] is case.shaft_bearings[0]
+
+
+def test_equilibrium_of_rolling_bearings_feels_the_bearing_between_shafts(case):
+    """With matrices of the same constants it is the linear solution, seat by seat."""
+    box, torque = case.gearbox_with_gears, 60.0
+    linear = static_bearing_forces(box, case.straight_laws, None, input_torque=torque)
+    settled = equilibrium(box, case.straight_laws, None, input_torque=torque)
+    found = settled.bearing_load[:, :3]
+    assert np.abs(found - np.asarray(linear).reshape(-1, 3)).max() < 1e-6 * np.abs(found).max()
+    assert settled.unbalance < 1e-8
+
+
+def test_a_model_between_shafts_is_refused(case):
+    matrix = StiffnessMatrix(tuple(map(tuple, np.diag([1e8, 1e8, 1e7, 0.0, 0.0]).tolist())))
+    link = ShaftBearing("L", "S1", 0.08, outer_shaft="S3")
+    with pytest.raises(InputError, match="a bearing between shafts is linear"):
+        replace(link, model=matrix)

@@ -61,6 +61,7 @@ class Assembly:
     bearings : series of bearings and seats.
     bearing_map : (n_bearing motions, n) displacement of the shafts against the seats.
     own_stiffness : (n_lateral,) stiffness of the unknowns without bearings.
+    link_stiffness : (n_lateral, n_lateral) stiffness of the bearings between shafts.
     seat_shapes : (3 n_bearing, n_mode) mode shapes at the seats, in the order of the bearings.
     seat_residual : (3 n_bearing, 3 n_bearing) residual flexibility of the seats.
     inertia : (n_rotor,) inertia about z (kg m²).
@@ -90,6 +91,7 @@ class Assembly:
     bearings: BearingSeries
     bearing_map: FloatArray
     own_stiffness: FloatArray
+    link_stiffness: FloatArray
 
     @property
     def lateral(self) -> int:
@@ -189,11 +191,13 @@ def assemble(
     mass, own_stiffness, own_damping = _uncoupled_matrices(gearbox, shafts, modal_stiffness, modal_damping)
     stiffness = np.diag(own_stiffness) + bearing_map.T @ k_eff @ bearing_map
     damping = np.diag(own_damping) + bearing_map.T @ c_eff @ bearing_map
+    link_stiffness = np.zeros_like(stiffness)
     for bearing, pushes in zip(gearbox.shaft_bearings, links, strict=True):
         between = np.array([shafts.rows(ends)[0] for ends in pushes])
         radial, axial = bearing.damping
-        stiffness += between.T @ np.diag([bearing.radial_stiffness] * 2 + [bearing.axial_stiffness]) @ between
+        link_stiffness += between.T @ np.diag([bearing.radial_stiffness] * 2 + [bearing.axial_stiffness]) @ between
         damping += between.T @ np.diag([radial, radial, axial]) @ between
+    stiffness += link_stiffness
     lowest, *_, highest = np.linalg.eigvalsh(stiffness / np.sqrt(np.outer(mass, mass)))
     if lowest <= 1e-12 * highest:
         raise InputError(
@@ -257,6 +261,7 @@ def assemble(
         bearings=series,
         bearing_map=widened(bearing_map),
         own_stiffness=own_stiffness,
+        link_stiffness=link_stiffness,
     ).set_speed(input_speed)
 
 

@@ -350,6 +350,11 @@ class ShaftBearing(Bearing):
             bool(self.outer_shaft) and self.outer_shaft != self.shaft,
             f"bearing {self.name}: shaft = {self.shaft!r} and outer_shaft = {self.outer_shaft!r}: name two shafts",
         )
+        require(
+            self.model is None,
+            f"bearing {self.name}: a bearing between shafts is linear: give radial_stiffness and axial_stiffness in "
+            "place of the model",
+        )
 
 
 @dataclass(frozen=True)

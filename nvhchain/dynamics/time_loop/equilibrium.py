@@ -138,9 +138,8 @@ def equilibrium(
 
     def forces(x: FloatArray) -> tuple[FloatArray, FloatArray]:
         force, stiffness = bearings.evaluate(seats @ x)
-        return assembly.own_stiffness * x + seats.T @ force, np.diag(
-            assembly.own_stiffness
-        ) + seats.T @ stiffness @ seats
+        own, links = assembly.own_stiffness, assembly.link_stiffness
+        return own * x + seats.T @ force + links @ x, np.diag(own) + seats.T @ stiffness @ seats + links
 
     moved = (seats @ np.linalg.solve(assembly.stiffness[:n, :n], outside)).reshape(-1, 5)[:, :3]
     nonlinear = not all(bearing.linear for bearing in gearbox.bearings)
@@ -170,7 +169,7 @@ def equilibrium(
         np.asarray((assembly.misalignment @ tilted).reshape(-1, 2)),
         settled.steps,
         settled.residual,
-        _unbalance(assembly, outside, seats, loads),
+        _unbalance(assembly, outside - assembly.link_stiffness @ x, seats, loads),
     )
 
 

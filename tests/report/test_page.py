@@ -124,6 +124,12 @@ def test_limits_that_overlap_are_said_not_to_decide(pair):
     assert "Not decided: within the confidence limits either may be the louder." in read(write_page(pair)).texts
 
 
+def test_assumptions_of_a_case_stand_on_the_first_screen(pair):
+    told = summary({"plain": 60.0, "holed": 80.0}) | {"assumptions": {"plain": ["The housing is <drawn> by rule."]}}
+    (pair / "summary.json").write_text(json.dumps(told))
+    assert "plain: The housing is &lt;drawn&gt; by rule." in write_page(pair).read_text()
+
+
 def test_every_section_has_its_figures_and_they_are_valid(pair):
     page = read(write_page(pair))
     sections = {"answer", "spectrum", "differences", "levels", "housing", "bearing_forces", "transmission_errors"}

@@ -50,12 +50,18 @@ def blocks(stored: Stored) -> list[Any]:
     hero = Hero(
         headline=_headline(stored),
         doubt="Not decided: within the confidence limits either may be the louder." if doubt else "",
-        sentences=[sentence.removesuffix(DOUBT) for sentence in sentences] or _single(stored),
+        sentences=([sentence.removesuffix(DOUBT) for sentence in sentences] or _single(stored)) + _assumed(stored),
         levels=_levels(stored),
         where=_bands(stored) or _over_speed(stored),
         sounds=_sounds(stored),
     )
     return [hero] if stored.finished else [hero, _progress(stored)]
+
+
+def _assumed(stored: Stored) -> list[str]:
+    """Return what the cases assume, such as a housing drawn by rule."""
+    given = stored.summary.get("assumptions") or {}
+    return [f"{name}: {sentence}" for name, sentences in given.items() for sentence in sentences]
 
 
 def _headline(stored: Stored) -> str:

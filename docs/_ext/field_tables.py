@@ -19,7 +19,9 @@ from nvhchain import case, dimensions
 from nvhchain.fidelity import PRESETS, declared
 from nvhchain.handoff import ACCURACIES, HAND_OFFS
 
-HOMES = [f"nvhchain.{package}" for package in ("case", "gear", "dynamics", "housing", "conventions", "handoff")]
+HOMES = [
+    f"nvhchain.{package}" for package in ("case", "gear", "bearings", "dynamics", "housing", "conventions", "handoff")
+]
 """Packages that offer the classes of a case."""
 
 

@@ -10,7 +10,7 @@ from nvhchain.report.marks import order_name
 from nvhchain.report.page.blocks import Figure, Table, axes, bars, label, rounded
 from nvhchain.report.page.stored import Stored
 
-TITLE = "Orders and differences"
+TITLE = "Orders"
 
 STRONGEST = 14
 """Number of orders in the figure."""

@@ -57,7 +57,10 @@ def difference_limits(first: ErrorBand, second: ErrorBand, shared: Collection[st
     with np.errstate(divide="ignore"):
         one_side = -20.0 * np.log10(left)
     difference = second.level - first.level
-    return np.stack([difference - one_side, difference + one_side], axis=1)
+    before, after = first.overall, second.overall
+    least = np.maximum(difference - one_side, after[:, 0] - before[:, 1])
+    most = np.minimum(difference + one_side, after[:, 1] - before[:, 0])
+    return np.stack([least, most], axis=1)
 
 
 def _energy_changes(band: ErrorBand, name: str, lines: FloatArray) -> FloatArray:

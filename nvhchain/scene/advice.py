@@ -54,7 +54,11 @@ def advice(case: GearboxCase) -> tuple[str, ...]:
         (options.flexible_shafts, _flexible),
         (options.gyroscopic, _gyroscopic),
     )
-    undamped = [bearing.name for bearing in case.bearings if not any(bearing.damping)]
+    undamped = [
+        bearing.name
+        for bearing in case.bearings
+        if not (bearing.radial_damping or bearing.axial_damping or bearing.stiffness_damping or bearing.loss_factor)
+    ]
     first = (f"bearings without damping ({', '.join(undamped)}): radial_damping and axial_damping",) if undamped else ()
     return first + tuple(
         f"{why}: options.{name} (in the example {MEASURED[name]:+g} dB at the worst mesh harmonic)"

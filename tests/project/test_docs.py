@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tomllib
 from dataclasses import fields
+from functools import cached_property
 from pathlib import Path
 
 import pytest
@@ -71,7 +72,22 @@ def test_the_script_in_the_readme_uses_names_that_exist():
     for module, imported in re.findall(r"^from (nvhchain[\w.]*) import (.+)$", script, re.MULTILINE):
         exec(f"from {module} import {imported}", {})
     for field in re.findall(r"\bresult\.(\w+)", script):
-        assert field in {f.name for f in fields(Result)}
+        assert field in {f.name for f in fields(Result)} or isinstance(
+            getattr(Result, field), property | cached_property
+        )
+
+
+@pytest.mark.slow
+def test_the_script_in_the_readme_prints_what_the_readme_shows(tmp_path):
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    script, shown = (re.search(rf"```{kind}\n(.*?)```", readme, re.DOTALL)[1] for kind in ("python", "text"))
+    (tmp_path / "cases").symlink_to(ROOT / "cases")
+    done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    found, expected = ([float(n) for n in re.findall(r"\d+\.\d", text)] for text in (done.stdout, shown))
+    assert found == pytest.approx(expected, abs=0.3)
+    assert (tmp_path / "spectrum.png").exists()
+    assert (tmp_path / "pressure.csv").read_text().startswith("frequency,")
 
 
 def test_every_file_the_readme_points_to_exists():

@@ -1,5 +1,6 @@
 """Habits of Python users: short texts, data frames, plots of a result, sub-packages without imports."""
 
+import pkgutil
 import re
 import subprocess
 import sys
@@ -77,6 +78,12 @@ def test_sub_packages_are_there_after_one_import():
     assert done.stdout.split() == ["GearGeometry", "nvhchain.levels", "True"]
     with pytest.raises(AttributeError, match="has no attribute 'gears'"):
         _ = nvh.gears
+
+
+def test_every_package_with_public_names_is_offered():
+    inner = {"cli", "gallery", "testing", "names", "kinds", "dimensions", "runtime"}
+    found = {item.name for item in pkgutil.iter_modules(nvh.__path__)} - inner
+    assert {name for name in found if name[0] != "_"} <= set(dir(nvh))
 
 
 def test_every_environment_variable_that_is_read_is_documented(request):

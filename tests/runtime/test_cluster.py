@@ -4,6 +4,7 @@ import itertools
 import os
 import signal
 import socket
+import tempfile
 import threading
 import time
 import warnings
@@ -331,6 +332,18 @@ def test_workers_that_end_at_their_start_are_started_once_more(monkeypatch, fail
         cluster.local_cluster(1, memory_per_worker=2**30),
     ):
         pass
+
+
+def test_an_interrupted_worker_goes_on_and_nothing_is_left(capfd, monkeypatch, tmp_path):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    with cluster.local_cluster(1, memory_per_worker=2**30) as executor:
+        number = executor.submit(os.getpid).result()
+        os.kill(number, signal.SIGINT)
+        assert executor.submit(os.getpid).result() == number
+    assert "Traceback" not in "".join(capfd.readouterr())
+    # locks that dask keeps on purpose
+    assert [path.name for path in tmp_path.iterdir()] in ([], ["dask-scratch-space"])
 
 
 def test_without_dask_the_remedy_is_named(monkeypatch):

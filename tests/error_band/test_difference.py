@@ -35,7 +35,7 @@ def test_a_shared_error_of_every_line_cancels_where_the_spectra_are_alike():
 def test_a_shared_error_counts_by_the_change_of_the_shares():
     """Energy moves from the first line to the second: shares 1, 0 and 0.2, 0.8; only the second line errs, by 5 %."""
     first, second = band([1.0, 1e-9], masters=[0.0, 0.05]), band([1.0, 2.0], masters=[0.0, 0.05])
-    low, high = difference_limits(first, second, ["masters"])[0]
+    low, _ = difference_limits(first, second, ["masters"])[0]
     assert 20 * np.log10(5**0.5) - low == pytest.approx(-20 * np.log10(1 - COVERAGE * 0.8 * 0.05), abs=1e-6)
 
 

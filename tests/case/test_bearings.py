@@ -18,6 +18,7 @@ from nvhchain.scene.bearing_lines import bearing_lines, constant_bearings
 
 CASES = Path(__file__).parents[2] / "cases"
 CASE = CASES / "small" / "catalogue_bearings.toml"
+OVERLOAD = ["operation.input_torque=1000", "bearings.B1.model.static_load_rating=9000"]
 REACH = np.array([-1e-3, -1e-4, 0.0, 1e-3])
 
 
@@ -88,7 +89,7 @@ def test_mistakes_are_named_with_bearing_value_and_remedy(changes, texts):
 @pytest.mark.parametrize(
     ("changes", "text"),
     [
-        (["operation.input_torque=1500"], "its most loaded element carries"),
+        (OVERLOAD, "bearing B1: its most loaded element carries"),
         (
             ["bearings.A1.model.thrust=1"],
             "shaft A finds no equilibrium at 60 N m: none of its bearings A1, A2 carries an axial force along −z",
@@ -108,7 +109,7 @@ def test_check_refuses_a_load_that_the_bearings_do_not_carry(changes, text, caps
 
 
 def test_a_case_whose_bearings_do_not_carry_is_refused_before_any_work():
-    case = load_case(CASE, changes=["operation.input_torque=1500"])
+    case = load_case(CASE, changes=OVERLOAD)
     with pytest.raises(InputError, match="its most loaded element carries"):
         check_case(case)
 

@@ -49,7 +49,7 @@ def test_hostile_names_of_a_case_are_refused_with_their_field(place, kind, tmp_p
         line = capsys.readouterr().err
         assert field in line
         assert "name" in line
-        assert line.rstrip("\n").isprintable()
+        assert all(each.isprintable() for each in line.splitlines())
     assert sorted(tmp_path.iterdir()) == [case]
 
 

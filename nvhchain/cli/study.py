@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor
-from contextlib import contextmanager
-from multiprocessing import get_context
+from contextlib import nullcontext
 from pathlib import Path
 
 from nvhchain.cli.output import show
 from nvhchain.errors import require
 from nvhchain.fidelity import PRESETS, Fidelity
-from nvhchain.runtime.processes import isolated
+from nvhchain.runtime.processes import process_pool
 
 
 def study_command(options: argparse.Namespace) -> int:
@@ -24,7 +21,9 @@ def study_command(options: argparse.Namespace) -> int:
     if options.plan:
         return _print_plan(path, fidelity)
     out = Path(options.out or Path("out") / path.stem)
-    with _processes(options.workers) as executor:
+    workers = options.workers
+    require(workers is None or workers >= 1, f"--workers = {workers}: give 1 or more")
+    with nullcontext() if workers is None else process_pool(workers) as executor:
         rows = run_study(
             study, out=out, fidelity=fidelity, executor=executor, progress=lambda line: show(line, error=True)
         )
@@ -53,19 +52,3 @@ def _print_plan(path: Path, fidelity: Fidelity) -> int:
         f"where none do; memory {max(step.megabytes for step in planned):.0f} MB a process"
     )
     return 0
-
-
-@contextmanager
-def _processes(workers: int | None) -> Iterator[Executor | None]:
-    if workers is None:
-        yield None
-        return
-    require(workers >= 1, f"--workers = {workers}: give 1 or more")
-    with isolated():
-        pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
-        try:
-            yield pool
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
-        pool.shutdown()

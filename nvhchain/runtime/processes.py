@@ -13,13 +13,15 @@ import subprocess
 import sys
 from _thread import interrupt_main
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
+from multiprocessing import get_context
 from pathlib import Path
 from subprocess import DEVNULL, PIPE
 from threading import current_thread, main_thread
 from typing import IO
 
-__all__ = ["DEVNULL", "PIPE", "end_here", "exchange", "isolated", "run", "run_python", "start_python"]
+__all__ = ["DEVNULL", "PIPE", "end_here", "exchange", "isolated", "process_pool", "run", "run_python", "start_python"]
 
 
 def run_python(*arguments: str, seconds: float) -> subprocess.CompletedProcess[str] | None:
@@ -179,3 +181,16 @@ def isolated() -> Iterator[None]:
             os.environ.pop("PYTHONSAFEPATH", None)
         else:
             os.environ["PYTHONSAFEPATH"] = before
+
+
+@contextmanager
+def process_pool(workers: int) -> Iterator[Executor]:
+    """Yield an executor of `workers` processes, which end with this context and cancel waiting tasks on an error."""
+    with isolated():
+        pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
+        try:
+            yield pool
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+        pool.shutdown()

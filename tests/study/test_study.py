@@ -268,3 +268,20 @@ def test_the_command_prints_best_designs_and_writes_tables(sphere, tmp_path, cap
     assert {"study.csv", "effects.csv", "effects.png"} <= {file.name for file in (tmp_path / "out").iterdir()}
     records = [json.loads(file.read_text()) for file in (tmp_path / "out" / "rows").iterdir()]
     assert len(records) == 3
+
+
+@pytest.mark.slow
+def test_workers_give_the_rows_of_one_process(sphere, tmp_path):
+    path = written(tmp_path, RADII)
+    for name, more in (("one", []), ("two", ["--workers", "2"])):
+        assert main(["study", str(path), "--out", str(tmp_path / name), *more]) == 0
+    one, two = (
+        [{key: value for key, value in row.items() if key != "seconds"} for row in csv.DictReader(text.splitlines())]
+        for text in ((tmp_path / name / "study.csv").read_text() for name in ("one", "two"))
+    )
+    assert one == two
+
+
+def test_no_workers_are_refused(sphere, tmp_path, capsys):
+    assert main(["study", str(written(tmp_path, RADII)), "--workers", "0"]) == 2
+    assert "--workers = 0: give 1 or more" in capsys.readouterr().err

@@ -189,6 +189,7 @@ class Casting:
         object.__setattr__(self, "bores", tuple(self.bores))
         object.__setattr__(self, "gear_spaces", tuple(self.gear_spaces))
         object.__setattr__(self, "inner_walls", tuple(self.inner_walls))
+        require(len(self.gear_spaces) > 0, "Casting gear_spaces is empty: at least one circle is needed")
         lengths = [field.name for field in fields(self) if field.type == "Length"]
         check_all(
             *(partial(self._check_length, name) for name in lengths),
@@ -227,7 +228,6 @@ class Casting:
         return inner.z - inner.thickness / 2, inner.z + inner.thickness / 2
 
     def _check_extent(self) -> None:
-        require(len(self.gear_spaces) > 0, "Casting gear_spaces is empty: at least one circle is needed")
         for axis, letter in enumerate("xy"):
             low = min(s.centre[axis] - s.radius for s in self.gear_spaces)
             high = max(s.centre[axis] + s.radius for s in self.gear_spaces)

@@ -11,7 +11,8 @@ from nvhchain.case.fluctuation import (
     TorqueHarmonics,
     TorqueRecord,
 )
-from nvhchain.case.gearbox import Gear, GearboxCase, Stage
+from nvhchain.case.gearbox import GearboxCase
+from nvhchain.case.gears import Gear, Stage
 from nvhchain.case.housing_model import HousingModel, ModalResults, Seat, SeatNode
 from nvhchain.case.load import Case, load_case, load_channels
 from nvhchain.case.operation import (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from math import ceil, hypot
@@ -12,12 +12,12 @@ from typing import Literal
 import numpy as np
 
 from nvhchain import acoustics
-from nvhchain.case.blank_mesh import Mesh as BlankMesh
 from nvhchain.case.bodies import Extent
 from nvhchain.case.casting import Casting
 from nvhchain.case.checks.fit import check_fit
 from nvhchain.case.checks.names import unknown_names
 from nvhchain.case.checks.root_stress import breaking_teeth
+from nvhchain.case.gears import Gear, Stage
 from nvhchain.case.housing_model import HousingModel, ModalResults
 from nvhchain.case.operation import (
     RADIATED,
@@ -31,30 +31,20 @@ from nvhchain.case.operation import (
     check_quantities,
 )
 from nvhchain.case.options import Options
-from nvhchain.conventions import STEEL, Air, Material
-from nvhchain.dimensions import Length
-from nvhchain.dynamics import Bearing, Equilibrium, Gearbox, LooseGear, Mesh, RigidBody, Shaft, ShaftBearing
+from nvhchain.conventions import Air
+from nvhchain.dynamics import Bearing, Equilibrium, Gearbox, LooseGear, Mesh, Shaft, ShaftBearing
 from nvhchain.dynamics import equilibrium as balanced
 from nvhchain.dynamics.model.rigid_train import input_inertia
 from nvhchain.dynamics.runs.ramp import Ramp as SpeedRamp
 from nvhchain.errors import InputError, check_all, require, require_all
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.gear import (
-    Differential,
-    GearBody,
-    GearGeometry,
     GearPair,
-    Holes,
-    Misalignment,
-    Slots,
-    Solid,
-    ThinRim,
-    mass_properties,
     tabulated,
 )
 from nvhchain.handoff import MeshLaw, RigidPlane
 from nvhchain.kinds import check_fields
-from nvhchain.names import check_name, check_names
+from nvhchain.names import check_names
 
 _CENTRE_TOLERANCE = 1e-5
 """Largest difference (m) of a stage's centre distance and the distance of its shafts."""
@@ -68,96 +58,6 @@ E. Krämer, *Dynamics of Rotors and Foundations* (Springer 1993), has 0.25 to 2.
 _TRIANGLES_PER_AREA = 2.83
 _TRIANGLES_PER_BORE = 100
 """Estimates, fitted to the runs in docs/measured/chain/plan.md."""
-
-
-@dataclass(frozen=True)
-class Gear:
-    """Gear on its shaft.
-
-    Parameters
-    ----------
-    name : str
-        Name.
-    shaft : str
-        Name of its shaft.
-    z : float
-        Mid-plane of its face width in the gearbox frame (m).
-    geometry : GearGeometry
-        Teeth.
-    blank : Solid, ThinRim, Holes, Slots, Differential or Mesh
-        Body below the teeth, or a mesh of the whole gear, whose teeth must be those of the geometry.
-    material : Material
-        Material.
-    loose : bool
-        True for a gear that turns freely on its shaft, such as the idle gear of a shifted gearbox.
-    drag_torque : float
-        Friction of a loose gear against its motion relative to the shaft (N m).
-    """
-
-    name: str
-    shaft: str
-    z: Length
-    geometry: GearGeometry
-    blank: Solid | ThinRim | Holes | Slots | Differential | BlankMesh = field(default_factory=Solid)
-    material: Material = STEEL
-    loose: bool = False
-    drag_torque: float = 0.0
-
-    def __post_init__(self) -> None:
-        check_name(self.name, "gear: name")
-        require(
-            0.0 <= self.drag_torque <= 1e5,
-            f"gear {self.name}: drag_torque = {self.drag_torque:g} N m is outside 0…100000 N m: give it in N m",
-        )
-        require(
-            self.loose or self.drag_torque == 0.0,
-            f"gear {self.name}: drag_torque = {self.drag_torque:g} N m belongs to a gear with loose = true; that of a "
-            "shaft is the shaft's drag_torque",
-        )
-        _ = self.body
-
-    @property
-    def rotor(self) -> str:
-        """Name of the rotating part: the shaft, or the gear itself where it is loose."""
-        return self.name if self.loose else self.shaft
-
-    @cached_property
-    def rigid_body(self) -> RigidBody:
-        """Mass and inertia of the gear."""
-        own = mass_properties(self.body)
-        return RigidBody(self.z + own.centre, own.mass, own.polar_inertia, own.transverse_inertia)
-
-    @cached_property
-    def body(self) -> GearBody:
-        """Gear body for the contact problem."""
-        blank = self.blank.read() if isinstance(self.blank, BlankMesh) else self.blank
-        return GearBody(self.geometry, blank, self.material)
-
-
-@dataclass(frozen=True)
-class Stage:
-    """Two gears in mesh.
-
-    Parameters
-    ----------
-    name : str
-        Name.
-    pinion, wheel : str
-        Names of the gears; the pinion drives.
-    centre_distance : float
-        Centre distance (m).
-    misalignment : Misalignment
-        Angles between the axes in the mesh (rad); the axes are parallel in the dynamics.
-    """
-
-    name: str
-    pinion: str
-    wheel: str
-    centre_distance: Length
-    misalignment: Misalignment = Misalignment()  # noqa: RUF009 (frozen)
-
-    def __post_init__(self) -> None:
-        check_name(self.name, "stage: name")
 
 
 @dataclass(frozen=True)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,10 +12,11 @@ from numpy.typing import ArrayLike
 from nvhchain.acoustics.accuracy.cancellation import cancellation_accuracy, short_waves, wall_waves
 from nvhchain.acoustics.accuracy.mesh_error import expected_accuracy
 from nvhchain.acoustics.accuracy.solver_error import solver_accuracy
-from nvhchain.acoustics.interpolation.adaptive import KNOBS, Chosen, check_band
+from nvhchain.acoustics.interpolation.adaptive import check_band
 from nvhchain.acoustics.interpolation.paths import paths_about
 from nvhchain.acoustics.radiation.rayleigh import check_rayleigh_memory, rayleigh_accuracy
 from nvhchain.acoustics.solutions.adaptive import choose_resistance, choose_vectors
+from nvhchain.acoustics.solutions.bands import band_values
 from nvhchain.acoustics.solutions.power import Power, check_speed
 from nvhchain.acoustics.solutions.pressure import (
     STEP,
@@ -26,17 +26,17 @@ from nvhchain.acoustics.solutions.pressure import (
     resonance_shift_change,
     vertex_values,
 )
-from nvhchain.acoustics.solutions.quantity import Line, Quantity
+from nvhchain.acoustics.solutions.provenance import adapted_masters, knob_text, solution_provenance
+from nvhchain.acoustics.solutions.quantity import Quantity, check_frequencies
 from nvhchain.acoustics.solutions.resistance import SurfaceShapes, Waves
 from nvhchain.acoustics.solutions.vectors import Vectors
 from nvhchain.acoustics.solutions.work import Adaptive, Work
 from nvhchain.acoustics.surfaces.needles import check_needles
 from nvhchain.acoustics.surfaces.reflecting_plane import append_images, check_plane
-from nvhchain.acoustics.surfaces.surface import check_mesh, check_points, real_numbers
+from nvhchain.acoustics.surfaces.surface import check_mesh, check_points
 from nvhchain.acoustics.systems.checkpoints import checkpoints_in_folder
-from nvhchain.acoustics.systems.engines import FUSED, Engine, check_memory, solve_each, systems
+from nvhchain.acoustics.systems.engines import FUSED, Engine, check_memory
 from nvhchain.acoustics.systems.frequency_blocks import Solved, solve_bands
-from nvhchain.acoustics.systems.linear_system import System
 from nvhchain.acoustics.waves.incident import IncidentField, Reflected, check_incident
 from nvhchain.acoustics.waves.multipoles import multipole_order, path_reach
 from nvhchain.conventions import Air, Progress
@@ -58,8 +58,6 @@ from nvhchain.handoff import (
     warn_of,
 )
 from nvhchain.kinds import check_fields, checked
-
-H = TypeVar("H", TransferVectors, RadiationResistance)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -158,7 +156,7 @@ class ExteriorProblem:
             x = check_points(self.surface, points)
             solve = partial(self._vectors_at, x, work)
             chosen = choose_vectors(self, x, frequencies, work.progress, solve)
-            return self._adapted(chosen, "adaptive_transfer_vectors", Vectors.knobs)
+            return adapted_masters(self, chosen, "adaptive_transfer_vectors", Vectors.knobs)
         return self._vectors_at(points, work, frequencies)[0]
 
     @checked
@@ -207,7 +205,7 @@ class ExteriorProblem:
             x,
             np.ascontiguousarray(values[:, :-2]),
             accuracy=accuracy | field,
-            provenance=self._provenance(quantity.step, quantity.knobs, record),
+            provenance=solution_provenance(self, quantity.step, quantity.knobs, record),
         )
 
     @checked
@@ -256,7 +254,7 @@ class ExteriorProblem:
             vertex_values(self.surface, values),
             self.surface,
             accuracy,
-            provenance=self._provenance(quantity.step, quantity.knobs, record),
+            provenance=solution_provenance(self, quantity.step, quantity.knobs, record),
         )
 
     @checked
@@ -296,7 +294,7 @@ class ExteriorProblem:
         short = short_waves(velocity)
         cancellation = cancellation_accuracy(frequency, power, error, short, self.fidelity, one_element)
         warn_of(cancellation)
-        made = self._provenance(quantity.step, quantity.knobs, record)
+        made = solution_provenance(self, quantity.step, quantity.knobs, record)
         return SoundPower(frequency, power, accuracy=accuracy | cancellation, provenance=made)
 
     @checked
@@ -336,7 +334,7 @@ class ExteriorProblem:
         if isinstance(frequencies, Adaptive):
             check_band(frequencies.low, frequencies.high, self.fidelity)
             chosen = choose_resistance(self, frequencies, work.progress, partial(self._resistance_at, motion, work))
-            return self._adapted(chosen, "adaptive_radiation_resistance", Waves.knobs)
+            return adapted_masters(self, chosen, "adaptive_radiation_resistance", Waves.knobs)
         return self._resistance_at(motion, work, frequencies)[0]
 
     def accuracy(self, highest: float, points: FloatArray | None = None) -> SoundAccuracy:
@@ -365,7 +363,7 @@ class ExteriorProblem:
             made = {"stage": "acoustics.transfer_vectors", "fidelity": knobs}
         else:
             vectors, accuracy, record = self._solve(quantity, frequency, work, x)
-            made = self._provenance(quantity.step, quantity.knobs, record)
+            made = solution_provenance(self, quantity.step, quantity.knobs, record)
         image = None
         if self.plane is not None:
             image = vectors[:, len(x) :]
@@ -398,7 +396,7 @@ class ExteriorProblem:
             found[:, quantity.rows :],
             self.air.impedance * shapes.T @ (wall_waves(self.surface) @ shapes),
             accuracy,
-            provenance=self._provenance(quantity.step, quantity.knobs, record),
+            provenance=solution_provenance(self, quantity.step, quantity.knobs, record),
         )
         return resistance, record
 
@@ -414,7 +412,7 @@ class ExteriorProblem:
         quantity = FieldValues(self.surface, point, self.air, self.plane, self.fidelity.field_near_ratio)
         task = check_memory(self.surface, 1, *quantity.memory(1), self.engine, self.fidelity)
         beside = np.array([(1.0 + step) * frequency])
-        return _boundary_elements(beside, delayed, problem=self, quantity=quantity, task=(task, 0.0)).values[0, 0]
+        return band_values(beside, delayed, problem=self, quantity=quantity, task=(task, 0.0)).values[0, 0]
 
     def _frequencies(self, velocity: SurfaceVelocity) -> FloatArray:
         """Return the frequencies (n_f,) Hz of a velocity of this surface; InputError otherwise."""
@@ -448,9 +446,7 @@ class ExteriorProblem:
         kept, columns = quantity.memory(len(frequency))
         task = check_memory(self.surface, len(frequency), kept, columns, self.engine, self.fidelity, work.executor)
         expected = self.accuracy(float(frequency[-1]), points)
-        block = partial(
-            _boundary_elements, problem=self, quantity=quantity, task=(task, expected.quadrature_error or 0.0)
-        )
+        block = partial(band_values, problem=self, quantity=quantity, task=(task, expected.quadrature_error or 0.0))
         records: list[SolverRecord] = []
         values = self._spread(block, quantity, frequency, work, task + columns, records, rows)
         record = sum(records, SolverRecord())
@@ -484,75 +480,6 @@ class ExteriorProblem:
             records=records,
         )
 
-    def _adapted(self, chosen: Chosen[H], step: str, knobs: Sequence[str]) -> H:
-        """Return the chosen masters, with the knobs of the choice in the provenance."""
-        record, accuracy = sum(chosen.records, SolverRecord()), chosen.masters.accuracy
-        if self.fidelity.radiation == "boundary_elements":
-            made = self._provenance(step, (*knobs, *KNOBS), record)
-            accuracy |= solver_accuracy(SoundAccuracy(), record, self.fidelity)
-        else:
-            taken = knob_text(self.fidelity, ("radiation", "field_near_ratio", *KNOBS))
-            made = {"stage": f"acoustics.{step}", "fidelity": taken}
-        made = chosen.masters.provenance | made
-        return chosen.masters.replace(accuracy=accuracy | chosen.accuracy, provenance=made)
-
-    def _provenance(
-        self,
-        step: str,
-        other_knobs: Sequence[str],
-        record: SolverRecord,
-    ) -> dict[str, Any]:
-        """Return the provenance: knobs, with `other_knobs`, and solver record."""
-        knobs = (*self.engine.knobs, "field_near_ratio", "solver", *other_knobs)
-        if record.tolerance:
-            knobs = (*knobs, "solver_residual", "solver_iterations")
-        if "compressed" in (record.solvers or ()):
-            knobs = (*knobs, "compression_error")
-        return {
-            "stage": f"acoustics.{step}",
-            "fidelity": knob_text(self.fidelity, knobs),
-            "engine": self.engine.name,
-            **record.provenance,
-        }
-
     def _wavenumber(self, frequency: FloatArray) -> float:
         """Return the highest wavenumber (rad/m)."""
         return 2 * np.pi * float(frequency[-1]) / self.air.speed_of_sound
-
-
-def _boundary_elements(
-    frequency: FloatArray,
-    *rows: ComplexArray,
-    problem: ExteriorProblem,
-    quantity: Quantity,
-    task: tuple[int, float],
-) -> Solved:
-    """Return values of one band and their solver record; `task` holds bytes for systems and the quadrature error."""
-    memory, quadrature_error = task
-    values = np.zeros((len(frequency), *quantity.shape), dtype=complex)
-    omega = 2 * np.pi * frequency
-    solved = np.flatnonzero(quantity.moves(frequency, *rows))
-    wavenumbers = omega[solved] / problem.air.speed_of_sound
-
-    def solve(number: int, system: System) -> None:
-        at = solved[number]
-        line = Line(omega[at], float(wavenumbers[number]), quadrature_error)
-        values[at] = quantity.values(system, line, *(row[at] for row in rows))
-
-    batches = systems(problem.engine, problem.surface, wavenumbers, problem.fidelity, problem.plane, memory)
-    return Solved(values, solve_each(batches, solve))
-
-
-def knob_text(fidelity: AcousticsFidelity, knobs: Sequence[str]) -> str:
-    """Return some knobs as text."""
-    return f"AcousticsFidelity({', '.join(f'{name}={getattr(fidelity, name)!r}' for name in knobs)})"
-
-
-def check_frequencies(frequencies: ArrayLike) -> FloatArray:
-    """Return frequencies (Hz) as a strictly increasing (n_f,) array from 0 up; InputError otherwise."""
-    f = np.atleast_1d(real_numbers(frequencies, "frequencies"))
-    require(
-        f.ndim == 1 and f.size > 0 and bool(np.isfinite(f).all()) and f[0] >= 0 and bool((np.diff(f) > 0).all()),
-        "frequencies must be finite, not negative and strictly increasing, in Hz: sort them and drop repeated ones",
-    )
-    return f

@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from nvhchain.acoustics.surfaces.surface import real_numbers
 from nvhchain.acoustics.systems.linear_system import System
+from nvhchain.errors import require
 from nvhchain.handoff import ComplexArray, FloatArray
 
 
@@ -61,3 +63,13 @@ class Quantity(Protocol):
     def moves(self, frequency: FloatArray, *rows: ComplexArray) -> NDArray[np.bool_]:
         """Return the lines (n_f,) that need a system; the values are zero at others."""
         return np.asarray(frequency > 0)
+
+
+def check_frequencies(frequencies: ArrayLike) -> FloatArray:
+    """Return frequencies (Hz) as a strictly increasing (n_f,) array from 0 up; InputError otherwise."""
+    f = np.atleast_1d(real_numbers(frequencies, "frequencies"))
+    require(
+        f.ndim == 1 and f.size > 0 and bool(np.isfinite(f).all()) and f[0] >= 0 and bool((np.diff(f) > 0).all()),
+        "frequencies must be finite, not negative and strictly increasing, in Hz: sort them and drop repeated ones",
+    )
+    return f

@@ -12,7 +12,8 @@ from nvhchain.dynamics import Shaft
 from nvhchain.errors import require_all, warn_caller
 
 if TYPE_CHECKING:
-    from nvhchain.case.gearbox import Gear, GearboxCase
+    from nvhchain.case.gearbox import GearboxCase
+    from nvhchain.case.gears import Gear
 
 ROUNDING = 1e-4
 """Largest accepted overlap (m): the rounding of a drawing in tenths of a millimetre."""

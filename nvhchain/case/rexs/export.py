@@ -8,7 +8,8 @@ from math import degrees, pi, tan
 from pathlib import Path
 
 from nvhchain import __version__
-from nvhchain.case.gearbox import Gear, GearboxCase, Stage
+from nvhchain.case.gearbox import GearboxCase
+from nvhchain.case.gears import Gear, Stage
 from nvhchain.conventions import STEEL, Material
 from nvhchain.dynamics import Bearing, Shaft, ShaftBearing
 from nvhchain.gear import GearPair, Solid

@@ -1,0 +1,114 @@
+"""Gears of a case, and the stages in which they mesh."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from nvhchain.case.blank_mesh import Mesh as BlankMesh
+from nvhchain.conventions import STEEL, Material
+from nvhchain.dimensions import Length
+from nvhchain.dynamics import RigidBody
+from nvhchain.errors import require
+from nvhchain.gear import (
+    Differential,
+    GearBody,
+    GearGeometry,
+    Holes,
+    Misalignment,
+    Slots,
+    Solid,
+    ThinRim,
+    mass_properties,
+)
+from nvhchain.names import check_name
+
+
+@dataclass(frozen=True)
+class Gear:
+    """Gear on its shaft.
+
+    Parameters
+    ----------
+    name : str
+        Name.
+    shaft : str
+        Name of its shaft.
+    z : float
+        Mid-plane of its face width in the gearbox frame (m).
+    geometry : GearGeometry
+        Teeth.
+    blank : Solid, ThinRim, Holes, Slots, Differential or Mesh
+        Body below the teeth, or a mesh of the whole gear, whose teeth must be those of the geometry.
+    material : Material
+        Material.
+    loose : bool
+        True for a gear that turns freely on its shaft, such as the idle gear of a shifted gearbox.
+    drag_torque : float
+        Friction of a loose gear against its motion relative to the shaft (N m).
+    """
+
+    name: str
+    shaft: str
+    z: Length
+    geometry: GearGeometry
+    blank: Solid | ThinRim | Holes | Slots | Differential | BlankMesh = field(default_factory=Solid)
+    material: Material = STEEL
+    loose: bool = False
+    drag_torque: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_name(self.name, "gear: name")
+        require(
+            0.0 <= self.drag_torque <= 1e5,
+            f"gear {self.name}: drag_torque = {self.drag_torque:g} N m is outside 0…100000 N m: give it in N m",
+        )
+        require(
+            self.loose or self.drag_torque == 0.0,
+            f"gear {self.name}: drag_torque = {self.drag_torque:g} N m belongs to a gear with loose = true; that of a "
+            "shaft is the shaft's drag_torque",
+        )
+        _ = self.body
+
+    @property
+    def rotor(self) -> str:
+        """Name of the rotating part: the shaft, or the gear itself where it is loose."""
+        return self.name if self.loose else self.shaft
+
+    @cached_property
+    def rigid_body(self) -> RigidBody:
+        """Mass and inertia of the gear."""
+        own = mass_properties(self.body)
+        return RigidBody(self.z + own.centre, own.mass, own.polar_inertia, own.transverse_inertia)
+
+    @cached_property
+    def body(self) -> GearBody:
+        """Gear body for the contact problem."""
+        blank = self.blank.read() if isinstance(self.blank, BlankMesh) else self.blank
+        return GearBody(self.geometry, blank, self.material)
+
+
+@dataclass(frozen=True)
+class Stage:
+    """Two gears in mesh.
+
+    Parameters
+    ----------
+    name : str
+        Name.
+    pinion, wheel : str
+        Names of the gears; the pinion drives.
+    centre_distance : float
+        Centre distance (m).
+    misalignment : Misalignment
+        Angles between the axes in the mesh (rad); the axes are parallel in the dynamics.
+    """
+
+    name: str
+    pinion: str
+    wheel: str
+    centre_distance: Length
+    misalignment: Misalignment = Misalignment()  # noqa: RUF009 (frozen)
+
+    def __post_init__(self) -> None:
+        check_name(self.name, "stage: name")

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import cos, sin
 
-from nvhchain.bearings.catalogue import RollingBearing
+from nvhchain.bearings.catalogue import RollingBearing, without_play
 from nvhchain.bearings.hertz import Groove, ball_stiffness
 from nvhchain.bearings.internal import Internal, ball_geometry
 from nvhchain.bearings.rows import BallRow
@@ -37,9 +37,7 @@ def _derived(bearing: DeepGroove | AngularContact, clearance: float, kind: str) 
     made = list(bearing.internal.derived)
     if bearing.inner_groove_radius is None or bearing.outer_groove_radius is None:
         made.append(f"groove radii {INNER_OSCULATION:g} and {OUTER_OSCULATION:g} of the ball diameter")
-    if clearance == 0.0:
-        made.append(f"no {kind}")
-    return tuple(made)
+    return (*made, *without_play(clearance, kind))
 
 
 @dataclass(frozen=True)
@@ -48,22 +46,10 @@ class DeepGroove(RollingBearing):
 
     Parameters
     ----------
-    bore, outer_diameter, width : float, optional
-        Boundary dimensions d, D and B (m).
-    dynamic_load_rating, static_load_rating : float, optional
-        Load ratings C and C_0 (N) of one bearing.
-    elements : int, optional
-        Balls in a row.
-    element_diameter : float, optional
-        Diameter of the balls (m).
-    pitch_diameter : float, optional
-        Diameter of the circle of ball centres (m); by default the mean of bore and outer diameter.
-    arrangement : str
-        `single` or a pair (`tandem`).
-    row_distance : float, optional
-        Distance of the rows of a pair (m); by default the width.
-    misalignment : (float, float)
-        Tilt about x and y of the inner ring against the outer one in the unloaded assembly (rad).
+    bore, outer_diameter, width, dynamic_load_rating, static_load_rating, elements, element_diameter : optional
+        As in `RollingBearing`.
+    pitch_diameter, arrangement, row_distance, misalignment : optional
+        As in `RollingBearing`.
     clearance : float
         Radial internal clearance in operation (m), a diameter; negative for preload.
     inner_groove_radius, outer_groove_radius : float, optional
@@ -112,22 +98,10 @@ class AngularContact(RollingBearing):
 
     Parameters
     ----------
-    bore, outer_diameter, width : float, optional
-        Boundary dimensions d, D and B (m) of one bearing.
-    dynamic_load_rating, static_load_rating : float, optional
-        Load ratings C and C_0 (N) of one bearing.
-    elements : int, optional
-        Balls in a row.
-    element_diameter : float, optional
-        Diameter of the balls (m).
-    pitch_diameter : float, optional
-        Diameter of the circle of ball centres (m); by default the mean of bore and outer diameter.
-    arrangement : str
-        `single`, or a pair: `back_to_back` (O), `face_to_face` (X), `tandem`.
-    row_distance : float, optional
-        Distance of the rows of a pair (m); by default the width.
-    misalignment : (float, float)
-        Tilt about x and y of the inner ring against the outer one in the unloaded assembly (rad).
+    bore, outer_diameter, width, dynamic_load_rating, static_load_rating, elements, element_diameter : optional
+        As in `RollingBearing`.
+    pitch_diameter, arrangement, row_distance, misalignment : optional
+        As in `RollingBearing`.
     contact_angle : float
         Nominal contact angle (rad); required.
     thrust : int

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, fields
 from functools import cached_property
 from math import atan, isfinite, pi
@@ -45,13 +46,13 @@ _LIMITS: dict[str, tuple[float, float, str]] = {
 
 
 @dataclass(frozen=True)
-class RollingBearing:
+class RollingBearing(ABC):
     """Fields that all rolling bearings have; a bearing is one of its subclasses.
 
     Parameters
     ----------
     bore, outer_diameter, width : float, optional
-        Boundary dimensions d, D and B (m).
+        Boundary dimensions d, D and B, or T of a tapered bearing (m), of one bearing.
     dynamic_load_rating, static_load_rating : float, optional
         Load ratings C and C_0 (N) of one bearing.
     elements : int, optional
@@ -127,14 +128,14 @@ class RollingBearing:
         return wrong
 
     @property
+    @abstractmethod
     def internal(self) -> Internal:
         """Internal geometry of a row."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def rows(self) -> tuple[BallRow | RollerRow, ...]:
         """Rows of elements."""
-        raise NotImplementedError
 
     def _given(self, angle: float) -> Given:
         """Return the catalogue data for the derivation of the internal geometry."""
@@ -212,6 +213,11 @@ class RollingBearing:
     def derived(self) -> tuple[str, ...]:
         """Statements about all values that were derived or assumed."""
         return self.internal.derived
+
+
+def without_play(play: float, kind: str) -> tuple[str, ...]:
+    """Return the statement about a clearance (m) of 0, which is what a case without one has."""
+    return (f"no {kind}",) if abs(play) < 1e-12 else ()
 
 
 def angle_of(owner: str, contact_angle: float | None, load_ratio: float | None) -> tuple[float, tuple[str, ...]]:

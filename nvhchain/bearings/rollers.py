@@ -6,9 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import cos, sin, tan
 
-import numpy as np
-
-from nvhchain.bearings.catalogue import RollingBearing, angle_of
+from nvhchain.bearings.catalogue import RollingBearing, angle_of, without_play
 from nvhchain.bearings.internal import Internal, roller_geometry
 from nvhchain.bearings.rows import RollerRow, crowned_profile, logarithmic_profile
 from nvhchain.dimensions import Angle, Length
@@ -25,22 +23,10 @@ class Cylindrical(RollingBearing):
 
     Parameters
     ----------
-    bore, outer_diameter, width : float, optional
-        Boundary dimensions d, D and B (m).
-    dynamic_load_rating, static_load_rating : float, optional
-        Load ratings C and C_0 (N) of one bearing.
-    elements : int, optional
-        Rollers in a row.
-    element_diameter : float, optional
-        Diameter of the rollers (m).
-    pitch_diameter : float, optional
-        Diameter of the circle of roller centres (m); by default the mean of bore and outer diameter.
-    arrangement : str
-        `single` or a pair (`tandem`).
-    row_distance : float, optional
-        Distance of the rows of a pair (m); by default the width.
-    misalignment : (float, float)
-        Tilt about x and y of the inner ring against the outer one in the unloaded assembly (rad).
+    bore, outer_diameter, width, dynamic_load_rating, static_load_rating, elements, element_diameter : optional
+        As in `RollingBearing`.
+    pitch_diameter, arrangement, row_distance, misalignment : optional
+        As in `RollingBearing`.
     element_length : float, optional
         Effective length of the rollers (m).
     clearance : float
@@ -93,7 +79,11 @@ class Cylindrical(RollingBearing):
     @property
     def derived(self) -> tuple[str, ...]:
         """Statements about all values that were derived or assumed."""
-        return (*self.internal.derived, "logarithmic profile of ISO/TS 16281", *_without(self.clearance, "clearance"))
+        return (
+            *self.internal.derived,
+            "logarithmic profile of ISO/TS 16281",
+            *without_play(self.clearance, "clearance"),
+        )
 
 
 @dataclass(frozen=True)
@@ -102,22 +92,10 @@ class Tapered(RollingBearing):
 
     Parameters
     ----------
-    bore, outer_diameter, width : float, optional
-        Boundary dimensions d, D and T (m) of one bearing.
-    dynamic_load_rating, static_load_rating : float, optional
-        Load ratings C and C_0 (N) of one bearing.
-    elements : int, optional
-        Rollers in a row.
-    element_diameter : float, optional
-        Mean diameter of the rollers (m).
-    pitch_diameter : float, optional
-        Diameter of the circle of roller centres (m); by default the mean of bore and outer diameter.
-    arrangement : str
-        `single`, or a pair: `back_to_back` (O), `face_to_face` (X), `tandem`.
-    row_distance : float, optional
-        Distance of the rows of a pair (m); by default the width.
-    misalignment : (float, float)
-        Tilt about x and y of the inner ring against the outer one in the unloaded assembly (rad).
+    bore, outer_diameter, width, dynamic_load_rating, static_load_rating, elements, element_diameter : optional
+        As in `RollingBearing`.
+    pitch_diameter, arrangement, row_distance, misalignment : optional
+        As in `RollingBearing`.
     element_length : float, optional
         Effective length of the rollers (m).
     contact_angle : float, optional
@@ -160,7 +138,7 @@ class Tapered(RollingBearing):
         """Statements about all values that were derived or assumed."""
         angle = angle_of(self.title, self.contact_angle, self.load_ratio)[1]
         profile = "logarithmic profile of ISO/TS 16281"
-        return (*angle, *self.internal.derived, profile, *_without(self.axial_clearance, "axial clearance"))
+        return (*angle, *self.internal.derived, profile, *without_play(self.axial_clearance, "axial clearance"))
 
 
 @dataclass(frozen=True)
@@ -169,16 +147,12 @@ class Spherical(RollingBearing):
 
     Parameters
     ----------
-    bore, outer_diameter, width : float, optional
-        Boundary dimensions d, D and B (m).
+    bore, outer_diameter, width : optional
+        As in `RollingBearing`.
     dynamic_load_rating, static_load_rating : float, optional
         Load ratings C and C_0 (N) of both rows together.
-    elements : int, optional
-        Rollers in a row.
-    element_diameter : float, optional
-        Diameter of the rollers (m).
-    pitch_diameter : float, optional
-        Diameter of the circle of roller centres (m); by default the mean of bore and outer diameter.
+    elements, element_diameter, pitch_diameter : optional
+        As in `RollingBearing`.
     arrangement : str
         `single`: both rows belong to one bearing.
     row_distance : float, optional
@@ -231,9 +205,4 @@ class Spherical(RollingBearing):
         """Statements about all values that were derived or assumed."""
         angle = angle_of(self.title, self.contact_angle, self.load_ratio)[1]
         crown = f"rollers of {SPHERICAL_OSCULATION:g} of the raceways' profile radius"
-        return (*angle, *self.internal.derived, crown, *_without(self.clearance, "clearance"))
-
-
-def _without(clearance: float, kind: str) -> tuple[str, ...]:
-    """Return the statement about a clearance of 0."""
-    return (f"no {kind}",) if np.isclose(clearance, 0.0, atol=1e-12) else ()
+        return (*angle, *self.internal.derived, crown, *without_play(self.clearance, "clearance"))

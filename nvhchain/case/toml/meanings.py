@@ -27,11 +27,16 @@ def fields_in_files(cls: type) -> Iterator[tuple[dataclasses.Field[Any], Any]]:
 
 
 def meanings(cls: type) -> dict[str, str]:
-    """Return the meaning of every field, from the docstrings of the class and its bases; empty without docstrings."""
+    """Return the meaning of every field, from the docstrings of the class and its bases; empty without docstrings.
+
+    An entry "As in `Base`." leaves the meaning of the base.
+    """
     found: dict[str, str] = {}
     for base in reversed(cls.__mro__):
         for entry in _ENTRY.finditer(cleandoc(base.__doc__ or "") + "\n"):
-            found |= dict.fromkeys(entry["names"].split(", "), " ".join(entry["text"].split()))
+            text = " ".join(entry["text"].split())
+            if not text.startswith("As in `"):
+                found |= dict.fromkeys(entry["names"].split(", "), text)
     return found
 
 

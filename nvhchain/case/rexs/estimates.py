@@ -13,9 +13,6 @@ from nvhchain.case.rexs.arranged import Arrangement
 from nvhchain.gear import GearGeometry
 from nvhchain.interop.rexs import GearUnit, ImportedBearing
 
-DAMPING_TIME = 1e-5
-"""Damping over stiffness (s) of a bearing; E. Krämer, Dynamics of Rotors and Foundations, 1993: (0.25…2.5)e-5 s."""
-
 RIGID = 1e10
 """Stiffness (N/m) in place of a larger one, which a file writes for a rigid bearing."""
 

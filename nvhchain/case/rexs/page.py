@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from math import degrees, pi
 
-from nvhchain.case.rexs.estimates import DAMPING_TIME
+from nvhchain.case.gearbox import USUAL_DAMPING
 from nvhchain.case.rexs.model import ImportedCase
 from nvhchain.interop.rexs import Finding
 
@@ -161,7 +161,7 @@ def _findings(case: ImportedCase, kind: str) -> list[str]:
     if kind == "assumed":
         count = len(case.supports) + len(case.links)
         source = "E. Krämer, Dynamics of Rotors and Foundations, 1993: (0.25…2.5)e-5 s"
-        rows.append((f"{count} bearings", "damping over stiffness", f"{DAMPING_TIME:g} s", source))
+        rows.append((f"{count} bearings", "damping over stiffness", f"{USUAL_DAMPING:g} s", source))
     if not rows:
         return []
     return [f"## {title}", intro, _table(("part", "quantity", "value", "why"), rows)]

@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable, Sequence
 from math import degrees, pi
 
-from nvhchain.case.rexs.estimates import DAMPING_TIME
+from nvhchain.case.gearbox import USUAL_DAMPING
 from nvhchain.case.rexs.model import ImportedCase, Support, microphone
 from nvhchain.gear import GearGeometry
 from nvhchain.gear.drawing.micro_geometry import Flank
@@ -249,7 +249,7 @@ def _bearing(table: str, support: Support, z: float) -> str:
             f"z_mm = {_mm(z)}",
             f"radial_stiffness = {own.radial_stiffness:.4g} # N/m; {_comment(own.source)}",
             f"axial_stiffness = {own.axial_stiffness:.4g}",
-            f"stiffness_damping = {DAMPING_TIME:g} # s; E. Krämer 1993: (0.25…2.5)e-5 s",
+            f"stiffness_damping = {USUAL_DAMPING:g} # s; E. Krämer 1993: (0.25…2.5)e-5 s",
             "",
         ]
     )

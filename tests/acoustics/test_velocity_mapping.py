@@ -44,6 +44,16 @@ def test_both_sides_of_a_thin_plate_stay_apart():
     assert set(found[fine.normals[:, 2] < 0.5]) == {-1.0}
 
 
+def test_a_face_takes_the_velocity_of_its_own_side_even_where_the_other_one_is_nearer():
+    given = cells((3, 3, 1), (0.3, 0.3, 0.001))
+    moved = given.replace(vertices=given.vertices + np.array([0.0, 0.0, 0.0008]))
+    up = given.normals[:, 2] > 0.5
+    down = given.normals[:, 2] < -0.5
+    found = map_velocity(moving(given, np.where(up, 3.0, -1.0)), moved).normal_velocity[0].real
+    assert set(found[up]) == {3.0}
+    assert set(found[down]) == {-1.0}
+
+
 def test_a_superposition_remains_one():
     given, rng = needles(), np.random.default_rng(2)
     coordinates, shapes = rng.normal(size=(2, 3)) + 1j, rng.normal(size=(3, len(given.triangles)))

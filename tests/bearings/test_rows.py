@@ -218,3 +218,28 @@ def test_rollers_push_through_the_point_where_their_normals_meet():
         force, _ = bearing.evaluate(np.array(u))
         assert abs(force[4] / force[0] / place - 1.0) < 2e-3
         assert abs(force[3]) < 1e-6 * abs(force[4])
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda play: Tapered(**TAPERED, thrust=1, axial_clearance=play),
+        lambda play: AngularContact(**BODY, **RATED, contact_angle=0.7, thrust=1, axial_clearance=play),
+    ],
+)
+def test_axial_play_is_passed_before_the_bearing_carries(make):
+    bearing = make(40e-6)
+    push = np.array([0.0, 0.0, 1.0, 0.0, 0.0])
+    assert not bearing.evaluate(39.9e-6 * push)[0].any()
+    assert bearing.evaluate(40.5e-6 * push)[0][2] > 0.0
+    assert make(-40e-6).evaluate(-39.5e-6 * push)[0][2] > 0.0
+
+
+def test_misalignment_adds_to_the_tilt_of_the_ring():
+    straight, tilted = (
+        Cylindrical(**BODY, dynamic_load_rating=62e3, static_load_rating=53e3, misalignment=of)
+        for of in ((0.0, 0.0), (2e-4, -1e-4))
+    )
+    moved = PUSHED + np.array([0.0, 0.0, 0.0, 2e-4, -1e-4])
+    for made, expected in zip(tilted.evaluate(PUSHED), straight.evaluate(moved), strict=True):
+        assert made == pytest.approx(expected, rel=1e-12)

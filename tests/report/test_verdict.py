@@ -1,9 +1,15 @@
 """Verdict of a comparison: sentences from a summary whose numbers are known."""
 
 import math
+from types import SimpleNamespace
 
+import numpy as np
+import pytest
+
+from nvhchain.error_band import ErrorBand
 from nvhchain.levels import a_weighting
 from nvhchain.report import verdict
+from nvhchain.report.summary import _difference
 
 
 def configuration(levels, limits, *, frequency=1000.0):
@@ -83,3 +89,18 @@ def test_limits_name_their_largest_parts_and_the_line_to_blame():
     assert verdict(summary(a=configuration({1: 60.0}, [59.0, 61.0]), b=one))[-1] == (
         "Limits of b: 85 % from housing (most at 1000 Hz), 12 % from masters (most at 2000 Hz)"
     )
+
+
+def test_errors_cancel_in_the_difference_only_where_both_runs_share_their_operators():
+    frequency, amplitude = np.array([500.0, 1000.0]), np.array([[1.0], [0.5]])
+    band = ErrorBand(frequency, amplitude, {"housing": 0.1 * amplitude})
+
+    def run(housing):
+        operator = SimpleNamespace(content_hash=housing)
+        return SimpleNamespace(
+            error_band=band, error_bands={"pressure": band}, housing=operator, transfer_vectors=operator
+        )
+
+    assert _difference(run("a"), run("a"))["difference_limits_db"] == pytest.approx([0.0, 0.0])
+    low, high = _difference(run("a"), run("b"))["difference_limits_db"]
+    assert low < -1.0 < 1.0 < high

@@ -13,7 +13,7 @@ import pytest
 
 import nvhchain as nvh
 from nvhchain.acoustics import sphere, transfer_vectors
-from nvhchain.acoustics.solutions import exterior
+from nvhchain.acoustics.solutions import bands
 from nvhchain.acoustics.solutions import vectors as of_vectors
 from nvhchain.acoustics.systems.frequency_blocks import BAND
 from nvhchain.conventions import Air
@@ -40,13 +40,13 @@ def same(some, whole):
 @pytest.fixture
 def solved(monkeypatch):
     """Wavenumbers that an engine was asked for."""
-    seen, real = [], exterior.systems
+    seen, real = [], bands.systems
 
     def systems(engine, surface, wavenumbers, *others):
         seen.extend(wavenumbers)
         return real(engine, surface, wavenumbers, *others)
 
-    monkeypatch.setattr(exterior, "systems", systems)
+    monkeypatch.setattr(bands, "systems", systems)
     return seen
 
 
@@ -139,7 +139,7 @@ def test_bands_of_another_engine_are_not_used(half, monkeypatch):
     def systems(*_):
         raise SolverError("asked for anew")
 
-    monkeypatch.setattr(exterior, "systems", systems)
+    monkeypatch.setattr(bands, "systems", systems)
     vectors(half, masters=MASTERS[:BAND])
     with pytest.raises(SolverError, match="asked for anew"):
         vectors(half, masters=MASTERS[:BAND], engine="bempp")

@@ -14,7 +14,7 @@ from nvhchain.acoustics import (
     sound_power,
     sphere,
 )
-from nvhchain.acoustics.solutions import exterior
+from nvhchain.acoustics.solutions import bands
 from nvhchain.acoustics.systems.frequency_blocks import BAND
 from nvhchain.conventions import Air
 from nvhchain.fidelity import AcousticsFidelity
@@ -52,13 +52,13 @@ def same(some, whole):
 @pytest.fixture
 def solved(monkeypatch):
     """Wavenumbers that an engine was asked for."""
-    seen, real = [], exterior.systems
+    seen, real = [], bands.systems
 
     def systems(engine, surface, wavenumbers, *others):
         seen.extend(wavenumbers)
         return real(engine, surface, wavenumbers, *others)
 
-    monkeypatch.setattr(exterior, "systems", systems)
+    monkeypatch.setattr(bands, "systems", systems)
     return seen
 
 

@@ -15,7 +15,7 @@ from nvhchain.acoustics.radiation.modal_power import (
     radiation_modes,
     resistance_matrices,
 )
-from nvhchain.acoustics.solutions import exterior
+from nvhchain.acoustics.solutions import bands
 from nvhchain.acoustics.solutions.functions import adaptive_radiation_resistance, radiation_resistance
 from nvhchain.acoustics.solutions.resistance import SurfaceShapes, housing_shapes
 from nvhchain.acoustics.surfaces.reflecting_plane import RigidPlane
@@ -310,7 +310,7 @@ def test_bearings_and_axes_without_load_are_left_out_and_asked_for_later_refused
     force[:, :, 2] = 0.0
     some = load.replace(force=force)
     solved = []
-    systems = exterior.systems
+    systems = bands.systems
 
     def counted(*arguments):
         for batch in systems(*arguments):
@@ -319,7 +319,7 @@ def test_bearings_and_axes_without_load_are_left_out_and_asked_for_later_refused
                 monkeypatch.setattr(system, "solve", lambda rhs, solve=solve: solved.append(rhs.shape[1]) or solve(rhs))
             yield batch
 
-    monkeypatch.setattr(exterior, "systems", counted)
+    monkeypatch.setattr(bands, "systems", counted)
     where = {"air": air, "fidelity": coarse}
     part = radiation_resistance(housing_shapes(body, loaded_bearings(body, some)), lines, **where)
     assert solved == [12 + 4] * 2

@@ -16,7 +16,7 @@ from nvhchain.acoustics import (
     sphere,
     transfer_vectors,
 )
-from nvhchain.acoustics.solutions.exterior import _boundary_elements
+from nvhchain.acoustics.solutions.bands import band_values
 from nvhchain.acoustics.solutions.vectors import Vectors
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError, ResourceError, SolverError
@@ -193,7 +193,7 @@ def test_bands_on_an_executor_give_the_same_vectors_and_report_progress(bracket,
     assert alone.provenance["engine"] == "fused"
     problem = ExteriorProblem(bracket, air=air, fidelity=coarse)
     quantity = Vectors(bracket, alone.points, air, coarse.field_near_ratio)
-    task = partial(_boundary_elements, frequency[:1], problem=problem, quantity=quantity, task=(2**30, 0.0))
+    task = partial(band_values, frequency[:1], problem=problem, quantity=quantity, task=(2**30, 0.0))
     assert np.abs(pickle.loads(pickle.dumps(task))().values[0] - alone.vectors[0]).max() < roundoff
 
 

@@ -41,7 +41,7 @@ class Counts:
         self.frequencies, self.points, self.modes_to, self.modes, self.unknowns = [], [], [], [], []
         self.teeth = defaultdict(set)
         self.responses = 0
-        self._wrap(patch, exterior, "_boundary_elements", self._solved)
+        self._wrap(patch, exterior, "band_values", self._solved)
         self._wrap(patch, seat_modes, "lowest_modes", self._modes)
         solve = body_flexibility.HeldBody.solve
 

@@ -58,6 +58,14 @@ def test_processes_started_here_are_waited_for_without_a_line(holder, tmp_path, 
         assert caplog.text == ""
 
 
+def _command(process):
+    """Return the command line of a process, nothing where it has ended meanwhile."""
+    try:
+        return " ".join(process.cmdline())
+    except psutil.Error:
+        return ""
+
+
 def test_sigterm_ends_a_command_and_its_children_as_an_interruption(tmp_path):
     """While gmsh meshes a housing in another process, in a group that no terminal reaches."""
     program = "from nvhchain.cli import main; raise SystemExit(main())"
@@ -78,7 +86,7 @@ def test_sigterm_ends_a_command_and_its_children_as_an_interruption(tmp_path):
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment, start_new_session=True) as run:
         children = []
         end = time.monotonic() + 60
-        while not any("_gmsh" in " ".join(child.cmdline()) for child in children) and time.monotonic() < end:
+        while not any("_gmsh" in _command(child) for child in children) and time.monotonic() < end:
             time.sleep(0.05)
             children = psutil.Process(run.pid).children(recursive=True)
         assert children

@@ -48,6 +48,19 @@ def test_gears_shafts_bearings_and_load_return_from_the_file(tmp_path, name):
     assert (case.input_shaft, case.output_shaft) == (back.input_shaft, back.output_shaft)
 
 
+def test_rolling_bearings_return_from_the_file(tmp_path):
+    """With the same rolling elements, clearance and direction, and so with the same load on every bearing."""
+    case = load_case(CASES / "small/catalogue_bearings.toml")
+    back = returned(case, tmp_path)
+    for one, other in zip(case.bearings, back.bearings, strict=True):
+        assert type(one.model) is type(other.model)
+        inside, found = one.model.internal, other.model.internal
+        assert (inside.count, inside.angle) == (found.count, pytest.approx(found.angle))
+        assert (inside.diameter, inside.length) == pytest.approx((found.diameter, found.length), abs=2e-9)
+        assert getattr(one.model, "clearance", 0.0) == pytest.approx(getattr(other.model, "clearance", 0.0))
+        assert getattr(one.model, "thrust", 0) == getattr(other.model, "thrust", 0)
+
+
 def test_flank_modifications_return_from_the_file(tmp_path):
     case = load_case(CASES / "small/single_stage.toml")
     drive = Flank(2e-6, 5e-6, tip_relief=Relief(20e-6, 1.5e-3, "linear"), root_relief=Relief(8e-6, 1e-3, "parabolic"))

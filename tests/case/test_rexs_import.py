@@ -277,14 +277,14 @@ def test_gaps_and_short_ends_of_shafts_are_filled_so_that_they_can_bend(tmp_path
     assert segments[0].start <= min(b.z for b in case.bearings if b.shaft == "S1")
     assert "filled with 24 mm" in page
     assert "lengthened to its outermost" in page
-    assemble(case.gearbox_with_gears, case.straight_laws, None, fidelity=DRAFT.dynamics)
+    assemble(case.gearbox_on_rigid_seats, case.straight_laws, None, fidelity=DRAFT.dynamics)
 
 
 def test_a_coaxial_unit_can_bend(tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         case, _ = imported(coaxial_unit(), tmp_path)
-    assemble(case.gearbox_with_gears, case.straight_laws, None, fidelity=DRAFT.dynamics)
+    assemble(case.gearbox_on_rigid_seats, case.straight_laws, None, fidelity=DRAFT.dynamics)
 
 
 def test_loads_that_the_chain_does_not_apply_are_listed(tmp_path):
@@ -298,17 +298,57 @@ def test_loads_that_the_chain_does_not_apply_are_listed(tmp_path):
     assert "| 5 µm |" in left
 
 
-def test_rolling_elements_of_the_file_set_the_stiffness(tmp_path):
-    """Formula of Krämer for balls: 13e6 Z^(2/3) D_w^(1/3) F^(1/3) cos^(5/3) α."""
-    unit = gear_train((20, 31))
+def with_elements(unit, count, size):
+    """Add balls to the first bearing of a unit."""
     bearing = unit.of("rolling_bearing_with_catalog_geometry")[0]
-    row = unit.add("rolling_bearing_row", number_of_rolling_elements=(9, "none"), pressure_angle=(15.0, "deg"))
-    ball = unit.add("rolling_element", diameter_of_rolling_element=(9.5, "mm"))
+    row = unit.add("rolling_bearing_row", number_of_rolling_elements=(count, "none"), pressure_angle=(15.0, "deg"))
+    ball = unit.add("rolling_element", diameter_of_rolling_element=(size, "mm"))
     unit.relate("ordered_assembly", assembly=bearing, part=row)
     unit.relate("ordered_assembly", assembly=row, part=ball)
+    return unit.attributes(bearing)
+
+
+def test_bearings_of_the_file_keep_their_rolling_elements(tmp_path):
+    unit = gear_train((20, 31))
+    with_elements(unit, 9, 7.5)["axial_force_absorption"] = ("negative", "none")
+    second = unit.attributes(unit.of("rolling_bearing_with_catalog_geometry")[1])
+    second["radial_static_load_rating"] = (9.5, "kN")
     case, page = imported(unit, tmp_path)
-    load = 1e3 * float(re.search(r"9 elements of 9.5 mm at ([\d.]+) kN", page)[1])
-    wanted = 13e6 * 9 ** (2 / 3) * 0.0095 ** (1 / 3) * load ** (1 / 3) * np.cos(np.radians(15)) ** (5 / 3)
+    first, rated, plain = (bearing.model for bearing in case.bearings[:3])
+    assert (type(first).__name__, first.elements, first.thrust) == ("AngularContact", 9, -1)
+    assert (first.element_diameter, first.contact_angle) == pytest.approx((7.5e-3, np.radians(15)))
+    assert (rated.elements, rated.static_load_rating, rated.dynamic_load_rating) == (None, 9500.0, 16600.0)
+    assert plain.elements == round(0.6 * np.pi * 40 / 7.2)
+    assert "load ratings of the file by ISO 76" in page
+    assert "0.3 (D - d), 60 % filled" in page
+
+
+@pytest.mark.parametrize("along", [1, -1])
+def test_a_tapered_bearing_carries_the_direction_of_its_shaft(tmp_path, along):
+    """The file gives it along the axis of the shaft, the case along z."""
+    unit = gear_train((20, 31), helix=0.0)
+    shaft = unit.attributes(unit.of("shaft")[1])
+    if along < 0:  # the same shaft, seen from its other end
+        shaft["support_vector"][0][0] += 104.0
+        shaft["u_axis_vector"] = ([-1.0, 0.0, 0.0], "mm")
+    front, rear = unit.of("rolling_bearing_with_catalog_geometry")[2:]
+    for bearing, way in ((front, "positive"), (rear, "negative")):
+        unit.attributes(bearing).update(
+            bearing_type=("radial_tapered_roller_bearing", "none"), axial_force_absorption=(way, "none")
+        )
+    case, _ = imported(unit, tmp_path)
+    assert [bearing.model.thrust for bearing in case.bearings[2:]] == [along, -along]
+
+
+def test_bearings_that_cannot_carry_the_load_get_a_constant_stiffness(tmp_path):
+    """Formula of Krämer for balls: 13e6 Z^(2/3) D_w^(1/3) F^(1/3) cos^(5/3) α."""
+    unit = gear_train((20, 31))
+    with_elements(unit, 4, 2.0)["axial_force_absorption"] = ("negative", "none")
+    case, page = imported(unit, tmp_path)
+    assert all(bearing.model is None for bearing in case.bearings)
+    assert "constant stiffness in place of them" in page
+    load = 1e3 * float(re.search(r"4 elements of 2 mm at ([\d.]+) kN", page)[1])
+    wanted = 13e6 * 4 ** (2 / 3) * 0.002 ** (1 / 3) * load ** (1 / 3) * np.cos(np.radians(15)) ** (5 / 3)
     assert case.bearings[0].radial_stiffness == pytest.approx(wanted, rel=2e-3)
     ratio = case.bearings[0].axial_stiffness / case.bearings[0].radial_stiffness
     assert ratio == pytest.approx(2 * np.tan(np.radians(15)) ** 2, rel=1e-3)

@@ -10,6 +10,7 @@ from math import atan, cos, hypot, pi, radians, sin, tan
 import numpy as np
 
 from nvhchain.case.rexs.arranged import Arrangement
+from nvhchain.case.rexs.rolling import Elements, RollingModel, rolling_model
 from nvhchain.gear import GearGeometry
 from nvhchain.interop.rexs import GearUnit, ImportedBearing
 
@@ -54,9 +55,11 @@ class BearingEstimate:
     bore, outer_diameter, width : float
         Boundary dimensions (m).
     radial_stiffness, axial_stiffness : float
-        Stiffness (N/m).
+        Stiffness (N/m); without effect beside a model.
     source : str
         Origin of the stiffness.
+    model : DeepGroove, AngularContact, Cylindrical, Tapered or Spherical, optional
+        Rolling bearing.
     """
 
     bore: float
@@ -65,10 +68,13 @@ class BearingEstimate:
     radial_stiffness: float
     axial_stiffness: float
     source: str
+    model: RollingModel | None = None
 
 
-def estimate(unit: GearUnit, bearing: ImportedBearing, shaft_diameter: float, load: float) -> BearingEstimate:
-    """Return dimensions and stiffness of a bearing; estimates go into the record.
+def estimate(
+    unit: GearUnit, bearing: ImportedBearing, shaft_diameter: float, load: float, *, rolling: bool
+) -> BearingEstimate:
+    """Return dimensions of a bearing, and its rolling elements or stiffness; estimates go into the record.
 
     Parameters
     ----------
@@ -80,23 +86,33 @@ def estimate(unit: GearUnit, bearing: ImportedBearing, shaft_diameter: float, lo
         Diameter of its shaft (m).
     load : float
         Radial load (N).
+    rolling : bool
+        True for rolling elements where the type of the bearing has them; False for two constants.
 
     Returns
     -------
     BearingEstimate
-        Dimensions and stiffness.
+        Dimensions, and stiffness or rolling bearing.
     """
     bore, outer, width = _dimensions(unit, bearing, shaft_diameter)
     kind = _kind(unit, bearing)
     angle = _contact_angle(bearing, kind)
     radial, axial, source = bearing.radial_stiffness, bearing.axial_stiffness, "stiffness in the file"
     if radial is None or (axial is None and bearing.axial != "no_direction"):
-        count, size, length, elements = _elements(bearing, kind, bore, outer, width)
-        own = _kraemer(kind, count, size, length, load, angle)
+        inside = _elements(bearing, kind, bore, outer, width)
+        count = inside.count * (bearing.rows or 1)
+        own = _kraemer(kind, count, inside.diameter, inside.length, load, angle)
+        if radial is None and axial is None and rolling and not bearing.outer_shaft and kind == bearing.kind:
+            model = rolling_model(unit, bearing, (bore, outer, width), inside, angle, own)
+            if model is not None:
+                stiff = max(2.0 * tan(angle) ** 2 * own, FREE)
+                return BearingEstimate(bore, outer, width, own, stiff, "E. Krämer 1993", model)
         if radial is None:
             radial = own
-            source = f"E. Krämer 1993, {kind} with {count:.0f} elements of {1e3 * size:.3g} mm at {1e-3 * load:.3g} kN"
-            unit.findings.add("assumed", bearing.name, "radial stiffness", f"{radial:.3g} N/m", f"{source}; {elements}")
+            size = 1e3 * inside.diameter
+            source = f"E. Krämer 1993, {kind} with {count:.0f} elements of {size:.3g} mm at {1e-3 * load:.3g} kN"
+            text = f"{source}; {inside.source}"
+            unit.findings.add("assumed", bearing.name, "radial stiffness", f"{radial:.3g} N/m", text)
         if axial is None and bearing.axial != "no_direction":
             axial = max(2.0 * tan(angle) ** 2 * own, FREE)
             text = f"contact angle {angle * 180 / pi:.3g}°, k_a = 2 tan²α k_r"
@@ -179,10 +195,8 @@ def _named(designation: str) -> tuple[float, float, float | None] | None:
     return 1e-3 * size, 1e-3 * _OUTER[series][_BORES.index(size)], None
 
 
-def _elements(
-    bearing: ImportedBearing, kind: str, bore: float, outer: float, width: float
-) -> tuple[float, float, float, str]:
-    """Return number, diameter and length (m) of the rolling elements, and their origin."""
+def _elements(bearing: ImportedBearing, kind: str, bore: float, outer: float, width: float) -> Elements:
+    """Return the rolling elements of a row."""
     ball = "ball" in kind
     needle = "needle" in kind
     pitch = 0.5 * (bore + outer)
@@ -195,7 +209,7 @@ def _elements(
     if bearing.elements:
         count, source = float(bearing.elements), f"{bearing.elements} elements in the file"
     length = bearing.element_length or 0.6 * width
-    return count * (bearing.rows or 1), size, length, source
+    return Elements(count, size, length, source)
 
 
 def _kraemer(kind: str, count: float, size: float, length: float, load: float, angle: float) -> float:

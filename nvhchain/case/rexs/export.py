@@ -6,8 +6,13 @@ from collections.abc import Mapping
 from datetime import UTC, datetime
 from math import degrees, pi, tan
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from nvhchain import __version__
+from nvhchain.bearings import Cylindrical
+from nvhchain.bearings.catalogue import RollingBearing
 from nvhchain.case.gearbox import GearboxCase
 from nvhchain.case.gears import Gear, Stage
 from nvhchain.conventions import STEEL, Material
@@ -48,8 +53,8 @@ def export_rexs(case: GearboxCase, path: str | Path) -> tuple[str, ...]:
     gears = {gear.name: _gear(draft, case, gear, shafts[gear.shaft], starts[gear.shaft]) for gear in case.gears}
     for stage, pair in zip(case.stages, case.pairs, strict=True):
         _stage(draft, unit, stage, pair, gears)
-    for bearing in (*case.bearings, *case.shaft_bearings):
-        _bearing(draft, bearing, shafts, starts, casing)
+    for bearing, loaded in zip(case.gearbox_with_gears.bearings, case.gearbox_on_rigid_seats.bearings, strict=True):
+        _bearing(draft, bearing if isinstance(bearing.model, RollingBearing) else loaded, shafts, starts, casing)
     _load(draft, case, shafts)
     now = datetime.now(UTC).isoformat(timespec="seconds")
     write_draft(draft, Path(path), application="nvhchain", application_version=__version__, date=now)
@@ -63,6 +68,11 @@ def _not_held(case: GearboxCase) -> list[str]:
     found += [f"looseness of gear {gear.name}" for gear in case.gears if gear.loose]
     slopes = [g.name for g in case.gears if g.geometry.micro.drive.lead_slope or g.geometry.micro.coast.lead_slope]
     found += [f"lead slope of gear {name}" for name in slopes]
+    found += [
+        f"arrangement of bearing {bearing.name}"
+        for bearing in case.bearings
+        if isinstance(bearing.model, RollingBearing) and bearing.model.arrangement != "single"
+    ]
     found += ["damping of bearings and shafts"]
     found += [f"coupled inertia of shaft {shaft.name}" for shaft in case.shafts if shaft.coupled_inertia]
     found += [f"bodies of shaft {shaft.name}" for shaft in case.shafts if shaft.bodies]
@@ -232,19 +242,71 @@ def _stage(draft: Draft, unit: int, stage: Stage, pair: GearPair, gears: Mapping
 def _bearing(
     draft: Draft, bearing: Bearing, shafts: Mapping[str, int], starts: Mapping[str, float], casing: int
 ) -> None:
-    number = draft.add(
-        "concept_bearing",
-        bearing.name,
-        {
-            "u_coordinate_on_shaft_inner_side": _mm(bearing.z - starts[bearing.shaft]),
-            "radial_force_absorption": (True, _NO_UNIT),
-            "axial_force_absorption": ("both_directions", _NO_UNIT),
-            "radial_stiffness": (bearing.radial_stiffness, "N / m"),
-            "axial_stiffness": (bearing.axial_stiffness, "N / m"),
-        },
-    )
+    where = {
+        "u_coordinate_on_shaft_inner_side": _mm(bearing.z - starts[bearing.shaft]),
+        "radial_force_absorption": (True, _NO_UNIT),
+    }
+    if isinstance(bearing.model, RollingBearing):
+        number = _rolling(draft, bearing.name, bearing.model, where)
+    else:
+        stiffness = np.diag(bearing.evaluate(np.zeros(5))[1])  # constant, or at the load
+        number = draft.add(
+            "concept_bearing",
+            bearing.name,
+            where
+            | {
+                "axial_force_absorption": ("both_directions", _NO_UNIT),
+                "radial_stiffness": (float(stiffness[:2].mean()), "N / m"),
+                "axial_stiffness": (float(stiffness[2]), "N / m"),
+            },
+        )
     outer = shafts[bearing.outer_shaft] if isinstance(bearing, ShaftBearing) else casing
     draft.relate("side", assembly=number, inner_part=shafts[bearing.shaft], outer_part=outer)
+
+
+_TYPES = {
+    "DeepGroove": "radial_grooved_ball_bearing",
+    "AngularContact": "radial_grooved_ball_bearing",
+    "Cylindrical": "radial_roller_bearing",
+    "Tapered": "radial_tapered_roller_bearing",
+    "Spherical": "radial_self_aligning_roller_bearing",
+}
+
+
+def _rolling(draft: Draft, name: str, model: RollingBearing, where: Mapping[str, Any]) -> int:
+    """Add a rolling bearing with its boundary dimensions, ratings and elements."""
+    inside = model.internal
+    axial = {1: "positive", -1: "negative"}.get(getattr(model, "thrust", 0), "both_directions")
+    if isinstance(model, Cylindrical) and model.axial_stiffness == 0.0:
+        axial = "no_direction"
+    given = {
+        "inner_diameter": model.bore,
+        "outer_diameter": model.outer_diameter,
+        "width": model.width,
+        "operating_radial_bearing_clearance": getattr(model, "clearance", None),
+    }
+    number = draft.add(
+        "rolling_bearing_with_detailed_geometry",
+        name,
+        dict(where)
+        | {
+            "bearing_type": (_TYPES[type(model).__name__], _NO_UNIT),
+            "axial_force_absorption": (axial, _NO_UNIT),
+            "number_of_bearing_rows": (max(inside.rows, len(model.places)), _NO_UNIT),
+            "radial_static_load_rating": (model.static_load_rating or inside.static_rating, "N"),
+            "radial_dynamic_load_rating": (model.dynamic_load_rating or inside.dynamic_rating, "N"),
+        }
+        | {key: _mm(value) for key, value in given.items() if value},
+    )
+    row = {"number_of_rolling_elements": (inside.count, _NO_UNIT), "pressure_angle": (degrees(inside.angle), "deg")}
+    element = {"diameter_of_rolling_element": _mm(inside.diameter)}
+    if inside.length:
+        element["length_of_rolling_element"] = _mm(inside.length)
+    rows = draft.add("rolling_bearing_row", f"{name} row", row)
+    balls = draft.add("rolling_element", f"{name} element", element)
+    draft.relate("ordered_assembly", assembly=number, part=rows)
+    draft.relate("ordered_assembly", assembly=rows, part=balls)
+    return number
 
 
 def _load(draft: Draft, case: GearboxCase, shafts: Mapping[str, int]) -> None:

@@ -86,7 +86,7 @@ class ImportedCase:
     band: tuple[float, float, float]
 
 
-def imported_case(unit: GearUnit, path: str) -> ImportedCase:
+def imported_case(unit: GearUnit, path: str, *, rolling: bool = True) -> ImportedCase:
     """Return the contents of the case of a unit.
 
     Parameters
@@ -95,6 +95,8 @@ def imported_case(unit: GearUnit, path: str) -> ImportedCase:
         Unit.
     path : str
         Name of its file, for messages.
+    rolling : bool
+        True for bearings with rolling elements where their type has them; False for constant stiffness.
 
     Returns
     -------
@@ -140,7 +142,7 @@ def imported_case(unit: GearUnit, path: str) -> ImportedCase:
             record.refuse(f"shaft {name}: has no shaft_section: add its sections")
     stop_if_wrong()
     speed, torque = _operation(unit, places, gears)
-    supports, links = _supports(unit, places, bearing_loads(unit, places, gears, torque))
+    supports, links = _supports(unit, places, bearing_loads(unit, places, gears, torque), rolling=rolling)
     stop_if_wrong()
     try:
         drawn = _housing(unit, places, gears, cylinders, supports)
@@ -202,7 +204,7 @@ def _on(unit: GearUnit, gear: str, shaft: str) -> bool:
 
 
 def _supports(
-    unit: GearUnit, places: Arrangement, loads: dict[str, float]
+    unit: GearUnit, places: Arrangement, loads: dict[str, float], *, rolling: bool
 ) -> tuple[tuple[Support, ...], tuple[Support, ...]]:
     """Return bearings in the housing, those beside each other as one, and bearings between shafts."""
     shafts = {shaft.name: shaft for shaft in unit.shafts}
@@ -210,7 +212,7 @@ def _supports(
     for bearing in unit.bearings:
         z = bearing.z + places.shifts[bearing.shaft]
         around = shafts[bearing.shaft].diameter_at(bearing.z)
-        made.append(Support(bearing, z, estimate(unit, bearing, around, loads[bearing.name])))
+        made.append(Support(bearing, z, estimate(unit, bearing, around, loads[bearing.name], rolling=rolling)))
     links = tuple(support for support in made if support.bearing.outer_shaft)
     seats: list[Support] = []
     for support in sorted((s for s in made if not s.bearing.outer_shaft), key=lambda s: (s.bearing.shaft, s.z)):
@@ -239,6 +241,11 @@ def _supports(
 def _together(unit: GearUnit, one: Support, other: Support) -> Support:
     """Return two bearings beside each other as one: stiffness added, at its centre."""
     a, b = one.estimate, other.estimate
+    for support in (one, other):
+        of = support.estimate
+        if of.model is not None:
+            text = f"{of.radial_stiffness:.3g} and {of.axial_stiffness:.3g} N/m"
+            unit.findings.add("assumed", support.bearing.name, "radial and axial stiffness", text, of.source)
     total = a.radial_stiffness + b.radial_stiffness
     low = min(one.z - 0.5 * a.width, other.z - 0.5 * b.width)
     high = max(one.z + 0.5 * a.width, other.z + 0.5 * b.width)

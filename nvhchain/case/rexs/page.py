@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from math import degrees, pi
 
 from nvhchain.case.gearbox import USUAL_DAMPING
-from nvhchain.case.rexs.model import ImportedCase
+from nvhchain.case.rexs.model import ImportedCase, Support
 from nvhchain.interop.rexs import Finding
 
 _TITLES = {
@@ -167,6 +167,14 @@ def _findings(case: ImportedCase, kind: str) -> list[str]:
     return [f"## {title}", intro, _table(("part", "quantity", "value", "why"), rows)]
 
 
+def _stiffness(support: Support) -> tuple[str, str]:
+    """Return radial and axial stiffness (N/m) of a bearing; that of rolling elements follows the load."""
+    of = support.estimate
+    if of.model is not None:
+        return of.model.title, "by load"
+    return f"{of.radial_stiffness:.3g}", f"{of.axial_stiffness:.3g}"
+
+
 def _taken(case: ImportedCase) -> list[str]:
     unit, places = case.unit, case.arrangement
     gears = [
@@ -204,8 +212,7 @@ def _taken(case: ImportedCase) -> list[str]:
             s.bearing.shaft,
             s.bearing.outer_shaft or "housing",
             f"{1e3 * s.z:.5g}",
-            f"{s.estimate.radial_stiffness:.3g}",
-            f"{s.estimate.axial_stiffness:.3g}",
+            *_stiffness(s),
             "; ".join(f"{key} = {value}" for key, value in s.bearing.catalogue.items()),
         )
         for s in (*case.supports, *case.links)

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Sequence
+from dataclasses import fields
 from math import degrees, pi
 
 from nvhchain.case.gearbox import USUAL_DAMPING
 from nvhchain.case.rexs.model import ImportedCase, Support, microphone
+from nvhchain.case.rexs.rolling import RollingModel
+from nvhchain.case.toml.meanings import type_name
 from nvhchain.gear import GearGeometry
 from nvhchain.gear.drawing.micro_geometry import Flank
 from nvhchain.housing import InnerWall
@@ -243,16 +246,34 @@ def _bearing(table: str, support: Support, z: float) -> str:
     ]
     if bearing.outer_shaft:
         lines.append(f"outer_shaft = {_text(bearing.outer_shaft)}")
-    return "\n".join(
-        [
-            *lines,
-            f"z_mm = {_mm(z)}",
+    lines.append(f"z_mm = {_mm(z)}")
+    if own.model is None:
+        lines += [
             f"radial_stiffness = {own.radial_stiffness:.4g} # N/m; {_comment(own.source)}",
             f"axial_stiffness = {own.axial_stiffness:.4g}",
-            f"stiffness_damping = {USUAL_DAMPING:g} # s; E. Krämer 1993: (0.25…2.5)e-5 s",
-            "",
         ]
-    )
+    lines.append(f"stiffness_damping = {USUAL_DAMPING:g} # s; E. Krämer 1993: (0.25…2.5)e-5 s")
+    if own.model is not None:
+        lines += [f"[{table}.model]", *_model(own.model)]
+    return "\n".join([*lines, ""])
+
+
+def _model(model: RollingModel) -> list[str]:
+    """Return the lines of a rolling bearing: its type, and all fields that are not the default."""
+    lines = [f'type = "{type_name(type(model))}"']
+    for field in fields(model):
+        value = getattr(model, field.name)
+        if value is None or value == field.default:
+            continue
+        if field.name == "contact_angle":
+            lines.append(f"contact_angle_deg = {degrees(value):.10g}")
+        elif field.name == "clearance":
+            lines.append(f"clearance_um = {1e6 * value:.6g} # in operation")
+        elif field.name in ("bore", "outer_diameter", "width", "element_diameter", "element_length"):
+            lines.append(f"{field.name}_mm = {_mm(value)}")
+        else:
+            lines.append(f"{field.name} = {value:.10g}")
+    return lines
 
 
 def _housing(case: ImportedCase) -> str:

@@ -10,11 +10,11 @@ from typing import Literal
 
 from nvhchain.case.gearbox import GearboxCase
 from nvhchain.case.load import load_case
-from nvhchain.case.rexs.model import imported_case
+from nvhchain.case.rexs.model import ImportedCase, imported_case
 from nvhchain.case.rexs.page import import_lines, import_page
 from nvhchain.case.rexs.text import case_text
 from nvhchain.dynamics.model.assembly import assemble
-from nvhchain.errors import InputError, Mistakes, mistakes, require
+from nvhchain.errors import InputError, Mistakes, SolverError, mistakes, require
 from nvhchain.fidelity import DRAFT
 from nvhchain.files.atomic_write import write_output
 from nvhchain.interop.rexs import read_rexs
@@ -78,18 +78,60 @@ def import_rexs(
     target, page = folder / f"{name}.toml", folder / PAGE
     for file in (target, page):
         require(not file.exists(), f"{file} exists: name another folder, or remove it")
-    case = imported_case(read_rexs(source, load_case=load), str(source))
-    text = case_text(case, name, source.name, rigid=housing == "rigid")
-    with tempfile.TemporaryDirectory() as trial:
-        tried = Path(trial) / target.name
-        tried.write_text(text, encoding="utf-8")
-        try:
-            made = load_case(tried)
-            assert isinstance(made, GearboxCase)
-            assemble(made.gearbox_with_gears, made.straight_laws, None, fidelity=DRAFT.dynamics)
-        except InputError as error:
-            raise Mistakes([f"{source}: {one.replace(f'{tried}: ', '')}" for one in mistakes(error)]) from None
+    case, text = _tried(source, target.name, load, rigid=housing == "rigid")
     folder.mkdir(parents=True, exist_ok=True)
     write_output(target, text.encode())
     write_output(page, import_page(case, target.name, source.name).encode())
     return ImportResult(target, page, tuple(import_lines(case)))
+
+
+def _tried(source: Path, name: str, load: str | None, *, rigid: bool) -> tuple[ImportedCase, str]:
+    """Return case and text of a file; bearings get a constant stiffness where rolling elements do not carry the load.
+
+    Parameters
+    ----------
+    source : Path
+        REXS file.
+    name : str
+        Name of the case file.
+    load : str or None
+        Load case.
+    rigid : bool
+        True for rigid seats.
+    """
+    why = None
+    while True:
+        case = imported_case(read_rexs(source, load_case=load), str(source), rolling=why is None)
+        if why is not None:
+            case.unit.findings.add(
+                "assumed", "bearings", "rolling elements", "constant stiffness in place of them", why
+            )
+        text = case_text(case, Path(name).stem, source.name, rigid=rigid)
+        why = _refused(text, name, source)
+        if why is None:
+            return case, text
+
+
+def _refused(text: str, name: str, source: Path) -> str | None:
+    """Return why rolling bearings do not carry the load of a case; None where they do, or where it has none.
+
+    Raises
+    ------
+    Mistakes
+        If the case cannot be loaded, all mistakes at once.
+    """
+    with tempfile.TemporaryDirectory() as trial:
+        tried = Path(trial) / name
+        tried.write_text(text, encoding="utf-8")
+        try:
+            made = load_case(tried)
+            assert isinstance(made, GearboxCase)
+            try:
+                assemble(made.gearbox_on_rigid_seats, made.straight_laws, None, fidelity=DRAFT.dynamics)
+            except (InputError, SolverError) as error:
+                if made.load_dependent:
+                    return str(error)
+                raise
+        except InputError as error:
+            raise Mistakes([f"{source}: {one.replace(f'{tried}: ', '')}" for one in mistakes(error)]) from None
+    return None

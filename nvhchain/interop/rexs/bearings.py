@@ -110,10 +110,17 @@ def _bearing(parts: Parts, component: Component, lines: Mapping[int, Line]) -> I
         width=values.number("width", "m", low=0.0) or None,
         radial_stiffness=radial if values.flag("radial_force_absorption") is not False else 0.0,
         axial_stiffness=_stiffness(parts, component, "axial_stiffness", "u_d_u"),
-        axial=values.text("axial_force_absorption") or "both_directions",
+        axial=_along_z(values.text("axial_force_absorption") or "both_directions", lines.get(first)),
         **_internal(parts, component),
         catalogue=_catalogue(parts, component),
     )
+
+
+def _along_z(axial: str, line: Line | None) -> str:
+    """Return the axial support along z of the unit, for one along u of its shaft."""
+    if line is None or line.direction > 0:
+        return axial
+    return {"positive": "negative", "negative": "positive"}.get(axial, axial)
 
 
 def _internal(parts: Parts, component: Component) -> dict[str, Any]:

@@ -221,7 +221,7 @@ class ImportedBearing:
     radial_stiffness, axial_stiffness : float, optional
         Stiffness in the file (N/m).
     axial : str
-        Axial support, `both_directions`, `positive`, `negative` or `no_direction`.
+        Axial support along z, `both_directions`, `positive`, `negative` or `no_direction`.
     elements, rows : int, optional
         Rolling elements of a row, and rows.
     element_diameter, element_length : float, optional

@@ -1,0 +1,156 @@
+"""Rolling bearings of a unit as those of the case, with their rolling elements."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import degrees, radians
+from typing import Any
+
+from nvhchain.bearings import AngularContact, Cylindrical, DeepGroove, Spherical, Tapered
+from nvhchain.errors import InputError
+from nvhchain.interop.rexs import GearUnit, ImportedBearing
+
+RollingModel = DeepGroove | AngularContact | Cylindrical | Tapered | Spherical
+
+_STEEPEST_GROOVE = 0.1
+"""Contact angle (rad) up to which a grooved ball bearing is a deep groove bearing."""
+
+_RIBS = 0.1
+"""Axial stiffness of the ribs of a roller bearing over its radial stiffness; an assumption."""
+
+_MOUNTED = ("operating_radial_bearing_clearance", "mounted_radial_bearing_clearance")
+
+
+@dataclass(frozen=True)
+class Elements:
+    """Rolling elements of a row.
+
+    Parameters
+    ----------
+    count : float
+        Number.
+    diameter, length : float
+        Diameter and length (m).
+    source : str
+        Origin.
+    """
+
+    count: float
+    diameter: float
+    length: float
+    source: str
+
+
+def rolling_model(
+    unit: GearUnit,
+    bearing: ImportedBearing,
+    sizes: tuple[float, float, float],
+    elements: Elements,
+    angle: float,
+    radial_stiffness: float,
+) -> RollingModel | None:
+    """Return the rolling bearing of the case for one of the file; None where its type has none.
+
+    Parameters
+    ----------
+    unit : GearUnit
+        Unit; what is assumed goes into its record.
+    bearing : ImportedBearing
+        Bearing.
+    sizes : (float, float, float)
+        Bore, outer diameter and width (m).
+    elements : Elements
+        Rolling elements, taken where the file has no load ratings.
+    angle : float
+        Contact angle (rad).
+    radial_stiffness : float
+        Estimated radial stiffness (N/m), to which that of ribs relates.
+
+    Returns
+    -------
+    DeepGroove, AngularContact, Cylindrical, Tapered, Spherical or None
+        Bearing with the internal geometry of the file, of its load ratings, or of `elements`.
+    """
+    thrust = {"positive": 1, "negative": -1}.get(bearing.axial, 0)
+    kind, own = _class(bearing, angle, thrust), dict[str, Any]()
+    if kind is None:
+        return None
+    if kind in (AngularContact, Tapered):
+        own = {"contact_angle": radians(round(degrees(angle), 6)), "thrust": thrust}
+    elif kind is Spherical:
+        own = {"contact_angle": radians(round(degrees(angle), 6))}
+    elif kind is Cylindrical and bearing.axial != "no_direction":
+        own = {"axial_stiffness": float(f"{_RIBS * radial_stiffness:.3g}")}
+        text = f"{own['axial_stiffness']:.3g} N/m"
+        unit.findings.add("assumed", bearing.name, "stiffness of the ribs", text, "a tenth of the radial stiffness")
+    if kind in (DeepGroove, Cylindrical):
+        own["clearance"] = _clearance(unit, bearing)
+    bore, outer, width = sizes
+    own |= {"bore": bore, "outer_diameter": outer, "width": width}
+    inside: dict[str, Any] = {"elements": round(elements.count), "element_diameter": elements.diameter}
+    if kind not in (DeepGroove, AngularContact):
+        inside["element_length"] = elements.length
+    ratings: dict[str, Any] = {
+        "static_load_rating": bearing.static_load_rating,
+        "dynamic_load_rating": bearing.dynamic_load_rating,
+    }
+    detailed = bearing.elements is not None and bearing.element_diameter is not None
+    choices = [inside | ratings, inside] if detailed else [ratings, inside] if bearing.static_load_rating else [inside]
+    for each in choices:
+        try:
+            made = kind(**own, **{key: value for key, value in each.items() if value is not None})
+        except InputError as error:
+            unit.findings.add("differs", bearing.name, "internal geometry", "not used", str(error))
+            continue
+        _record(unit, bearing, made, elements, angle, rated=each is ratings, detailed=detailed)
+        return made
+    return None
+
+
+def _class(bearing: ImportedBearing, angle: float, thrust: int) -> type[RollingModel] | None:
+    """Return the kind of a bearing; None where the case has none that carries the same directions."""
+    one_way = thrust != 0
+    if "self_aligning_roller" in bearing.kind:
+        return Spherical if bearing.axial == "both_directions" and angle > _STEEPEST_GROOVE else None
+    if (bearing.rows or 1) > 1:
+        return None
+    if "grooved_ball" in bearing.kind and "radial" in bearing.kind:
+        if (bearing.contact_angle or 0.0) <= _STEEPEST_GROOVE:
+            return None if bearing.axial == "no_direction" else DeepGroove
+        return AngularContact if one_way else None
+    if bearing.kind == "radial_tapered_roller_bearing":
+        return Tapered if one_way and angle > _STEEPEST_GROOVE else None
+    return Cylindrical if bearing.kind in ("radial_roller_bearing", "radial_needle_roller_bearing") else None
+
+
+def _clearance(unit: GearUnit, bearing: ImportedBearing) -> float:
+    """Return the clearance (m) in operation or as mounted; none where the file has it before mounting only."""
+    if bearing.clearance is None:
+        return 0.0
+    if any(name in bearing.catalogue for name in _MOUNTED):
+        return bearing.clearance
+    text = f"none instead of {1e6 * bearing.clearance:.4g} µm"
+    unit.findings.add("assumed", bearing.name, "clearance in operation", text, "that in the file is before mounting")
+    return 0.0
+
+
+def _record(
+    unit: GearUnit,
+    bearing: ImportedBearing,
+    made: RollingModel,
+    elements: Elements,
+    angle: float,
+    *,
+    rated: bool,
+    detailed: bool,
+) -> None:
+    """Record what was derived or assumed of the inside of a bearing."""
+    of, record = made.internal, unit.findings
+    if not detailed:
+        text = f"{of.count} of {1e3 * of.diameter:.4g} mm" + (f", {1e3 * of.length:.4g} mm long" if of.length else "")
+        source = "load ratings of the file by ISO 76 and ISO 281" if rated else elements.source
+        record.add("assumed", bearing.name, "rolling elements", text, source)
+    if of.angle and bearing.contact_angle is None:
+        record.add("assumed", bearing.name, "contact angle", f"{degrees(angle):.4g}°", "usual of its type")
+    if bearing.axial in ("positive", "negative") and isinstance(made, DeepGroove):
+        record.add("assumed", bearing.name, "axial support", "both directions", "a deep groove bearing carries both")

@@ -12,11 +12,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from nvhchain.case import Case
+from nvhchain import dynamics
+from nvhchain.case import Case, GearboxCase
 from nvhchain.chain import steps, supplied
 from nvhchain.chain.result import Result
 from nvhchain.chain.running import Run
-from nvhchain.dynamics import Recording
+from nvhchain.dynamics import Recording, SystemModes
 from nvhchain.errors import InputError, concerning
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.files.hdf5 import writable_folder
@@ -180,6 +181,74 @@ def record(
             if step is not table.BEARING_FORCES:
                 started.hand_offs[step] = steps.MADE_BY[step](started)
         return steps.recording(started, Path(out) / "bearing_forces")
+
+
+@checked
+def system_modes(
+    case: Case,
+    speeds: Sequence[float],
+    *,
+    fidelity: Fidelity = STANDARD,
+    out: str | Path | None = None,
+    operators: str | Path | None = None,
+    damped: bool = True,
+    watcher: Watcher | None = None,
+) -> tuple[SystemModes, ...]:
+    """Compute the modes of shafts, meshes, bearings and housing under the torque of a case.
+
+    Parameters
+    ----------
+    case : GearboxCase
+        Gearbox.
+    speeds : sequence of float
+        Speeds of the input (rad/s). Modes change with it only by gyroscopic terms.
+    fidelity : Fidelity
+        Knobs of all steps.
+    out : str or Path, optional
+        Folder for the hand-offs.
+    operators : str or Path, optional
+        As in `run`.
+    damped : bool
+        False leaves all damping out.
+    watcher : Watcher, optional
+        As in `run`.
+
+    Returns
+    -------
+    tuple of SystemModes
+        One per speed.
+
+    Raises
+    ------
+    InputError
+        If the case is no gearbox, or the input cannot be used.
+    SolverError
+        If a step does not reach its residual.
+    """
+    if not isinstance(case, GearboxCase):
+        raise InputError(f"{case.name} is a radiator: it has no shafts and meshes; `plot` draws the modes of a housing")
+    forces_alone = replace(case, quantities=("bearing_forces",))
+    with concerning(case.name):
+        started = _started(forces_alone, fidelity, {}, out, operators, None, watcher)
+        for step in started.scene.steps:
+            if step is table.BEARING_FORCES:
+                break
+            started.hand_offs[step] = steps.MADE_BY[step](started)
+        gearbox, laws, housing = started.gearbox_at_load, started[table.MESH_LAWS], started.housing_in_loop
+        changing = speeds if gearbox.gyroscopic else speeds[:1]
+        made = [
+            dynamics.system_modes(
+                gearbox, laws, housing,
+                input_torque=case.static_torque, input_speed=speed, damped=damped, fidelity=fidelity.dynamics,
+            )
+            for speed in changing
+        ]  # fmt: skip
+        meshes = [f"mesh {stage.name}" for stage in case.stages]  # the first parts, in this order
+        parts = (*meshes, *made[0].strain_parts[len(meshes) :])
+        every = made if len(made) == len(speeds) else made * len(speeds)
+        return tuple(
+            replace(modes, input_speed=speed, strain_parts=parts) for modes, speed in zip(every, speeds, strict=True)
+        )
 
 
 def _started(

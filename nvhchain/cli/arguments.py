@@ -10,6 +10,7 @@ from typing import NoReturn
 from nvhchain import __version__
 from nvhchain.cli import commands
 from nvhchain.cli.examples import EXAMPLES
+from nvhchain.cli.modes import modes_command
 from nvhchain.cli.study import study_command
 from nvhchain.fidelity import PRESETS
 from nvhchain.names import printable
@@ -205,6 +206,18 @@ def parser() -> argparse.ArgumentParser:
     field.add_argument("--gear", metavar="NAME", required=True, help="gear of the case")
     field.add_argument("--out", metavar="FILE", type=Path, required=True, help="hand-off (HDF5), for `plot`")
     field.set_defaults(action=commands.gear_field)
+
+    modes = verbs.add_parser(
+        "modes",
+        parents=[changes, answer],
+        help="natural frequencies of shafts, meshes, bearings and housing under load, with a Campbell diagram",
+    )
+    modes.add_argument("case", metavar="CASE", help="case file (TOML) of a gearbox")
+    modes.add_argument("--fidelity", choices=list(PRESETS), default="standard", help="accuracy preset")
+    modes.add_argument("--highest", metavar="HZ", type=float, help="highest frequency (default: that of the band)")
+    modes.add_argument("--undamped", action="store_true", help="leave all damping out")
+    modes.add_argument("--out", metavar="DIR", type=folder, help="folder of the run (default: out/<case name>)")
+    modes.set_defaults(action=modes_command)
 
     parts = verbs.add_parser(
         "contributions", parents=[common], help="what modes and panels of the housing add to the sound"

@@ -11,6 +11,7 @@ from nvhchain.dynamics.runs.linear import flank_transfer
 from nvhchain.dynamics.runs.recording import Recording, record_run_up
 from nvhchain.dynamics.runs.run_up_record import run_up, run_up_with_error
 from nvhchain.dynamics.runs.steady import bearing_forces, steady_sweep
+from nvhchain.dynamics.runs.system_modes import SystemModes, system_modes
 from nvhchain.dynamics.time_loop.equilibrium import Equilibrium, equilibrium
 from nvhchain.dynamics.time_loop.mesh_levels import ContactForce
 from nvhchain.dynamics.time_loop.quasi_static import static_bearing_forces, static_misalignment
@@ -32,6 +33,7 @@ __all__ = [
     "RigidBody",
     "Shaft",
     "ShaftBearing",
+    "SystemModes",
     "Train",
     "bearing_forces",
     "compile_time_loop",
@@ -44,5 +46,6 @@ __all__ = [
     "static_bearing_forces",
     "static_misalignment",
     "steady_sweep",
+    "system_modes",
     "train",
 ]

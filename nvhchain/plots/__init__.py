@@ -15,7 +15,7 @@ from nvhchain.plots.mesh import mesh_law_map, transmission_errors
 from nvhchain.plots.orders import OrderMarks
 from nvhchain.plots.radiated import directivity_polar, directivity_spectrum, efficiency_spectrum
 from nvhchain.plots.spectrum import bearing_force_spectra, power_spectrum, pressure_spectrum
-from nvhchain.plots.speed import levels_over_speed
+from nvhchain.plots.speed import campbell, levels_over_speed
 from nvhchain.plots.waterfall import waterfall_maps
 
 __all__ = [
@@ -26,6 +26,7 @@ __all__ = [
     "animate",
     "backbone_curves",
     "bearing_force_spectra",
+    "campbell",
     "contribution_bars",
     "difference_table",
     "directivity_polar",

@@ -1,4 +1,4 @@
-"""Levels over the speed of the input."""
+"""Levels and natural frequencies over the speed of the input."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray
-from nvhchain.plots._style import colour, panels, styled
+from nvhchain.plots._style import MARK_LINES, colour, panels, styled
 
 
 @styled
@@ -50,3 +50,66 @@ def levels_over_speed(
     drawn[0].legend()
     drawn[-1].set_xlabel("input speed / rpm")
     return drawn
+
+
+@styled
+def campbell(
+    speed: FloatArray,
+    frequency: Sequence[FloatArray],
+    weight: Sequence[FloatArray],
+    orders: Mapping[str, float],
+    *,
+    nominal: float | None = None,
+    axes: Axes | None = None,
+) -> Axes:
+    """Draw natural frequencies over the input speed, with mesh orders that meet them.
+
+    Parameters
+    ----------
+    speed : (n,) array
+        Speeds of the input (rad/s).
+    frequency : sequence of (n_mode,) array
+        Natural frequencies (Hz) at each speed, ascending.
+    weight : sequence of (n_mode,) array
+        Darkness of every mode, 0 to 1: the share of the meshes in its strain energy.
+    orders : mapping of str to float
+        Name of an excitation → its frequency over the input speed (Hz s/rad).
+    nominal : float, optional
+        Speed (rad/s) to be marked.
+    axes : Axes, optional
+        Axes; those of a new figure by default.
+
+    Returns
+    -------
+    Axes
+        The axes.
+    """
+    (ax,) = panels(1, None if axes is None else [axes], height=5.5)
+    rpm, top = 60.0 / (2.0 * np.pi) * speed, max(float(of[-1]) for of in frequency if len(of))
+    for at, (values, weights) in enumerate(zip(frequency, weight, strict=True)):
+        half = 0.5 * (rpm[1] - rpm[0])
+        shade = [(*_MODE, 0.15 + 0.85 * min(3.0 * max(w, 0.0), 1.0)) for w in weights]
+        ax.hlines(values, max(rpm[at] - half, rpm[0]), min(rpm[at] + half, rpm[-1]), colors=shade, linewidth=1.2)
+    ends = np.array([0.0, rpm[-1]])
+    for name, rate in orders.items():
+        line, dashes = MARK_LINES[list(_stages(orders)).index(name.rsplit(" ", 2)[0]) % len(MARK_LINES)]
+        ax.plot(ends, ends * np.pi / 30.0 * rate, color=line, linestyle=dashes, linewidth=1.2)
+        end = min(rpm[-1], top / (rate * np.pi / 30.0))
+        ax.annotate(name, (end, end * np.pi / 30.0 * rate), fontsize=9.0, ha="right", va="bottom")
+    if nominal is not None:
+        ax.axvline(60.0 / (2.0 * np.pi) * nominal, color=colour(1), linewidth=1.2, label="speed of the case")
+        ax.legend(loc="lower right")
+    ax.set_xlim(rpm[0], rpm[-1])
+    ax.set_ylim(0.0, 1.05 * top)
+    ax.set_xlabel("input speed / rpm")
+    ax.set_ylabel("frequency / Hz")
+    ax.set_title("Natural frequencies; dark: modes that strain the meshes", loc="left")
+    return ax
+
+
+_MODE = (0.0, 0.447, 0.698)
+"""Colour of the modes (red, green, blue)."""
+
+
+def _stages(orders: Mapping[str, float]) -> dict[str, None]:
+    return dict.fromkeys(name.rsplit(" ", 2)[0] for name in orders)

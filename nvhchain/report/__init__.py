@@ -7,10 +7,12 @@ from nvhchain.report.drawing import draw
 from nvhchain.report.exchange import export_craig_bampton
 from nvhchain.report.gear_pictures import draw_case, loaded_gear
 from nvhchain.report.page import write_page
+from nvhchain.report.system_modes import ModeReport, report_modes
 from nvhchain.report.verdict import verdict
 
 __all__ = [
     "OPERATORS",
+    "ModeReport",
     "check_comparable",
     "compare",
     "contributions",
@@ -19,6 +21,7 @@ __all__ = [
     "export_craig_bampton",
     "loaded_gear",
     "recorded_case",
+    "report_modes",
     "verdict",
     "write_page",
     "write_run",

@@ -62,6 +62,7 @@ class Assembly:
     bearing_map : (n_bearing motions, n) displacement of the shafts against the seats.
     own_stiffness : (n_lateral,) stiffness of the unknowns without bearings.
     link_stiffness : (n_lateral, n_lateral) stiffness of the bearings between shafts.
+    elastic_shaft : (n_elastic,) index of the shaft of each elastic motion.
     seat_shapes : (3 n_bearing, n_mode) mode shapes at the seats, in the order of the bearings.
     seat_residual : (3 n_bearing, 3 n_bearing) residual flexibility of the seats.
     inertia : (n_rotor,) inertia about z (kg m²).
@@ -92,6 +93,7 @@ class Assembly:
     bearing_map: FloatArray
     own_stiffness: FloatArray
     link_stiffness: FloatArray
+    elastic_shaft: IntArray
 
     @property
     def lateral(self) -> int:
@@ -262,6 +264,7 @@ def assemble(
         bearing_map=widened(bearing_map),
         own_stiffness=own_stiffness,
         link_stiffness=link_stiffness,
+        elastic_shaft=np.repeat(np.arange(n_shaft), [len(e.squared) for e in shafts.elastic or ()] or 0),
     ).set_speed(input_speed)
 
 

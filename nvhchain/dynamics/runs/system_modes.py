@@ -1,0 +1,213 @@
+"""Modes of the coupled gearbox at a load: where they move, and what they strain."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import eigh
+
+from nvhchain.dynamics.model.assembly import Assembly, assemble
+from nvhchain.dynamics.model.gearbox import Gearbox
+from nvhchain.dynamics.model.train import shaft_torques
+from nvhchain.dynamics.time_loop.law_table import tabulate
+from nvhchain.dynamics.time_loop.one_thread import one_blas_thread
+from nvhchain.dynamics.time_loop.propagator import modal_form
+from nvhchain.dynamics.time_loop.quasi_static import laws_of_rows, nominal_mesh_forces
+from nvhchain.dynamics.time_loop.simulation import mean_stiffness
+from nvhchain.fidelity import DynamicsFidelity
+from nvhchain.handoff import ComplexArray, FloatArray, MeshLaw, ReducedHousing
+from nvhchain.kinds import checked
+
+BETWEEN_SHAFTS = "bearings between shafts"
+"""Part that holds the strain of all bearings between shafts."""
+HOUSING = "housing"
+"""Part that holds the energy of the housing, and the strain of the bearing seats."""
+
+
+@dataclass(frozen=True, eq=False)
+class SystemModes:
+    """Modes of a gearbox, linear about its mean load.
+
+    Parameters
+    ----------
+    input_speed : float
+        Speed of the input (rad/s), whose gyroscopic terms the modes hold.
+    input_torque : float
+        Torque of the input (N m), at which meshes and bearings are linear.
+    frequency : (n,) array
+        Frequencies |λ|/2π without damping, or Im λ/2π with it (Hz), ascending.
+    damping : (n,) array
+        Damping ratios −Re λ/|λ|; 0 without damping.
+    kinetic_parts : tuple of str
+        Names of the columns of `kinetic`: shafts, loose gears, housing.
+    kinetic : (n, n_part) array
+        Shares of the kinetic energy; rows add up to 1.
+    strain_parts : tuple of str
+        Names of the columns of `strain`: meshes, bearings, flexible shafts, housing.
+    strain : (n, n_part) array
+        Shares of the strain energy; rows add up to 1. A share is negative where a coupled stiffness matrix, such as that
+        of a bearing seat, gives energy back.
+    bearing_motion : (n, n_bearing, 3) complex array
+        Displacement of the shafts in their bearings along x, y, z for a modal mass of 1 kg.
+    """
+
+    input_speed: float
+    input_torque: float
+    frequency: FloatArray
+    damping: FloatArray
+    kinetic_parts: tuple[str, ...]
+    kinetic: FloatArray
+    strain_parts: tuple[str, ...]
+    strain: FloatArray
+    bearing_motion: ComplexArray
+
+
+@checked
+@one_blas_thread
+def system_modes(
+    gearbox: Gearbox,
+    mesh_laws: Sequence[MeshLaw],
+    housing: ReducedHousing | None,
+    *,
+    input_torque: float,
+    input_speed: float = 0.0,
+    damped: bool = True,
+    fidelity: DynamicsFidelity | None = None,
+) -> SystemModes:
+    """Return the modes of shafts, meshes, bearings and housing at a load.
+
+    Parameters
+    ----------
+    gearbox : Gearbox
+        Gearbox; its bearings have the stiffness of this load (`equilibrium`).
+    mesh_laws : sequence of MeshLaw
+        One law per mesh, in the gearbox's order.
+    housing : ReducedHousing or None
+        Housing; None for rigid seats.
+    input_torque : float
+        Torque along the input's rotation (N m).
+    input_speed : float
+        Speed of the input (rad/s), for gyroscopic terms if `gearbox.gyroscopic`.
+    damped : bool
+        False leaves all damping out.
+    fidelity : DynamicsFidelity, optional
+        Elements and modes of flexible shafts.
+
+    Returns
+    -------
+    SystemModes
+        Modes by ascending frequency; overdamped motions are left out.
+
+    Raises
+    ------
+    InputError
+        If the torque exceeds a law.
+
+    Notes
+    -----
+    Meshes are springs of the mean slope of their laws at the load. With u = [ω η, η̇] of the undamped modal coordinates
+    η, undamped modes with gyroscopic terms are those of a Hermitian matrix. The seats' residual flexibility counts as
+    housing.
+    """
+    fidelity = fidelity or DynamicsFidelity()
+    speed = input_speed if gearbox.gyroscopic else 0.0
+    assembly = assemble(gearbox, mesh_laws, housing, input_speed=speed, fidelity=fidelity)
+    torque = shaft_torques(gearbox, assembly.train, input_torque, assembly.inertia, 0.0)
+    nominal = nominal_mesh_forces(assembly, mesh_laws, torque)
+    table = tabulate(laws_of_rows(assembly, mesh_laws, nominal), fidelity.angle_refinement)
+    contact = mean_stiffness(assembly, table, nominal)
+    if damped:
+        form = modal_form(assembly, contact)
+        turning = form.eigenvalue.imag > 0.0
+        eigenvalue, shapes = form.eigenvalue[turning], form.displacement[:, turning]
+    else:
+        eigenvalue, shapes = _undamped(replace(assembly, damping=speed * assembly.gyroscopic), contact)
+    order = np.argsort(eigenvalue.imag)
+    eigenvalue, shapes = eigenvalue[order], shapes[:, order]
+    shapes = shapes / np.sqrt((assembly.mass[:, None] * np.abs(shapes) ** 2).sum(axis=0))
+    kinetic_parts, kinetic = _kinetic(assembly, shapes)
+    strain_parts, strain = _strain(assembly, contact, shapes)
+    size = np.abs(eigenvalue)
+    moved = (assembly.bearing_map @ shapes)[assembly.bearings.translations]
+    return SystemModes(
+        input_speed,
+        input_torque,
+        eigenvalue.imag / (2.0 * np.pi),
+        -eigenvalue.real / size,
+        kinetic_parts,
+        kinetic,
+        strain_parts,
+        strain,
+        moved.T.reshape(len(size), -1, 3),
+    )
+
+
+def _undamped(assembly: Assembly, contact: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+    """Return eigenvalues (n,) (rad/s) and shapes (n_unknown, n); the damping of the assembly is gyroscopic alone."""
+    stiffness = assembly.stiffness + (assembly.contact.T * contact) @ assembly.contact
+    root = 1.0 / np.sqrt(assembly.mass)
+    squared, shapes = eigh(root[:, None] * stiffness * root)
+    omega, shapes = np.sqrt(squared), root[:, None] * shapes
+    if not assembly.damping.any():
+        return 1j * omega, shapes.astype(complex)
+    n = len(omega)
+    system = np.zeros((2 * n, 2 * n))
+    system[:n, n:], system[n:, :n] = np.diag(omega), -np.diag(omega)
+    system[n:, n:] = -shapes.T @ assembly.damping @ shapes
+    turning, vectors = eigh(-1j * system)
+    kept = turning > 0.0
+    return 1j * turning[kept], (shapes / omega) @ vectors[:n, kept]
+
+
+def _shares(energies: dict[str, FloatArray]) -> tuple[tuple[str, ...], FloatArray]:
+    """Return names and shares (n, n_part) of energies (n,) by part."""
+    values = np.array(list(energies.values())).T
+    return tuple(energies), values / values.sum(axis=1, keepdims=True)
+
+
+def _kinetic(assembly: Assembly, shapes: ComplexArray) -> tuple[tuple[str, ...], FloatArray]:
+    """Return parts and their shares of the kinetic energy."""
+    box, lateral = assembly.gearbox, assembly.lateral
+    own = assembly.mass[:, None] * np.abs(shapes) ** 2
+    spins = assembly.inertia[:, None] * np.abs(assembly.free @ shapes[lateral:]) ** 2
+    n_shaft, found = len(box.shafts), dict[str, FloatArray]()
+    first = lateral - len(assembly.elastic_shaft)
+    for i, shaft in enumerate(box.shafts):
+        bent = own[first:lateral][assembly.elastic_shaft == i].sum(axis=0)
+        found[f"shaft {shaft.name}"] = own[5 * i : 5 * i + 5].sum(axis=0) + spins[i] + bent
+    for i, gear in enumerate(box.loose_gears, start=n_shaft):
+        found[f"gear {gear.name}"] = spins[i]
+    if first > 5 * n_shaft:
+        found[HOUSING] = own[5 * n_shaft : first].sum(axis=0)
+    return _shares(found)
+
+
+def _strain(assembly: Assembly, contact: FloatArray, shapes: ComplexArray) -> tuple[tuple[str, ...], FloatArray]:
+    """Return parts and their shares of the strain energy."""
+    box, lateral = assembly.gearbox, assembly.lateral
+    n_shaft = len(box.shafts)
+    pressed = contact[:, None] * np.abs(assembly.contact @ shapes) ** 2
+    by_row = pressed[0::2] + pressed[1::2]
+    found = {
+        f"mesh {mesh.pinion_shaft}/{mesh.wheel_shaft}": by_row[assembly.mesh == i].sum(axis=0)
+        for i, mesh in enumerate(box.meshes)
+    }
+    moved = assembly.bearing_map @ shapes
+    force = assembly.bearings.stiffness @ moved
+    given = assembly.bearings.residual @ force
+    own, seats = ((force.conj() * each).real for each in (moved - given, given))
+    motions = assembly.bearings.motions
+    for i, bearing in enumerate(box.bearings):
+        found[f"bearing {bearing.name}"] = own[motions * i : motions * (i + 1)].sum(axis=0)
+    if box.shaft_bearings:
+        x = shapes[:lateral]
+        found[BETWEEN_SHAFTS] = (x.conj() * (assembly.link_stiffness @ x)).real.sum(axis=0)
+    stretched = assembly.own_stiffness[:, None] * np.abs(shapes[:lateral]) ** 2
+    first = lateral - len(assembly.elastic_shaft)
+    for i, shaft in enumerate(box.shafts if first < lateral else ()):
+        found[f"shaft {shaft.name}"] = stretched[first:][assembly.elastic_shaft == i].sum(axis=0)
+    if first > 5 * n_shaft:
+        found[HOUSING] = stretched[5 * n_shaft : first].sum(axis=0) + seats.sum(axis=0)
+    return _shares(found)

@@ -1,0 +1,184 @@
+"""Modes of a gearbox for people: a table, a Campbell diagram, and lines for the terminal."""
+
+from __future__ import annotations
+
+import csv
+import io
+from dataclasses import dataclass
+from math import pi
+from pathlib import Path
+
+import numpy as np
+
+from nvhchain import chain, plots
+from nvhchain.case import Case, GearboxCase
+from nvhchain.dynamics import SystemModes
+from nvhchain.errors import InputError
+from nvhchain.fidelity import STANDARD, Fidelity
+from nvhchain.files.atomic_write import write_output
+from nvhchain.files.hdf5 import writable_folder
+from nvhchain.files.result_cache import Watcher
+from nvhchain.kinds import checked
+from nvhchain.plots import files
+from nvhchain.report.marks import mesh_orders
+
+SHOWN = 12
+"""Modes on the terminal: those whose meshes hold most of the strain energy."""
+HARMONICS = 3
+"""Harmonics of every mesh in the Campbell diagram."""
+_SPEEDS = 13
+_TIMES_NOMINAL = 1.5
+_WORTH = 0.02
+"""Smallest share of the meshes in the strain energy of a mode that meets a mesh order."""
+
+
+@dataclass(frozen=True)
+class ModeReport:
+    """Modes of a case, with files and lines.
+
+    Parameters
+    ----------
+    modes : SystemModes
+        Modes at the nominal speed, up to the highest frequency asked for.
+    lines : tuple of str
+        Lines for a terminal.
+    files : tuple of Path
+        Table (CSV) and Campbell diagram (PNG).
+    """
+
+    modes: SystemModes
+    lines: tuple[str, ...]
+    files: tuple[Path, ...]
+
+
+@checked
+def report_modes(
+    case: Case,
+    *,
+    out: str | Path,
+    fidelity: Fidelity = STANDARD,
+    operators: str | Path | None = None,
+    highest: float | None = None,
+    damped: bool = True,
+    watcher: Watcher | None = None,
+) -> ModeReport:
+    """Compute the modes of a gearbox and write their table and Campbell diagram.
+
+    Parameters
+    ----------
+    case : GearboxCase
+        Gearbox.
+    out : str or Path
+        Folder.
+    fidelity : Fidelity
+        Knobs of mesh laws, housing and dynamics.
+    operators : str or Path, optional
+        Folder for mesh laws and housing (default: `out`).
+    highest : float, optional
+        Highest frequency (Hz); the upper limit of the case's band by default.
+    damped : bool
+        False leaves all damping out.
+    watcher : Watcher, optional
+        Receives begin and end of the steps.
+
+    Returns
+    -------
+    ModeReport
+        Modes, lines and files.
+
+    Raises
+    ------
+    InputError
+        If the case is no gearbox.
+    """
+    if not isinstance(case, GearboxCase):
+        raise InputError(f"{case.name} is a radiator: it has no shafts and meshes")
+    nominal, fastest = _speeds(case)
+    speeds = [nominal, *np.linspace(0.0, fastest, _SPEEDS)]
+    found = chain.system_modes(
+        case, speeds, fidelity=fidelity, out=out, operators=operators, damped=damped, watcher=watcher
+    )
+    top = highest or case.band.high
+    at_nominal, *over_speed = (_up_to(modes, top) for modes in found)
+    folder = writable_folder(out, "out")
+    table, picture = folder / "modes.csv", folder / "campbell.png"
+    write_output(table, _table(at_nominal).encode())
+    meshes = mesh_orders(case)
+    rates = {name: order / (2.0 * pi) for name, order in meshes.items()}
+    axes = plots.campbell(
+        np.array([modes.input_speed for modes in over_speed]),
+        [modes.frequency for modes in over_speed],
+        [_in_meshes(modes) for modes in over_speed],
+        {f"{name} × {k}": k * rate for name, rate in rates.items() for k in range(1, HARMONICS + 1)},
+        nominal=nominal,
+    )
+    files.save([axes], picture)
+    return ModeReport(at_nominal, tuple(_lines(at_nominal, rates)), (table, picture))
+
+
+def _speeds(case: GearboxCase) -> tuple[float, float]:
+    """Return nominal and highest speed (rad/s); the end of a run-up, or 1.5 times a constant speed."""
+    if case.ramp is not None:
+        fastest = max(case.ramp.start_speed, case.ramp.end_speed)
+        return fastest, fastest
+    return case.operation.input_speed, _TIMES_NOMINAL * case.operation.input_speed
+
+
+def _up_to(modes: SystemModes, top: float) -> SystemModes:
+    kept = int(np.searchsorted(modes.frequency, top, side="right"))
+    return SystemModes(
+        modes.input_speed, modes.input_torque, modes.frequency[:kept], modes.damping[:kept], modes.kinetic_parts,
+        modes.kinetic[:kept], modes.strain_parts, modes.strain[:kept], modes.bearing_motion[:kept],
+    )  # fmt: skip
+
+
+def _in_meshes(modes: SystemModes) -> np.ndarray:
+    """Return the share (n,) of all meshes in the strain energy."""
+    meshes = [i for i, part in enumerate(modes.strain_parts) if part.startswith("mesh ")]
+    return np.asarray(modes.strain[:, meshes].sum(axis=1))
+
+
+def _table(modes: SystemModes) -> str:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    kinetic = [f"kinetic energy: {part}" for part in modes.kinetic_parts]
+    strain = [f"strain energy: {part}" for part in modes.strain_parts]
+    writer.writerow(["frequency / Hz", "damping ratio", *kinetic, *strain])
+    for row in zip(modes.frequency, modes.damping, modes.kinetic, modes.strain, strict=True):
+        frequency, damping, moving, strained = row
+        writer.writerow([f"{frequency:.6g}", f"{damping:.4g}", *(f"{x:.4f}" for x in (*moving, *strained))])
+    return text.getvalue()
+
+
+def _lines(modes: SystemModes, rates: dict[str, float]) -> list[str]:
+    """Return one line per mode that the meshes strain most, and per mesh order close to one of them."""
+    in_meshes = _in_meshes(modes)
+    shown = np.sort(np.argsort(-in_meshes, kind="stable")[:SHOWN])
+    lines = [
+        f"{modes.frequency[i]:8.1f} Hz  damping {100 * modes.damping[i]:5.2f} %  strain {_largest(modes, i, 'strain')}"
+        f"; moves {_largest(modes, i, 'kinetic')}"
+        for i in shown
+    ]
+    candidates = np.flatnonzero(in_meshes >= _WORTH)
+    for name, rate in rates.items():
+        for k in range(1, HARMONICS + 1):
+            excited = k * rate * modes.input_speed
+            if not len(candidates) or excited > modes.frequency[-1]:
+                continue
+            near = candidates[np.argmin(np.abs(modes.frequency[candidates] - excited))]
+            away = 100.0 * (modes.frequency[near] / excited - 1.0)
+            meets = modes.frequency[near] / (k * rate) * 30.0 / pi
+            lines.append(
+                f"{name} × {k} at {excited:.1f} Hz: next mode {modes.frequency[near]:.1f} Hz, {away:+.1f} %, met at "
+                f"{meets:.0f} rpm (meshes hold {100 * in_meshes[near]:.0f} % of its strain)"
+            )
+    return lines
+
+
+def _largest(modes: SystemModes, mode: int, kind: str) -> str:
+    """Return the three largest shares of a mode, of 1 % at least."""
+    names, shares = (
+        (modes.strain_parts, modes.strain[mode]) if kind == "strain" else (modes.kinetic_parts, modes.kinetic[mode])
+    )
+    most = [i for i in np.argsort(-shares)[:3] if shares[i] >= 0.01]
+    return ", ".join(f"{names[i]} {100 * shares[i]:.0f} %" for i in most)

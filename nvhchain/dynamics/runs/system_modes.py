@@ -47,8 +47,8 @@ class SystemModes:
     strain_parts : tuple of str
         Names of the columns of `strain`: meshes, bearings, flexible shafts, housing.
     strain : (n, n_part) array
-        Shares of the strain energy; rows add up to 1. A share is negative where a coupled stiffness matrix, such as that
-        of a bearing seat, gives energy back.
+        Shares of the strain energy; rows add up to 1. A coupled stiffness, such as that of a seat, may give a
+        negative share.
     bearing_motion : (n, n_bearing, 3) complex array
         Displacement of the shafts in their bearings along x, y, z for a modal mass of 1 kg.
     """

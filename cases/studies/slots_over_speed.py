@@ -134,7 +134,7 @@ def heard(
         housing = operators.housing
         if change.housing_damping is not None:
             housing = housing.replace(modal_damping=np.full_like(housing.modal_damping, change.housing_damping))
-        asked = replace(change.apply(case), quantities=("bearing_forces",))
+        asked = replace(change.of(case), quantities=("bearing_forces",))
         run = nvh.run(asked, fidelity=fidelity, mesh_laws=operators.mesh_laws, housing=housing)
         assert run.force_spectrum is not None
         spectra[title], housings[title] = run.force_spectrum, housing

@@ -27,11 +27,13 @@ from nvhchain.case.operation import (
 )
 from nvhchain.case.options import Options
 from nvhchain.case.radiator import RadiatorCase
+from nvhchain.case.sound import BackgroundLevels, RecordedBackground, Target
 from nvhchain.case.toml import case_schema, save_case
 
 __all__ = [
     "FIELD_POINT_QUANTITIES",
     "RADIATED",
+    "BackgroundLevels",
     "Band",
     "Case",
     "Casting",
@@ -47,6 +49,7 @@ __all__ = [
     "Quantity",
     "RadiatorCase",
     "Ramp",
+    "RecordedBackground",
     "Seat",
     "SeatNode",
     "SpeedHarmonic",
@@ -55,6 +58,7 @@ __all__ = [
     "Sphere",
     "Stage",
     "SurfaceFile",
+    "Target",
     "TorqueHarmonic",
     "TorqueHarmonics",
     "TorqueRamp",

@@ -31,6 +31,7 @@ from nvhchain.case.operation import (
     check_quantities,
 )
 from nvhchain.case.options import Options
+from nvhchain.case.sound import BackgroundLevels, RecordedBackground, Target, check_targets
 from nvhchain.conventions import Air
 from nvhchain.dynamics import Bearing, Equilibrium, Gearbox, LooseGear, Mesh, Shaft, ShaftBearing
 from nvhchain.dynamics import equilibrium as balanced
@@ -102,6 +103,10 @@ class GearboxCase:
         Bearings between coaxial shafts; they have no seat in the housing.
     assumptions : tuple of str
         Sentences printed beside every level, such as that the housing was drawn by rule.
+    background : RecordedBackground or BackgroundLevels, optional
+        Background to listen to beside the gearbox, such as road noise.
+    targets : tuple of Target
+        Largest levels.
     folder : str
         Folder of the case file.
     """
@@ -125,6 +130,8 @@ class GearboxCase:
     options: Options = Options()  # noqa: RUF009 (frozen)
     shaft_bearings: tuple[ShaftBearing, ...] = ()
     assumptions: tuple[str, ...] = ()
+    background: RecordedBackground | BackgroundLevels | None = None
+    targets: tuple[Target, ...] = ()
     folder: str = "."
 
     def __post_init__(self) -> None:
@@ -134,6 +141,12 @@ class GearboxCase:
             lambda: check_quantities(self.quantities, self.field_points),
             self._check_run_up,
             lambda: check_plane(self.reflecting_plane, self.field_points),
+            lambda: check_targets(
+                self.targets,
+                self.quantities,
+                tuple(point.name for point in self.field_points),
+                "run-up" if self.running_up else "steady",
+            ),
             self._check_names,
         )
         check_all(

@@ -12,6 +12,7 @@ import numpy as np
 from nvhchain import acoustics
 from nvhchain.case.bodies import Extent, Sphere, SurfaceFile
 from nvhchain.case.operation import FieldPoint, Quantity, check_case_name, check_plane, check_quantities
+from nvhchain.case.sound import BackgroundLevels, RecordedBackground, Target, check_targets
 from nvhchain.conventions import Air
 from nvhchain.errors import require
 from nvhchain.fidelity import AcousticsFidelity, Fidelity
@@ -51,6 +52,10 @@ class RadiatorCase:
         Boundary element engine, `fused` or `bempp`.
     reflecting_plane : RigidPlane, optional
         Rigid plane beside the body; without one the field is free.
+    background : RecordedBackground or BackgroundLevels, optional
+        Background to listen to beside the body.
+    targets : tuple of Target
+        Largest levels.
     folder : str
         Folder of the case file.
     """
@@ -65,6 +70,8 @@ class RadiatorCase:
     air: Air = Air()  # noqa: RUF009 (frozen)
     engine: Literal["fused", "bempp"] = "fused"
     reflecting_plane: RigidPlane | None = None
+    background: RecordedBackground | BackgroundLevels | None = None
+    targets: tuple[Target, ...] = ()
     folder: str = "."
 
     def __post_init__(self) -> None:
@@ -73,6 +80,8 @@ class RadiatorCase:
         check_quantities(self.quantities, self.field_points)
         require("bearing_forces" not in self.quantities, f"quantities: {self.name} has no bearings")
         check_plane(self.reflecting_plane, self.field_points)
+        names = tuple(point.name for point in self.field_points)
+        check_targets(self.targets, self.quantities, names, "radiator")
         if self.reflecting_plane is not None:
             self.body.check_above(self.reflecting_plane)
         f = self.frequencies

@@ -11,6 +11,7 @@ from nvhchain import __version__
 from nvhchain.cli import commands
 from nvhchain.cli.examples import EXAMPLES
 from nvhchain.cli.modes import modes_command
+from nvhchain.cli.sound import add_commands as add_sound_commands
 from nvhchain.cli.study import study_command
 from nvhchain.fidelity import PRESETS
 from nvhchain.names import printable
@@ -243,6 +244,7 @@ def parser() -> argparse.ArgumentParser:
     report = verbs.add_parser("report", help="make a page (HTML) of the results of `run` or `compare` in a folder")
     report.add_argument("folder", metavar="DIR")
     report.set_defaults(action=commands.report)
+    add_sound_commands(verbs)
 
     tradeoff = verbs.add_parser(
         "tradeoff", parents=[changes, answer], help="measure what each knob of the fidelity costs and saves"

@@ -14,7 +14,6 @@ from nvhchain.interop.solids.nastran import read_nastran
 from nvhchain.interop.solids.writers import write_abaqus, write_nastran
 from nvhchain.interop.superelement import write_craig_bampton
 from nvhchain.interop.vtk_files import write_gear_field_vtu, write_modes_vtkhdf, write_velocity_vtkhdf, write_vtu
-from nvhchain.interop.wav import write_history_wav, write_wav
 
 __all__ = [
     "UNIT_SYSTEMS",
@@ -35,12 +34,10 @@ __all__ = [
     "write_bearing_forces",
     "write_craig_bampton",
     "write_gear_field_vtu",
-    "write_history_wav",
     "write_modal_hdf5",
     "write_modal_uff",
     "write_modes_vtkhdf",
     "write_nastran",
     "write_velocity_vtkhdf",
     "write_vtu",
-    "write_wav",
 ]

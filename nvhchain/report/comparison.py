@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +14,11 @@ from nvhchain import chain, levels, plots
 from nvhchain.case import Case, GearboxCase
 from nvhchain.chain.result import Result
 from nvhchain.error_band import ErrorBand
-from nvhchain.errors import InputError, require
+from nvhchain.errors import require
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.files.folder_lock import hold_folder
 from nvhchain.files.hdf5 import writable_folder, write_text
 from nvhchain.files.result_cache import Watcher
-from nvhchain.interop import write_history_wav, write_wav
-from nvhchain.interop.wav import SAMPLE_RATE
 from nvhchain.kinds import checked
 from nvhchain.names import check_names
 from nvhchain.plots.files import save
@@ -28,6 +26,7 @@ from nvhchain.report.case_record import recorded_case
 from nvhchain.report.marks import order_marks
 from nvhchain.report.page import write_page
 from nvhchain.report.run_up import curves_of, run_up_maps
+from nvhchain.report.sound.write import write_sounds
 from nvhchain.report.summary import transmission_errors, write_summary
 from nvhchain.scene import preflight
 
@@ -118,8 +117,7 @@ def _written(
 ) -> dict[str, Any]:
     """Write summary, table of differences, figures, sound and page; return the summary."""
     figures(results, out)
-    write_sound(results, out)
-    summary = write_summary(results, out)
+    summary = write_summary(results, out, sounds=write_sounds(results, out))
     table = plots.difference_table(summary["configurations"])
     write_text(out / "differences.txt", table.text() + "\n")
     write_text(out / "differences.csv", table.csv())
@@ -143,8 +141,7 @@ def write_run(result: Result, out: Path) -> Path:
         Path of the page.
     """
     results = {result.case.name: result}
-    write_sound(results, out)
-    write_summary(results, out)
+    write_summary(results, out, sounds=write_sounds(results, out))
     return write_page(out)
 
 
@@ -215,27 +212,6 @@ def _loudest_line(result: Result) -> int | None:
         return None
     weighted = levels.decibel(pressure.pressure[:, 0]) + levels.a_weighting(pressure.frequency)
     return int(np.abs(velocity.frequency - pressure.frequency[weighted.argmax()]).argmin())
-
-
-def write_sound(results: Mapping[str, Result], out: Path) -> None:
-    """Write sound-NAME.wav of every result with a period or record, at the first field point and with one common gain.
-
-    Lines without a common period, as those of some supplied spectra, have no sound.
-    """
-    steady = {name: of.pressure for name, of in results.items() if of.pressure is not None and of.pressure.input_speed}
-    running = {name: of.pressure_history for name, of in results.items() if of.pressure_history is not None}
-    peaks = {name: float(np.abs(of.pressure[:, 0]).max()) for name, of in running.items()}
-    for name, pressure in steady.items():
-        with suppress(InputError):
-            _, signal = levels.time_history(pressure.frequency, pressure.pressure[:, 0], sample_rate=SAMPLE_RATE)
-            peaks[name] = float(np.abs(signal).max())
-    full_scale = 1.05 * max(peaks.values(), default=0.0)
-    for name in peaks:
-        path = out / f"sound-{name}.wav"
-        if name in running:
-            write_history_wav(running[name], path, full_scale=full_scale)
-        else:
-            write_wav(steady[name], path, full_scale=full_scale)
 
 
 def _run_up_figures(results: Mapping[str, Result], out: Path) -> None:

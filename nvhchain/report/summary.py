@@ -20,7 +20,9 @@ from nvhchain.report.marks import mesh_orders, order_marks, slot_orders
 from nvhchain.report.run_up import run_up_curves, run_up_summary
 
 
-def write_summary(results: Mapping[str, Result], out: Path) -> dict[str, Any]:
+def write_summary(
+    results: Mapping[str, Result], out: Path, *, sounds: Mapping[str, Mapping[str, Any]] | None = None
+) -> dict[str, Any]:
     """Write summary.json.
 
     Parameters
@@ -29,6 +31,8 @@ def write_summary(results: Mapping[str, Result], out: Path) -> dict[str, Any]:
         Configuration → its result.
     out : Path
         Folder of the file.
+    sounds : mapping of str to mapping, optional
+        Configuration → its sound file (`write_sounds`).
 
     Returns
     -------
@@ -38,7 +42,7 @@ def write_summary(results: Mapping[str, Result], out: Path) -> dict[str, Any]:
     first = next(iter(results.values()))
     heard = first.pressure is not None or first.pressure_history is not None
     points = first.case.field_points if heard else ()
-    summary = {
+    summary: dict[str, Any] = {
         "fidelity": first.fidelity.name,
         "field_point": {"name": points[0].name, "position_m": list(points[0].position)} if points else None,
         "configurations": _configurations(results),
@@ -48,6 +52,8 @@ def write_summary(results: Mapping[str, Result], out: Path) -> dict[str, Any]:
             if isinstance(result.case, GearboxCase)
         },
     }
+    for name, sound in (sounds or {}).items():
+        summary["configurations"][name]["sound"] = dict(sound)
     write_text(out / "summary.json", json.dumps(summary, indent=1) + "\n")
     return summary
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from math import pi
+from pathlib import Path
 from typing import Any
 
 from nvhchain import gear
@@ -91,6 +92,7 @@ def check_knobs(case: Case, fidelity: Fidelity, supplied: Collection[str] = ()) 
     if (FIELD_POINT_QUANTITIES | RADIATED).intersection(case.quantities) and "transfer_vectors" not in supplied:
         engine_named(case.engine)
     _check_radiation(case, fidelity)
+    _check_background(case)
     scene = Scene(case, fidelity, supplied)
     _apply(_CASE_CHECKS, scene)
     _apply(_KNOB_CHECKS, scene)
@@ -112,6 +114,13 @@ def check_case(case: Case) -> None:
     _apply(_CASE_CHECKS, Scene(case, STANDARD))
     if not case.states_velocity:
         case.extent(STANDARD, driven=True)
+    _check_background(case)
+
+
+def _check_background(case: Case) -> None:
+    """Refuse a background whose file cannot be read."""
+    if case.background is not None:
+        case.background.sound(Path(case.folder))
 
 
 def _apply(checks: _Checks, scene: Scene) -> None:

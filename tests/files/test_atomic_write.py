@@ -24,7 +24,8 @@ WRITERS = """
     import nvhchain as nvh
     from nvhchain.files import hdf5
     from nvhchain.handoff import BearingForces, FieldPressure
-    from nvhchain.interop import write_bearing_forces, write_wav
+    from nvhchain.interop import write_bearing_forces
+    from nvhchain.sound import steady_sound, write_wav
 
     PUSH = np.random.default_rng(1).normal(size=(8, 1, 3))
     FORCES = BearingForces(np.arange(8) / 1e3, PUSH, ("A",), [[0.0, 0, 0]], 9.0)
@@ -44,7 +45,7 @@ WRITERS = """
     WRITERS = {
         "hand_off.h5": lambda path: hdf5.save(FORCES, path),
         "text.json": lambda path: hdf5.write_text(path, json.dumps(list(range(99)))),
-        "sound.wav": lambda path: write_wav(SOUND, path, seconds=0.01, full_scale=2.0),
+        "sound.wav": lambda path: write_wav(steady_sound(SOUND), path),
         "figure.png": picture,
         "standing.npz": standing,
         **{f"forces{end}": lambda path: write_bearing_forces(FORCES, path) for end in (".csv", ".mat", ".h5", ".uff")},

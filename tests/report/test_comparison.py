@@ -22,7 +22,7 @@ from nvhchain.handoff import (
     SurfaceVelocity,
     TransferVectors,
 )
-from nvhchain.levels import a_weighting, decibel
+from nvhchain.levels import a_weighting, decibel, equivalent
 from nvhchain.report import compare, comparison
 
 pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
@@ -39,7 +39,12 @@ def test_everything_asked_for_is_on_disk(compared):
     for name in ("solid", "slotted"):
         assert (out / f"surface_velocity-{name}.png").stat().st_size > 10_000
         rate, samples = wavfile.read(out / f"sound-{name}.wav")
-        assert 4.5 < len(samples) / rate < 6
+        assert rate == 48000
+        assert 4.0 <= len(samples) / rate < 6.0
+        sound = summary["configurations"][name]["sound"]
+        assert np.sqrt(np.mean(samples.astype(float) ** 2)) == pytest.approx(sound["rms_Pa"], rel=1e-5)  # float32
+        level = equivalent(samples.astype(float), sample_rate=float(rate))
+        assert level == pytest.approx(summary["configurations"][name]["overall_dBA"], abs=1e-3)
         kinds = {type(hdf5.load(path)) for path in (out / name).glob("*.h5")}
         assert kinds == {BearingForces, ForceSpectrum, SurfaceVelocity, FieldPressure}
     operators = [type(hdf5.load(path)) for path in (out / "operators").glob("*.h5")]

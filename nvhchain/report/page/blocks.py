@@ -84,7 +84,7 @@ class Figure:
     height : int
         Height (pixels).
     kind : str
-        `plotly`, `spectrum` or `housing`.
+        `plotly`, `spectrum`, `housing` or `player`.
     """
 
     caption: str
@@ -116,8 +116,8 @@ class Hero:
         Overall levels with their limits.
     where : Figure, optional
         Levels over frequency or speed.
-    sounds : sequence of (str, str)
-        Configuration, and address of its sound.
+    listen : str
+        Text of the link to the sound; may be empty.
     """
 
     headline: str
@@ -125,7 +125,7 @@ class Hero:
     sentences: Sequence[str]
     levels: Figure | None
     where: Figure | None
-    sounds: Sequence[tuple[str, str]]
+    listen: str
     template: str = "hero.html"
 
 

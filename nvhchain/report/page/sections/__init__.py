@@ -12,12 +12,14 @@ from nvhchain.report.page.sections import (
     limits,
     making,
     run_up,
+    sound,
     spectrum,
     transmission_errors,
 )
 
 SECTIONS = (
     answer,
+    sound,
     spectrum,
     run_up,
     differences,

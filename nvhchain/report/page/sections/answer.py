@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Mapping
 from typing import Any
-from urllib.parse import quote
 
 import numpy as np
 
@@ -33,9 +31,6 @@ from nvhchain.report.verdict import SILENCE, verdict
 
 TITLE = "Verdict"
 
-EMBEDDED = 6e6
-"""Largest size (bytes) of the sounds inside a page; more are linked."""
-
 LOUDEST = 3
 """Number of lines named for a single run."""
 
@@ -53,7 +48,7 @@ def blocks(stored: Stored) -> list[Any]:
         sentences=([sentence.removesuffix(DOUBT) for sentence in sentences] or _single(stored)) + _assumed(stored),
         levels=_levels(stored),
         where=_bands(stored) or _over_speed(stored),
-        sounds=_sounds(stored),
+        listen=_listen(stored),
     )
     return [hero] if stored.finished else [hero, _progress(stored)]
 
@@ -269,20 +264,11 @@ def speed_range(runs: tuple[StoredRun, ...]) -> list[float]:
     return [top - 45.0, min(limit, top + 25.0) + 3.0]
 
 
-def _sounds(stored: Stored) -> list[tuple[str, str]]:
-    """Return configuration and address of its sound, embedded while it is small."""
-    files = {run.name: stored.folder / f"sound-{run.name}.wav" for run in stored.runs}
-    present = {name: path for name, path in files.items() if path.is_file()}
-    inside = sum(path.stat().st_size for path in present.values()) <= EMBEDDED
-    return [
-        (
-            name,
-            f"data:audio/wav;base64,{base64.b64encode(path.read_bytes()).decode('ascii')}"
-            if inside
-            else quote(path.name),
-        )
-        for name, path in present.items()
-    ]
+def _listen(stored: Stored) -> str:
+    """Return the text of the link to the player; empty without a sound."""
+    if not any(run.pressure or run.pressure_history for run in stored.runs):
+        return ""
+    return "Listen to them, at the same instant ↓" if len(stored.runs) > 1 else "Listen to it ↓"
 
 
 def _progress(stored: Stored) -> Table:

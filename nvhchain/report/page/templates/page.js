@@ -185,7 +185,7 @@
     describe();
   };
 
-  const kinds = { spectrum, housing, plotly: (plot, { data, layout }, height) =>
+  const kinds = { spectrum, housing, player: (place, content) => soundPlayer(place, content, choice), plotly: (plot, { data, layout }, height) =>
       Plotly.newPlot(plot, data, base(layout, height), { ...config, displayModeBar: plot.closest(".evidence") ? false : undefined }) };
   const draw = (plot) => {
     const content = JSON.parse(document.querySelector(`script[data-plot="${plot.id}"]`).textContent);

@@ -1,0 +1,135 @@
+"""Targets of a case: limits of levels that a design passes or fails."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal
+
+from nvhchain.dimensions import AngularSpeed
+from nvhchain.errors import require, require_each
+from nvhchain.kinds import check_fields
+from nvhchain.names import check_name, check_names
+
+LOUDEST = 300.0
+"""Largest magnitude (dB) of a level; larger ones are mistakes in the unit."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """Largest level of a sound: one overall level, a curve over speed, or a spectrum.
+
+    Parameters
+    ----------
+    name : str
+        Name in tables.
+    level : tuple of float
+        Largest level (dB): one value, or one for each speed or frequency.
+    input_speed : tuple of float
+        Speeds of a curve (rad/s), rising; straight lines join its points, and other speeds are not judged.
+    frequency : tuple of float
+        Frequencies of a spectrum (Hz), rising: middles of third octaves, or points of a curve for single lines.
+    bands : str
+        Levels that a spectrum limits: `third_octaves`, or `lines` of the result.
+    quantity : str
+        `pressure` (dB re 20 µPa) or `sound_power` (dB re 1 pW).
+    weighted : bool
+        True for A-weighted levels.
+    field_point : str
+        Name of the microphone; by default the first one.
+    confidence : float
+        Least probability that the level keeps to the target; 0.5 compares the level itself.
+    """
+
+    name: str
+    level: tuple[float, ...]
+    input_speed: tuple[AngularSpeed, ...] = ()
+    frequency: tuple[float, ...] = ()
+    bands: Literal["third_octaves", "lines"] = "third_octaves"
+    quantity: Literal["pressure", "sound_power"] = "pressure"
+    weighted: bool = True
+    field_point: str = ""
+    confidence: float = 0.5
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        check_name(self.name, "target: name")
+        axis = self.input_speed or self.frequency
+        require_each(
+            (
+                not (self.input_speed and self.frequency),
+                f"target {self.name}: input_speed and frequency are both given: make two targets of it",
+            ),
+            (
+                len(self.level) == max(1, len(axis)),
+                f"target {self.name}: {len(self.level)} levels for {len(axis)} speeds or frequencies: give one each, "
+                "or one level alone",
+            ),
+            (
+                all(abs(level) <= LOUDEST for level in self.level),
+                f"target {self.name}: level = {list(self.level)} dB is outside ±{LOUDEST:g} dB: give it in dB",
+            ),
+            (
+                all(value > 0 for value in axis) and all(low < high for low, high in pairwise(axis)),
+                f"target {self.name}: speeds or frequencies {list(axis)} must be positive and rise",
+            ),
+            (
+                self.bands in ("third_octaves", "lines"),
+                f"target {self.name}: bands = {self.bands!r}: choose third_octaves or lines",
+            ),
+            (
+                self.quantity in ("pressure", "sound_power"),
+                f"target {self.name}: quantity = {self.quantity!r}: choose pressure or sound_power",
+            ),
+            (
+                0 < self.confidence < 1,
+                f"target {self.name}: confidence = {self.confidence:g} is outside 0…1: 0.9 stands for 90 %",
+            ),
+            (
+                not (self.quantity == "sound_power" and self.field_point),
+                f"target {self.name}: the sound power has no field_point: leave it out",
+            ),
+        )
+
+    @property
+    def unit(self) -> str:
+        """Unit of the level."""
+        return "dB(A)" if self.weighted else "dB"
+
+
+def check_targets(targets: tuple[Target, ...], quantities: tuple[str, ...], points: tuple[str, ...], kind: str) -> None:
+    """Refuse (InputError) targets whose level the case does not have.
+
+    Parameters
+    ----------
+    targets : tuple of Target
+        Targets.
+    quantities : tuple of str
+        Quantities of the case.
+    points : tuple of str
+        Names of its microphones.
+    kind : str
+        `steady`, `run-up` or `radiator`.
+    """
+    check_names([target.name for target in targets], "targets")
+    for target in targets:
+        require(
+            target.quantity in quantities,
+            f"target {target.name}: quantities = {list(quantities)} leave out {target.quantity}: add it",
+        )
+        require(
+            not target.field_point or target.field_point in points,
+            f"target {target.name}: field_point = {target.field_point!r} is not among {', '.join(points) or 'none'}",
+        )
+        require(
+            kind != "run-up" or not target.frequency,
+            f"target {target.name}: a spectrum judges a constant speed: give a curve over input_speed for a run-up",
+        )
+        require(
+            kind != "radiator" or not target.input_speed,
+            f"target {target.name}: a radiator has no input_speed: give one level or a spectrum",
+        )
+        require(
+            kind != "run-up" or target.weighted,
+            f"target {target.name}: levels of a run-up are A-weighted: leave `weighted` out",
+        )

@@ -1,0 +1,56 @@
+"""Commands on the sound of finished runs."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from nvhchain.cli.output import show
+
+
+def sound(options: argparse.Namespace) -> int:
+    """Write sound files of a finished run or comparison."""
+    from math import log10
+
+    from nvhchain.conventions import REFERENCE_PRESSURE
+    from nvhchain.report.sound.render import render_sounds
+
+    written = render_sounds(
+        options.folder,
+        point=options.point,
+        only=options.only,
+        without=options.without,
+        background=options.background,
+        full_scale=options.full_scale,
+        seconds=options.seconds,
+    )
+    for path, made in written:
+        level = 20 * log10(max(made.rms, 1e-300) / REFERENCE_PRESSURE)
+        show(f"{path}: {made.seconds:.2f} s, {made.rms:.4g} Pa RMS, {level:.1f} dB re 20 µPa; sample 1.0 = 1 Pa")
+    return 0
+
+
+def add_commands(verbs: Any) -> None:
+    """Add the commands on sound to the command line."""
+    listen = verbs.add_parser("sound", help="write calibrated sound files (WAV) of a finished run, filtered by orders")
+    listen.add_argument("folder", metavar="DIR", help="folder of `run` or `compare`")
+    listen.add_argument("--point", metavar="NAME", help="microphone (default: the first)")
+    orders = listen.add_mutually_exclusive_group()
+    orders.add_argument(
+        "--only", metavar="ORDER", type=float, nargs="+", default=[], help="orders of the input to keep"
+    )
+    orders.add_argument(
+        "--without", metavar="ORDER", type=float, nargs="+", default=[], help="orders of the input to leave out"
+    )
+    listen.add_argument("--background", metavar="FILE", help="WAV file to add, or `case` for that of the case")
+    listen.add_argument(
+        "--full-scale",
+        metavar="PA",
+        type=float,
+        default=1.0,
+        help="pressure (Pa) of a sample of 1.0 of the background (default: 1)",
+    )
+    listen.add_argument(
+        "--seconds", metavar="S", type=float, default=4.0, help="duration of a steady sound (default: 4)"
+    )
+    listen.set_defaults(action=sound)

@@ -1,0 +1,1 @@
+"""Sound of results: files to listen to, targets, hearing, microphones added afterwards."""

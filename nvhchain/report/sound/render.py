@@ -1,0 +1,127 @@
+"""Sound files of a finished run or comparison: any microphone, with and without orders, before a background."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from nvhchain.case.checks.names import nearest
+from nvhchain.errors import require
+from nvhchain.handoff import FieldPressure, PressureHistory
+from nvhchain.report.page.stored import StoredRun, stored_results
+from nvhchain.report.sound.write import BACKGROUND
+from nvhchain.sound import (
+    Sound,
+    keep_orders,
+    order_track,
+    read_wav,
+    recorded_background,
+    remove_orders,
+    run_up_sound,
+    steady_sound,
+    write_wav,
+)
+
+
+def render_sounds(
+    folder: str | Path,
+    *,
+    point: str | None = None,
+    only: Sequence[float] = (),
+    without: Sequence[float] = (),
+    background: str | Path | None = None,
+    full_scale: float = 1.0,
+    seconds: float = 4.0,
+) -> list[tuple[Path, Sound]]:
+    """Write the sound of every configuration in a folder, in pascals.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Folder of `run` or `compare`.
+    point : str, optional
+        Name of the microphone; by default the first one.
+    only : sequence of float
+        Orders of the input to keep; by default all.
+    without : sequence of float
+        Orders of the input to leave out.
+    background : str or Path, optional
+        WAV file to add, of any sampling rate; `case` stands for the background of the case.
+    full_scale : float
+        Pressure (Pa) of a sample of 1.0 of the background.
+    seconds : float
+        Shortest duration (s) of a steady sound.
+
+    Returns
+    -------
+    list of (Path, Sound)
+        Written files.
+
+    Raises
+    ------
+    InputError
+        If there is no pressure, the microphone or an order is unknown, or the background cannot be read.
+    """
+    require(not (only and without), "orders are both kept and left out: give one of them")
+    stored = stored_results(Path(folder))
+    heard = [run for run in stored.runs if run.pressure is not None or run.pressure_history is not None]
+    require(bool(heard), f"{folder} holds no sound pressure: ask for `pressure` in the case")
+    orders = [f"{order:g}" for order in (*only, *without)]
+    words = [*(["only"] if only else ["without"] if without else []), *orders, *(["background"] if background else [])]
+    found = []
+    for run in heard:
+        number = _point(run, point)
+        sound = _filtered(run, number, only, without, seconds)
+        if background is not None:
+            sound = _mixed(sound, background, full_scale, stored.folder)
+        ends = [*([run.point_name(number).replace(" ", "_")] if point else []), *words]
+        path = stored.folder / "-".join(["sound", run.name, *ends])
+        path = path.with_name(path.name + ".wav")
+        title = ", ".join([run.name, run.point_name(number), " ".join(words)]).rstrip(", ")
+        found.append((write_wav(sound, path, title=title), sound))
+    return found
+
+
+def _point(run: StoredRun, name: str | None) -> int:
+    """Return the number of a microphone."""
+    if name is None:
+        return 0
+    names = run.points
+    require(name in names, f"{run.name} has no microphone {name!r}: {nearest(name, names)}")
+    return names.index(name)
+
+
+def _filtered(run: StoredRun, point: int, only: Sequence[float], without: Sequence[float], seconds: float) -> Sound:
+    """Return the sound of a configuration with the wanted orders."""
+    if run.pressure_history is not None:
+        return _filtered_run_up(run.pressure_history, point, only, without)
+    pressure = run.pressure
+    assert isinstance(pressure, FieldPressure)
+    if only:
+        pressure = keep_orders(pressure, only)
+    if without:
+        pressure = remove_orders(pressure, without)
+    return steady_sound(pressure, point=point, seconds=seconds)
+
+
+def _filtered_run_up(history: PressureHistory, point: int, only: Sequence[float], without: Sequence[float]) -> Sound:
+    if not (only or without):
+        return run_up_sound(history, point=point)
+    part = np.zeros(len(history.time))
+    for order in (*only, *without):
+        part += order_track(history, order, point=point).pressure(history.time)
+    signal = part if only else history.pressure[:, point] - part
+    return run_up_sound(history.replace(points=history.points[point : point + 1], pressure=signal[:, None]))
+
+
+def _mixed(sound: Sound, background: str | Path, full_scale: float, folder: Path) -> Sound:
+    """Return a sound with a background of its duration."""
+    if str(background) == "case":
+        require((folder / BACKGROUND).is_file(), f"{folder} has no background: give `background` in the case")
+        noise = read_wav(folder / BACKGROUND).resampled(sound.rate)
+    else:
+        noise = recorded_background(background, full_scale=full_scale, rate=sound.rate)
+    times = -(-len(sound.pressure) // len(noise.pressure))
+    return Sound(sound.pressure + np.tile(noise.pressure, times)[: len(sound.pressure)], sound.rate)

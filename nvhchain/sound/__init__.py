@@ -1,0 +1,23 @@
+"""Audible sound: signals in pascals from lines and records, WAV files of stated scale, orders, background."""
+
+from nvhchain.sound.background import Background, background_sound, recorded_background
+from nvhchain.sound.orders import OrderTrack, keep_orders, order_track, remove_orders
+from nvhchain.sound.signals import Loop, Sound, run_up_sound, steady_loop, steady_sound
+from nvhchain.sound.wav import read_wav, write_wav
+
+__all__ = [
+    "Background",
+    "Loop",
+    "OrderTrack",
+    "Sound",
+    "background_sound",
+    "keep_orders",
+    "order_track",
+    "read_wav",
+    "recorded_background",
+    "remove_orders",
+    "run_up_sound",
+    "steady_loop",
+    "steady_sound",
+    "write_wav",
+]

@@ -1,0 +1,186 @@
+"""Single orders of a sound: with and without them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import oaconvolve
+
+from nvhchain.errors import require
+from nvhchain.handoff import ComplexArray, FieldPressure, FloatArray, PressureHistory
+from nvhchain.kinds import checked
+
+NEAREST_ORDER = 1e-3
+"""Largest distance of a line from an order that it belongs to, in orders of the input."""
+
+WIDTH = 0.5
+"""Width of an order of a run-up in orders of the input: what lies within half of it belongs to the order."""
+
+ENVELOPE_RATE = 200.0
+"""Samples per second of the envelope of an order."""
+
+
+@checked
+def keep_orders(pressure: FieldPressure, orders: Sequence[float]) -> FieldPressure:
+    """Return the sound of some orders of the input alone.
+
+    Parameters
+    ----------
+    pressure : FieldPressure
+        Sound pressure at constant speed.
+    orders : sequence of float
+        Orders of the input.
+
+    Returns
+    -------
+    FieldPressure
+        Lines of the orders; the other lines are zero.
+
+    Raises
+    ------
+    InputError
+        If an order has no line.
+    """
+    kept = _lines(pressure, orders)
+    return pressure.replace(pressure=np.where(kept[:, None], pressure.pressure, 0.0))
+
+
+@checked
+def remove_orders(pressure: FieldPressure, orders: Sequence[float]) -> FieldPressure:
+    """Return the sound without some orders of the input.
+
+    Parameters
+    ----------
+    pressure : FieldPressure
+        Sound pressure at constant speed.
+    orders : sequence of float
+        Orders of the input.
+
+    Returns
+    -------
+    FieldPressure
+        Lines of the other orders; those of `orders` are zero.
+
+    Raises
+    ------
+    InputError
+        If an order has no line.
+    """
+    left = _lines(pressure, orders)
+    return pressure.replace(pressure=np.where(left[:, None], 0.0, pressure.pressure))
+
+
+def _lines(pressure: FieldPressure, orders: Sequence[float]) -> NDArray[np.bool_]:
+    """Return the lines (n_f,) of some orders."""
+    require(pressure.input_speed > 0, "a sound without an input speed has no orders: filter by frequency")
+    axis = pressure.frequency * (2 * np.pi / pressure.input_speed)
+    chosen = np.zeros(len(axis), dtype=bool)
+    for order in orders:
+        nearest = int(np.abs(axis - order).argmin())
+        require(
+            abs(axis[nearest] - order) <= NEAREST_ORDER,
+            f"order {order:g} has no line: the nearest is order {axis[nearest]:.6g}",
+        )
+        chosen[nearest] = True
+    return chosen
+
+
+@dataclass(frozen=True, eq=False)
+class OrderTrack:
+    """One order of a run-up: p(t) = Re(envelope(t) exp(j order θ(t))).
+
+    Parameters
+    ----------
+    order : float
+        Order of the input.
+    time : (n,) array
+        Times of the envelope (s), equally spaced.
+    angle : (n,) array
+        Angle of the input θ (rad).
+    input_speed : (n,) array
+        Speed of the input (rad/s), the slope of the angle.
+    envelope : (n,) array
+        Complex amplitude (Pa).
+    """
+
+    order: float
+    time: FloatArray
+    angle: FloatArray
+    input_speed: FloatArray
+    envelope: ComplexArray
+
+    def pressure(self, time: FloatArray) -> FloatArray:
+        """Return the sound pressure (n_t,) Pa of the order at times (n_t,) s, rising.
+
+        The angle is a cubic of angle and speed at both ends of an interval; the envelope is a straight line.
+        """
+        step = float(self.time[1] - self.time[0])
+        place = np.clip((np.asarray(time) - self.time[0]) / step, 0.0, len(self.time) - 1.0)
+        left = np.minimum(place.astype(int), len(self.time) - 2)
+        s = place - left
+        low, high = self.angle[left], self.angle[left + 1]
+        slope_low, slope_high = step * self.input_speed[left], step * self.input_speed[left + 1]
+        rise = high - low
+        angle = low + s * (
+            slope_low + s * (3 * rise - 2 * slope_low - slope_high + s * (slope_low + slope_high - 2 * rise))
+        )
+        envelope = self.envelope[left] + s * (self.envelope[left + 1] - self.envelope[left])
+        return np.asarray((envelope * np.exp(1j * self.order * angle)).real)
+
+
+@checked
+def order_track(history: PressureHistory, order: float, *, point: int = 0) -> OrderTrack:
+    """Follow an order of a run-up.
+
+    Parameters
+    ----------
+    history : PressureHistory
+        Sound pressure over time.
+    order : float
+        Order of the input.
+    point : int
+        Index of the field point.
+
+    Returns
+    -------
+    OrderTrack
+        Envelope and angle; `pressure` is the sound of the order alone.
+
+    Raises
+    ------
+    InputError
+        If the order is not positive or the input does not turn four times.
+
+    Notes
+    -----
+    The signal is turned back by the angle of the order, p exp(−j order θ), and smoothed by a Hann window. The window's
+    length is four turns of the input over `WIDTH` at the mean speed, so that half of the width is its first zero. It
+    is longer than `2/ENVELOPE_RATE`.  Source: J. Blough, SAE 2003-01-1484 (demodulation by the tacho's angle).
+    """
+    rate = (len(history.time) - 1) / float(history.time[-1] - history.time[0])
+    turn_angle = _angle(history)
+    turns = float(turn_angle[-1] - turn_angle[0]) / (2 * np.pi)
+    require(order > 0, f"order {order:g} must be positive")
+    require(turns > 4 / WIDTH, f"{turns:.3g} turns of the input resolve no orders: {4 / WIDTH:g} are needed")
+    duration = float(history.time[-1] - history.time[0])
+    width = max(2.0 / ENVELOPE_RATE, 4.0 / WIDTH * duration / turns)
+    count = 2 * int(0.5 * width * rate) + 1
+    window = np.hanning(count + 2)[1:-1]
+    window /= window.sum()
+    turned = 2.0 * history.pressure[:, point] * np.exp(-1j * order * turn_angle)
+    weight = oaconvolve(np.ones(len(turned)), window, mode="same")  # at the ends a part of the window
+    smooth = oaconvolve(turned, window, mode="same") / weight
+    time = np.arange(0.0, duration + 1.0 / ENVELOPE_RATE, 1.0 / ENVELOPE_RATE) + history.time[0]
+    sampled = [np.interp(time, history.time, part) for part in (turn_angle, history.input_speed)]
+    envelope = np.interp(time, history.time, smooth.real) + 1j * np.interp(time, history.time, smooth.imag)
+    return OrderTrack(order, time, sampled[0], sampled[1], envelope)
+
+
+def _angle(history: PressureHistory) -> FloatArray:
+    """Return the angle of the input (n_t,) rad: the integral of its speed."""
+    step = np.diff(history.time)
+    speed = history.input_speed
+    return np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * step)])

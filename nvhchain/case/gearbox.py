@@ -145,7 +145,7 @@ class GearboxCase:
                 self.targets,
                 self.quantities,
                 tuple(point.name for point in self.field_points),
-                "run-up" if self.running_up else "steady",
+                self._speeds,
             ),
             self._check_names,
         )
@@ -218,6 +218,13 @@ class GearboxCase:
                 )
 
     states_velocity = False
+
+    @property
+    def _speeds(self) -> tuple[float, float]:
+        """Lowest and highest input speed (rad/s)."""
+        start, ramp = self.operation.input_speed, self.operation.ramp
+        end = start if ramp is None else ramp.end_speed
+        return min(start, end), max(start, end)
 
     @property
     def running_up(self) -> bool:

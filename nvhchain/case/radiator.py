@@ -81,7 +81,7 @@ class RadiatorCase:
         require("bearing_forces" not in self.quantities, f"quantities: {self.name} has no bearings")
         check_plane(self.reflecting_plane, self.field_points)
         names = tuple(point.name for point in self.field_points)
-        check_targets(self.targets, self.quantities, names, "radiator")
+        check_targets(self.targets, self.quantities, names, None)
         if self.reflecting_plane is not None:
             self.body.check_above(self.reflecting_plane)
         f = self.frequencies

@@ -99,6 +99,9 @@ def parser() -> argparse.ArgumentParser:
     where.add_argument("--workers", metavar="N", type=int, help="spread the work over N processes of this machine")
     where.add_argument("--scheduler", metavar="ADDRESS", help="spread the work over a dask scheduler, tcp://HOST:PORT")
 
+    enforce = Parser(add_help=False)
+    enforce.add_argument("--enforce", action="store_true", help="exit code 3 where a target of a case is failed")
+
     new = verbs.add_parser(
         "new",
         help="copy a commented example case, to be changed into one's own",
@@ -127,7 +130,9 @@ def parser() -> argparse.ArgumentParser:
     exported.add_argument("--out", metavar="FILE", type=Path, required=True, help="REXS 1.4 (.rexs)")
     exported.set_defaults(action=commands.export_unit)
 
-    run = verbs.add_parser("run", parents=[common, spread, answer], help="compute the sound pressure of a case")
+    run = verbs.add_parser(
+        "run", parents=[common, spread, answer, enforce], help="compute the sound pressure of a case"
+    )
     run.add_argument("case", metavar="CASE", help="case file (TOML)")
     run.add_argument("--out", metavar="DIR", type=folder, help="folder for the hand-offs (default: out/<case name>)")
     run.add_argument(
@@ -154,7 +159,9 @@ def parser() -> argparse.ArgumentParser:
     record.add_argument("--use", metavar="FILE", action="append", default=[], help="supplied hand-off, as for `run`")
     record.set_defaults(action=commands.record)
 
-    compare = verbs.add_parser("compare", parents=[common, spread], help="compare cases: figures, sound, summary.json")
+    compare = verbs.add_parser(
+        "compare", parents=[common, spread, enforce], help="compare cases: figures, sound, summary.json"
+    )
     compare.add_argument("cases", metavar="CASE", nargs="+", help="case files (TOML); the first is the base")
     compare.add_argument("--out", metavar="DIR", type=folder, default="out", help="folder for results (default: out)")
     compare.set_defaults(action=commands.compare)

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from nvhchain.cli.answers import doctor_answer, plan_answer, run_answer
 from nvhchain.cli.console import Console
 from nvhchain.cli.output import show
+from nvhchain.cli.sound import check_enforced, show_targets
 from nvhchain.errors import InputError, require
 from nvhchain.fidelity import PRESETS, Fidelity
 
@@ -167,9 +168,11 @@ def run(options: argparse.Namespace) -> int:
     from nvhchain.error_band import ErrorBand, format_level, format_parts, save_error_bands
     from nvhchain.files import hdf5
     from nvhchain.report import recorded_case, write_run
+    from nvhchain.report.sound.targets import judge
     from nvhchain.scene import preflight
 
     case = load_case(options.case, changes=_case_changes(options))
+    check_enforced(options.enforce, [case])
     given = supplied.arguments(hdf5.load(path) for path in options.use)
     if options.forces:
         given["bearing_forces"] = _imported_forces(Path(options.forces), case)
@@ -213,9 +216,11 @@ def run(options: argparse.Namespace) -> int:
         if isinstance(band, ErrorBand):
             parts = format_parts([(source, share[0], frequency[0]) for source, share, frequency in band.parts])
             show(f"Limits at {case.field_points[0].name}: {parts or 'narrow'}")
+    judged = judge(result)
+    options.answer["targets"] = judged
     show(f"Figures, sound and tables: {write_run(result, out)}")
     _show_assumptions(case)
-    return 0
+    return show_targets({case.name: judged}, enforce=options.enforce)
 
 
 def record(options: argparse.Namespace) -> int:
@@ -249,6 +254,7 @@ def compare(options: argparse.Namespace) -> int:
 
     cases = [load_case(path, changes=_case_changes(options)) for path in options.cases]
     check_comparable(cases)
+    check_enforced(options.enforce, cases)
     fidelity, out, watcher = _fidelity(options, cases), Path(options.out), Console()
     with (
         _executor(options) as executor,
@@ -265,7 +271,8 @@ def compare(options: argparse.Namespace) -> int:
     for case in cases:
         _show_assumptions(case)
     show(f"Figures, sound and tables: {out / 'report.html'}")
-    return 0
+    judged = {name: of.get("targets", []) for name, of in summary["configurations"].items()}
+    return show_targets(judged, enforce=options.enforce)
 
 
 def plot(options: argparse.Namespace) -> int:

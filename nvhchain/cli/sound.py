@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from nvhchain.cli.output import show
+from nvhchain.errors import require
+
+if TYPE_CHECKING:
+    from nvhchain.case import Case
 
 
 def sound(options: argparse.Namespace) -> int:
@@ -28,6 +33,25 @@ def sound(options: argparse.Namespace) -> int:
         level = 20 * log10(max(made.rms, 1e-300) / REFERENCE_PRESSURE)
         show(f"{path}: {made.seconds:.2f} s, {made.rms:.4g} Pa RMS, {level:.1f} dB re 20 µPa; sample 1.0 = 1 Pa")
     return 0
+
+
+def check_enforced(enforce: bool, cases: Sequence[Case]) -> None:
+    """Refuse `--enforce` for cases without a target."""
+    require(
+        not enforce or any(case.targets for case in cases),
+        "--enforce: no case has a target: give [[targets]] with name and level in the case",
+    )
+
+
+def show_targets(judged: Mapping[str, Sequence[Mapping[str, Any]]], *, enforce: bool) -> int:
+    """Print the judged targets of every configuration; return 3 if one is failed and `enforce` is given, else 0."""
+    from nvhchain.report.sound.targets import target_sentence
+
+    for name, targets in judged.items():
+        for target in targets:
+            show(target_sentence(name, target))
+    failed = any(target["passed"] is False for targets in judged.values() for target in targets)
+    return 3 if failed and enforce else 0
 
 
 def add_commands(verbs: Any) -> None:

@@ -18,6 +18,7 @@ from nvhchain.gear import quasi_static_transmission_error
 from nvhchain.handoff import FieldPressure, FloatArray
 from nvhchain.report.marks import mesh_orders, order_marks, slot_orders
 from nvhchain.report.run_up import run_up_curves, run_up_summary
+from nvhchain.report.sound.targets import judge
 
 
 def write_summary(
@@ -74,6 +75,8 @@ def _configurations(results: Mapping[str, Result]) -> dict[str, Any]:
             "slot_orders": slot_orders(result.case),
             "transmission_errors": _transmission_errors(result),
         }
+        if result.case.targets:
+            found[name]["targets"] = judge(result)
     first, *others = results
     for name in others:
         found[name] |= _difference(results[first], results[name])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from math import inf, pi
 from typing import Literal
 
 from nvhchain.dimensions import AngularSpeed
@@ -74,6 +75,10 @@ class Target:
                 f"target {self.name}: speeds or frequencies {list(axis)} must be positive and rise",
             ),
             (
+                self.bands != "lines" or len(self.frequency) != 1,
+                f"target {self.name}: one frequency limits no lines: give both ends of a range",
+            ),
+            (
                 self.bands in ("third_octaves", "lines"),
                 f"target {self.name}: bands = {self.bands!r}: choose third_octaves or lines",
             ),
@@ -97,7 +102,12 @@ class Target:
         return "dB(A)" if self.weighted else "dB"
 
 
-def check_targets(targets: tuple[Target, ...], quantities: tuple[str, ...], points: tuple[str, ...], kind: str) -> None:
+def check_targets(
+    targets: tuple[Target, ...],
+    quantities: tuple[str, ...],
+    points: tuple[str, ...],
+    speeds: tuple[float, float] | None,
+) -> None:
     """Refuse (InputError) targets whose level the case does not have.
 
     Parameters
@@ -108,9 +118,10 @@ def check_targets(targets: tuple[Target, ...], quantities: tuple[str, ...], poin
         Quantities of the case.
     points : tuple of str
         Names of its microphones.
-    kind : str
-        `steady`, `run-up` or `radiator`.
+    speeds : (float, float), optional
+        Lowest and highest input speed (rad/s); None for a radiator.
     """
+    running_up = speeds is not None and speeds[0] < speeds[1]
     check_names([target.name for target in targets], "targets")
     for target in targets:
         require(
@@ -122,14 +133,27 @@ def check_targets(targets: tuple[Target, ...], quantities: tuple[str, ...], poin
             f"target {target.name}: field_point = {target.field_point!r} is not among {', '.join(points) or 'none'}",
         )
         require(
-            kind != "run-up" or not target.frequency,
+            not (running_up and target.frequency),
             f"target {target.name}: a spectrum judges a constant speed: give a curve over input_speed for a run-up",
         )
         require(
-            kind != "radiator" or not target.input_speed,
+            speeds is not None or not target.input_speed,
             f"target {target.name}: a radiator has no input_speed: give one level or a spectrum",
         )
+        reached = target.input_speed or (0.0, inf)
+        low, high = speeds or (0.0, 0.0)
         require(
-            kind != "run-up" or target.weighted,
+            reached[0] <= high and low <= reached[-1],
+            f"target {target.name}: its curve over {_rpm(reached)} rpm does not reach the {_rpm((low, high))} rpm of "
+            "the case: extend it",
+        )
+        require(
+            not running_up or target.weighted,
             f"target {target.name}: levels of a run-up are A-weighted: leave `weighted` out",
         )
+
+
+def _rpm(speeds: tuple[float, ...]) -> str:
+    """Return a range of speeds (rad/s) as text in rpm."""
+    low, high = 30 / pi * speeds[0], 30 / pi * speeds[-1]
+    return f"{low:.5g}" if low == high else f"{low:.5g}…{high:.5g}"

@@ -14,11 +14,13 @@ from nvhchain.report.page.sections import (
     run_up,
     sound,
     spectrum,
+    targets,
     transmission_errors,
 )
 
 SECTIONS = (
     answer,
+    targets,
     sound,
     spectrum,
     run_up,

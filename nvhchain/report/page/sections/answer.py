@@ -27,6 +27,7 @@ from nvhchain.report.page.blocks import (
 )
 from nvhchain.report.page.sections.levels import UNITS
 from nvhchain.report.page.stored import Stored, StoredRun
+from nvhchain.report.sound.targets import target_sentence
 from nvhchain.report.verdict import SILENCE, verdict
 
 TITLE = "Verdict"
@@ -45,12 +46,19 @@ def blocks(stored: Stored) -> list[Any]:
     hero = Hero(
         headline=_headline(stored),
         doubt="Not decided: within the confidence limits either may be the louder." if doubt else "",
-        sentences=([sentence.removesuffix(DOUBT) for sentence in sentences] or _single(stored)) + _assumed(stored),
+        sentences=([sentence.removesuffix(DOUBT) for sentence in sentences] or _single(stored))
+        + _targets(stored)
+        + _assumed(stored),
         levels=_levels(stored),
         where=_bands(stored) or _over_speed(stored),
         listen=_listen(stored),
     )
     return [hero] if stored.finished else [hero, _progress(stored)]
+
+
+def _targets(stored: Stored) -> list[str]:
+    """Return a sentence on every target."""
+    return [target_sentence(run.name, target) for run in stored.runs for target in run.summary.get("targets", [])]
 
 
 def _assumed(stored: Stored) -> list[str]:

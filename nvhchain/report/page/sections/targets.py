@@ -1,0 +1,106 @@
+"""Targets: which are passed or failed, by how much and with which confidence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from nvhchain.report.page.blocks import Figure, Table, Text, axes, colour, dash, label, limits_text, rounded, symbol
+from nvhchain.report.page.blocks import whiskers as error_bars
+from nvhchain.report.page.stored import Stored
+from nvhchain.report.sound.targets import percent
+
+TITLE = "Targets"
+
+EXPLANATION = (
+    "The confidence is the probability that the level keeps to its target. It takes the confidence limits as two "
+    "standard deviations of a normal distribution. Over several speeds or frequencies it is the least of them. Errors "
+    "of the model itself, such as joints, damping or tolerances of the real gearbox, are not included."
+)
+
+
+def blocks(stored: Stored) -> list[Any]:
+    """Return the table of targets, and a figure of every curve or spectrum."""
+    judged = [(number, run.name, of) for number, run in enumerate(stored.runs) for of in run.summary.get("targets", [])]
+    if not judged:
+        return []
+    head = ("configuration", "target", "result", "at", "level", "limits", "target level", "margin / dB", "confidence")
+    table = Table(head, [_row(name, of) for _, name, of in judged], numbers=4)
+    names = dict.fromkeys(of["name"] for _, _, of in judged if len(of["points"]) > 1)
+    figures = [_figure([one for one in judged if one[2]["name"] == name]) for name in names]
+    return [table, *figures, Text(EXPLANATION, style="small")]
+
+
+def _row(name: str, target: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the cells of a target, with the level that is nearest to it or farthest above."""
+    if target["passed"] is None:
+        return (name, target["name"], "not judged", *[""] * 6)
+    point = min(target["points"], key=lambda one: one["target_dB"] - _level(one))
+    margin = target["margin_dB"]
+    return (
+        name,
+        target["name"],
+        "✓ passed" if target["passed"] else "✗ failed",
+        target["at"],
+        "silence" if point["level_dB"] is None else f"{point['level_dB']:.1f} {target['unit']}",
+        limits_text(point["limits_dB"]),
+        f"{point['target_dB']:.1f} {target['unit']}",
+        "" if margin is None else f"{margin:+.1f}".replace("-", "−"),
+        percent(target["confidence"]),
+    )
+
+
+def _level(point: Mapping[str, Any]) -> float:
+    return -1000.0 if point["level_dB"] is None else float(point["level_dB"])
+
+
+def _figure(judged: list[tuple[int, str, Mapping[str, Any]]]) -> Figure:
+    """Return levels with their limits below a target."""
+    first = judged[0][2]
+    traces: list[dict[str, Any]] = []
+    shown = [_level(point) for _, _, of in judged for point in of["points"] if point["level_dB"] is not None]
+    floor = max([*shown, first["points"][0]["target_dB"]]) - 40.0
+    for number, name, target in judged:
+        points = [point for point in target["points"] if _level(point) > floor]
+        bars = [error_bars(point["level_dB"], point["limits_dB"], floor) for point in points]
+        traces.append(
+            {
+                "type": "scatter",
+                "mode": "markers",
+                "name": label(name),
+                "x": rounded((point["axis"] for point in points), 3),
+                "y": rounded(point["level_dB"] for point in points),
+                "marker": {"color": colour(number), "symbol": symbol(number), "size": 8},
+                "error_y": {
+                    "type": "data",
+                    "symmetric": False,
+                    "array": rounded(bar["plus"] for bar in bars),
+                    "arrayminus": rounded(bar["minus"] for bar in bars),
+                    "color": colour(number),
+                    "thickness": 1,
+                },
+                "hovertemplate": "%{x:.5g}: %{y:.1f} " + first["unit"] + "<extra>" + label(name) + "</extra>",
+            }
+        )
+        if number == judged[0][0] or target["points"] != first["points"]:
+            traces.append(
+                {
+                    "type": "scatter",
+                    "mode": "lines",
+                    "name": label(f"target {target['name']}" + (f" of {name}" if len(judged) > 1 else "")),
+                    "x": rounded((point["axis"] for point in target["points"]), 3),
+                    "y": rounded(point["target_dB"] for point in target["points"]),
+                    "line": {"color": "#d55e00", "width": 2.5, "dash": dash(number), "shape": "linear"},
+                }
+            )
+    over_speed = first["axis"] == "speed_rpm"
+    top = max([*shown, *(point["target_dB"] for _, _, of in judged for point in of["points"])])
+    layout = axes(
+        "input speed / rpm" if over_speed else "frequency / Hz",
+        f"level / {first['unit']}",
+        xaxis={} if over_speed else {"type": "log", "dtick": "D2"},
+        yaxis={"range": [floor, top + 6.0]},
+    )
+    return Figure(
+        f"Target {label(first['name'])}, and the levels with their confidence limits.", traces, layout, height=300
+    )

@@ -1,0 +1,128 @@
+"""Targets: confidence from the limits, and judgement of overall levels, spectra and curves over speed."""
+
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from nvhchain.case import Target
+from nvhchain.cli import main
+from nvhchain.error_band import ErrorBand, RunUpBand, pass_probability
+from nvhchain.errors import InputError
+from nvhchain.report.sound.targets import judge, target_sentence
+
+RPM = np.pi / 30
+
+
+def level_of(amplitude):
+    return float(20 * np.log10(amplitude / np.sqrt(2) / 2e-5))
+
+
+@pytest.mark.parametrize("target", [-1.0, -0.2, 0.0, 0.4, 1.5])
+def test_confidence_is_the_share_of_normally_distributed_amplitudes(target):
+    error = 0.3  # COVERAGE standard deviations of amplitude 1
+    drawn = 1.0 + 0.5 * error * np.random.default_rng(0).normal(size=400_000)
+    share = (20 * np.log10(np.maximum(drawn, 1e-9)) <= target).mean()
+    limits = 20 * np.log10(1 - error), 20 * np.log10(1 + error)
+    assert pass_probability(60.0, [60 + edge for edge in limits], 60 + target) == pytest.approx(share, abs=3e-3)
+
+
+def test_confidence_without_width_or_lower_limit():
+    assert pass_probability(60.0, (60.0, 60.0), 60.0) == 1.0
+    assert pass_probability(60.0, (60.0, 60.0), 59.9) == 0.0
+    assert 0.5 < pass_probability(60.0, (None, 70.0), 61.0) < 0.6
+    assert 0.05 < pass_probability(60.0, (None, 61.0), 50.0) < 0.2  # nothing is certain below
+    assert pass_probability(-2000.0, (None, -2000.0), 10.0) == 1.0
+    assert pass_probability(-2000.0, (None, 40.0), 40.0) == pytest.approx(0.9545, abs=1e-4)
+
+
+def run(targets, band, **more):
+    points = (SimpleNamespace(name="rear"), SimpleNamespace(name="side"))
+    case = SimpleNamespace(targets=targets, field_points=points)
+    return SimpleNamespace(case=case, error_bands={"pressure": band}, **more)
+
+
+def steady_band():
+    frequency = np.array([500.0, 1000.0, 1030.0, 4000.0])
+    amplitude = np.array([[0.02, 0.0], [0.01, 0.0], [0.01, 0.0], [0.002, 0.1]])
+    return ErrorBand(frequency, amplitude, {"mesh": 0.1 * amplitude})
+
+
+def test_spectrum_of_third_octaves_is_judged_band_by_band():
+    both = level_of(np.hypot(0.01, 0.01))
+    target = Target("hum", (level_of(0.02) + 3, both - 1, 40.0), frequency=(500, 1000, 2000), weighted=False)
+    (found,) = judge(run((target,), steady_band()))
+    assert [of["level_dB"] for of in found["points"]] == [pytest.approx(level_of(0.02)), pytest.approx(both), None]
+    assert found["passed"] is False
+    assert found["margin_dB"] == pytest.approx(-1.0)
+    assert found["at"] == "1000 Hz"
+    assert found["confidence"] == min(of["confidence"] for of in found["points"]) < 0.5
+    assert found["confidence_bound"] <= found["confidence"]
+
+
+def test_lines_between_the_ends_of_a_curve_are_judged():
+    target = Target("tones", (60.0, 70.0), frequency=(900.0, 9000.0), bands="lines", weighted=False)
+    (found,) = judge(run((target,), steady_band()))
+    assert [of["axis"] for of in found["points"]] == [1000.0, 1030.0, 4000.0]
+    assert found["points"][2]["target_dB"] == pytest.approx(60 + 10 * np.log10(4000 / 900))
+
+
+def test_another_microphone_and_a_confidence_that_is_asked_for():
+    level = float(steady_band().level[1])
+    near = Target("near", (level + 0.5,), field_point="side")
+    strict = Target("strict", (level + 0.5,), field_point="side", confidence=0.9)
+    passed, failed = judge(run((near, strict), steady_band()))
+    assert (passed["passed"], failed["passed"]) == (True, False)
+    assert passed["confidence"] == failed["confidence"]
+    share = round(100 * passed["confidence"])
+    assert target_sentence("A", passed) == f"A passes target near: 0.5 dB below it, confidence {share} %"
+    assert target_sentence("A", failed).endswith(f"confidence {share} %, 90 % asked for")
+
+
+def test_curve_over_speed_judges_the_speeds_within():
+    speed = RPM * np.array([500.0, 1500.0, 2500.0])
+    level = np.array([[50.0], [62.0], [70.0]])
+    band = RunUpBand(speed, level, np.stack([level - 2.0, level + 2.0], axis=2), ())
+    target = Target("run-up", (60.0, 80.0), input_speed=(RPM * 1000, RPM * 3000))
+    (found,) = judge(run((target,), band, overall=np.array([66.0])))
+    assert [of["axis"] for of in found["points"]] == pytest.approx([1500.0, 2500.0])
+    assert [of["target_dB"] for of in found["points"]] == pytest.approx([65.0, 75.0])
+    assert found["passed"]
+    assert found["margin_dB"] == pytest.approx(3.0)
+    assert found["at"] == "1500 rpm"
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"level": (60.0, 61.0)}, "2 levels for 0 speeds"),
+        ({"level": (60.0,), "confidence": 90.0}, "0.9 stands for 90 %"),
+        ({"level": (60.0, 61.0), "frequency": (200.0, 100.0)}, "must be positive and rise"),
+        ({"level": (1e4,)}, "outside ±300 dB"),
+    ],
+)
+def test_unusable_targets_are_refused(values, message):
+    with pytest.raises(InputError, match=message):
+        Target("bad", **values)
+
+
+def test_failed_target_ends_an_enforced_run_with_exit_code_3(request, tmp_path, capsys):
+    sphere = str(request.config.rootpath / "cases/sphere/pulsating.toml")
+    options = ["run", sphere, "--fidelity", "draft", "--out", str(tmp_path)]
+    target = 'targets=[{name="quiet", level=[100]}, {name="loud", level=[150]}]'
+    assert main([*options, "--enforce"]) == 2
+    assert "no case has a target: give [[targets]]" in capsys.readouterr().err
+    assert main([*options, "--set", target]) == 0
+    assert main([*options, "--set", target, "--enforce"]) == 3
+    told = capsys.readouterr().out
+    assert "pulsating-sphere fails target quiet:" in told
+    assert "pulsating-sphere passes target loud:" in told
+    assert main([*options, "--set", 'targets=[{name="loud", level=[150]}]', "--enforce"]) == 0
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    (judged,) = summary["configurations"]["pulsating-sphere"]["targets"]
+    assert judged["passed"] is True
+    assert judged["margin_dB"] == pytest.approx(150 - judged["points"][0]["level_dB"])
+    page = (tmp_path / "report.html").read_text()
+    assert "✓ passed" in page
+    assert "pulsating-sphere passes target loud:" in page

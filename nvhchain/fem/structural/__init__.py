@@ -1,0 +1,1 @@
+"""Shells, beams, springs, masses and linear relations between nodes with six freedoms."""

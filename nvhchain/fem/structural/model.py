@@ -1,0 +1,251 @@
+"""Contents of an imported model beside its solids: shells, beams, springs, masses, weighted averages and ties.
+
+All in SI units. Node numbers are rows of the model's nodes. Nodes have three translations and three rotations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from nvhchain.conventions import Material
+from nvhchain.handoff import FloatArray, IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class ShellBlock:
+    """Flat shells of one section.
+
+    Parameters
+    ----------
+    nodes : (m, 3) or (m, 4) int array
+        Corners; the normal is right-handed about their order.
+    material : Material
+        Material.
+    labels : (m,) int array
+        Numbers in the file.
+    thickness : (m,) array
+        Thickness (m).
+    offset : (m,) array
+        Distance of the middle surface from the nodes, along the normal (m).
+    group : str
+        Name of the property or section.
+    bending : float
+        Bending stiffness over that of the full thickness.
+    shear : float
+        Shear area over the full one; 0 for a shell that does not shear.
+    extra_mass : float
+        Mass without stiffness (kg/m²).
+    """
+
+    nodes: IntArray
+    material: Material
+    labels: IntArray
+    thickness: FloatArray
+    offset: FloatArray
+    group: str = ""
+    bending: float = 1.0
+    shear: float = 5 / 6
+    extra_mass: float = 0.0
+
+
+@dataclass(frozen=True)
+class BeamSection:
+    """Cross-section of a beam.
+
+    Parameters
+    ----------
+    area : float
+        Area (m²).
+    about_z, about_y : float
+        Second moments of area for bending along y and along z of the section (m⁴).
+    product : float
+        Product of area ∫yz dA (m⁴).
+    torsion : float
+        Torsion constant (m⁴).
+    shear_y, shear_z : float
+        Shear areas over the area; 0 for a beam that does not shear.
+    extra_mass : float
+        Mass without stiffness (kg/m).
+    """
+
+    area: float
+    about_z: float
+    about_y: float
+    torsion: float
+    product: float = 0.0
+    shear_y: float = 0.0
+    shear_z: float = 0.0
+    extra_mass: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class BeamBlock:
+    """Straight beams of one section.
+
+    Parameters
+    ----------
+    nodes : (m, 2) int array
+        Ends.
+    material : Material
+        Material.
+    section : BeamSection
+        Cross-section.
+    labels : (m,) int array
+        Numbers in the file.
+    direction : (m, 3) array
+        Vector in the plane of the beam's axis and the y axis of its section.
+    arms : (m, 2, 3) array
+        Position of the beam's ends relative to the nodes (m).
+    released : (m, 12) bool array
+        Motions of both ends, in the beam's axes, that carry no force.
+    group : str
+        Name of the property or section.
+    """
+
+    nodes: IntArray
+    material: Material
+    section: BeamSection
+    labels: IntArray
+    direction: FloatArray
+    arms: FloatArray
+    released: IntArray
+    group: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Springs:
+    """Springs between two nodes, or from a node to the ground.
+
+    Parameters
+    ----------
+    nodes : (m, 2) int array
+        Nodes; −1 for the ground.
+    stiffness : (m, 12, 12) array
+        Stiffness in the axes of the model (N/m, N, N m).
+    labels : (m,) int array
+        Numbers in the file.
+    """
+
+    nodes: IntArray
+    stiffness: FloatArray
+    labels: IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class Masses:
+    """Concentrated masses: nodes (m,), and mass matrices (m, 6, 6) (kg, kg m, kg m²) about the nodes."""
+
+    nodes: IntArray
+    matrix: FloatArray
+    labels: IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class Average:
+    """Node that moves as the weighted mean of others (RBE3, distributing coupling).
+
+    Parameters
+    ----------
+    name : str
+        Number or name in the file.
+    node : int
+        Node that follows.
+    components : (6,) bool array
+        Its motions that follow.
+    nodes : (k,) int array
+        Nodes averaged.
+    weights : (k, 6) array
+        Weight of every motion of them.
+    """
+
+    name: str
+    node: int
+    components: IntArray
+    nodes: IntArray
+    weights: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Relation:
+    """Motion that follows others: u(node, component) = Σ coefficient · u(nodes, components)."""
+
+    name: str
+    node: int
+    component: int
+    nodes: IntArray
+    components: IntArray
+    coefficients: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Structure:
+    """Shells, beams, springs, masses and relations of a model.
+
+    Parameters
+    ----------
+    shells, beams : tuple of blocks
+        Elements by section.
+    springs, masses : Springs or Masses, optional
+        All of them.
+    averages : tuple of Average
+        Weighted means.
+    relations : tuple of Relation
+        Ties and multi-point constraints.
+    held_rotations : (n, 3) bool array, optional
+        Fixed rotations of the nodes.
+    """
+
+    shells: tuple[ShellBlock, ...] = ()
+    beams: tuple[BeamBlock, ...] = ()
+    springs: Springs | None = None
+    masses: Masses | None = None
+    averages: tuple[Average, ...] = ()
+    relations: tuple[Relation, ...] = ()
+    held_rotations: IntArray = field(default_factory=lambda: np.zeros((0, 3), dtype=bool))
+
+    @property
+    def empty(self) -> bool:
+        """True if there is nothing but solids and rigid sets."""
+        return not (self.shells or self.beams or self.springs or self.masses or self.averages or self.relations)
+
+    @property
+    def elements(self) -> int:
+        """Number of shells and beams."""
+        return sum(len(shells.nodes) for shells in self.shells) + sum(len(beams.nodes) for beams in self.beams)
+
+    @property
+    def used(self) -> IntArray:
+        """Nodes of all items, rising."""
+        found = [shells.nodes.ravel() for shells in self.shells] + [beams.nodes.ravel() for beams in self.beams]
+        if self.springs is not None:
+            found.append(self.springs.nodes.ravel())
+        if self.masses is not None:
+            found.append(self.masses.nodes)
+        found += [np.array([mean.node, *mean.nodes]) for mean in self.averages]
+        found += [np.array([relation.node, *relation.nodes]) for relation in self.relations]
+        nodes = np.unique(np.concatenate(found)) if found else np.zeros(0, dtype=np.int64)
+        return np.asarray(nodes[nodes >= 0], dtype=np.int64)
+
+    def renumbered(self, row: Callable[[IntArray], IntArray], kept: IntArray) -> Structure:
+        """Return the structure with node numbers mapped by `row`; `kept` are the old numbers of the new nodes."""
+
+        def moved(nodes: IntArray) -> IntArray:
+            return np.where(nodes < 0, -1, row(np.maximum(nodes, 0)))
+
+        return replace(
+            self,
+            shells=tuple(replace(block, nodes=moved(block.nodes)) for block in self.shells),
+            beams=tuple(replace(block, nodes=moved(block.nodes)) for block in self.beams),
+            springs=self.springs and replace(self.springs, nodes=moved(self.springs.nodes)),
+            masses=self.masses and replace(self.masses, nodes=moved(self.masses.nodes)),
+            averages=tuple(
+                replace(one, node=int(moved(np.array([one.node]))[0]), nodes=moved(one.nodes)) for one in self.averages
+            ),
+            relations=tuple(
+                replace(one, node=int(moved(np.array([one.node]))[0]), nodes=moved(one.nodes)) for one in self.relations
+            ),
+            held_rotations=self.held_rotations[kept] if len(self.held_rotations) else self.held_rotations,
+        )

@@ -28,7 +28,7 @@ $(READY): pyproject.toml constraints.txt scripts/prepare.sh
 	@touch $@
 
 demo: $(READY)
-	$(BIN)/nvhchain compare cases/gearbox/solid.toml cases/gearbox/slotted.toml --fidelity $(FIDELITY) --out $(OUT)
+	$(BIN)/nvhchain compare cases/gearbox/solid.toml cases/gearbox/slotted.toml --fidelity $(FIDELITY) --out $(OUT) --speeds 500:3000:100
 
 gallery: $(READY)
 	$(BIN)/python -m nvhchain.gallery --fidelity $(FIDELITY) --out $(OUT)/gallery

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from math import inf, isfinite
+from math import floor, inf, isfinite
 from pathlib import Path
 from typing import NoReturn
 
@@ -40,6 +40,39 @@ def folder(name: str) -> str:
     if is_file:
         raise argparse.ArgumentTypeError(f"{name} is a file: name a folder, which need not exist")
     return name
+
+
+def values_of(text: str) -> tuple[float, ...]:
+    """Return the values of FIRST:LAST:STEP, or of a list with commas.
+
+    Parameters
+    ----------
+    text : str
+        Argument of a command.
+    """
+    shape = f"{text}: write FIRST:LAST:STEP, such as 500:3000:100, or numbers with commas between them"
+    try:
+        if ":" not in text:
+            return tuple(sorted({_finite(part) for part in text.split(",")}))
+        first, last, step = (_finite(part) for part in text.split(":"))
+    except ValueError:
+        raise argparse.ArgumentTypeError(shape) from None
+    if not (step > 0.0 and last >= first):
+        raise argparse.ArgumentTypeError(f"{shape}; LAST is not below FIRST, STEP is above 0")
+    count = floor((last - first) / step + 1e-9) + 1
+    if count > _MOST_VALUES:
+        raise argparse.ArgumentTypeError(f"{text}: {count} values are more than {_MOST_VALUES}: take a larger STEP")
+    return tuple(first + step * number for number in range(count))
+
+
+_MOST_VALUES = 5000
+
+
+def _finite(text: str) -> float:
+    value = float(text)
+    if not isfinite(value):
+        raise ValueError(text)
+    return value
 
 
 def _degrees(text: str) -> float:
@@ -94,6 +127,17 @@ def parser() -> argparse.ArgumentParser:
         help="as few modes of the housing as keep the velocity of its surface to X dB (default: as many as the preset)",
     )
 
+    states = Parser(add_help=False)
+    states.add_argument(
+        "--speeds",
+        metavar="RPM",
+        type=values_of,
+        help="further steady speeds of the input, FIRST:LAST:STEP or a list such as 800,1500,3000",
+    )
+    states.add_argument(
+        "--torques", metavar="NM", type=values_of, help="torques at these speeds, written in the same way"
+    )
+
     spread = Parser(add_help=False)
     where = spread.add_mutually_exclusive_group()
     where.add_argument("--workers", metavar="N", type=int, help="spread the work over N processes of this machine")
@@ -131,7 +175,7 @@ def parser() -> argparse.ArgumentParser:
     exported.set_defaults(action=commands.export_unit)
 
     run = verbs.add_parser(
-        "run", parents=[common, spread, answer, enforce], help="compute the sound pressure of a case"
+        "run", parents=[common, spread, states, answer, enforce], help="compute the sound pressure of a case"
     )
     run.add_argument("case", metavar="CASE", help="case file (TOML)")
     run.add_argument("--out", metavar="DIR", type=folder, help="folder for the hand-offs (default: out/<case name>)")
@@ -160,7 +204,7 @@ def parser() -> argparse.ArgumentParser:
     record.set_defaults(action=commands.record)
 
     compare = verbs.add_parser(
-        "compare", parents=[common, spread, enforce], help="compare cases: figures, sound, summary.json"
+        "compare", parents=[common, spread, states, enforce], help="compare cases: figures, sound, summary.json"
     )
     compare.add_argument("cases", metavar="CASE", nargs="+", help="case files (TOML); the first is the base")
     compare.add_argument("--out", metavar="DIR", type=folder, default="out", help="folder for results (default: out)")

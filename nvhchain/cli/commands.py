@@ -8,7 +8,7 @@ from collections.abc import Collection, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import fields, is_dataclass, replace
-from math import inf, radians
+from math import inf, pi, radians
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -115,6 +115,22 @@ def _imported_forces(path: Path, case: Case) -> BearingForces:
     return read_bearing_forces(path, load_channels(path.with_suffix(".toml")), positions=case.seats)
 
 
+def _states(
+    options: argparse.Namespace, cases: Sequence[Case]
+) -> tuple[tuple[float, ...] | None, tuple[float, ...] | None]:
+    """Return speeds (rad/s) and torques (N m) of `--speeds` and `--torques`, refused before anything is computed."""
+    from nvhchain.chain import check_states
+
+    speeds, torques = options.speeds, options.torques
+    require(torques is None or speeds is not None, "--torques needs --speeds: give both, or the torques in a study")
+    if speeds is None:
+        return None, None
+    turning = tuple(rpm * pi / 30.0 for rpm in speeds)
+    for case in cases:
+        check_states(case, turning, torques)
+    return turning, torques
+
+
 def new(options: argparse.Namespace) -> int:
     """Copy an example case into a folder, to be changed."""
     from nvhchain.cli.examples import copy_example
@@ -176,7 +192,7 @@ def run(options: argparse.Namespace) -> int:
     given = supplied.arguments(hdf5.load(path) for path in options.use)
     if options.forces:
         given["bearing_forces"] = _imported_forces(Path(options.forces), case)
-    out = Path(options.out or Path("out") / case.name)
+    out, states = Path(options.out or Path("out") / case.name), _states(options, [case])
     fidelity, watcher = _fidelity(options, [case], given), Console()
     preflight(case, fidelity, given)
     with (
@@ -218,7 +234,7 @@ def run(options: argparse.Namespace) -> int:
             show(f"Limits at {case.field_points[0].name}: {parts or 'narrow'}")
     judged = judge(result)
     options.answer["targets"] = judged
-    show(f"Figures, sound and tables: {write_run(result, out)}")
+    show(f"Figures, sound and tables: {write_run(result, out, states, watcher)}")
     _show_assumptions(case)
     return show_targets({case.name: judged}, enforce=options.enforce)
 
@@ -255,12 +271,21 @@ def compare(options: argparse.Namespace) -> int:
     cases = [load_case(path, changes=_case_changes(options)) for path in options.cases]
     check_comparable(cases)
     check_enforced(options.enforce, cases)
+    states = _states(options, cases)
     fidelity, out, watcher = _fidelity(options, cases), Path(options.out), Console()
     with (
         _executor(options) as executor,
         nullcontext() if executor else operators_ahead(cases, fidelity, out / OPERATORS, watcher),
     ):
-        summary = compare(cases, fidelity=fidelity, out=out, executor=executor, watcher=watcher)
+        summary = compare(
+            cases,
+            fidelity=fidelity,
+            out=out,
+            executor=executor,
+            watcher=watcher,
+            speeds=states[0],
+            torques=states[1],
+        )
     for name, configuration in summary["configurations"].items():
         edges, level = configuration["error_band_dBA"], configuration["overall_dBA"]
         widest = max(inf if edge is None else abs(edge - level) for edge in edges)

@@ -27,11 +27,15 @@ from nvhchain.report.marks import order_marks
 from nvhchain.report.page import write_page
 from nvhchain.report.run_up import curves_of, run_up_maps
 from nvhchain.report.sound.write import write_sounds
+from nvhchain.report.steady_states import steady_maps
 from nvhchain.report.summary import transmission_errors, write_summary
 from nvhchain.scene import preflight
 
 OPERATORS = "operators"
 """Name of the folder of operators that the cases of a comparison share."""
+
+States = tuple[Sequence[float] | None, Sequence[float] | None]
+"""Further steady speeds (rad/s) and torques (N m) of the input; None without, or for the torque of the case."""
 
 _SUFFIXES = (".json", ".txt", ".csv", ".png", ".wav", ".html")
 """Suffixes of the files that a comparison writes beside the folders of its cases."""
@@ -45,6 +49,8 @@ def compare(
     out: str | Path = "out",
     executor: Executor | None = None,
     watcher: Watcher | None = None,
+    speeds: Sequence[float] | None = None,
+    torques: Sequence[float] | None = None,
 ) -> dict[str, Any]:
     """Run all cases with shared mesh laws, housing and transfer vectors, and write their comparison to `out`.
 
@@ -60,6 +66,10 @@ def compare(
         Executor of the computing steps, as for `chain.run`.
     watcher : Watcher, optional
         Receives the progress of the steps.
+    speeds : sequence of float, optional
+        Further steady speeds of the input (rad/s), at which levels are computed with the same operators.
+    torques : sequence of float, optional
+        Torques of the input (N m) at these speeds; those of the cases by default.
 
     Returns
     -------
@@ -79,13 +89,21 @@ def compare(
     wait for each other.
     """
     check_comparable(cases)
+    if speeds is not None:
+        for case in cases:
+            chain.check_states(case, speeds, torques)
     out = writable_folder(out, "out")
     with hold_folder(out):
-        return _compared(cases, fidelity, out, executor, watcher)
+        return _compared(cases, fidelity, out, executor, watcher, (speeds, torques))
 
 
 def _compared(
-    cases: Sequence[Case], fidelity: Fidelity, out: Path, executor: Executor | None, watcher: Watcher | None
+    cases: Sequence[Case],
+    fidelity: Fidelity,
+    out: Path,
+    executor: Executor | None,
+    watcher: Watcher | None,
+    states: States,
 ) -> dict[str, Any]:
     """Run the cases and write the comparison, in a folder that no other comparison uses."""
     running_up = _running_up(cases)
@@ -108,16 +126,25 @@ def _compared(
         }
     if not running_up:
         with _surface_pictures(results, out):
-            return _written(results, out, _steady_figures)
-    return _written(results, out, _run_up_figures)
+            return _written(results, out, _steady_figures, _maps(results, states, out, watcher))
+    return _written(results, out, _run_up_figures, {})
+
+
+def _maps(results: Mapping[str, Result], states: States, out: Path, watcher: Watcher | None) -> dict[str, Any]:
+    """Return the summaries of further speeds and torques; empty without any."""
+    speeds, torques = states
+    return {} if speeds is None else steady_maps(results, speeds, torques, out, watcher)
 
 
 def _written(
-    results: Mapping[str, Result], out: Path, figures: Callable[[Mapping[str, Result], Path], None]
+    results: Mapping[str, Result],
+    out: Path,
+    figures: Callable[[Mapping[str, Result], Path], None],
+    maps: Mapping[str, Any],
 ) -> dict[str, Any]:
     """Write summary, table of differences, figures, sound and page; return the summary."""
     figures(results, out)
-    summary = write_summary(results, out, sounds=write_sounds(results, out))
+    summary = write_summary(results, out, sounds=write_sounds(results, out), maps=maps)
     table = plots.difference_table(summary["configurations"])
     write_text(out / "differences.txt", table.text() + "\n")
     write_text(out / "differences.csv", table.csv())
@@ -125,7 +152,7 @@ def _written(
     return summary
 
 
-def write_run(result: Result, out: Path) -> Path:
+def write_run(result: Result, out: Path, states: States = (None, None), watcher: Watcher | None = None) -> Path:
     """Write summary.json, the sound and the page of one run.
 
     Parameters
@@ -134,6 +161,10 @@ def write_run(result: Result, out: Path) -> Path:
         Result of the run.
     out : Path
         Folder of the run.
+    states : (sequence of float or None, sequence of float or None)
+        Further steady speeds (rad/s) and torques (N m), as for `compare`.
+    watcher : Watcher, optional
+        Receives the progress of these states.
 
     Returns
     -------
@@ -141,7 +172,8 @@ def write_run(result: Result, out: Path) -> Path:
         Path of the page.
     """
     results = {result.case.name: result}
-    write_summary(results, out, sounds=write_sounds(results, out))
+    maps = _maps(results, states, out, watcher)
+    write_summary(results, out, sounds=write_sounds(results, out), maps=maps)
     return write_page(out)
 
 

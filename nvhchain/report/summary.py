@@ -22,7 +22,11 @@ from nvhchain.report.sound.targets import judge
 
 
 def write_summary(
-    results: Mapping[str, Result], out: Path, *, sounds: Mapping[str, Mapping[str, Any]] | None = None
+    results: Mapping[str, Result],
+    out: Path,
+    *,
+    sounds: Mapping[str, Mapping[str, Any]] | None = None,
+    maps: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> dict[str, Any]:
     """Write summary.json.
 
@@ -34,6 +38,8 @@ def write_summary(
         Folder of the file.
     sounds : mapping of str to mapping, optional
         Configuration → its sound file (`write_sounds`).
+    maps : mapping of str to mapping, optional
+        Configuration → its levels at further speeds and torques (`steady_maps`).
 
     Returns
     -------
@@ -55,6 +61,8 @@ def write_summary(
     }
     for name, sound in (sounds or {}).items():
         summary["configurations"][name]["sound"] = dict(sound)
+    for name, states in (maps or {}).items():
+        summary["configurations"][name]["steady_states"] = dict(states)
     write_text(out / "summary.json", json.dumps(summary, indent=1) + "\n")
     return summary
 

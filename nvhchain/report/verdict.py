@@ -52,7 +52,7 @@ def verdict(summary: Mapping[str, Any]) -> list[str]:
         if "over_speed" in configuration:
             sentences += [_over_speed(configuration, first), *_orders(configuration, first)]
         else:
-            sentences += _lines(name, configuration, base, first)
+            sentences += [*_lines(name, configuration, base, first), *_states(configuration, first)]
     return sentences + [line for name, of in summary["configurations"].items() for line in _limits(name, of)]
 
 
@@ -86,6 +86,27 @@ def _over_speed(other: Mapping[str, Any], first: Mapping[str, Any]) -> str:
         f"  louder at {louder} of {len(speed)} speeds: {_number(difference[low])} dB at {speed[low]:.0f} rpm to "
         f"{_number(difference[high])} dB at {speed[high]:.0f} rpm"
     )
+
+
+def _states(other: Mapping[str, Any], first: Mapping[str, Any]) -> list[str]:
+    """Return the sentence on further steady speeds and torques; none without any."""
+    of, before = other.get("steady_states"), first.get("steady_states")
+    if of is None or before is None:
+        return []
+    level, base = (np.array(each["level_dBA"], dtype=float) for each in (of, before))
+    difference, torque, speed = level - base, of["torque_Nm"], of["speed_rpm"]
+    known = np.isfinite(difference)
+    if not known.any():
+        return []
+    ends = [np.unravel_index(at, level.shape) for at in (np.nanargmin(difference), np.nanargmax(difference))]
+    at = [f"{speed[j]:.0f} rpm" + (f" and {torque[i]:g} N m" if len(torque) > 1 else "") for i, j in ends]
+    low, high = (_number(float(difference[place])) for place in ends)
+    mean = [10.0 * np.log10(np.mean(10.0 ** (each[known] / 10.0))) for each in (level, base)]
+    count = np.count_nonzero(difference[known] > 0)
+    return [
+        f"  from {speed[0]:.0f} to {speed[-1]:.0f} rpm louder at {count} of {known.sum()} steady states: {low} dB at "
+        f"{at[0]} to {high} dB at {at[1]}; mean energy {_number(float(mean[0] - mean[1]))} dB"
+    ]
 
 
 def _orders(other: Mapping[str, Any], first: Mapping[str, Any]) -> list[str]:

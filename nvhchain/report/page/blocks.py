@@ -116,6 +116,8 @@ class Hero:
         Overall levels with their limits.
     where : Figure, optional
         Levels over frequency or speed.
+    speeds : Figure, optional
+        Levels over steady speeds.
     listen : str
         Text of the link to the sound; may be empty.
     """
@@ -125,6 +127,7 @@ class Hero:
     sentences: Sequence[str]
     levels: Figure | None
     where: Figure | None
+    speeds: Figure | None
     listen: str
     template: str = "hero.html"
 

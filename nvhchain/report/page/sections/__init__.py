@@ -23,6 +23,7 @@ SECTIONS = (
     targets,
     sound,
     spectrum,
+    steady_states,
     run_up,
     differences,
     levels,

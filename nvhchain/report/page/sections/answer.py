@@ -26,6 +26,7 @@ from nvhchain.report.page.blocks import (
     whiskers,
 )
 from nvhchain.report.page.sections.levels import UNITS
+from nvhchain.report.page.sections.steady_states import over_steady_speeds, stored_states
 from nvhchain.report.page.stored import Stored, StoredRun
 from nvhchain.report.sound.targets import target_sentence
 from nvhchain.report.verdict import SILENCE, verdict
@@ -51,6 +52,7 @@ def blocks(stored: Stored) -> list[Any]:
         + _assumed(stored),
         levels=_levels(stored),
         where=_bands(stored) or _over_speed(stored),
+        speeds=_steady_speeds(stored),
         listen=_listen(stored),
     )
     return [hero] if stored.finished else [hero, _progress(stored)]
@@ -59,6 +61,13 @@ def blocks(stored: Stored) -> list[Any]:
 def _targets(stored: Stored) -> list[str]:
     """Return a sentence on every target."""
     return [target_sentence(run.name, target) for run in stored.runs for target in run.summary.get("targets", [])]
+
+
+def _steady_speeds(stored: Stored) -> Figure | None:
+    """Return the levels over steady speeds, if there are more than one at one torque."""
+    states = stored_states(stored)
+    single = bool(states) and all(len(of["torque_Nm"]) == 1 and len(of["speed_rpm"]) > 1 for of in states.values())
+    return over_steady_speeds(stored) if single else None
 
 
 def _assumed(stored: Stored) -> list[str]:

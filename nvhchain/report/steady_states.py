@@ -1,0 +1,90 @@
+"""Levels over steady speeds and torques: table, figure, and the part of summary.json."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+from math import pi
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nvhchain import plots
+from nvhchain.chain import Result, SteadyMap, steady_map
+from nvhchain.files.hdf5 import write_text
+from nvhchain.files.result_cache import Unwatched, Watcher
+from nvhchain.plots.files import save
+
+TABLE, FIGURE = "levels_over_speed.csv", "levels_over_speed.png"
+"""Names of the files."""
+
+_RPM = 30.0 / pi
+
+
+def steady_maps(
+    results: Mapping[str, Result],
+    speeds: Sequence[float],
+    torques: Sequence[float] | None,
+    out: Path,
+    watcher: Watcher | None = None,
+) -> dict[str, dict[str, Any]]:
+    """Compute the steady states of all results, write their table and figure, and return their summaries.
+
+    Parameters
+    ----------
+    results : mapping of str to Result
+        Configuration → its run.
+    speeds : sequence of float
+        Speeds of the input (rad/s).
+    torques : sequence of float or None
+        Torques of the input (N m); None for those of the cases.
+    out : Path
+        Folder of the files.
+    watcher : Watcher, optional
+        Receives begin, progress and end.
+
+    Returns
+    -------
+    dict
+        Configuration → {`speed_rpm`, `torque_Nm`, `level_dBA` (torque, speed) at the first field point, `failed`}.
+    """
+    watching, maps = watcher or Unwatched(), dict[str, SteadyMap]()
+    for name, result in results.items():
+        step = f"states of {name}"
+        watching.begin(step)
+        maps[name] = steady_map(result, speeds, torques, progress=partial(watching.step, step))
+        watching.end(step, "computed")
+    write_text(out / TABLE, _table(results, maps))
+    if all(len(of.torque) == 1 for of in maps.values()):
+        place = next(iter(results.values())).case.field_points[0].name
+        profiles = {name: {f"dB(A) at {place}": (of.speed, of.level[0, :, 0])} for name, of in maps.items()}
+        save(plots.levels_over_speed(profiles), out / FIGURE)
+    return {name: _summary(of) for name, of in maps.items()}
+
+
+def _table(results: Mapping[str, Result], maps: Mapping[str, SteadyMap]) -> str:
+    """Return one row per configuration, torque and speed."""
+    first = next(iter(results.values())).case
+    stages = [f"transmission error of {name} / µm" for name in getattr(first, "mesh_orders", {})]
+    points = [f"dB(A) at {point.name}" for point in first.field_points]
+    lines = [_row(["configuration", "torque / N m", "speed / rpm", *points, *stages])]
+    for name, of in maps.items():
+        for i, torque in enumerate(of.torque):
+            for j, speed in enumerate(of.speed):
+                values = [*of.level[i, j], *(1e6 * of.transmission_error[i, j])]
+                lines.append(_row([name, f"{torque:g}", f"{speed * _RPM:.6g}", *(f"{value:.4g}" for value in values)]))
+    return "\n".join(lines) + "\n"
+
+
+def _row(cells: Sequence[str]) -> str:
+    return ",".join(f'"{cell}"' if "," in cell else cell for cell in cells)
+
+
+def _summary(of: SteadyMap) -> dict[str, Any]:
+    return {
+        "speed_rpm": [round(float(speed) * _RPM, 6) for speed in of.speed],
+        "torque_Nm": [float(torque) for torque in of.torque],
+        "level_dBA": [[float(x) if np.isfinite(x) else None for x in row] for row in of.level[:, :, 0]],
+        "failed": list(of.failed),
+    }

@@ -1,0 +1,84 @@
+"""Levels at further speeds and torques with the operators of a run: those that a run of its own gives."""
+
+import csv
+from dataclasses import replace
+from math import pi
+
+import numpy as np
+import pytest
+
+import nvhchain as nvh
+from nvhchain.chain import steady_map
+from nvhchain.cli import main
+from nvhchain.report import OPERATORS
+from nvhchain.report.steady_states import steady_maps
+from nvhchain.report.verdict import verdict
+
+pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")
+
+
+@pytest.fixture(scope="module")
+def ran(cases, compared, coarse):
+    return [
+        nvh.run(case, fidelity=coarse, out=compared[0] / case.name, operators=compared[0] / OPERATORS) for case in cases
+    ]
+
+
+def test_a_state_of_the_map_has_the_level_of_a_run_at_its_speed_and_torque(cases, compared, coarse, ran):
+    case, rpm = cases[0], (2000.0, 2500.0)
+    found = steady_map(ran[0], [each * pi / 30 for each in rpm], [150.0, 250.0])
+    assert found.level.shape == (2, 2, len(case.field_points))
+    assert found.level[1, 1] == pytest.approx(ran[0].overall, abs=0.01)
+    slower = replace(case, operation=replace(case.operation, input_speed=rpm[0] * pi / 30, input_torque=150.0))
+    alone = nvh.run(slower, fidelity=coarse, operators=compared[0] / OPERATORS, mesh_laws=ran[0].mesh_laws)
+    assert found.level[0, 0] == pytest.approx(alone.overall, abs=0.01)
+    error = alone.bearing_forces.transmission_error
+    assert found.transmission_error[0, 0] == pytest.approx(np.ptp(error[:, :2], axis=0), rel=1e-6)
+
+
+def test_a_state_beyond_the_mesh_law_is_a_gap_with_its_reason(ran):
+    found = steady_map(ran[0], [200.0], [250.0, 25_000.0])
+    assert np.isfinite(found.level[0]).all()
+    assert np.isnan(found.level[1]).all()
+    assert "25000 N m" in found.failed[0]
+
+
+def test_verdict_table_and_page_hold_the_states(compared, ran, tmp_path):
+    results = {result.case.name: result for result in ran}
+    maps = steady_maps(results, [150.0, 200.0, 261.8], None, tmp_path)
+    with (tmp_path / "levels_over_speed.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 6
+    assert float(rows[0]["speed / rpm"]) == pytest.approx(150 * 30 / pi, rel=1e-4)
+    _, summary, _ = compared
+    for name, of in maps.items():
+        summary = summary | {"configurations": summary["configurations"] | {name: summary["configurations"][name] | {
+            "steady_states": of
+        }}}  # fmt: skip
+    sentence = next(line for line in verdict(summary) if "steady states" in line)
+    by = np.array(maps["slotted"]["level_dBA"]) - np.array(maps["solid"]["level_dBA"])
+    assert f"louder at {(by > 0).sum()} of 3" in sentence
+    assert (tmp_path / "levels_over_speed.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["cases/gearbox/solid.toml", "--speeds", "0:900:100"], "0 rpm is not above 0"),
+        (["cases/gearbox/run_up_solid.toml", "--speeds", "900"], "constant speed"),
+        (["cases/sphere/pulsating.toml", "--speeds", "900"], "need a gearbox"),
+        (["cases/gearbox/solid.toml", "--torques", "900"], "--torques needs --speeds"),
+        (["cases/gearbox/solid.toml", "--speeds", "900:500:100"], "LAST is not below FIRST"),
+        (["cases/gearbox/solid.toml", "--speeds", "1:1e9:1"], "take a larger STEP"),
+        (["cases/gearbox/solid.toml", "--speeds", "slow"], "write FIRST:LAST:STEP"),
+    ],
+)
+def test_states_that_cannot_be_are_refused_before_anything_is_computed(request, tmp_path, capsys, words, message):
+    words = [str(request.config.rootpath / words[0]), *words[1:]]
+    try:
+        code = main(["run", *words, "--out", str(tmp_path / "out")])
+    except SystemExit as stopped:
+        code = stopped.code
+    assert code == 2
+    assert message in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()

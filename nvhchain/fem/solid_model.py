@@ -1,4 +1,4 @@
-"""Imported solid finite element model: nodes, elements by kind and material, rigid sets, fixed freedoms, groups.
+"""Imported finite element model: nodes, solids by kind and material, rigid sets, fixed freedoms, groups, structure.
 
 All in SI units. Node numbers are rows of `nodes`; `labels` are the numbers in the imported file.
 """
@@ -12,6 +12,7 @@ import numpy as np
 
 from nvhchain.conventions import Material
 from nvhchain.errors import require
+from nvhchain.fem.structural.model import Structure
 from nvhchain.handoff import FloatArray, IntArray
 
 EDGES: dict[str, tuple[tuple[int, int], ...]] = {
@@ -79,6 +80,7 @@ class RigidSet:
     nodes : node numbers.
     label : label of the reference node.
     held : (6,) bool, True for the fixed translations and rotations of the reference point.
+    rotations : True if the rotations of nodes of shells and beams follow, too.
     """
 
     name: str
@@ -86,6 +88,7 @@ class RigidSet:
     nodes: IntArray
     label: int = 0
     held: IntArray = field(default_factory=lambda: np.zeros(6, dtype=bool))
+    rotations: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,6 +101,8 @@ class SolidModel:
     held : (n, 3) bool, True for fixed translations.
     groups : name → node numbers.
     source : the file.
+    structure : shells, beams, springs, masses and relations.
+    notes : what the reader left out or assumed.
     """
 
     nodes: FloatArray
@@ -107,6 +112,8 @@ class SolidModel:
     held: IntArray
     groups: Mapping[str, IntArray] = field(default_factory=dict)
     source: str = "model"
+    structure: Structure = field(default_factory=Structure)
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         n = len(self.nodes)
@@ -114,8 +121,12 @@ class SolidModel:
         require(bool(np.isfinite(self.nodes).all()), f"{self.source}: a node has a coordinate that is not finite")
         require(len(self.labels) == n, f"{self.source}: {len(self.labels)} labels for {n} nodes")
         require(self.held.shape == (n, 3), f"{self.source}: held of shape {self.held.shape}, ({n}, 3) is needed")
-        require(len(self.blocks) > 0, f"{self.source}: no solid elements (tetrahedra, wedges or bricks)")
+        require(
+            bool(self.blocks or self.structure.shells),
+            f"{self.source}: no solid elements (tetrahedra, wedges or bricks) and no shells",
+        )
         sets = [b.nodes for b in self.blocks] + [r.nodes for r in self.rigid_sets] + list(self.groups.values())
+        sets.append(self.structure.used)
         for members in sets:
             require(
                 members.size == 0 or (members.min() >= 0 and members.max() < n),
@@ -124,5 +135,5 @@ class SolidModel:
 
     @property
     def elements(self) -> int:
-        """Number of elements."""
+        """Number of solid elements."""
         return sum(len(block.nodes) for block in self.blocks)

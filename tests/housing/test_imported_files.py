@@ -177,7 +177,7 @@ def test_subcases_held_differently_are_read_by_spc(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("RBE2,11,99,123456,", "RBE3,11,,99,123456,1.,123,", "1 RBE3, which are not read"),
+        ("RBE2,11,99,123456,", "RSPLINE,11,,99,2,3,", "1 RSPLINE, which are not read .the first is RSPLINE, 11, 99, 2"),
         ("RBE2,11,99,123456,", "RBE2,11,99,12,", "couples components 12 only"),
         ("RBE2,11,99,123456,", "CSEAM,11,99,1,2,", "1 CSEAM, which are not read"),
         ("SPC = 7", "SPC = 7\nK2GG = STIFF", "case control adds matrices, K2GG = STIFF"),
@@ -187,7 +187,7 @@ def test_subcases_held_differently_are_read_by_spc(tmp_path):
         ("+A             7       8", "+A             7      77", "node 77 is not defined"),
         ("GRID,8,,0.,1.,1.", "GRID,8,,0.,x,1.", "not Nastran bulk data"),
         ("GRID,8,,0.,1.,1.", "GRID,8,6,0.,1.,1.", "GRID 8 is in coordinate system 6, which is not defined"),
-        ("GRID,8,,0.,1.,1.", "CQUAD4,5,3,1,2,3,4", "1 CQUAD4"),
+        ("GRID,8,,0.,1.,1.", "CSHEAR,5,3,1,2,3,4", "1 CSHEAR"),
         ("SPC,7,8,13,0.0", "SPC,7,8,13,0.1", "enforces a motion"),
         ("MAT1           4", "MAT1,4,7.+10,,0.3,2.7+6\nMAT1           4", "MAT1 4 is defined twice"),
         ("PSOLID         3", "PSOLID,3,5\nPSOLID         3", "PSOLID 3 is defined twice"),

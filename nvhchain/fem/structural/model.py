@@ -229,6 +229,15 @@ class Structure:
         nodes = np.unique(np.concatenate(found)) if found else np.zeros(0, dtype=np.int64)
         return np.asarray(nodes[nodes >= 0], dtype=np.int64)
 
+    @property
+    def turning(self) -> IntArray:
+        """Nodes of shells, beams, springs and means, whose rotations can meet a stiffness."""
+        found = [shells.nodes.ravel() for shells in self.shells] + [beams.nodes.ravel() for beams in self.beams]
+        if self.springs is not None:
+            found.append(self.springs.nodes.ravel())
+        found += [np.array([mean.node]) for mean in self.averages]
+        return np.unique(np.concatenate(found)) if found else np.zeros(0, dtype=np.int64)
+
     def renumbered(self, row: Callable[[IntArray], IntArray], kept: IntArray) -> Structure:
         """Return the structure with node numbers mapped by `row`; `kept` are the old numbers of the new nodes."""
 

@@ -82,10 +82,10 @@ def average_map(one: Average, nodes: FloatArray) -> FloatArray:
     weighted = motion * weights[:, :, None]
     normal = np.einsum("kia,kib->ab", weighted, motion)
     scale = np.sqrt(normal.diagonal())
-    require(bool((scale > 0).all()), f"mean {one.name} has no weight for some motions: give three nodes off a line")
-    value, vector = np.linalg.eigh(normal / np.outer(scale, scale))
+    scaled = normal / np.maximum(np.outer(scale, scale), np.finfo(float).tiny)
+    value, vector = np.linalg.eigh(scaled)
     require(
-        value[0] > _DEPENDENT * value[-1],
+        bool((scale > 0).all()) and value[0] > _DEPENDENT * value[-1],
         f"mean {one.name}: its {len(one.nodes)} nodes lie on a line or in a point and do not determine its rotation: "
         "give three nodes that are not on a line",
     )

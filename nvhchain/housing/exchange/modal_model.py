@@ -21,7 +21,7 @@ from nvhchain.housing.imported.mesh_resolution import resolution
 from nvhchain.housing.imported.repair import sound_mesh
 from nvhchain.housing.imported.solid_model import append_seats, constrained, rigid_motions, warn
 from nvhchain.housing.modes.seat_modes import SeatModes, seat_modes
-from nvhchain.housing.skin.skin import solid_skin
+from nvhchain.housing.skin.skin import model_skin
 
 _DEPENDENT = 1e-10
 """Least flexibility of an independent direction of the seats, over the residual's largest."""
@@ -60,14 +60,16 @@ def modal_model(model: SolidModel, seats: Sequence[RigidSet], *, f_top: float, m
     """
     model, notes = sound_mesh(append_seats(model, seats))
     warn(f"{model.source}: {note}" for note in notes)
-    skin = solid_skin(model)
+    skin, shells = model_skin(model)
     warn(resolution(model, skin, f_top, HousingFidelity.elements_per_bending_wavelength))
     K, M, T = constrained(model)
     modes = seat_modes(K, M, len(seats), f_top)
     warn(rigid_motions(model, modes.frequency))
     omega2, vectors = residual_vectors(modes)
     shapes = np.hstack([modes.shapes, vectors])
-    used = np.unique(skin.facets)
+    second = int(shells.sum()) // 2  # the second sides of open shells come last
+    facets = skin.facets[: len(skin.facets) - second]
+    used = np.unique(facets)
     row = np.full(len(skin.nodes), -1)
     row[used] = np.arange(len(used))
     at_skin = sp.kron(skin.interpolation[used], sp.identity(3)) @ (T @ shapes)
@@ -76,8 +78,8 @@ def modal_model(model: SolidModel, seats: Sequence[RigidSet], *, f_top: float, m
     return ModalModel(
         nodes=np.vstack([skin.nodes[used], [seat.reference for seat in seats]]),
         labels=_labels(model.labels, used, [seat.label for seat in seats]),
-        triangles=row[skin.facets],
-        two_sided=False,
+        triangles=row[facets],
+        two_sided=shells[: len(facets)] if second else False,
         frequency=frequency,
         damping=np.full(len(frequency), modal_damping),
         shapes=np.vstack([at_skin, at_seats]).T.reshape(len(frequency), -1, 3),

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from nvhchain.errors import require
 from nvhchain.fem.solid_model import SolidModel
+from nvhchain.housing.imported.structure import shell_resolution
 from nvhchain.housing.skin.skin import Skin
 from nvhchain.housing.skin.thin_walls import edges, longest_for_their_wall, stiffening, wall_thickness, worst_quarter
 
@@ -24,7 +27,13 @@ def resolution(model: SolidModel, skin: Skin, f_max: float, least: float) -> lis
     Raises InputError for a mesh that carries no such waves. The message estimates the number of modes of plates as
     large as its walls: N = Σ S f/2 √(ρt/B) (Cremer, Heckl & Petersson, Structure-Borne Sound).
     """
-    notes, wall = [], wall_thickness(skin)
+    notes = shell_resolution(model, f_max, least)
+    if not model.blocks:
+        return notes
+    of_sheets = np.broadcast_to(skin.sheets, len(skin.facets))
+    if of_sheets.any():
+        skin = replace(skin, facets=skin.facets[~of_sheets], sheets=False)
+    wall = wall_thickness(skin)
     stiff = stiffening(longest_for_their_wall(model, skin, wall))
     if stiff:
         notes.append(f"{model.source}: tetrahedra are {stiff}")

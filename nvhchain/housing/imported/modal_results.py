@@ -22,7 +22,7 @@ from nvhchain.housing.skin.envelope import outer_envelope
 from nvhchain.housing.skin.mapping_error import skin_sources, stated_mapping_errors
 from nvhchain.housing.skin.normal_motion import normal_motion
 from nvhchain.housing.skin.shell_sides import distinct, has_area, outward_sides, outward_skin
-from nvhchain.housing.skin.skin import Skin
+from nvhchain.housing.skin.skin import Skin, with_middles
 
 _RIGID = 1e-4
 """Largest frequency of a rigid mode over f_max.
@@ -281,14 +281,6 @@ def modal_skin(model: ModalModel) -> tuple[Skin, IntArray, tuple[str, ...]]:
     facets, shells = np.concatenate([solids, sheets]), np.concatenate([np.zeros(len(solids), dtype=bool), shells])
     area = has_area(model.nodes, facets, notes)
     facets, shells, of_sheets = facets[area], shells[area], of_sheets[area]
-    straight, count = facets[:, 3] < 0, len(model.nodes)
-    edges = np.sort(facets[straight][:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
-    ends, slot = np.unique(edges, axis=0, return_inverse=True)
-    facets[straight, 3:] = count + slot.reshape(-1, 3)
-    interpolation = sp.csr_matrix(sp.vstack([sp.identity(count), _halves(ends, count)]))
+    facets, halves = with_middles(facets, len(model.nodes))
+    interpolation = sp.csr_matrix(sp.vstack([sp.identity(len(model.nodes)), halves]))
     return Skin(np.asarray(interpolation @ model.nodes), facets, interpolation, of_sheets), shells, tuple(notes)
-
-
-def _halves(ends: IntArray, count: int) -> sp.csr_matrix:
-    rows = np.repeat(np.arange(len(ends)), 2)
-    return sp.csr_matrix((np.full(len(rows), 0.5), (rows, ends.ravel())), shape=(len(ends), count))

@@ -18,6 +18,7 @@ from nvhchain.fem.solid_model import CORNERS, EDGES, ElementBlock, RigidSet, Sol
 from nvhchain.handoff import FloatArray, IntArray
 from nvhchain.housing.imported.cracks import cracks, open_joints
 from nvhchain.housing.imported.joints import are_collinear, check_joints
+from nvhchain.housing.imported.structure import check_connection, sound_shells
 
 QUADRATIC = {"tet": "tet10", "wedge": "wedge15", "hex": "hex20"}
 _FLIP = {"tet": (0, 2, 1, 3), "wedge": (3, 4, 5, 0, 1, 2), "hex": (4, 5, 6, 7, 0, 1, 2, 3)}
@@ -30,23 +31,31 @@ _CHUNK = 20_000
 
 
 def sound_mesh(model: SolidModel) -> tuple[SolidModel, tuple[str, ...]]:
-    """Return the model as one connected body of valid quadratic elements, and notes on its repairs and cracks.
+    """Return the model as one connected body of valid elements, and notes on its repairs and cracks.
 
     Raises InputError for distorted elements, parts without a common face or rigid set, and nodes held twice.
     """
-    notes: list[str] = []
-    used = np.concatenate([block.nodes.ravel() for block in model.blocks])
-    check_extent(model.nodes[used], model.source)
-    model = _drop_collapsed(model, notes)
-    model = _drop_copies(model, notes)
+    notes: list[str] = list(model.notes)
+    check_extent(model.nodes[_used(model)], model.source)
+    if model.blocks:
+        model = _drop_collapsed(model, notes)
+        model = _drop_copies(model, notes)
+    model = replace(model, structure=sound_shells(model, notes))
     model = _compact(model, notes)
-    model = _right_side_out(model, notes)
-    open_nodes = cracks(model, mean_edge(model))
-    model = raised(model, notes)
-    model = _straightened(model, notes)
+    open_nodes: list[str] = []
+    if model.blocks:
+        model = _right_side_out(model, notes)
+        open_nodes = cracks(model, mean_edge(model))
+        model = raised(model, notes)
+        model = _straightened(model, notes)
     edge = mean_edge(model)
-    check_joints(model, edge)
-    notes += [*open_nodes, *open_joints(model, edge)]
+    if model.structure.empty:
+        check_joints(model, edge)
+    else:
+        check_connection(model, edge)
+    notes += open_nodes
+    if model.blocks:
+        notes += open_joints(model, edge)
     _check_constraints(model)
     return model, tuple(notes)
 
@@ -58,8 +67,15 @@ def edge_nodes(block: ElementBlock) -> IntArray:
 
 def mean_edge(model: SolidModel) -> float:
     """Return the mean length (m) of the edges of all elements."""
-    ends = np.concatenate([edge_nodes(block).reshape(-1, 2) for block in model.blocks])
+    found = [edge_nodes(block).reshape(-1, 2) for block in model.blocks]
+    found += [np.stack([b.nodes, np.roll(b.nodes, -1, axis=1)], axis=2).reshape(-1, 2) for b in model.structure.shells]
+    ends = np.concatenate(found)
     return float(np.linalg.norm(model.nodes[ends[:, 0]] - model.nodes[ends[:, 1]], axis=1).mean())
+
+
+def _used(model: SolidModel) -> IntArray:
+    """Return nodes of elements, rising."""
+    return np.unique(np.concatenate([*(block.nodes.ravel() for block in model.blocks), model.structure.used]))
 
 
 def _drop_collapsed(model: SolidModel, notes: list[str]) -> SolidModel:
@@ -125,7 +141,7 @@ def _drop_copies(model: SolidModel, notes: list[str]) -> SolidModel:
 
 def _compact(model: SolidModel, notes: list[str]) -> SolidModel:
     """Return the model with only those nodes that belong to elements."""
-    used = np.unique(np.concatenate([block.nodes.ravel() for block in model.blocks]))
+    used = _used(model)
     row = np.full(len(model.nodes), -1)
     row[used] = np.arange(len(used))
     references = {rigid.label for rigid in model.rigid_sets}
@@ -148,6 +164,7 @@ def _compact(model: SolidModel, notes: list[str]) -> SolidModel:
         rigid_sets=tuple(rigid_sets),
         held=model.held[used],
         groups={name: row[nodes][row[nodes] >= 0] for name, nodes in model.groups.items()},
+        structure=model.structure.renumbered(lambda nodes: row[nodes], used),
     )
 
 
@@ -290,9 +307,11 @@ def _check_constraints(model: SolidModel) -> None:
             f"{model.source}: rigid sets {one.name} and {other.name} share {len(twice)} nodes, {twice[:5].tolist()}: "
             "take them out of one, or write both as one set",
         )
+    turning = model.structure.turning
     for rigid in model.rigid_sets:
+        stiff = rigid.rotations and bool(np.isin(rigid.nodes, turning).any())
         require(
-            bool(rigid.held[3:].all()) or not are_collinear(model.nodes[rigid.nodes]),
+            stiff or bool(rigid.held[3:].all()) or not are_collinear(model.nodes[rigid.nodes]),
             f"{model.source}: rigid set {rigid.name} is {len(rigid.nodes)} node(s) on a line: nothing resists its "
             "rotation; give it three nodes that are not on a line",
         )

@@ -108,18 +108,29 @@ def _node(model: ModalModel, bearing: str, position: FloatArray, label: int | No
     return nearest
 
 
+def _carriers(model: SolidModel) -> tuple[RigidSet, ...]:
+    """Return rigid sets, and for every mean (RBE3, distributing coupling) one of its reference node alone."""
+    means = tuple(
+        RigidSet(mean.name, model.nodes[mean.node].copy(), np.array([mean.node]), int(model.labels[mean.node]))
+        for mean in model.structure.averages
+        if mean.components.all()
+    )
+    return (*model.rigid_sets, *means)
+
+
 def _seat(model: SolidModel, bearing: str, position: FloatArray, name: str | None) -> RigidSet:
-    known = ", ".join(f"{r.name} at {np.round(1e3 * r.reference, 3).tolist()} mm" for r in model.rigid_sets) or "none"
+    carriers = _carriers(model)
+    known = ", ".join(f"{r.name} at {np.round(1e3 * r.reference, 3).tolist()} mm" for r in carriers) or "none"
     if name is None:
-        distance = [float(np.linalg.norm(rigid.reference - position)) for rigid in model.rigid_sets]
+        distance = [float(np.linalg.norm(rigid.reference - position)) for rigid in carriers]
         nearest = min(distance, default=np.inf)
         require(
             nearest <= SEAT_TOLERANCE,
             f"bearing {bearing} at {np.round(1e3 * position, 3).tolist()} mm has no rigid set of {model.source} within "
             f"{1e3 * SEAT_TOLERANCE:g} mm; there are: {known}",
         )
-        return replace(model.rigid_sets[distance.index(nearest)], name=bearing)
-    for rigid in model.rigid_sets:
+        return replace(carriers[distance.index(nearest)], name=bearing)
+    for rigid in carriers:
         if name in (rigid.name, str(rigid.label)):
             return replace(rigid, name=bearing)
     if name in model.groups:

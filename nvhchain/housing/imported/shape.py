@@ -35,7 +35,9 @@ def model_shape(
     for block in model.blocks:
         missing = CORNERS[block.shape] + len(EDGES[block.shape]) - block.nodes.shape[1]
         elements.append((block.shape, np.pad(block.nodes, ((0, 0), (0, missing)), constant_values=-1)))
-    facets, centres = six_node_facets(boundary_faces(elements, model.labels, model.source), len(model.nodes))
+    shells = [np.pad(b.nodes, ((0, 0), (0, 8 - b.nodes.shape[1])), constant_values=-1) for b in model.structure.shells]
+    solids = [boundary_faces(elements, model.labels, model.source)] if elements else []
+    facets, centres = six_node_facets(np.concatenate([*solids, *shells]), len(model.nodes))
     held = np.flatnonzero(model.held.any(axis=1))
     supports = [rigid.nodes for rigid in model.rigid_sets if rigid.held.any()]
     return HousingShape(

@@ -1,4 +1,4 @@
-"""Housing from an imported solid model: repaired, with an envelope, and reduced like the parametric casting."""
+"""Housing from an imported model: repaired, with an envelope, and reduced like the parametric casting."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, HousingAccuracy, ReducedHousing, Surface
 from nvhchain.housing.imported.mesh_resolution import resolution
 from nvhchain.housing.imported.repair import sound_mesh
+from nvhchain.housing.imported.structure import structural_matrices
 from nvhchain.housing.modes.damping import DampingCurve, check_modal_damping, damping_of_modes
 from nvhchain.housing.modes.engine_plane import EnginePlane
 from nvhchain.housing.modes.seat_modes import seat_modes
@@ -23,7 +24,7 @@ from nvhchain.housing.reduction import accurate, finished
 from nvhchain.housing.skin.envelope import outer_envelope
 from nvhchain.housing.skin.mapping_error import skin_sources, stated_mapping_errors
 from nvhchain.housing.skin.normal_motion import normal_motion
-from nvhchain.housing.skin.skin import solid_skin
+from nvhchain.housing.skin.skin import model_skin
 
 _STEPS = 6
 _FREE = 6
@@ -93,7 +94,7 @@ def reduce_model(
     tell(0, _STEPS)
     model, notes = sound_mesh(append_seats(model, seats))
     warn(f"{model.source}: {note}" for note in notes)
-    skin = solid_skin(model)
+    skin, shells = model_skin(model)
     warn(resolution(model, skin, f_max, fidelity.elements_per_bending_wavelength))
     tell(1, _STEPS)
     plugs = [rigid.nodes for rigid in model.rigid_sets]
@@ -106,6 +107,7 @@ def reduce_model(
         voxels_per_face=fidelity.voxels_per_face,
         floor=floor,
         surface=surface,
+        shells=shells,
     )
     facets = skin.facets[envelope.exposed]
     motion = normal_motion(skin.nodes, facets, envelope.surface, envelope.silent, fidelity.samples_per_face)
@@ -175,10 +177,11 @@ def model_extent(model: SolidModel) -> tuple[float, int]:
         Number of displacement unknowns.
     """
     model, _ = sound_mesh(model)
-    skin = solid_skin(model)
+    skin, shells = model_skin(model)
     a, b, c = (skin.nodes[skin.facets[:, i]] for i in range(3))
-    area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
-    return 0.5 * area, 3 * len(model.nodes)
+    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    one_sided = np.broadcast_to(skin.sheets, len(area)) & ~shells  # closed shells radiate from their outside alone
+    return float(area @ np.where(one_sided, 1.0, 0.5)), 3 * len(model.nodes) + 3 * len(model.structure.turning)
 
 
 def append_seats(model: SolidModel, seats: Sequence[RigidSet]) -> SolidModel:
@@ -196,6 +199,19 @@ def constrained(model: SolidModel) -> tuple[sp.csr_matrix, sp.csr_matrix, sp.csr
 
     The six unknowns of each seat come last.
     """
+    if not model.structure.empty:
+        return structural_matrices(model, _solid_matrices(model))
+    K, M = _solid_matrices(model)
+    T = rigid_map(model.nodes, [(rigid.nodes, rigid.reference) for rigid in model.rigid_sets])
+    rigid = np.zeros(len(model.nodes), dtype=bool)
+    rigid[np.concatenate([r.nodes for r in model.rigid_sets])] = True
+    held = np.concatenate([model.held[~rigid].ravel(), *(r.held for r in model.rigid_sets)])
+    T = sp.csr_matrix(T[:, np.flatnonzero(~held)])
+    return sp.csr_matrix(T.T @ K @ T), sp.csr_matrix(T.T @ M @ T), T
+
+
+def _solid_matrices(model: SolidModel) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+    """Return stiffness and mass (3 n, 3 n) of the solids."""
     size = 3 * len(model.nodes)
     K, M = sp.csr_matrix((size, size)), sp.csr_matrix((size, size))
     for block in model.blocks:
@@ -204,12 +220,7 @@ def constrained(model: SolidModel) -> tuple[sp.csr_matrix, sp.csr_matrix, sp.csr
         for own in (stiffness, mass):
             own.resize(size, size)  # the last nodes may belong to other blocks
         K, M = K + stiffness, M + mass
-    T = rigid_map(model.nodes, [(rigid.nodes, rigid.reference) for rigid in model.rigid_sets])
-    rigid = np.zeros(len(model.nodes), dtype=bool)
-    rigid[np.concatenate([r.nodes for r in model.rigid_sets])] = True
-    held = np.concatenate([model.held[~rigid].ravel(), *(r.held for r in model.rigid_sets)])
-    T = sp.csr_matrix(T[:, np.flatnonzero(~held)])
-    return sp.csr_matrix(T.T @ K @ T), sp.csr_matrix(T.T @ M @ T), T
+    return K, M
 
 
 def warn(messages: Iterable[str]) -> None:

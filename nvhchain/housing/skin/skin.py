@@ -1,4 +1,4 @@
-"""Skin of a mixed quadratic mesh as six-node facets; a brick's face is divided into two by its centre."""
+"""Skin of a mixed mesh as six-node facets; a face with four corners is divided into two."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import scipy.sparse as sp
 from nvhchain.fem.faces import boundary_faces, flat_triangles, six_node_facets
 from nvhchain.fem.solid_model import SolidModel
 from nvhchain.handoff import FloatArray, IntArray
+from nvhchain.housing.skin.shell_sides import distinct, outward_sides
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,10 +40,58 @@ class Skin:
         return sp.csr_matrix(operator @ sp.kron(self.interpolation, sp.identity(3)))
 
 
+def model_skin(model: SolidModel) -> tuple[Skin, IntArray]:
+    """Return the skin of solids and shells, and its facets (k,) bool that are one of the two sides of a shell.
+
+    Shells lie at their nodes; their thickness is neglected. Closed shells have one side, the outer one. The second
+    sides of open ones come last. Shells on faces of solids move with these and are excluded.
+    """
+    solid = solid_skin(model) if model.blocks else _no_skin(model)
+    if not model.structure.shells:
+        return solid, np.zeros(len(solid.facets), dtype=bool)
+    flat = np.concatenate(
+        [np.pad(block.nodes, ((0, 0), (0, 8 - block.nodes.shape[1])), constant_values=-1) for block in
+         model.structure.shells]
+    )  # fmt: skip
+    if model.blocks:
+        covered = {tuple(row) for row in np.sort(_outer_faces(model)[:, :4], axis=1).tolist()}
+        flat = flat[[tuple(row) not in covered for row in np.sort(flat[:, :4], axis=1).tolist()]]
+    sheets, shells = outward_sides(model.nodes, distinct(six_node_facets(flat, len(model.nodes))[0], []))
+    middled, halves = with_middles(sheets, len(solid.nodes))
+    known = sp.csr_matrix(halves @ solid.interpolation) if halves.shape[0] else halves
+    interpolation = sp.csr_matrix(sp.vstack([solid.interpolation, known]))
+    facets = np.concatenate([solid.facets, middled])
+    of_sheets: IntArray = np.repeat([False, True], [len(solid.facets), len(sheets)])
+    sides = np.concatenate([np.zeros(len(solid.facets), dtype=bool), shells])
+    return Skin(np.asarray(interpolation @ model.nodes), facets, interpolation, of_sheets), sides
+
+
+def _no_skin(model: SolidModel) -> Skin:
+    count = len(model.nodes)
+    return Skin(model.nodes, np.zeros((0, 6), dtype=np.int64), sp.csr_matrix(sp.identity(count)))
+
+
+def with_middles(facets: IntArray, count: int) -> tuple[IntArray, sp.csr_matrix]:
+    """Return facets (k, 6) with new nodes, numbered from `count`, in the middles of straight edges, and their halves.
+
+    The second result (q, count) maps values at the nodes so far to values at the new nodes.
+    """
+    facets = facets.copy()
+    straight = facets[:, 3] < 0
+    edges = np.sort(facets[straight][:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
+    ends, slot = np.unique(edges, axis=0, return_inverse=True)
+    facets[straight, 3:] = count + slot.reshape(-1, 3)
+    rows = np.repeat(np.arange(len(ends)), 2)
+    return facets, sp.csr_matrix((np.full(len(rows), 0.5), (rows, ends.ravel())), shape=(len(ends), count))
+
+
 def solid_skin(model: SolidModel) -> Skin:
     """Return the faces of a quadratic model that belong to one element only; InputError if elements overlap."""
     count = len(model.nodes)
-    faces = boundary_faces([(block.shape, block.nodes) for block in model.blocks], model.labels, model.source)
-    facets, centres = six_node_facets(faces, count)
+    facets, centres = six_node_facets(_outer_faces(model), count)
     interpolation = sp.csr_matrix(sp.vstack([sp.identity(count), centres]))
     return Skin(np.asarray(interpolation @ model.nodes), facets, interpolation)
+
+
+def _outer_faces(model: SolidModel) -> IntArray:
+    return boundary_faces([(block.shape, block.nodes) for block in model.blocks], model.labels, model.source)

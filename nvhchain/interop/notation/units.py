@@ -25,6 +25,11 @@ class UnitSystem:
         return self.mass / (self.length * self.time**2)
 
     @property
+    def force(self) -> float:
+        """Force in N per unit."""
+        return self.mass * self.length / self.time**2
+
+    @property
     def density(self) -> float:
         """Density in kg/m³ per unit."""
         return self.mass / self.length**3
@@ -34,10 +39,35 @@ class UnitSystem:
         try:
             return Material(young * self.stress, poisson, density * self.density)
         except InputError as error:
-            others = ", ".join(name for name in UNIT_SYSTEMS if name != self.name)
-            raise InputError(
-                f"{place}: E = {young:g}, density {density:g} read in {self.name}: {error}; the file may be in {others}"
-            ) from None
+            fault = str(error)
+        stated = f"{place}: E = {young:g}, density {density:g} read in {self.name}"
+        if density == 0:
+            raise InputError(f"{stated}: without mass nothing vibrates: give the density")
+        others = [
+            other.name
+            for other in UNIT_SYSTEMS.values()
+            if other is not self and _plausible(young * other.stress, density * other.density)
+        ]
+        weight = density * self.density / (_GRAVITY / (self.length / self.time**2))
+        if others:
+            remedy = f"; the file may be in {', '.join(others)}"
+        elif _plausible(young * self.stress, weight):
+            remedy = (
+                f"; as weight per volume it makes {weight:.4g} kg/m³: divide it by g = "
+                f"{_GRAVITY / (self.length / self.time**2):g}, or in Nastran state PARAM, WTMASS"
+            )
+        else:
+            remedy = "; no unit system makes sense of both: correct one"
+        raise InputError(f"{stated}: {fault}{remedy}")
+
+
+_GRAVITY = 9.80665
+"""Standard gravity (m/s²)."""
+
+
+def _plausible(young: float, density: float) -> bool:
+    """Return True for values (Pa, kg/m³) of a solid that carries loads, from plastics to hard metal."""
+    return 5e7 <= young <= 1e12 and 200.0 <= density <= 2.5e4
 
 
 UNIT_SYSTEMS: Mapping[str, UnitSystem] = MappingProxyType(
@@ -47,11 +77,16 @@ UNIT_SYSTEMS: Mapping[str, UnitSystem] = MappingProxyType(
             UnitSystem("m-kg-s", 1.0, 1.0, 1.0),
             UnitSystem("mm-t-s", 1e-3, 1e3, 1.0),
             UnitSystem("mm-kg-ms", 1e-3, 1.0, 1e-3),
+            UnitSystem("mm-kg-s", 1e-3, 1.0, 1.0),
             UnitSystem("in-lbf-s", 0.0254, 4.4482216152605 / 0.0254, 1.0),
         )
     }
 )
-"""SI; millimetre, tonne, second (N, MPa); millimetre, kilogram, millisecond (kN, GPa); inch, pound force, second."""
+"""Systems by name.
+
+SI; millimetre, tonne, second (N, MPa); millimetre, kilogram, millisecond (kN, GPa); millimetre, kilogram, second (mN,
+kPa, of NX); inch, pound force, second.
+"""
 
 
 def unit_system(name: str) -> UnitSystem:

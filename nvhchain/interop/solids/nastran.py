@@ -1,7 +1,7 @@
-"""Import of Nastran bulk data as `SolidModel`: nodes, solid elements, materials, RBE2, constraints and sets.
+"""Import of Nastran bulk data as `SolidModel`: nodes, solids, materials, RBE2, constraints, sets, and structure.
 
-Cards that are read: GRID, CTETRA, CPENTA, CHEXA, PSOLID, MAT1, RBE2, SPC, SPC1, SPCADD, SET1. Other cards are refused
-unless they have no effect. Loads, parameters and requests for output are ignored.
+Cards that are read: GRID, CORD1, CORD2, CTETRA, CPENTA, CHEXA, PSOLID, MAT1, RBE2, SPC, SPC1, SPCADD, SET1, and those
+of `nastran_structure`. Other cards are refused unless they have no effect. Loads and requests for output are ignored.
 """
 
 from __future__ import annotations
@@ -13,13 +13,15 @@ from pathlib import Path
 
 import numpy as np
 
+from nvhchain.conventions import Material
 from nvhchain.errors import FileFormatError, InputError
 from nvhchain.fem.solid_model import SolidModel
-from nvhchain.handoff import FloatArray
 from nvhchain.interop.notation._names import marks, restored
 from nvhchain.interop.notation.units import UnitSystem, unit_system
 from nvhchain.interop.solids._model_parts import TRANSLATIONS, Parts, Rigid
 from nvhchain.interop.solids.nastran_cards import cards, numbers, real, split_deck
+from nvhchain.interop.solids.nastran_frames import BASIC, Frame, basic_component, frames_and_grids
+from nvhchain.interop.solids.nastran_structure import BEAMS, OTHERS, SECTIONS, SHELLS, Deck, read_structure
 
 SOLIDS: dict[str, tuple[str, str, tuple[int, ...]]] = {
     "CTETRA": ("tet4", "tet10", tuple(range(10))),
@@ -29,11 +31,26 @@ SOLIDS: dict[str, tuple[str, str, tuple[int, ...]]] = {
 """Card → linear and quadratic kind, and the place in the card of every node of the quadratic kind."""
 
 _PASSED_OVER = re.compile(
-    r"(GRID|GRDSET|CORD2[RCS]|CTETRA|CPENTA|CHEXA|PSOLID|MAT1|RBE2|SPC|SPC1|SPCADD|SPCD|SET1|SET3|PARAM|MDLPRM|ENDDATA|ECHO\w*)$"
+    r"(GRID|GRDSET|CORD[12][RCS]|CTETRA|CPENTA|CHEXA|PSOLID|MAT1|RBE2|SPC|SPC1|SPCADD|SPCD|SET1|SET3|PARAM|MDLPRM|ENDDATA|ECHO\w*)$"
     r"|(EIG\w*|FORCE\d?|MOMENT\d?|PLOAD\w*|GRAV|ACCEL\d?|RFORCE|TEMP\w*|LOAD|LSEQ|DLOAD|[RT]LOAD[12]|DAREA|DELAY|DPHASE"
-    r"|PLOTEL\d?|FREQ\d?|TSTEP\w*|TABLE\w*|TABD\w*|RANDPS|NLPARM|DESVAR|DRESP\w*|DCONSTR|DVPREL\w*|BSURF\w*)$"
+    r"|PLOTEL\d?|FREQ\d?|TSTEP\w*|TABLE\w*|TABD\w*|RANDPS|NLPARM|NLPCI|RLOAD\w*|DTI|CSET1?|BSET1?|ASET1?|OMIT1?|SPOINT)$"
 )
 """Cards that are read, and those of loads, frequencies, tables and output, which change neither stiffness nor mass."""
+
+_NO_EFFECT = re.compile(
+    r"(DESVAR|DRESP\w*|DCONSTR|DCONADD|DVPREL\w*|DVCREL\w*|DVMREL\w*|DVGRID|DLINK|DOPTPRM|DSCREEN|DTPL|DTPG|DSHAPE|DSIZE"
+    r"|DOBJREF|DREPADD|DREPORT|DEQATN|DGLOBAL|TOPVAR|BSURF\w*|BCPROP\w*|BCRPARA|BCTPARM|BCTPARA|BCPARA|BGPARM|BCTSET|BCTADD"
+    r"|BLSEG|BCONP|BFRIC|PARAMARM|OMI|HM\w*)$"
+)
+"""Cards of optimisation and of contact without glue, which change neither stiffness nor mass of a linear model."""
+
+_READ = frozenset((*SHELLS, *BEAMS, *SECTIONS, *OTHERS))
+
+_UNITSYS = {
+    "MN-MM": "mm-kg-s", "MN_MM": "mm-kg-s", "N-MM": "mm-t-s", "N_MM": "mm-t-s", "M-N": "m-kg-s", "N-M": "m-kg-s",
+    "N_M": "m-kg-s", "METRIC": "m-kg-s", "SI": "m-kg-s", "MKS": "m-kg-s", "LBF-IN": "in-lbf-s", "IN-LBF": "in-lbf-s",
+}  # fmt: skip
+"""Value of PARAM UNITSYS → unit system; others are not judged."""
 
 
 def read_nastran(path: str | Path, *, units: str, spc: int | None = None) -> SolidModel:
@@ -68,19 +85,30 @@ def read_nastran(path: str | Path, *, units: str, spc: int | None = None) -> Sol
     direct = [line.strip() for line in control if re.match(r"\s*[KMB]2(GG|PP)", line, re.IGNORECASE)]
     if direct:
         raise InputError(f"{path}: case control adds matrices, {direct[0]}, which are not read: remove them")
-    refused = Counter({name: len(found) for name, found in named_cards.items() if not _PASSED_OVER.match(name)})
+    idle = {name: len(found) for name, found in sorted(named_cards.items()) if _NO_EFFECT.match(name)}
+    known = _READ | idle.keys()
+    refused = [name for name in sorted(named_cards) if name not in known and not _PASSED_OVER.match(name)]
     if refused:
-        listed = ", ".join(f"{count} {name}" for name, count in sorted(refused.items()))
+        listed = ", ".join(f"{len(named_cards[name])} {name}" for name in refused)
+        example = ", ".join(field for field in named_cards[refused[0]][0][:9] if field)
         raise InputError(
-            f"{path}: carries {listed}, which are not read: replace them by solid elements and RBE2, or remove them"
+            f"{path}: carries {listed}, which are not read (the first is {example}): replace them by solids, shells, "
+            "beams, springs or rigid sets, or remove them"
         )
     parts, found = Parts(str(path)), dict(marks(bulk))
+    if idle:
+        listed = ", ".join(f"{count} {name}" for name, count in idle.items())
+        parts.notes.append(f"{listed} left out: optimisation and contact change neither stiffness nor mass")
     try:
-        _grids(named_cards, parts)
+        scale = _parameters(named_cards, path, system)
+        frames = _grids(named_cards, parts)
         _elements(named_cards, parts)
-        _materials(named_cards, parts, system)
+        material = _material_reader(named_cards, parts, system, scale)
+        _solid_sections(named_cards, parts, material)
         _rigid_sets(named_cards, parts)
-        _constraints(named_cards, parts, _selected(control, path) if spc is None else spc)
+        deck = Deck(named_cards, parts, system, frames, material, scale)
+        read_structure(deck, _selected(control, path, "MPC"))
+        _constraints(deck, _selected(control, path, "SPC") if spc is None else spc)
         _groups(named_cards, parts, found.pop("group", {}))
     except (ValueError, IndexError, KeyError) as error:
         if isinstance(error, InputError):
@@ -89,64 +117,39 @@ def read_nastran(path: str | Path, *, units: str, spc: int | None = None) -> Sol
     return restored(parts.model(system.length), found)
 
 
-def _grids(named_cards: dict[str, list[list[str]]], parts: Parts) -> None:
-    frames = _frames(named_cards)
+def _grids(named_cards: dict[str, list[list[str]]], parts: Parts) -> dict[int, Frame]:
+    """Read grid points with what holds them; return the coordinate systems."""
+    frames, grids = frames_and_grids(named_cards, parts.source)
+    parts.nodes.update(grids)  # type: ignore[arg-type]
     defaults = (named_cards.get("GRDSET", [[]])[0] + [""] * 9)[1:9]
     for card in named_cards.get("GRID", []):
         field = card[1:] + [""] * (8 - len(card[1:]))
-        point = tuple(real(x) if x else 0.0 for x in field[2:5])
-        system = int(field[1] or defaults[1] or 0)
-        if system not in frames:
-            raise InputError(f"{parts.source}: GRID {field[0]} is in coordinate system {system}, which is not defined")
-        if system:
-            point = tuple(frames[system](np.array(point)))
-        label = int(field[0])
-        if label in parts.nodes:
-            raise FileFormatError(f"{parts.source}: GRID {label} is defined twice")
-        parts.nodes[label] = point  # type: ignore[assignment]
-        held = field[6] or defaults[6]
-        if held:
-            parts.held[label] |= set(held)
+        label, held = int(field[0]), field[6] or defaults[6]
         rotated = int(field[5] or defaults[5] or 0)
         if rotated > 0:
+            if rotated not in frames:
+                raise InputError(f"{parts.source}: GRID {label} moves in coordinate system {rotated}, not defined")
             parts.rotated[label] = rotated
-
-
-def _frames(named_cards: dict[str, list[list[str]]]) -> dict[int, Callable[[FloatArray], FloatArray]]:
-    """Return coordinate systems CORD2R, CORD2C and CORD2S: number → map of coordinates to the basic system."""
-    frames: dict[int, Callable[[FloatArray], FloatArray]] = {0: lambda point: point}
-    waiting = [card for name in ("CORD2R", "CORD2C", "CORD2S") for card in named_cards.get(name, [])]
-    while waiting:
-        ready = [card for card in waiting if int(card[2] or 0) in frames]
-        if not ready:
-            raise InputError(f"coordinate system {waiting[0][1]} rests on system {waiting[0][2]}, which is not defined")
-        for card in ready:
-            at = [real(x) if x else 0.0 for x in [*card[3:], *[""] * 9][:9]]  # blank is zero
-            a, b, c = (frames[int(card[2] or 0)](np.array(at[i : i + 3])) for i in (0, 3, 6))
-            z = (b - a) / np.linalg.norm(b - a)
-            x = (c - a) - z * (z @ (c - a))
-            x /= np.linalg.norm(x)
-            axes = np.column_stack([x, np.cross(z, x), z])
-            frames[int(card[1])] = _placed(card[0], a, axes)
-            waiting.remove(card)
+        if held:
+            parts.held[label] |= _held(label, held, parts, frames)
     return frames
 
 
-def _placed(kind: str, origin: FloatArray, axes: FloatArray) -> Callable[[FloatArray], FloatArray]:
-    def place(point: FloatArray) -> FloatArray:
-        if kind == "CORD2C":  # r, θ in degrees, z
-            r, angle, z = point[0], np.radians(point[1]), point[2]
-            point = np.array([r * np.cos(angle), r * np.sin(angle), z])
-        elif kind == "CORD2S":  # r, θ from z, φ about z
-            r, polar, angle = point[0], np.radians(point[1]), np.radians(point[2])
-            point = r * np.array([np.sin(polar) * np.cos(angle), np.sin(polar) * np.sin(angle), np.cos(polar)])
-        return np.asarray(origin + axes @ point)
-
-    return place
+def _held(label: int, components: str, parts: Parts, frames: Mapping[int, Frame]) -> set[str]:
+    """Return held components of a node in the basic system, as far as its own axes lie along that."""
+    frame = frames.get(parts.rotated.get(label, 0), BASIC)
+    if frame is BASIC:
+        return set(components)
+    axes = frame.axes_at(np.array(parts.nodes[label]))
+    found = [basic_component(int(c) - 1, axes) for c in components if c in "123456"]
+    if None in found:
+        parts.oblique[label] = parts.rotated[label]
+        return set(components)
+    return {str(one[0] + 1) for one in found if one is not None}
 
 
 def _elements(named_cards: dict[str, list[list[str]]], parts: Parts) -> None:
-    for names in (tuple(SOLIDS), ("RBE2",)):
+    for names in ((*SOLIDS, *SHELLS, *BEAMS), ("RBE2", "RBE3", "RBAR")):
         _check_once([card[1] for name in names for card in named_cards.get(name, [])], "element", parts)
     for name, (linear, quadratic, place) in SOLIDS.items():
         corners = int(linear.lstrip("tehxwdg"))
@@ -168,32 +171,41 @@ def _elements(named_cards: dict[str, list[list[str]]], parts: Parts) -> None:
             rows.append(members)
 
 
-def _materials(named_cards: dict[str, list[list[str]]], parts: Parts, system: UnitSystem) -> None:
-    scale = 1.0
-    for card in named_cards.get("PARAM", []):
-        if card[1].upper() == "WTMASS":
-            scale = real(card[2])
+def _material_reader(
+    named_cards: dict[str, list[list[str]]], parts: Parts, system: UnitSystem, scale: float
+) -> Callable[[str, str], Material]:
+    """Return a function from the number of a MAT1 and the section that names it to the material."""
+    known = {card[1]: card[2:] + [""] * 4 for card in named_cards.get("MAT1", [])}
+
+    def material(number: str, section: str) -> Material:
+        where = f"{parts.source}: MAT1 {number} of {section}"
+        if number not in known:
+            raise InputError(f"{where} is not defined")
+        young, shear, poisson = (real(x) if x else None for x in known[number][:3])
+        if young is None and shear is not None and poisson is not None:
+            young = 2 * shear * (1 + poisson)
+        if poisson is None and young is not None and shear is not None:
+            poisson = young / (2 * shear) - 1
+        density = known[number][3]
+        if young is None or poisson is None or not density:
+            raise InputError(f"{where} must state two of E, G, NU, and RHO")
+        return system.material(young, poisson, real(density) * scale, where)
+
+    return material
+
+
+def _solid_sections(
+    named_cards: dict[str, list[list[str]]], parts: Parts, material: Callable[[str, str], Material]
+) -> None:
     for name in ("MAT1", "PSOLID"):
         _check_once([card[1] for card in named_cards.get(name, [])], name, parts)
-    known = {card[1]: card[2:] + [""] * 4 for card in named_cards.get("MAT1", [])}
     for card in named_cards.get("PSOLID", []):
         kind = (card[7:8] or [""])[0].upper()
         if kind not in ("", "SMECH"):
             raise InputError(
                 f"{parts.source}: PSOLID {card[1]} is {kind}, not structure: leave out its elements, or FCTN"
             )
-        where = f"{parts.source}: MAT1 {card[2]} of PSOLID {card[1]}"
-        if card[2] not in known:
-            raise InputError(f"{where} is not defined")
-        young, shear, poisson = (real(x) if x else None for x in known[card[2]][:3])
-        if young is None and shear is not None and poisson is not None:
-            young = 2 * shear * (1 + poisson)
-        if poisson is None and young is not None and shear is not None:
-            poisson = young / (2 * shear) - 1
-        density = known[card[2]][3]
-        if young is None or poisson is None or not density:
-            raise InputError(f"{where} must state two of E, G, NU, and RHO")
-        parts.materials[card[1]] = system.material(young, poisson, real(density) * scale, where)
+        parts.materials[card[1]] = material(card[2], f"PSOLID {card[1]}")
 
 
 def _check_once(numbers: list[str], subject: str, parts: Parts) -> None:
@@ -203,6 +215,20 @@ def _check_once(numbers: list[str], subject: str, parts: Parts) -> None:
         raise FileFormatError(f"{parts.source}: {subject} {twice[0]} is defined twice")
 
 
+def _parameters(named_cards: dict[str, list[list[str]]], path: Path, system: UnitSystem) -> float:
+    """Return PARAM WTMASS; InputError where PARAM UNITSYS states other units."""
+    scale = 1.0
+    for card in named_cards.get("PARAM", []):
+        name = card[1].upper()
+        if name == "WTMASS":
+            scale = real(card[2])
+        elif name == "UNITSYS" and len(card) > 2:
+            stated = _UNITSYS.get(card[2].upper())
+            if stated not in (None, system.name):
+                raise InputError(f"{path}: PARAM UNITSYS {card[2]} states {stated}, read in {system.name}: set units")
+    return scale
+
+
 def _rigid_sets(named_cards: dict[str, list[list[str]]], parts: Parts) -> None:
     for card in named_cards.get("RBE2", []):
         members = [x for x in card[4:] if x and "." not in x]  # the last field may be a thermal expansion
@@ -210,21 +236,24 @@ def _rigid_sets(named_cards: dict[str, list[list[str]]], parts: Parts) -> None:
             raise InputError(
                 f"{parts.source}: RBE2 {card[1]} couples components {card[3]} only: 123 (or 123456) are needed"
             )
-        parts.rigid.append(Rigid(card[1], int(card[2]), numbers(members)))
+        parts.rigid.append(Rigid(card[1], int(card[2]), numbers(members), set(card[3]) >= set("456")))
 
 
-def _selected(control: list[str], path: Path) -> int | None:
-    """Return the set of constraints in case control; InputError if subcases select different ones."""
-    found = [re.match(r"\s*SPC\s*=\s*(\d+)", line, re.I) for line in control]
+def _selected(control: list[str], path: Path, name: str) -> int | None:
+    """Return the set of constraints (SPC, MPC) in case control; InputError if subcases select different ones."""
+    found = [re.match(rf"\s*{name}\s*=\s*(\d+)", line, re.I) for line in control]
     chosen = sorted({int(one[1]) for one in found if one})
     if len(chosen) > 1:
+        remedy = "say which by spc" if name == "SPC" else "select one"
         raise InputError(
-            f"{path}: case control selects constraint sets {', '.join(map(str, chosen))} in turn: say which by spc"
+            f"{path}: case control selects {name.replace('SPC', 'constraint')} sets {', '.join(map(str, chosen))} in "
+            f"turn: {remedy}"
         )
     return chosen[0] if chosen else None
 
 
-def _constraints(named_cards: dict[str, list[list[str]]], parts: Parts, chosen: int | None) -> None:
+def _constraints(deck: Deck, chosen: int | None) -> None:
+    named_cards, parts = deck.cards, deck.parts
     sets: dict[int, list[tuple[int, str]]] = {}
     for card in named_cards.get("SPC1", []):
         sets.setdefault(int(card[1]), []).extend((node, card[2]) for node in numbers(card[3:], parts.nodes))
@@ -248,7 +277,7 @@ def _constraints(named_cards: dict[str, list[list[str]]], parts: Parts, chosen: 
     if not sets[chosen]:
         raise InputError(f"{parts.source}: constraint set {chosen} holds no node that is defined")
     for node, components in sets[chosen]:
-        parts.held[node] |= set(components)
+        parts.held[node] |= _held(node, components, parts, deck.frames) if node in parts.nodes else set(components)
 
 
 def _groups(named_cards: dict[str, list[list[str]]], parts: Parts, names: Mapping[str, str]) -> None:

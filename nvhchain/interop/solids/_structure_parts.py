@@ -1,0 +1,192 @@
+"""Shells, beams, springs, masses and relations collected by readers, and their conversion to a `Structure`."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from nvhchain.conventions import Material
+from nvhchain.errors import require
+from nvhchain.fem.structural.division import divided_quadrilaterals, divided_triangles
+from nvhchain.fem.structural.model import (
+    Average,
+    BeamBlock,
+    BeamSection,
+    Masses,
+    Relation,
+    ShellBlock,
+    Springs,
+    Structure,
+)
+from nvhchain.handoff import FloatArray, IntArray
+
+Rows = Callable[[Iterable[int], str], IntArray]
+"""Function from labels of nodes, and the name of the item, to their rows."""
+
+
+@dataclass
+class Shells:
+    """Shells of one section as read: labels, nodes, thickness and offset (SI; None: that of the section)."""
+
+    labels: list[int] = field(default_factory=list)
+    nodes: list[list[int]] = field(default_factory=list)
+    thickness: list[float | None] = field(default_factory=list)
+    offset: list[float | None] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class ShellSection:
+    """Section of shells, SI: material, thickness (m), factors of bending and shear, mass (kg/m²) and offset (m)."""
+
+    material: Material
+    thickness: float | None
+    bending: float = 1.0
+    shear: float = 5 / 6
+    extra_mass: float = 0.0
+    offset: float = 0.0
+
+
+@dataclass
+class Beams:
+    """Beams of one section as read: labels, nodes, directions, arms (m) and released motions."""
+
+    labels: list[int] = field(default_factory=list)
+    nodes: list[tuple[int, int]] = field(default_factory=list)
+    direction: list[FloatArray] = field(default_factory=list)
+    arms: list[FloatArray] = field(default_factory=list)
+    released: list[IntArray] = field(default_factory=list)
+
+
+@dataclass
+class StructureParts:
+    """Items of a file with its labels of nodes, in SI.
+
+    Parameters
+    ----------
+    shells, beams : section → elements.
+    shell_sections, beam_sections : section → its law.
+    springs : label, two nodes (None: ground), stiffness (12, 12).
+    masses : label, node, mass matrix (6, 6).
+    averages : name, node, components (6,) bool, nodes, weights (k, 6).
+    relations : name, node, component, others as (node, component, coefficient).
+    """
+
+    shells: dict[str, Shells] = field(default_factory=lambda: defaultdict(Shells))
+    shell_sections: dict[str, ShellSection] = field(default_factory=dict)
+    beams: dict[str, Beams] = field(default_factory=lambda: defaultdict(Beams))
+    beam_sections: dict[str, tuple[Material, BeamSection]] = field(default_factory=dict)
+    springs: list[tuple[int, int | None, int | None, FloatArray]] = field(default_factory=list)
+    masses: list[tuple[int, int, FloatArray]] = field(default_factory=list)
+    averages: list[tuple[str, int, IntArray, list[int], FloatArray]] = field(default_factory=list)
+    relations: list[tuple[str, int, int, list[tuple[int, int, float]]]] = field(default_factory=list)
+
+    @property
+    def labels(self) -> set[int]:
+        """Labels of all nodes that items refer to."""
+        found = {n for shells in self.shells.values() for row in shells.nodes for n in row}
+        found |= {n for beams in self.beams.values() for row in beams.nodes for n in row}
+        found |= {n for _, a, b, _ in self.springs for n in (a, b) if n is not None}
+        found |= {node for _, node, _ in self.masses}
+        found |= {n for _, node, _, nodes, _ in self.averages for n in (node, *nodes)}
+        found |= {n for _, node, _, others in self.relations for n in (node, *(other[0] for other in others))}
+        return found
+
+    def without_leftovers(self, solid: set[int]) -> list[str]:
+        """Remove shells and beams without a section on nodes of solids, which meshers leave; return notes on them."""
+        notes = []
+        for group in [one for one in self.shells if one not in self.shell_sections]:
+            if solid.issuperset(n for row in self.shells[group].nodes for n in row):
+                count = len(self.shells.pop(group).labels)
+                notes.append(f"{count} shells of {group or 'no section'} on solids left out: they have no section")
+        for group in [one for one in self.beams if one not in self.beam_sections]:
+            if solid.issuperset(n for ends in self.beams[group].nodes for n in ends):
+                count = len(self.beams.pop(group).labels)
+                notes.append(f"{count} beams of {group or 'no section'} on solids left out: they have no section")
+        return notes
+
+    def structure(self, source: str, nodes: FloatArray, rows: Rows) -> tuple[Structure, FloatArray]:
+        """Return the structure, and new nodes (q, 3) m that follow `nodes`; InputError for missing items."""
+        blocks, added = [], nodes
+        for group, own in self.shells.items():
+            require(
+                group in self.shell_sections,
+                f"{source}: {len(own.labels)} shells of property {group!r}, first {own.labels[0]}, have no section: "
+                "write PSHELL or *SHELL SECTION for them",
+            )
+            for count in sorted({len(row) for row in own.nodes}):
+                block, added = self._shells(source, group, count, added, rows)
+                blocks.append(block)
+        springs = masses = None
+        if self.springs:
+            ends = np.array(
+                [[-1 if n is None else int(rows([n], f"spring {label}")[0]) for n in (a, b)]
+                 for label, a, b, _ in self.springs]
+            )  # fmt: skip
+            springs = Springs(ends, np.array([one[3] for one in self.springs]), np.array([s[0] for s in self.springs]))
+        if self.masses:
+            places = rows([node for _, node, _ in self.masses], "masses")
+            masses = Masses(places, np.array([one[2] for one in self.masses]), np.array([m[0] for m in self.masses]))
+        means = tuple(
+            Average(name, int(rows([node], f"mean {name}")[0]), components, rows(members, f"mean {name}"), weights)
+            for name, node, components, members, weights in self.averages
+        )
+        relations = tuple(
+            Relation(
+                name,
+                int(rows([node], name)[0]),
+                component,
+                rows([other[0] for other in others], name),
+                np.array([other[1] for other in others], dtype=np.int64),
+                np.array([other[2] for other in others]),
+            )
+            for name, node, component, others in self.relations
+        )
+        beams = tuple(self._beams(source, group, rows) for group in self.beams)
+        return Structure(tuple(blocks), beams, springs, masses, means, relations), added[len(nodes) :]
+
+    def _shells(
+        self, source: str, group: str, count: int, nodes: FloatArray, rows: Rows
+    ) -> tuple[ShellBlock, FloatArray]:
+        own, section = self.shells[group], self.shell_sections[group]
+        chosen = [i for i, row in enumerate(own.nodes) if len(row) == count]
+        members = rows([n for i in chosen for n in own.nodes[i]], f"shells of property {group}").reshape(-1, count)
+        thickness = [section.thickness if own.thickness[i] is None else own.thickness[i] for i in chosen]
+        first = own.labels[chosen[0]]
+        require(
+            all(t is not None and 0 < t < np.inf for t in thickness),
+            f"{source}: shells of property {group!r}, first {first}, have no thickness",
+        )
+        offsets = [own.offset[i] for i in chosen]
+        offset = np.array([section.offset if z is None else z for z in offsets])
+        labels, t = np.array([own.labels[i] for i in chosen], dtype=np.int64), np.array(thickness, dtype=float)
+        if count == 6:
+            members = divided_triangles(members)
+        elif count == 8:
+            members, centres = divided_quadrilaterals(members, nodes)
+            nodes = np.vstack([nodes, centres])
+        if count > 4:
+            labels, t, offset = (np.repeat(values, 4) for values in (labels, t, offset))
+        law = (section.bending, section.shear, section.extra_mass)
+        return ShellBlock(members, section.material, labels, t, offset, group, *law), nodes
+
+    def _beams(self, source: str, group: str, rows: Rows) -> BeamBlock:
+        own = self.beams[group]
+        require(
+            group in self.beam_sections,
+            f"{source}: {len(own.labels)} beams of property {group!r}, first {own.labels[0]}, have no section: write "
+            "PBAR, PBEAM, PROD or *BEAM SECTION for them",
+        )
+        material, section = self.beam_sections[group]
+        return BeamBlock(
+            rows([n for row in own.nodes for n in row], f"beams of property {group}").reshape(-1, 2),
+            material,
+            section,
+            np.array(own.labels, dtype=np.int64),
+            np.array(own.direction),
+            np.array(own.arms),
+            np.array(own.released),
+            group,
+        )

@@ -1,0 +1,138 @@
+"""Coordinate systems of Nastran bulk data: CORD1R/C/S by grid points, CORD2R/C/S by coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from nvhchain.errors import FileFormatError, InputError
+from nvhchain.handoff import FloatArray
+from nvhchain.interop.solids.nastran_cards import real
+
+Cards = Mapping[str, list[list[str]]]
+
+Place = tuple[float, ...]
+
+_AXIS = 1e-6
+"""Largest component across for axes that lie along those of the basic system."""
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """Coordinate system: `R`, `C` or `S`, its origin, and its axes as columns; angles are in degrees."""
+
+    kind: str = "R"
+    origin: FloatArray = field(default_factory=lambda: np.zeros(3))
+    axes: FloatArray = field(default_factory=lambda: np.eye(3))
+
+    def place(self, point: FloatArray) -> FloatArray:
+        """Return the coordinates of a point in the basic system."""
+        if self.kind == "C":  # r, θ, z
+            r, angle, z = point[0], np.radians(point[1]), point[2]
+            point = np.array([r * np.cos(angle), r * np.sin(angle), z])
+        elif self.kind == "S":  # r, θ from z, φ about z
+            r, polar, angle = point[0], np.radians(point[1]), np.radians(point[2])
+            point = r * np.array([np.sin(polar) * np.cos(angle), np.sin(polar) * np.sin(angle), np.cos(polar)])
+        return np.asarray(self.origin + self.axes @ point)
+
+    def axes_at(self, point: FloatArray) -> FloatArray:
+        """Return the axes (3, 3) as columns, at a point of the basic system."""
+        if self.kind == "R":
+            return self.axes
+        x, y, z = self.axes.T @ (point - self.origin)
+        across = np.hypot(x, y)
+        radial = np.array([x, y, 0.0]) / across if across > 0 else np.array([1.0, 0.0, 0.0])
+        around = np.array([-radial[1], radial[0], 0.0])
+        if self.kind == "C":
+            local = np.column_stack([radial, around, [0.0, 0.0, 1.0]])
+        else:
+            reach = np.hypot(across, z)
+            out = (across * radial + [0.0, 0.0, z]) / reach if reach > 0 else np.array([0.0, 0.0, 1.0])
+            local = np.column_stack([out, np.cross(around, out), around])
+        return np.asarray(self.axes @ local)
+
+
+BASIC = Frame()
+
+
+def basic_component(component: int, axes: FloatArray) -> tuple[int, float] | None:
+    """Return the motion 0 … 5 of the basic system, and its sign, that is `component` 0 … 5 of `axes`; None if mixed."""
+    column = axes[:, component % 3]
+    axis = int(np.abs(column).argmax())
+    if np.abs(np.delete(column, axis)).max() > _AXIS:
+        return None
+    return axis + 3 * (component // 3), float(np.sign(column[axis]))
+
+
+def frames_and_grids(named_cards: Cards, source: str) -> tuple[dict[int, Frame], dict[int, Place]]:
+    """Return coordinate systems by number, and grid points by label in the basic system.
+
+    Raises InputError for systems that rest on missing ones, FileFormatError for a point that is there twice.
+    """
+    frames: dict[int, Frame] = {0: BASIC}
+    grids: dict[int, Place] = {}
+    default = _padded(named_cards.get("GRDSET", [[]])[0])[2]
+    points = [_padded(card) for card in named_cards.get("GRID", [])]
+    systems: list[tuple[str, list[str]]] = []
+    for name, cards in named_cards.items():
+        if name[:5] == "CORD2":
+            systems += [(name, card) for card in cards]
+        elif name[:5] == "CORD1":  # one card may hold two
+            systems += [(name, [name, *card[i : i + 4]]) for card in cards for i in (1, 5) if "".join(card[i : i + 4])]
+    while points or systems:
+        waiting, late = [], []
+        for card in points:
+            system = int(card[2] or default or 0)
+            if system not in frames:
+                waiting.append(card)
+                continue
+            label = int(card[1])
+            if label in grids:
+                raise FileFormatError(f"{source}: GRID {label} is defined twice")
+            x, y, z = (real(x) if x else 0.0 for x in card[3:6])
+            grids[label] = (x, y, z) if system == 0 else tuple(frames[system].place(np.array([x, y, z])))
+        for name, card in systems:
+            frame = _frame(name, card, frames, grids)
+            if frame is None:
+                late.append((name, card))
+            else:
+                frames[int(card[1])] = frame
+        if len(waiting) == len(points) and len(late) == len(systems):
+            if systems:
+                name, card = systems[0]
+                rest = f"system {card[2]}" if name[:5] == "CORD2" else f"grid points {', '.join(card[2:5])}"
+                raise InputError(f"{source}: coordinate system {card[1]} rests on {rest}, which is not defined")
+            card = points[0]
+            raise InputError(
+                f"{source}: GRID {card[1]} is in coordinate system {card[2] or default}, which is not defined"
+            )
+        points, systems = waiting, late
+    return frames, grids
+
+
+def _padded(card: list[str]) -> list[str]:
+    return [*card, *[""] * 9][: max(9, len(card))]
+
+
+def _frame(name: str, card: list[str], frames: Mapping[int, Frame], grids: Mapping[int, Place]) -> Frame | None:
+    """Return the system of a card, or None while what it rests on is not known."""
+    if name[:5] == "CORD1":
+        if any(int(label) not in grids for label in card[2:5]):
+            return None
+        a, b, c = (np.array(grids[int(label)]) for label in card[2:5])
+    else:
+        base = int(card[2] or 0)
+        if base not in frames:
+            return None
+        at = [real(x) if x else 0.0 for x in [*card[3:], *[""] * 9][:9]]  # blank is zero
+        a, b, c = (frames[base].place(np.array(at[i : i + 3])) for i in (0, 3, 6))
+    along, across = b - a, c - a
+    z = along / max(float(np.linalg.norm(along)), np.finfo(float).tiny)
+    x = across - z * (z @ across)
+    size = float(np.linalg.norm(x))
+    if size <= _AXIS * float(np.linalg.norm(across)) or not np.linalg.norm(along) > 0:
+        raise InputError(f"coordinate system {card[1]}: its three points lie on a line")
+    x /= size
+    return Frame(name[5], a, np.column_stack([x, np.cross(z, x), z]))

@@ -1,0 +1,481 @@
+"""Shells, beams, springs, masses and relations of Nastran bulk data."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from nvhchain.conventions import Material
+from nvhchain.errors import InputError, require
+from nvhchain.fem.structural.model import BeamSection
+from nvhchain.fem.structural.relations import rigid_motion
+from nvhchain.fem.structural.sections import section
+from nvhchain.handoff import FloatArray
+from nvhchain.interop.notation.units import UnitSystem
+from nvhchain.interop.solids._model_parts import Parts, Rigid
+from nvhchain.interop.solids._structure_parts import ShellSection
+from nvhchain.interop.solids.nastran_cards import numbers, real
+from nvhchain.interop.solids.nastran_frames import BASIC, Cards, Frame, basic_component
+
+SHELLS: Mapping[str, tuple[int, int | None, int, int | None]] = {
+    "CQUAD4": (4, 8, 11, 10),
+    "CQUADR": (4, 8, 11, 10),
+    "CQUAD8": (8, 16, 11, 17),
+    "CTRIA3": (3, 7, 11, 10),
+    "CTRIAR": (3, 7, 11, 10),
+    "CTRIA6": (6, 10, 11, 14),
+}
+"""Card → number of nodes, and fields of the offset, the first thickness at a corner, and the flag of these."""
+
+BEAMS = ("CBAR", "CBEAM", "CROD", "CONROD", "CTUBE")
+SECTIONS = ("PSHELL", "PBAR", "PBARL", "PBEAM", "PBEAML", "PROD", "PTUBE", "PBUSH", "PELAS", "PMASS")
+OTHERS = (
+    "CONM2", "CONM1", "CMASS1", "CMASS2", "CELAS1", "CELAS2", "CBUSH", "RBE3", "RBAR", "MPC", "MPCADD", "SPOINT",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Deck:
+    """Cards of a deck with what they rest on.
+
+    Parameters
+    ----------
+    cards : name → cards.
+    parts : contents as read so far.
+    system : units of the file.
+    frames : coordinate systems.
+    materials : function that returns MAT1 by number, for a section named in its messages.
+    mass : PARAM WTMASS, mass in kg per unit of the file's masses and densities over `system.mass`.
+    """
+
+    cards: Cards
+    parts: Parts
+    system: UnitSystem
+    frames: Mapping[int, Frame]
+    materials: Callable[[str, str], Material]
+    mass: float
+
+    def fields(self, *names: str) -> Iterator[tuple[str, list[str]]]:
+        """Yield names and cards, padded to 50 fields."""
+        for name in names:
+            for card in self.cards.get(name, []):
+                yield f"{self.parts.source}: {name} {card[1]}", [*card, *[""] * (50 - len(card))]
+
+    def axes(self, node: int) -> FloatArray:
+        """Return the axes (3, 3), as columns, in which the motions of a node are written."""
+        frame = self.frames.get(self.parts.rotated.get(node, 0), BASIC)
+        return frame.axes_at(np.array(self.parts.nodes[node]))
+
+    def place(self, node: int) -> FloatArray:
+        """Return the place (3,) m of a node."""
+        require(node in self.parts.nodes, f"{self.parts.source}: node {node} is not defined")
+        return self.system.length * np.array(self.parts.nodes[node])
+
+    def component(self, node: int, component: int, where: str) -> tuple[int, float]:
+        """Return the motion 0 … 5 of the basic system, and its sign, behind a component 1 … 6 of a node."""
+        found = basic_component(component - 1, self.axes(node))
+        if found is None:
+            raise InputError(
+                f"{where}: component {component} of node {node} is in coordinate system {self.parts.rotated[node]}, "
+                "which is turned: write it in the basic system"
+            )
+        return found
+
+
+def read_structure(deck: Deck, chosen_mpc: int | None) -> None:
+    """Read all items into the deck's parts; `chosen_mpc` selects multi-point constraints.
+
+    Raises InputError for what is stated by other means than those read.
+    """
+    _shells(deck)
+    _shell_sections(deck)
+    _beam_sections(deck)
+    _beams(deck)
+    _masses(deck)
+    _springs(deck)
+    _bushes(deck)
+    _means(deck)
+    _bars(deck)
+    _relations(deck, chosen_mpc)
+
+
+def _number(text: str, default: float = 0.0) -> float:
+    return real(text) if text else default
+
+
+def _shells(deck: Deck) -> None:
+    length = deck.system.length
+    for name, (count, offset_field, thick, flag) in SHELLS.items():
+        for where, card in deck.fields(name):
+            members = [int(x) if x else 0 for x in card[3 : 3 + count]]
+            corners = 4 if count in (4, 8) else 3
+            if count > 4 and not any(members[corners:]):
+                members = members[:corners]
+            require(
+                0 not in members,
+                f"{where} has mid-edge nodes on some edges only, or lacks corners: give all or none",
+            )
+            own = deck.parts.structure.shells[card[2] or card[1]]
+            own.labels.append(int(card[1]))
+            own.nodes.append(members)
+            given = card[offset_field] if offset_field is not None else ""
+            own.offset.append(length * real(given) if given else None)
+            at_corners = [real(x) for x in card[thick : thick + corners] if x]
+            require(
+                not at_corners or flag is None or not card[flag] or card[flag] == "0",
+                f"{where} scales its thickness (TFLAG): write the thickness itself",
+            )
+            own.thickness.append(length * sum(at_corners) / len(at_corners) if at_corners else None)
+
+
+def _shell_sections(deck: Deck) -> None:
+    length, system = deck.system.length, deck.system
+    for where, card in deck.fields("PSHELL"):
+        first, second, third = card[2], card[4], card[6]
+        require(bool(first), f"{where} has no membrane (MID1): only shells with one are read")
+        material = deck.materials(first, f"PSHELL {card[1]}")
+        for other, what in ((second, "MID2"), (third, "MID3")):
+            require(
+                not other or deck.materials(other, f"PSHELL {card[1]}") == material,
+                f"{where} has another material for {what}: write a shell of one material",
+            )
+        require(not card[11], f"{where} couples membrane and bending (MID4): give an offset instead")
+        deck.parts.structure.shell_sections[card[1]] = ShellSection(
+            material,
+            length * real(card[3]) if card[3] else None,
+            _number(card[5], 1.0) if second else 0.0,
+            (_number(card[7], 5 / 6) if second else 0.0) if third else 0.0,
+            _number(card[8]) * deck.mass * system.mass / length**2,
+        )
+
+
+def _beam_sections(deck: Deck) -> None:
+    L, per_length = deck.system.length, deck.mass * deck.system.mass / deck.system.length
+    keep = deck.parts.structure.beam_sections
+    for where, card in deck.fields("PBAR"):
+        area, z, y, torsion = (_number(x) for x in card[3:7])
+        keep[card[1]] = (
+            deck.materials(card[2], f"PBAR {card[1]}"),
+            BeamSection(
+                area * L**2, z * L**4, y * L**4, torsion * L**4, _number(card[19]) * L**4,
+                _number(card[17]), _number(card[18]), _number(card[7]) * per_length,
+            ),
+        )  # fmt: skip
+        require(area > 0, f"{where} has no area")
+    for where, card in deck.fields("PBARL", "PBEAML"):
+        own = card[9:]
+        while own and not own[-1]:
+            own.pop()
+        stations = "YES" in [x.upper() for x in own] or "NO" in [x.upper() for x in own]
+        dimensions = [L * real(x) for x in own if x and x.upper() not in ("YES", "NO")]
+        kind, name = card[4].upper(), where.split(": ")[-1]
+        count = {"ROD": 1, "TUBE": 2, "BAR": 2, "BOX": 4, "I": 6, "CHAN": 4, "T": 4, "L": 4}.get(kind, 0)
+        require(not stations, f"{where} changes along the beam: only constant sections are read")
+        extra = dimensions[count] / L if len(dimensions) == count + 1 else 0.0
+        try:
+            shape = section(kind, dimensions)
+        except InputError as error:
+            raise InputError(f"{where}: {error}") from None
+        shape = BeamSection(**{**shape.__dict__, "extra_mass": extra * per_length})
+        keep[card[1]] = (deck.materials(card[2], name), shape)
+    for where, card in deck.fields("PBEAM"):
+        keep[card[1]] = (deck.materials(card[2], f"PBEAM {card[1]}"), _tapered(deck, where, card))
+    for where, card in deck.fields("PROD"):
+        require(bool(card[3]), f"{where} has no area")
+        bar = BeamSection(
+            real(card[3]) * L**2, 0.0, 0.0, _number(card[4]) * L**4, 0, 0, 0, _number(card[6]) * per_length
+        )
+        keep[card[1]] = (deck.materials(card[2], f"PROD {card[1]}"), bar)
+    for where, card in deck.fields("PTUBE"):
+        outer, wall = real(card[3]) / 2, _number(card[4])
+        tube = section("TUBE", [L * outer, L * (outer - wall if wall else 0.0)])
+        bar = BeamSection(tube.area, 0.0, 0.0, tube.torsion, 0, 0, 0, _number(card[5]) * per_length)
+        keep[card[1]] = (deck.materials(card[2], where.split(": ")[-1]), bar)
+
+
+def _tapered(deck: Deck, where: str, card: list[str]) -> BeamSection:
+    """Return the section of PBEAM, which must not change along the beam."""
+    L, per_length = deck.system.length, deck.mass * deck.system.mass / deck.system.length
+    area, z, y, product, torsion, extra = (_number(x) for x in card[3:9])
+    require(area > 0, f"{where} has no area")
+    rest, at = card[9:] if card[9].upper() in ("YES", "YESA", "NO") else card[17:], 0
+    while at < len(rest) and rest[at].upper() in ("YES", "YESA", "NO"):
+        stress = rest[at].upper()
+        # A, I1, I2, I12, J, NSM follow the place; blank is as before
+        for text, value in zip(rest[at + 2 : at + 8], (area, z, y, product, torsion, extra), strict=True):
+            require(
+                not text or abs(real(text) - value) <= 0.01 * abs(value),
+                f"{where} changes along the beam: only constant sections are read, divide it",
+            )
+        at += 8 if stress in ("NO", "YESA") else 16
+    shear_y, shear_z = (_number(x, 1.0) for x in (rest[at : at + 2] if at < len(rest) else ["", ""]))
+    axis = [x for x in rest[at + 8 : at + 16] if x and real(x) != 0.0]
+    require(not axis, f"{where} has its centre of gravity or neutral axis off the shear centre: use offsets instead")
+    return BeamSection(
+        area * L**2, z * L**4, y * L**4, torsion * L**4, product * L**4, shear_y, shear_z, extra * per_length
+    )
+
+
+def _beams(deck: Deck) -> None:
+    for name in BEAMS:
+        for where, card in deck.fields(name):
+            if name in ("CROD", "CTUBE"):
+                ends = int(card[3]), int(card[4])
+                _append_beam(deck, card[2] or card[1], int(card[1]), ends, across(_axis(deck, ends)), [""] * 8)
+            elif name == "CONROD":
+                ends, L = (int(card[2]), int(card[3])), deck.system.length
+                extra = _number(card[8]) * deck.mass * deck.system.mass / L
+                bar = BeamSection(real(card[5]) * L**2, 0.0, 0.0, _number(card[6]) * L**4, extra_mass=extra)
+                deck.parts.structure.beam_sections[f"CONROD {card[1]}"] = deck.materials(card[4], where), bar
+                _append_beam(deck, f"CONROD {card[1]}", int(card[1]), ends, across(_axis(deck, ends)), [""] * 8)
+            else:
+                ends = int(card[3]), int(card[4])
+                flag = (card[8] or "GGG").upper()
+                require(flag == "GGG", f"{where} has offsets and direction by {flag}: write GGG, or leave it blank")
+                _append_beam(
+                    deck, card[2] or card[1], int(card[1]), ends, _direction(deck, where, card, ends), card[9:17]
+                )
+
+
+def _axis(deck: Deck, ends: tuple[int, int]) -> FloatArray:
+    return deck.place(ends[1]) - deck.place(ends[0])
+
+
+def across(axis: FloatArray) -> FloatArray:
+    """Return a vector across an axis (3,), for sections that are alike in all directions."""
+    return np.asarray(np.eye(3)[np.abs(axis).argmin()])
+
+
+def _direction(deck: Deck, where: str, card: list[str], ends: tuple[int, int]) -> FloatArray:
+    if card[5] and not card[6] and not card[7] and "." not in card[5]:
+        return deck.place(int(card[5])) - deck.place(ends[0])
+    require(any(card[5:8]), f"{where} has no direction: give a vector or a grid point")
+    return np.asarray(deck.axes(ends[0]) @ np.array([_number(x) for x in card[5:8]]))
+
+
+def _append_beam(
+    deck: Deck, group: str, label: int, ends: tuple[int, int], direction: FloatArray, more: list[str]
+) -> None:
+    """Add a beam; `more` are its pins at both ends and the offsets of both."""
+    released = np.zeros(12, dtype=bool)
+    for first, pins in ((0, more[0]), (6, more[1])):
+        released[[first + int(c) - 1 for c in pins if c in "123456"]] = True
+    arms = np.array([[_number(x) for x in more[start : start + 3]] for start in (2, 5)])
+    turned = np.stack([deck.axes(node) @ arm for node, arm in zip(ends, arms, strict=True)])
+    own = deck.parts.structure.beams[group]
+    own.labels.append(label)
+    own.nodes.append(ends)
+    own.direction.append(direction)
+    own.arms.append(deck.system.length * turned)
+    own.released.append(released)
+
+
+def point_mass(mass: float, arm: FloatArray, inertia: FloatArray) -> FloatArray:
+    """Return the matrix (6, 6) about a node of a `mass` (kg) at `arm` (m) with its own `inertia` (3, 3) kg m²."""
+    own = np.zeros((6, 6))
+    own[:3, :3], own[3:, 3:] = mass * np.eye(3), inertia
+    move = rigid_motion(arm[None])[0]
+    return np.asarray(move.T @ own @ move)
+
+
+def _masses(deck: Deck) -> None:
+    mass, L = deck.mass * deck.system.mass, deck.system.length
+    for where, card in deck.fields("CONM2"):
+        node, frame = int(card[2]), int(card[3] or 0)
+        place = deck.place(node)
+        require(frame in (-1, *deck.frames), f"{where} is in coordinate system {frame}, which is not defined")
+        arm = np.array([_number(x) for x in card[5:8]])
+        if frame == -1:
+            arm, axes = L * arm - place, np.eye(3)
+        else:
+            axes = deck.frames[frame].axes_at(place / L)
+            arm = L * axes @ arm
+        i11, i21, i22, i31, i32, i33 = (_number(x) for x in card[9:15])
+        inertia = np.array([[i11, -i21, -i31], [-i21, i22, -i32], [-i31, -i32, i33]])
+        turned = mass * L**2 * axes @ inertia @ axes.T
+        deck.parts.structure.masses.append((int(card[1]), node, point_mass(mass * _number(card[4]), arm, turned)))
+    for where, card in deck.fields("CONM1"):
+        node = int(card[2])
+        require(int(card[3] or 0) in deck.frames, f"{where} is in coordinate system {card[3]}, which is not defined")
+        table = np.zeros((6, 6))
+        table[np.tril_indices(6)] = [_number(x) for x in card[4:25]]
+        table += np.tril(table, -1).T
+        table[3:] *= L
+        table[:, 3:] *= L
+        turn = np.kron(np.eye(2), deck.frames[int(card[3] or 0)].axes_at(deck.place(node) / L))
+        deck.parts.structure.masses.append((int(card[1]), node, mass * turn @ table @ turn.T))
+    values = {card[1]: real(card[2]) for _, card in deck.fields("PMASS")}
+    for name in ("CMASS1", "CMASS2"):
+        for where, card in deck.fields(name):
+            require(not card[5], f"{where} joins two nodes: only masses at one node are read")
+            node = int(card[3])
+            component, _ = deck.component(node, int(card[4] or 1), where)
+            require(name == "CMASS2" or card[2] in values, f"{where}: PMASS {card[2]} is not defined")
+            value = real(card[2]) if name == "CMASS2" else values[card[2]]
+            table = np.zeros((6, 6))
+            table[component, component] = mass * value * (L**2 if component > 2 else 1.0)
+            deck.parts.structure.masses.append((int(card[1]), node, table))
+
+
+def _springs(deck: Deck) -> None:
+    values = {}
+    for _, card in deck.fields("PELAS"):
+        values[card[1]] = real(card[2])
+        if card[5]:
+            values[card[5]] = real(card[6])
+    for name in ("CELAS1", "CELAS2"):
+        for where, card in deck.fields(name):
+            require(name == "CELAS2" or card[2] in values, f"{where}: PELAS {card[2]} is not defined")
+            value = real(card[2]) if name == "CELAS2" else values[card[2]]
+            unknowns: list[tuple[int | None, int, float]] = []
+            for node, component in ((card[3], card[4]), (card[5], card[6])):
+                if not node or node == "0":
+                    unknowns.append((None, 0, 0.0))
+                    continue
+                require(component not in ("", "0"), f"{where} has no component at node {node}")
+                unknowns.append((int(node), *deck.component(int(node), int(component), where)))
+            (a, first, sign), (b, second, other) = unknowns
+            scale = [deck.system.length if c > 2 else 1.0 for c in (first, second)]
+            row = np.zeros(12)
+            if a is not None:
+                row[first] = sign * scale[0]
+            if b is not None:
+                row[6 + second] = -other * scale[1]
+            require(a is not None or b is not None, f"{where} has no node")
+            stiffness = value * deck.system.force / deck.system.length * np.outer(row, row)
+            deck.parts.structure.springs.append((int(card[1]), a, b, stiffness))
+
+
+def _bushes(deck: Deck) -> None:
+    L, force = deck.system.length, deck.system.force
+    laws = {}
+    for where, card in deck.fields("PBUSH"):
+        at = next((i for i in range(2, len(card)) if card[i].upper() == "K"), None)
+        require(at is not None, f"{where} has no stiffness K")
+        assert at is not None
+        laws[card[1]] = [_number(x) for x in card[at + 1 : at + 7]]
+    units = force / L * np.array([1.0, 1.0, 1.0, L**2, L**2, L**2])
+    for where, card in deck.fields("CBUSH"):
+        require(card[2] in laws or card[1] in laws, f"{where}: PBUSH {card[2]} is not defined")
+        a, b = int(card[3]), int(card[4]) if card[4] else None
+        place = deck.place(a)
+        other = place if b is None else deck.place(b)
+        require(
+            not card[10] or card[10] == "-1", f"{where} places its spring by a coordinate system (OCID): leave it out"
+        )
+        middle = place + _number(card[9], 0.5) * (other - place)
+        axes = _bush_axes(deck, where, card, other - place)
+        turn = np.kron(np.eye(2), axes)
+        local = turn @ np.diag(np.array(laws.get(card[2] or card[1], [0.0] * 6)) * units) @ turn.T
+        reach = np.hstack([rigid_motion((middle - one)[None])[0] for one in (place, other)])
+        reach[:, 6:] *= -1
+        if b is None:
+            reach[:, 6:] = 0.0
+        deck.parts.structure.springs.append((int(card[1]), a, b, reach.T @ local @ reach))
+
+
+def _bush_axes(deck: Deck, where: str, card: list[str], along: FloatArray) -> FloatArray:
+    """Return the axes (3, 3) of a bush as columns: of a system, by its direction, or those of the basic system."""
+    if card[8]:
+        frame = int(card[8])
+        require(frame in deck.frames, f"{where} is in coordinate system {frame}, which is not defined")
+        return deck.frames[frame].axes_at(deck.place(int(card[3])) / deck.system.length)
+    length = float(np.linalg.norm(along))
+    if length == 0:
+        require(not any(card[5:8]), f"{where} has no length and a direction: give it a coordinate system (CID)")
+        return np.eye(3)
+    if card[5] and not card[6] and not card[7] and "." not in card[5]:
+        direction = deck.place(int(card[5])) - deck.place(int(card[3]))
+    else:
+        direction = deck.axes(int(card[3])) @ np.array([_number(x) for x in card[5:8]])
+        if not direction.any():
+            direction = across(along)
+    x = along / length
+    z = np.cross(x, direction)
+    require(bool(z.any()), f"{where}: its direction lies along its axis")
+    z /= np.linalg.norm(z)
+    return np.column_stack([x, np.cross(z, x), z])
+
+
+def _means(deck: Deck) -> None:
+    for where, card in deck.fields("RBE3"):
+        components = np.zeros(6, dtype=bool)
+        components[[int(c) - 1 for c in card[4] if c in "123456"]] = True
+        require(bool(card[3]) and bool(components.any()), f"{where} has no reference node or no components")
+        if not components.all():
+            _basic_only(deck, [int(card[3])], where)
+        members: list[int] = []
+        weights: list[FloatArray] = []
+        row: FloatArray | None = None
+        words = [x for x in card[5:] if x]
+        at = 0
+        while at < len(words):
+            word = words[at].upper()
+            if word in ("UM", "ALPHA", "TREF"):
+                break
+            if "." in word:
+                require(at + 1 < len(words), f"{where} has a weight without components")
+                row = np.zeros(6)
+                row[[int(c) - 1 for c in words[at + 1]]] = real(word)
+                at += 2
+                continue
+            require(row is not None, f"{where}: its weights must be real numbers, with a decimal point")
+            assert row is not None
+            own = numbers([word, *words[at + 1 : at + 3]]) if words[at + 1 : at + 2] == ["THRU"] else [int(word)]
+            at += 3 if len(own) > 1 else 1
+            if row[:3].min() != row[:3].max() or row[3:].any():
+                _basic_only(deck, own, where)
+            members += own
+            weights += [row] * len(own)
+        require(len(members) > 0, f"{where} has no nodes")
+        deck.parts.structure.averages.append((card[1], int(card[3]), components, members, np.array(weights)))
+
+
+def _basic_only(deck: Deck, nodes: list[int], where: str) -> None:
+    turned = [n for n in nodes if n in deck.parts.rotated and not np.allclose(deck.axes(n), np.eye(3), atol=1e-6)]
+    require(
+        not turned,
+        f"{where} takes single components of node {(turned or [0])[0]} in a turned coordinate system: write 123",
+    )
+
+
+def _bars(deck: Deck) -> None:
+    for where, card in deck.fields("RBAR"):
+        whole = [set(x) >= set("123456") for x in card[4:6]]
+        require(any(whole), f"{where}: one end must carry all six components (CNA or CNB)")
+        reference, other = (card[2], card[3]) if whole[0] else (card[3], card[2])
+        carried = set(card[7] if whole[0] else card[6]) or set("123456")
+        require(carried >= set("123"), f"{where} couples components {sorted(carried)}: 123 at least are needed")
+        deck.parts.rigid.append(Rigid(card[1], int(reference), [int(other)], carried >= set("456")))
+
+
+def _relations(deck: Deck, chosen: int | None) -> None:
+    sets: dict[int, list[tuple[str, list[str]]]] = {}
+    for where, card in deck.fields("MPC"):
+        sets.setdefault(int(card[1]), []).append((where, card))
+    for _, card in deck.fields("MPCADD"):
+        sets[int(card[1])] = [one for number in numbers(card[2:]) for one in sets.get(number, [])]
+    if chosen is None:
+        if sets:
+            deck.parts.notes.append(
+                f"multi-point constraints MPC {', '.join(map(str, sorted(sets)))} left out: case control selects none"
+            )
+        return
+    require(chosen in sets, f"{deck.parts.source}: MPC = {chosen} is not there; known: {sorted(sets)}")
+    L = deck.system.length
+    for where, card in sets[chosen]:
+        terms = []
+        for start in range(2, len(card) - 2, 8):
+            for at in (start, start + 3):
+                if at + 2 < len(card) and card[at]:
+                    node = int(card[at])
+                    component, sign = deck.component(node, int(card[at + 1] or 1), where)
+                    # a shift is L times that of the file
+                    terms.append((node, component, sign * real(card[at + 2]) * (L if component > 2 else 1.0)))
+        (node, component, first), *others = terms
+        require(first != 0 and bool(others), f"{where} has no other motion, or a first coefficient of 0")
+        deck.parts.structure.relations.append(
+            (where.split(": ")[-1], node, component, [(n, c, -a / first) for n, c, a in others])
+        )

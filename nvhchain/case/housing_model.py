@@ -67,7 +67,7 @@ class HousingModel(Housing):
     """
 
     file: str
-    units: Literal["m-kg-s", "mm-t-s", "mm-kg-ms", "in-lbf-s"]
+    units: Literal["m-kg-s", "mm-t-s", "mm-kg-ms", "mm-kg-s", "in-lbf-s"]
     modal_damping: float | DampingCurve = 0.01
     engine_plane: EnginePlane | None = None
     opening: Length | None = None
@@ -168,7 +168,7 @@ class ModalResults(Housing):
     """
 
     file: str
-    units: Literal["m-kg-s", "mm-t-s", "mm-kg-ms", "in-lbf-s"] | None = None
+    units: Literal["m-kg-s", "mm-t-s", "mm-kg-ms", "mm-kg-s", "in-lbf-s"] | None = None
     seats: tuple[SeatNode, ...] = ()
     surface: SurfaceFile | None = None
     residual_vectors: bool = False

@@ -12,12 +12,12 @@ from nvhchain.interop.modes.modal_uff import read_modal_uff
 from nvhchain.interop.solids.abaqus import read_abaqus
 from nvhchain.interop.solids.nastran import read_nastran
 
-NASTRAN, ABAQUS = (".bdf", ".dat", ".nas", ".blk", ".bulk"), (".inp",)
+NASTRAN, ABAQUS = (".bdf", ".dat", ".nas", ".fem", ".pch", ".blk", ".bulk"), (".inp",)
 UNIVERSAL, HDF5 = (".unv", ".uff", ".uf"), (".h5", ".hdf5", ".hdf")
 
 
 def read_solid_model(path: str | Path, *, units: str, spc: int | None = None) -> SolidModel:
-    """Read Nastran bulk data (.bdf, .dat, .nas) or an Abaqus input file (.inp).
+    """Read Nastran bulk data (.bdf, .dat, .nas, .fem, .pch) or an Abaqus input file (.inp).
 
     Parameters
     ----------

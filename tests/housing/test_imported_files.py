@@ -231,6 +231,7 @@ def test_wrong_units_are_recognised_by_the_material(tmp_path):
         ("m-kg-s", 210e9, 7850.0),
         ("mm-t-s", 210e3, 7.85e-9),
         ("mm-kg-ms", 210.0, 7.85e-6),
+        ("mm-kg-s", 210e6, 7.85e-6),
         ("in-lbf-s", 30.458e6, 7.3453e-4),
     ],
 )
@@ -238,6 +239,20 @@ def test_unit_systems_give_steel_its_handbook_values(name, young, density):
     steel = unit_system(name).material(young, 0.3, density, "steel")
     assert steel.young == pytest.approx(210e9, rel=1e-4)
     assert steel.density == pytest.approx(7850.0, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("young", "density", "units", "message"),
+    [
+        (210e3, 0.0, "mm-t-s", "without mass nothing vibrates: give the density"),
+        (30e6, 0.283, "in-lbf-s", r"as weight per volume it makes 783\d kg/m³: divide it by g = 386.089"),
+        (210e6, 7.85e-6, "mm-t-s", "the file may be in mm-kg-s$"),
+        (210.0, 7850.0, "m-kg-s", "no unit system makes sense of both"),
+    ],
+)
+def test_a_material_that_makes_no_sense_is_named_for_its_fault(young, density, units, message):
+    with pytest.raises(InputError, match=message):
+        unit_system(units).material(young, 0.3, density, "steel")
 
 
 @pytest.mark.parametrize(
@@ -262,6 +277,18 @@ def test_included_files_stand_in_their_place(tmp_path, text, cut, statement, nam
     (tmp_path / name).write_text(f"{statement}\n")
     with pytest.raises(FileFormatError, match="includes itself"):
         read_solid_model(main, units=units)
+
+
+def test_includes_lie_beside_the_main_deck_too_and_may_have_backslashes(tmp_path):
+    (tmp_path / "parts").mkdir()
+    at, end = NASTRAN.index("PSOLID"), NASTRAN.index("MAT1")
+    (tmp_path / "main.fem").write_text(f"{NASTRAN[:at]}INCLUDE 'parts\\solids.bdf'\n")
+    (tmp_path / "parts" / "solids.bdf").write_text(f"{NASTRAN[at:end]}INCLUDE 'parts/steel.bdf'\n")
+    (tmp_path / "parts" / "steel.bdf").write_text(NASTRAN[end:])
+    assert read_solid_model(tmp_path / "main.fem", units="m-kg-s").blocks[0].material.young == 2.1e11
+    (tmp_path / "main.fem").write_text("INCLUDE 'MODELS:solids.bdf'\n")
+    with pytest.raises(FileFormatError, match="MODELS stands for a folder"):
+        read_solid_model(tmp_path / "main.fem", units="m-kg-s")
 
 
 def test_missing_file_and_foreign_ending_are_named(tmp_path):

@@ -181,6 +181,34 @@ class Relation:
 
 
 @dataclass(frozen=True, eq=False)
+class Tie:
+    """Nodes that follow the nearest places on a surface.
+
+    Parameters
+    ----------
+    name : str
+        Name in the file.
+    nodes : (s,) int array
+        Nodes that follow.
+    faces : (f, 8) int array
+        Four corners, −1 for the fourth of a triangle; then the middles of the edges, −1 for missing ones.
+    tolerance : float, optional
+        Largest distance (m); None: a share of the mean edge of the faces.
+    adjust : bool
+        True for nodes that are moved onto the surface.
+    rotations : bool
+        True for rotations that follow, too.
+    """
+
+    name: str
+    nodes: IntArray
+    faces: IntArray
+    tolerance: float | None = None
+    adjust: bool = True
+    rotations: bool = True
+
+
+@dataclass(frozen=True, eq=False)
 class Structure:
     """Shells, beams, springs, masses and relations of a model.
 
@@ -193,7 +221,9 @@ class Structure:
     averages : tuple of Average
         Weighted means.
     relations : tuple of Relation
-        Ties and multi-point constraints.
+        Multi-point constraints.
+    ties : tuple of Tie
+        Ties.
     held_rotations : (n, 3) bool array, optional
         Fixed rotations of the nodes.
     """
@@ -204,12 +234,14 @@ class Structure:
     masses: Masses | None = None
     averages: tuple[Average, ...] = ()
     relations: tuple[Relation, ...] = ()
+    ties: tuple[Tie, ...] = ()
     held_rotations: IntArray = field(default_factory=lambda: np.zeros((0, 3), dtype=bool))
 
     @property
     def empty(self) -> bool:
         """True if there is nothing but solids and rigid sets."""
-        return not (self.shells or self.beams or self.springs or self.masses or self.averages or self.relations)
+        items = (self.shells, self.beams, self.springs, self.masses, self.averages, self.relations, self.ties)
+        return not any(items)
 
     @property
     def elements(self) -> int:
@@ -256,5 +288,10 @@ class Structure:
             relations=tuple(
                 replace(one, node=int(moved(np.array([one.node]))[0]), nodes=moved(one.nodes)) for one in self.relations
             ),
+            ties=tuple(replace(tie, nodes=_there(moved(tie.nodes)), faces=moved(tie.faces)) for tie in self.ties),
             held_rotations=self.held_rotations[kept] if len(self.held_rotations) else self.held_rotations,
         )
+
+
+def _there(nodes: IntArray) -> IntArray:
+    return nodes[nodes >= 0]

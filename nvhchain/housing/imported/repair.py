@@ -15,6 +15,8 @@ import numpy as np
 from nvhchain.errors import InputError, require
 from nvhchain.fem.elements import reference_element
 from nvhchain.fem.solid_model import CORNERS, EDGES, ElementBlock, RigidSet, SolidModel
+from nvhchain.fem.structural.model import Tie
+from nvhchain.fem.structural.ties import tied_relations
 from nvhchain.handoff import FloatArray, IntArray
 from nvhchain.housing.imported.cracks import cracks, open_joints
 from nvhchain.housing.imported.joints import are_collinear, check_joints
@@ -48,6 +50,7 @@ def sound_mesh(model: SolidModel) -> tuple[SolidModel, tuple[str, ...]]:
         open_nodes = cracks(model, mean_edge(model))
         model = raised(model, notes)
         model = _straightened(model, notes)
+    model = _tied(model, notes)
     edge = mean_edge(model)
     if model.structure.empty:
         check_joints(model, edge)
@@ -71,6 +74,19 @@ def mean_edge(model: SolidModel) -> float:
     found += [np.stack([b.nodes, np.roll(b.nodes, -1, axis=1)], axis=2).reshape(-1, 2) for b in model.structure.shells]
     ends = np.concatenate(found)
     return float(np.linalg.norm(model.nodes[ends[:, 0]] - model.nodes[ends[:, 1]], axis=1).mean())
+
+
+def _tied(model: SolidModel, notes: list[str]) -> SolidModel:
+    """Return the model with relations in place of its ties."""
+    turning = model.structure.turning
+    for tie in model.structure.ties:
+        try:
+            relations, nodes = tied_relations(model.nodes, tie, turning, notes)
+        except InputError as error:
+            raise InputError(f"{model.source}: {error}") from None
+        structure = replace(model.structure, relations=(*model.structure.relations, *relations))
+        model = replace(model, nodes=nodes, structure=structure)
+    return replace(model, structure=replace(model.structure, ties=()))
 
 
 def _used(model: SolidModel) -> IntArray:
@@ -251,6 +267,7 @@ def raised(model: SolidModel, notes: list[str] | None = None) -> SolidModel:
         slot = np.searchsorted(keys, pairs[..., 0] * count + pairs[..., 1])
         blocks.append(replace(block, kind=QUADRATIC[block.shape], nodes=np.hstack([block.nodes, middle[slot]])))
     elements = sum(len(block.nodes) for block in linear)
+    ties = model.structure.ties
     if notes is not None:
         notes.append(f"{elements} linear elements raised to quadratic: {count} nodes became {len(nodes)}")
     last = max(int(model.labels.max()), *(rigid.label for rigid in model.rigid_sets), 0)
@@ -262,7 +279,21 @@ def raised(model: SolidModel, notes: list[str] | None = None) -> SolidModel:
         rigid_sets=tuple(_insert_middles(rigid, ends, count) for rigid in model.rigid_sets),
         held=np.vstack([model.held, model.held[ends].all(axis=1)]),
         groups={name: _joined(members, ends, count) for name, members in model.groups.items()},
+        structure=replace(model.structure, ties=tuple(_raised_tie(tie, keys, middle, ends, count) for tie in ties)),
     )
+
+
+def _raised_tie(tie: Tie, keys: IntArray, middle: IntArray, ends: IntArray, count: int) -> Tie:
+    """Return the tie with the new nodes in the middles of edges."""
+    faces = tie.faces.copy()
+    corners = np.where(faces[:, :4] < 0, faces[:, :1], faces[:, :4])
+    pairs = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2), axis=2)
+    pairs[faces[:, 3] < 0, 2] = np.sort(faces[faces[:, 3] < 0][:, [2, 0]], axis=1)
+    key = pairs[..., 0] * count + pairs[..., 1]
+    slot = np.minimum(np.searchsorted(keys, key), len(keys) - 1)
+    found = (keys[slot] == key) & (faces[:, 4:] < 0)
+    faces[:, 4:] = np.where(found, middle[slot], faces[:, 4:])
+    return replace(tie, nodes=_joined(tie.nodes, ends, count), faces=faces)
 
 
 def _edge_list(block: ElementBlock) -> IntArray:

@@ -204,7 +204,7 @@ def constrained(model: SolidModel) -> tuple[sp.csr_matrix, sp.csr_matrix, sp.csr
     K, M = _solid_matrices(model)
     T = rigid_map(model.nodes, [(rigid.nodes, rigid.reference) for rigid in model.rigid_sets])
     rigid = np.zeros(len(model.nodes), dtype=bool)
-    rigid[np.concatenate([r.nodes for r in model.rigid_sets])] = True
+    rigid[np.concatenate([np.zeros(0, dtype=np.int64), *(r.nodes for r in model.rigid_sets)])] = True
     held = np.concatenate([model.held[~rigid].ravel(), *(r.held for r in model.rigid_sets)])
     T = sp.csr_matrix(T[:, np.flatnonzero(~held)])
     return sp.csr_matrix(T.T @ K @ T), sp.csr_matrix(T.T @ M @ T), T

@@ -20,6 +20,7 @@ from nvhchain.fem.structural.model import (
     ShellBlock,
     Springs,
     Structure,
+    Tie,
 )
 from nvhchain.handoff import FloatArray, IntArray
 
@@ -72,6 +73,7 @@ class StructureParts:
     masses : label, node, mass matrix (6, 6).
     averages : name, node, components (6,) bool, nodes, weights (k, 6).
     relations : name, node, component, others as (node, component, coefficient).
+    ties : name, nodes, faces of eight nodes or None, tolerance (m), adjusting, with rotations.
     """
 
     shells: dict[str, Shells] = field(default_factory=lambda: defaultdict(Shells))
@@ -82,6 +84,7 @@ class StructureParts:
     masses: list[tuple[int, int, FloatArray]] = field(default_factory=list)
     averages: list[tuple[str, int, IntArray, list[int], FloatArray]] = field(default_factory=list)
     relations: list[tuple[str, int, int, list[tuple[int, int, float]]]] = field(default_factory=list)
+    ties: list[tuple[str, list[int], list[list[int | None]], float | None, bool, bool]] = field(default_factory=list)
 
     @property
     def labels(self) -> set[int]:
@@ -144,8 +147,12 @@ class StructureParts:
             )
             for name, node, component, others in self.relations
         )
+        ties = tuple(
+            Tie(name, np.unique(rows(nodes, f"tie {name}")), _faces(faces, rows, name), tolerance, adjust, turns)
+            for name, nodes, faces, tolerance, adjust, turns in self.ties
+        )
         beams = tuple(self._beams(source, group, rows) for group in self.beams)
-        return Structure(tuple(blocks), beams, springs, masses, means, relations), added[len(nodes) :]
+        return Structure(tuple(blocks), beams, springs, masses, means, relations, ties), added[len(nodes) :]
 
     def _shells(
         self, source: str, group: str, count: int, nodes: FloatArray, rows: Rows
@@ -190,3 +197,12 @@ class StructureParts:
             np.array(own.released),
             group,
         )
+
+
+def _faces(faces: list[list[int | None]], rows: Rows, name: str) -> IntArray:
+    """Return rows (f, 8) of the nodes of faces, −1 for None."""
+    flat = [label for face in faces for label in face]
+    known = np.array([label is not None for label in flat])
+    result = np.full(len(flat), -1, dtype=np.int64)
+    result[known] = rows([label for label in flat if label is not None], f"tie {name}")
+    return result.reshape(-1, 8)

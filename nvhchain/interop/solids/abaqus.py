@@ -1,4 +1,4 @@
-"""Import of Abaqus and CalculiX input as `SolidModel`: C3D4/10, C3D6/15, C3D8/20, sets, surfaces, couplings.
+"""Import of Abaqus and CalculiX input as `SolidModel`: solids, shells, beams, sets, surfaces, couplings, ties.
 
 Boundary conditions are read, too. Parts may be in instances, moved or not, or in a flat file. Keywords of the model are
 refused unless they are read or have no effect. Steps, loads and requests for output are ignored.
@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from nvhchain.errors import FileFormatError, InputError, require
-from nvhchain.fem.solid_model import SolidModel
+from nvhchain.fem.solid_model import KINDS, SolidModel
 from nvhchain.interop.notation._names import marks, restored
 from nvhchain.interop.notation.units import unit_system
 from nvhchain.interop.solids._model_parts import Parts
@@ -29,6 +29,19 @@ from nvhchain.interop.solids.abaqus_rigid import (
     read_surface,
 )
 from nvhchain.interop.solids.abaqus_sets import ASSEMBLY, AbaqusFile, members_of, motion
+from nvhchain.interop.solids.abaqus_structure import (
+    OTHER_ELEMENTS,
+    SECTIONS,
+    assign_sections,
+    assign_truss,
+    keep_section,
+    leftovers,
+    read_distributing,
+    read_equation,
+    read_orientation,
+    read_transform,
+)
+from nvhchain.interop.solids.abaqus_ties import read_tie
 
 _SOLID = re.compile(r"C3D(4|6|8|10|15|20)(?=$|[RIHMTS])")
 _KIND = {"4": "tet4", "10": "tet10", "6": "wedge6", "15": "wedge15", "8": "hex8", "20": "hex20"}
@@ -37,7 +50,10 @@ _PASSED_OVER = {
     "HEADING", "PREPRINT", "AMPLITUDE", "RESTART", "FILE FORMAT",
     "PHYSICAL CONSTANTS", "DAMPING", "PLASTIC", "EXPANSION", "CONDUCTIVITY", "SPECIFIC HEAT", "INITIAL CONDITIONS",
     "DISTRIBUTION", "DISTRIBUTION TABLE", "SECTION CONTROLS", "HOURGLASS STIFFNESS", "SURFACE INTERACTION", "FRICTION",
-    "SURFACE BEHAVIOR", "TIME POINTS", "FILTER", "ORIENTATION",
+    "SURFACE BEHAVIOR", "TIME POINTS", "FILTER", "CONTACT PAIR", "CONTACT", "CONTACT INCLUSIONS", "CONTACT EXCLUSIONS",
+    "CONTACT PROPERTY ASSIGNMENT", "SURFACE PROPERTY ASSIGNMENT", "CONTACT CONTROLS", "CONTACT INITIALIZATION DATA",
+    "CONTACT INITIALIZATION ASSIGNMENT", "CONTACT FORMULATION", "GAP CONDUCTANCE", "DESIGN VARIABLES", "OBJECTIVE",
+    "CONSTRAINT", "CLEARANCE", "VISCOELASTIC", "CREEP", "LATENT HEAT",
 }  # fmt: skip
 """Keywords of the model that change neither stiffness nor mass; those of steps are all ignored.
 
@@ -89,8 +105,10 @@ def read_abaqus(path: str | Path, *, units: str) -> SolidModel:
             )
             known = block.name in _READERS or block.name in _LATE or block.name in _PASSED_OVER
             if not known and not in_step and block.name != "END STEP":
+                example = ", ".join(block.data[0]) if block.data else "no data"
                 raise InputError(
-                    f"{path}: *{block.name} is not read: replace it by solid elements and kinematic couplings"
+                    f"{path}: *{block.name} is not read (its first line is {example}): replace it by solids, shells, "
+                    "beams, springs or couplings"
                 )
             if file.part and block.name != "END PART":
                 file.contents[file.part].append(block)
@@ -152,26 +170,42 @@ def _node(file: AbaqusFile, block: Block) -> None:
 def _element(file: AbaqusFile, block: Block) -> None:
     kind = block.get("TYPE").upper()
     found = _SOLID.match(kind)
+    other = next(((own, count) for pattern, own, count in OTHER_ELEMENTS if pattern.match(kind)), None)
     require(
-        found is not None,
-        f"{file.parts.source}: elements of type {kind} are not read: use C3D4/10, C3D6/15 or C3D8/20",
+        found is not None or other is not None,
+        f"{file.parts.source}: {len(block.data)} elements of type {kind} are not read (the first is "
+        f"{', '.join(block.data[0]) if block.data else 'missing'}): use C3D4/10, C3D6/15 or C3D8/20, S3/S4/S8R, B31",
     )
-    assert found is not None
+    own, count = other or (_KIND[found[1]], int(found[1]))  # type: ignore[index]
     require(
-        file.owner != ASSEMBLY, f"{file.parts.source}: *ELEMENT, TYPE={kind} in the assembly: write it into the part"
+        file.owner != ASSEMBLY or count == 1 or own.startswith(("spring", "dashpot")),
+        f"{file.parts.source}: *ELEMENT, TYPE={kind} in the assembly: write it into the part",
     )
-    count = int(found[1])
+    if file.owner == ASSEMBLY:  # nodes may be of instances: `instance.number`
+        _assembly_elements(file, block, own)
+        return
     cells = [int(c) + file.offset for row in block.data for c in row if c]
     require(len(cells) % (count + 1) == 0, f"{file.parts.source}: {kind} elements have {len(cells)} numbers in all")
     labels = cells[:: count + 1]
     for i, label in enumerate(labels):
         start = i * (count + 1) + 1
-        made = (_KIND[found[1]], cells[start : start + count])
+        made = (own, cells[start : start + count])
         require(
             file.elements.get(label, made) == made,
             f"{file.parts.source}: element {label} is defined twice, on different nodes",
         )
         file.elements[label] = made
+    if block.get("ELSET"):
+        file.add(file.elsets, block.get("ELSET"), labels)
+
+
+def _assembly_elements(file: AbaqusFile, block: Block, kind: str) -> None:
+    """Read masses and springs of the assembly, whose nodes are `number` or `instance.number`."""
+    labels = []
+    for row in block.data:
+        label = int(row[0]) + file.offset
+        file.elements[label] = (kind, [file.labels(cell, file.nsets)[0] for cell in row[1:] if cell])
+        labels.append(label)
     if block.get("ELSET"):
         file.add(file.elsets, block.get("ELSET"), labels)
 
@@ -224,7 +258,8 @@ def _state(file: AbaqusFile, block: Block, constants: dict[str, float]) -> None:
 
 
 def _section(file: AbaqusFile, block: Block) -> None:
-    file.sections.append((file.owner, block.get("ELSET"), block.get("MATERIAL").upper()))
+    area = real(block.data[0][0]) if block.data and block.data[0][0] else 1.0
+    file.sections.append((file.owner, block.get("ELSET"), block.get("MATERIAL").upper(), area))
 
 
 def _assembly(file: AbaqusFile, block: Block) -> None:
@@ -265,8 +300,8 @@ def _end_instance(file: AbaqusFile, block: Block) -> None:
 def _assign(file: AbaqusFile) -> None:
     """Assign every element the material of its set's section."""
     given: dict[int, str] = {}
-    instances = Counter(elset for _, elset in {(owner, elset.upper()) for owner, elset, _ in file.sections})
-    for owner, elset, name in file.sections:
+    instances = Counter(elset for _, elset in {(owner, elset.upper()) for owner, elset, *_ in file.sections})
+    for owner, elset, name, area in file.sections:
         found = file.materials.get(name, {})
         where = f"{file.parts.source}: material {name} of section {elset}"
         require({"young", "poisson", "density"} <= found.keys(), f"{where} needs *ELASTIC and *DENSITY")
@@ -280,12 +315,16 @@ def _assign(file: AbaqusFile) -> None:
                 f"{file.parts.source}: element {label} has two sections, of sets {given.get(label)} and {elset}: "
                 "keep one",
             )
-            if label in file.elements:
+            if label in file.elements and file.elements[label][0] == "truss2":
+                assign_truss(file, group, label, file.parts.materials[group], area * file.system.length**2)
+            elif label in file.elements and file.elements[label][0] in KINDS:
                 given[label] = elset
                 kind, members = file.elements.pop(label)
                 labels, rows = file.parts.elements[kind, group]
                 labels.append(label)
                 rows.append(members)
+    assign_sections(file)
+    leftovers(file, {n for _, rows in file.parts.elements.values() for row in rows for n in row})
     require(
         not file.elements,
         f"{file.parts.source}: {len(file.elements)} elements, first {next(iter(file.elements), 0)}, have no section",
@@ -300,6 +339,10 @@ _READERS: dict[str, Callable[[AbaqusFile, Block], None]] = {
     "SURFACE": read_surface,
     "COUPLING": read_coupling,
     "KINEMATIC": read_kinematic,
+    "DISTRIBUTING": read_distributing,
+    "TRANSFORM": read_transform,
+    "ORIENTATION": read_orientation,
+    **dict.fromkeys(SECTIONS, keep_section),
     "MATERIAL": _start_material,
     "ELASTIC": _elastic,
     "DENSITY": _density,
@@ -316,4 +359,6 @@ _LATE: dict[str, Callable[[AbaqusFile, Block], None]] = {
     "RIGID BODY": read_rigid_body,
     "KINEMATIC COUPLING": read_kinematic_coupling,
     "MPC": read_mpc,
+    "EQUATION": read_equation,
+    "TIE": read_tie,
 }

@@ -8,7 +8,10 @@ from pathlib import Path
 
 from nvhchain.interop.notation._includes import lines_with_includes
 
-_FILLED = {"NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "KINEMATIC", "MPC", "BOUNDARY", "ELASTIC", "DENSITY"}
+_FILLED = {
+    "NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "KINEMATIC", "MPC", "BOUNDARY", "ELASTIC", "DENSITY",
+    "EQUATION", "TIE",
+}  # fmt: skip
 """Keywords that are read and may have their data in a separate file."""
 
 

@@ -9,6 +9,7 @@ from nvhchain.fem.solid_model import CORNERS, EDGES, KINDS
 from nvhchain.interop.solids._model_parts import Rigid
 from nvhchain.interop.solids.abaqus_keywords import Block, real
 from nvhchain.interop.solids.abaqus_sets import AbaqusFile
+from nvhchain.interop.solids.nastran_frames import basic_component
 
 SIDES: dict[str, tuple[tuple[int, ...], ...]] = {
     "tet": ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)),
@@ -32,24 +33,32 @@ _NAMED_SUPPORTS = {
 def read_surface(file: AbaqusFile, block: Block) -> None:
     """Read a surface of nodes or of element faces as a set of nodes."""
     nodes: list[int] = []
+    faces: list[tuple[int, ...]] = []
     by_nodes = block.get("TYPE", "ELEMENT").upper() == "NODE"
     for row in block.data:
         if by_nodes:
             nodes += file.labels(row[0], file.nsets)
             continue
-        require(
-            len(row) > 1 and re.fullmatch(r"S[1-6]", row[1].upper()) is not None,
-            f"{file.parts.source}: *SURFACE {block.get('NAME')}: faces {row[1:]} are not read: name them S1 … S6",
-        )
+        side = row[1].upper() if len(row) > 1 else ""
         for label in file.labels(row[0], file.elsets):
             kind, members = file.elements[label]
-            corners = SIDES[KINDS[kind]][int(row[1][1]) - 1]
+            if kind.startswith("shell") and side in ("", "SPOS", "SNEG"):
+                faces.append(tuple(members))
+                continue
+            require(
+                kind in KINDS and re.fullmatch(r"S[1-6]", side) is not None,
+                f"{file.parts.source}: *SURFACE {block.get('NAME')}: faces {row[1:]} are not read: name them S1 … S6",
+            )
+            corners = SIDES[KINDS[kind]][int(side[1]) - 1]
             place = [*corners]
             if len(members) > CORNERS[KINDS[kind]]:
-                edges = enumerate(EDGES[KINDS[kind]], CORNERS[KINDS[kind]])
-                place += [i for i, (a, b) in edges if a in corners and b in corners]
-            nodes += [members[i] for i in place]
+                around = [frozenset((a, corners[i - len(corners) + 1])) for i, a in enumerate(corners)]
+                edges = [frozenset(edge) for edge in EDGES[KINDS[kind]]]
+                place += [CORNERS[KINDS[kind]] + edges.index(pair) for pair in around]
+            faces.append(tuple(members[i] for i in place))
+    nodes += [node for face in faces for node in face]
     file.add(file.surfaces, block.get("NAME"), sorted(set(nodes)))
+    file.faces.setdefault((file.owner, block.get("NAME").upper()), []).extend(faces)
 
 
 def read_coupling(file: AbaqusFile, block: Block) -> None:
@@ -76,7 +85,8 @@ def read_kinematic(file: AbaqusFile, block: Block) -> None:
         nodes = file.named(file.surfaces, surface)
     except InputError:  # CalculiX and old Abaqus take a node set, too
         nodes = file.named(file.nsets, surface)
-    _add_rigid(file, coupling.get("CONSTRAINT NAME") or surface, coupling.get("REF NODE"), nodes)
+    name = coupling.get("CONSTRAINT NAME") or surface
+    _add_rigid(file, name, coupling.get("REF NODE"), nodes, turned=components >= set("456"))
 
 
 def read_rigid_body(file: AbaqusFile, block: Block) -> None:
@@ -105,23 +115,37 @@ def read_kinematic_coupling(file: AbaqusFile, block: Block) -> None:
 
 
 def read_mpc(file: AbaqusFile, block: Block) -> None:
-    """Read `BEAM, dependent, reference`: each node follows its reference rigidly."""
+    """Read `BEAM, dependent, reference`: nodes follow rigidly; by `TIE` or `PIN` their motions are equal."""
     followers: dict[int, list[int]] = {}
     for kind, dependent, reference in (row[:3] for row in block.data):
-        require(kind.upper() == "BEAM", f"{file.parts.source}: *MPC of type {kind} is not read: use BEAM")
-        followers.setdefault(_reference(file, reference), []).extend(file.labels(dependent, file.nsets))
+        require(
+            kind.upper() in ("BEAM", "TIE", "PIN"),
+            f"{file.parts.source}: *MPC of type {kind} is not read: use BEAM, TIE or PIN",
+        )
+        if kind.upper() == "BEAM":
+            followers.setdefault(_reference(file, reference), []).extend(file.labels(dependent, file.nsets))
+            continue
+        leaders = file.labels(reference, file.nsets)
+        for i, node in enumerate(file.labels(dependent, file.nsets)):
+            leader = leaders[i if len(leaders) > 1 else 0]
+            for component in range(6 if kind.upper() == "TIE" else 3):
+                file.parts.structure.relations.append(
+                    (f"MPC of node {node}", node, component, [(leader, component, 1.0)])
+                )
     for label, nodes in followers.items():
         file.parts.rigid.append(Rigid(f"MPC {label}", label, nodes))
 
 
-def _add_rigid(file: AbaqusFile, name: str, reference: str, nodes: list[int], rotation: str = "") -> None:
+def _add_rigid(
+    file: AbaqusFile, name: str, reference: str, nodes: list[int], rotation: str = "", *, turned: bool = True
+) -> None:
     label = _reference(file, reference)
     if rotation:  # CalculiX: translations of this node are the rotations of the body
         turning = _reference(file, rotation)
         rotations = {str(int(c) + 3) for c in file.parts.held.pop(turning, set()) & set("123")}
         file.parts.held[label] = (file.parts.held[label] & set("123")) | rotations
     twice = any(rigid.name == name and rigid.reference != label for rigid in file.parts.rigid)
-    file.parts.rigid.append(Rigid(f"{file.instance}.{name}" if twice else name, label, nodes))
+    file.parts.rigid.append(Rigid(f"{file.instance}.{name}" if twice else name, label, nodes, turned))
 
 
 def _reference(file: AbaqusFile, cell: str) -> int:
@@ -155,4 +179,16 @@ def read_boundary(file: AbaqusFile, block: Block) -> None:
             )
             components = _range(row[1:3])
         for label in labels:
-            file.parts.held[label] |= components & set("123456")
+            file.parts.held[label] |= _in_basic_axes(file, label, components & set("123456"))
+
+
+def _in_basic_axes(file: AbaqusFile, label: int, components: set[str]) -> set[str]:
+    """Return held components of a node with *TRANSFORM in the basic axes, as far as its own lie along them."""
+    axes = file.transforms.get(label)
+    if axes is None:
+        return components
+    found = [basic_component(int(c) - 1, axes) for c in sorted(components)]
+    if None in found:
+        file.parts.oblique[label] = label
+        return components
+    return {str(one[0] + 1) for one in found if one is not None}

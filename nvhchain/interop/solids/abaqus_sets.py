@@ -42,12 +42,16 @@ class AbaqusFile:
     Parameters
     ----------
     groups : node sets by their names as first written.
-    sections : owner, element set, material.
+    sections : owner, element set, material, area of trusses.
     closed : names defined by the part of the instance, by their kind.
     contents : keyword blocks of every part.
     offsets : owner → offset of its labels.
     motions : instance → its motion.
     late : level and instance of blocks that wait for all others.
+    laws : owner and block of sections of shells, beams, masses and springs.
+    faces : owner and name of a surface → nodes of its faces, corners first.
+    transforms : node → axes (3, 3) of its motions, as columns.
+    orientations : name → axes (3, 3).
     level : `part`, `instance` or `assembly`, the current place in the file.
     part : current part, in upper case.
     instance : last instance.
@@ -61,12 +65,16 @@ class AbaqusFile:
     surfaces: Sets = field(default_factory=dict)
     groups: dict[tuple[str, str], str] = field(default_factory=dict)
     materials: dict[str, dict[str, float]] = field(default_factory=dict)
-    sections: list[tuple[str, str, str]] = field(default_factory=list)
+    sections: list[tuple[str, str, str, float]] = field(default_factory=list)
     closed: dict[int, frozenset[tuple[str, str]]] = field(default_factory=dict)
     contents: dict[str, list[Block]] = field(default_factory=dict)
     offsets: dict[str, int] = field(default_factory=lambda: {"": 0, ASSEMBLY: _APART})
     motions: dict[str, Motion] = field(default_factory=dict)
     late: list[tuple[str, str, Block]] = field(default_factory=list)
+    laws: list[tuple[str, Block]] = field(default_factory=list)
+    faces: dict[tuple[str, str], list[tuple[int, ...]]] = field(default_factory=dict)
+    transforms: dict[int, FloatArray] = field(default_factory=dict)
+    orientations: dict[str, FloatArray] = field(default_factory=dict)
     coupling: Block | None = None
     material: str = ""
     level: str = "part"
@@ -161,6 +169,28 @@ class AbaqusFile:
             f"{self.parts.source}: {cell!r} is in {prefix!r}, which is not read; there "
             f"{f'is instance {known}' if known else 'are no instances: leave it out'}"
         )
+
+    def faces_of(self, cell: str) -> list[tuple[int, ...]]:
+        """Return the faces of the surface that `cell` names; none for a surface of nodes."""
+        nodes = self.named(self.surfaces, cell)
+        return next((self.faces.get(key, []) for key, found in self.surfaces.items() if found is nodes), [])
+
+    def face_areas(self, cell: str) -> dict[int, float]:
+        """Return the share of the area of each node of a surface of faces; empty for a set of nodes."""
+        try:
+            faces = self.faces_of(cell)
+        except InputError:
+            return {}
+        shares: dict[int, float] = {}
+        for face in faces:
+            corners = 3 if len(face) in (3, 6) else 4
+            a, b, c = (np.array(self.parts.nodes[face[i]]) for i in range(3))
+            area = float(np.linalg.norm(np.cross(b - a, c - a))) / 2
+            if corners == 4:
+                area += float(np.linalg.norm(np.cross(c - a, np.array(self.parts.nodes[face[3]]) - a))) / 2
+            for node in face:
+                shares[node] = shares.get(node, 0.0) + area / len(face)
+        return shares
 
     def group_names(self) -> dict[str, list[int]]:
         """Return node sets as groups; those of instances are called `instance.name` if another has the same name."""

@@ -1,4 +1,4 @@
-"""NAFEMS benchmarks FV12 and FV32 (Selected Benchmarks for Natural Frequency Analysis, 1987)."""
+"""NAFEMS benchmarks FV12, FV32 and FV52 (Selected Benchmarks for Natural Frequency Analysis, 1987)."""
 
 import numpy as np
 import pytest
@@ -48,3 +48,15 @@ def test_fv32_cantilevered_tapered_membrane(kind):
     error = np.abs(frequency / exact - 1)
     assert (error[:5] < 0.01).all()
     assert error[5] < 0.02
+
+
+def test_fv52_simply_supported_solid_square_plate():
+    """One row of elements, as in the benchmark: finer ones turn at the edge, which plate theory does not."""
+    nodes, elements = meshes.tetrahedra((8, 8, 1), (10.0, 10.0, 1.0))
+    K, M = stiffness_and_mass(nodes, elements, "tet10", STEEL)
+    free = np.ones((len(nodes), 3), dtype=bool)
+    free[((nodes[:, :2] < 1e-9) | (nodes[:, :2] > 10 - 1e-9)).any(axis=1), 2] = False
+    free = free.ravel()
+    frequency, _ = lowest_modes(K[free][:, free].tocsr(), M[free][:, free].tocsr(), 212.0)
+    exact = [45.897, 109.44, 109.44, 167.89, 193.59, 206.19, 206.19]
+    assert frequency[3:10] == pytest.approx(exact, rel=0.02)

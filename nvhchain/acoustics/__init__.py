@@ -30,6 +30,7 @@ from nvhchain.acoustics.radiation.modal_transfer import (
 from nvhchain.acoustics.radiation.projection import interpolate_vectors, project
 from nvhchain.acoustics.radiation.radiate import interpolation_error, radiate
 from nvhchain.acoustics.radiation.run_up_sound import convolution_lines, decay_time, run_up_pressure
+from nvhchain.acoustics.radiation.wave_pressure import enclosing_sphere, wave_pressure
 from nvhchain.acoustics.solutions.exterior import ExteriorProblem
 from nvhchain.acoustics.solutions.functions import (
     adaptive_radiation_resistance,
@@ -80,6 +81,7 @@ __all__ = [
     "decay_time",
     "directivity",
     "directivity_index",
+    "enclosing_sphere",
     "equivalent_pressure",
     "equivalent_radiated_power",
     "estimate_memory",
@@ -114,4 +116,5 @@ __all__ = [
     "surface_pressure",
     "transfer_pressure",
     "transfer_vectors",
+    "wave_pressure",
 ]

@@ -35,6 +35,20 @@ def sound(options: argparse.Namespace) -> int:
     return 0
 
 
+def microphones(options: argparse.Namespace) -> int:
+    """Add microphones to a finished run or comparison."""
+    from nvhchain.report import write_page
+    from nvhchain.report.sound.microphones import add_microphones
+
+    lines = add_microphones(
+        options.folder, points=options.at, standard=options.standard, balloon=options.balloon, radius=options.radius
+    )
+    for line in lines:
+        show(line)
+    show(f"Page: {write_page(options.folder)}")
+    return 0
+
+
 def check_enforced(enforce: bool, cases: Sequence[Case]) -> None:
     """Refuse `--enforce` for cases without a target."""
     require(
@@ -78,3 +92,23 @@ def add_commands(verbs: Any) -> None:
         "--seconds", metavar="S", type=float, default=4.0, help="duration of a steady sound (default: 4)"
     )
     listen.set_defaults(action=sound)
+
+    added = verbs.add_parser(
+        "microphones", help="add microphones to a finished run, from the waves of its sound power, in seconds"
+    )
+    added.add_argument("folder", metavar="DIR", help="folder of `run` or `compare`")
+    added.add_argument(
+        "--at",
+        metavar=("X", "Y", "Z"),
+        type=float,
+        nargs=3,
+        action="append",
+        help="position (m) outside the sphere that encloses the housing (repeatable)",
+    )
+    array = added.add_mutually_exclusive_group()
+    for standard in ("ISO 3744", "ISO 3745"):
+        option = f"--{standard.lower().replace(' ', '')}"
+        array.add_argument(option, dest="standard", action="store_const", const=standard, help=f"array of {standard}")
+    added.add_argument("--balloon", action="store_true", help="levels in all directions, steps of 5 degrees")
+    added.add_argument("--radius", metavar="M", type=float, help="radius (m) of array and balloon")
+    added.set_defaults(action=microphones)

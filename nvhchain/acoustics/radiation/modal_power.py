@@ -162,14 +162,31 @@ def modal_power(
     -----
     The result equals a forced response followed by `sound_power`, apart from interpolation between the masters.
     """
+    check_resistance(resistance, housing)
+    frequency, velocity = modal_velocity(resistance, housing, force_spectrum)
+    return power_from_waves(resistance, frequency, velocity, fidelity=fidelity)
+
+
+def check_resistance(resistance: RadiationResistance, housing: ReducedHousing) -> None:
+    """Raise InputError for the radiation resistance of another housing."""
     if resistance.housing != housing.content_hash:
         raise InputError(
             f"radiation resistance belongs to another housing ({resistance.housing[:12] or 'none'}) than the one given "
             f"({housing.content_hash[:12]}): make it from this one"
         )
+
+
+def modal_velocity(
+    resistance: RadiationResistance, housing: ReducedHousing, force_spectrum: ForceSpectrum
+) -> tuple[FloatArray, ComplexArray]:
+    """Return lines (n_f,) Hz and velocities (n_f, n_column) under a load that the resistance covers.
+
+    InputError is raised for a load on other seats and for lines outside the masters.
+    """
     frequency, velocity = _modal_velocity(housing, force_spectrum)
     _check_seats(resistance, housing, velocity)
-    return power_from_waves(resistance, frequency, velocity, fidelity=fidelity)
+    _check_lines(resistance, frequency[velocity.any(axis=1) & (frequency > 0)])
+    return frequency, velocity
 
 
 @checked

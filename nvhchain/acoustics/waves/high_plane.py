@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.linalg import qr
+from scipy.linalg import qr, solve_triangular
 
-from nvhchain.handoff import ComplexArray, FloatArray
+from nvhchain.handoff import ComplexArray, FloatArray, IntArray
 
 _NODES = 64
 """Nodes of a Gauss–Legendre rule."""
@@ -32,20 +32,33 @@ def image_waves(amplitudes: ComplexArray, height: float, order: int) -> ComplexA
     conjugate to those at k. R is computed from the field at quadrature nodes, not from the matrix. Waves that body and
     image almost cancel, within wavelengths of the plane, thereby keep their digits.
     """
+    waves = np.empty_like(amplitudes)
+    for at, factor, turn in _factors(height, order):
+        waves[at] = factor @ (turn[:, None] * amplitudes[at])
+    return waves
+
+
+def body_waves(waves: ComplexArray, height: float, order: int) -> ComplexArray:
+    """Return the amplitudes (n_row,) of a body about its own middle, of which `image_waves` makes waves (n_row,)."""
+    amplitudes = np.zeros_like(waves)
+    for at, factor, turn in _factors(height, order):
+        amplitudes[at] = solve_triangular(factor, waves[at]) / turn
+    return amplitudes
+
+
+def _factors(height: float, order: int) -> Iterator[tuple[IntArray, FloatArray, ComplexArray]]:
+    """Yield rows (n,), triangular factor (n, n) and phases (n,) of `image_waves` for every m, of either sign."""
     cosine, weight = _nodes(height, order)
     even, odd = 2.0 * np.sqrt(weight) * np.cos(height * cosine), 2.0 * np.sqrt(weight) * np.sin(height * cosine)
-    waves = np.empty_like(amplitudes)
     for m, field in enumerate(polar_functions(cosine, order)):
         field[:, ::2] *= even[:, None]
         field[:, 1::2] *= odd[:, None]
         factor = qr(field, mode="r", overwrite_a=True, check_finite=False)[0][: field.shape[1]]
         factor *= np.where(factor.diagonal() < 0, -1.0, 1.0)[:, None]
         degree = np.arange(m, order + 1)
-        turn = np.where((degree - m) % 2, 1j, 1.0)[:, None]
+        turn = np.where((degree - m) % 2, 1j, 1.0)
         for rows in {m, -m}:
-            at = degree * degree + degree + rows
-            waves[at] = factor @ (turn * amplitudes[at])
-    return waves
+            yield degree * degree + degree + rows, factor, turn
 
 
 def _nodes(height: float, order: int) -> tuple[FloatArray, FloatArray]:

@@ -147,7 +147,7 @@ def multipole_order(surface: Surface, wavenumber: float, plane: RigidPlane | Non
 
 def wave_reach(surface: Surface, plane: RigidPlane | None) -> float:
     """Return the distance (m) of the farthest vertex from the origin of the waves."""
-    origin, _ = _frame(surface, plane)
+    origin, _ = frame(surface, plane)
     return _reach(surface, origin)
 
 
@@ -202,7 +202,7 @@ def multipole_amplitudes(
     origin is its own middle. The rows are then those of body and image together (`image_waves`). Source: Williams,
     Fourier Acoustics, ch. 6 and 8.
     """
-    origin, axes = _frame(surface, plane)
+    origin, axes = frame(surface, plane)
     if plane is None or waves_from_middle(surface, plane):
         amplitudes = waves_about(origin, axes, surface, wavenumber, pressure, gradient, order)
         if plane is None:
@@ -265,7 +265,7 @@ def _rows(m: int, order: int, step: int) -> IntArray:
     return middle if m == 0 else np.concatenate([middle + m, middle - m])
 
 
-def _frame(surface: Surface, plane: RigidPlane | None) -> tuple[FloatArray, FloatArray]:
+def frame(surface: Surface, plane: RigidPlane | None) -> tuple[FloatArray, FloatArray]:
     """Return the origin (3,) m of the waves and their axes (3, 3), one per row, the polar axis last."""
     if plane is None:
         return plane_foot(surface, None), np.eye(3)

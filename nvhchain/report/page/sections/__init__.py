@@ -12,11 +12,10 @@ from nvhchain.report.page.sections import (
     limits,
     making,
     run_up,
-    sound,
     spectrum,
-    targets,
     transmission_errors,
 )
+from nvhchain.report.page.sections.listening import microphones, sound, targets
 
 SECTIONS = (
     answer,
@@ -27,6 +26,7 @@ SECTIONS = (
     run_up,
     differences,
     levels,
+    microphones,
     contributions,
     housing,
     bearing_forces,

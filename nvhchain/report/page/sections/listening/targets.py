@@ -94,11 +94,15 @@ def _figure(judged: list[tuple[int, str, Mapping[str, Any]]]) -> Figure:
                 }
             )
     over_speed = first["axis"] == "speed_rpm"
+    frequencies = [point["axis"] for point in first["points"]]
+    frequencies = frequencies[:: -(-len(frequencies) // 20)]
     top = max([*shown, *(point["target_dB"] for _, _, of in judged for point in of["points"])])
     layout = axes(
         "input speed / rpm" if over_speed else "frequency / Hz",
         f"level / {first['unit']}",
-        xaxis={} if over_speed else {"type": "log", "dtick": "D2"},
+        xaxis={}
+        if over_speed
+        else {"type": "log", "tickvals": frequencies, "ticktext": [f"{f:g}" for f in frequencies]},
         yaxis={"range": [floor, top + 6.0]},
     )
     return Figure(

@@ -1,0 +1,177 @@
+"""Sound pressure at any point outside the enclosing sphere, from the waves that carry the sound power."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nvhchain.acoustics.interpolation.nodes import line_batches
+from nvhchain.acoustics.radiation.modal_power import check_resistance, modal_velocity, node_waves, waves_nodes
+from nvhchain.acoustics.surfaces.surface import real_numbers
+from nvhchain.acoustics.waves.multipoles import frame, wave_reach, waves_from_middle
+from nvhchain.acoustics.waves.outgoing import OutgoingWaves
+from nvhchain.errors import require, warn_caller
+from nvhchain.fidelity import STANDARD, AcousticsFidelity
+from nvhchain.handoff import (
+    ComplexArray,
+    FieldPressure,
+    FloatArray,
+    ForceSpectrum,
+    RadiationResistance,
+    ReducedHousing,
+    RigidPlane,
+    SoundAccuracy,
+    Surface,
+    warn_of,
+)
+from nvhchain.kinds import checked
+
+_TRUNCATION = 10 ** (0.1 / 20) - 1.0
+"""Share of the highest degree in the peak pressure of a point above which a warning is given: 0.1 dB."""
+
+
+@checked
+def wave_pressure(
+    resistance: RadiationResistance,
+    housing: ReducedHousing,
+    force_spectrum: ForceSpectrum,
+    points: ArrayLike,
+    *,
+    fidelity: AcousticsFidelity = STANDARD.acoustics,
+) -> FieldPressure:
+    """Compute sound pressure at field points from spherical waves, without another boundary element solution.
+
+    Parameters
+    ----------
+    resistance : RadiationResistance
+        Waves of this housing's shapes (`housing_shapes`), with its reflecting plane.
+    housing : ReducedHousing
+        Modes and residual motions of the housing.
+    force_spectrum : ForceSpectrum
+        Bearing forces (N), within the masters of `resistance`.
+    points : (n_point, 3) array
+        Field points (m) outside the sphere that encloses the housing (`enclosing_sphere`).
+    fidelity : AcousticsFidelity
+        Accuracy settings.
+
+    Returns
+    -------
+    FieldPressure
+        Pressure (Pa) at the lines that carry force. The accuracy states the estimated error of interpolation.
+
+    Raises
+    ------
+    InputError
+        If a point lies inside the sphere or behind the plane, or the resistance is of another housing or range.
+
+    Warns
+    -----
+    AccuracyWarning
+        If the interpolation error exceeds `fidelity.master_tolerance_db`, or a point is so near that the waves of
+        `fidelity.multipole_digits` do not describe its near field.
+
+    Notes
+    -----
+    The waves are summed at every line and interpolated between the masters as for `power_from_waves`. Outside of the
+    sphere p = −jk Σ j^−l h_l(kr) a_lm Y_lm holds exactly.  Source: Williams, Fourier Acoustics, ch. 6.
+    """
+    check_resistance(resistance, housing)
+    places = check_outside(housing.surface, resistance.plane, points)
+    frequency, velocity = modal_velocity(resistance, housing, force_spectrum)
+    lines = np.flatnonzero(velocity.any(axis=1) & (frequency > 0))
+    nodes = waves_nodes(resistance, fidelity)
+    outgoing = OutgoingWaves(housing.surface, resistance.plane, places, _order(resistance, housing.surface))
+    pressure = np.zeros((len(frequency), len(places)), dtype=complex)
+    error, last = np.zeros(pressure.shape), np.zeros(pressure.shape)
+    waves: dict[int, ComplexArray] = {}
+    for piece in (lines[batch] for batch in line_batches(len(lines))):
+        sets = np.stack([nodes.weights(frequency[piece]), *nodes.error_weights(frequency[piece])])
+        total = np.zeros((len(sets), len(piece), resistance.waves.shape[1]), dtype=complex)
+        for node in np.flatnonzero(sets.any(axis=(0, 1))).tolist():
+            if node not in waves:
+                waves[node] = np.sqrt(resistance.air.impedance) * node_waves(resistance, nodes, node)
+            moved = velocity[piece] @ waves[node].T
+            total[:, :, : moved.shape[1]] += sets[:, :, node, None] * moved
+        k = 2 * np.pi / resistance.air.speed_of_sound * frequency[piece]
+        pressure[piece], highest = outgoing.pressure(k, total[0])
+        last[piece] = np.abs(highest)
+        error[piece] = np.maximum(*(np.abs(outgoing.pressure(k, one)[0]) for one in total[1:]))
+    peak = np.abs(pressure).max(axis=0, initial=0.0)
+    peak = np.where(peak > 0, peak, 1.0)
+    told = SoundAccuracy(
+        interpolation_error=error.max(axis=0, initial=0.0) / peak,
+        interpolation_frequency=float(frequency[(error / peak).max(axis=1).argmax()]),
+        asked_interpolation_error_db=fidelity.master_tolerance_db,
+    )
+    warn_of(told)
+    near = last.max(axis=0, initial=0.0) / peak
+    if near.max(initial=0.0) > _TRUNCATION:
+        worst = int(near.argmax())
+        warn_caller(
+            f"field point {worst} at {places[worst].tolist()} m is so near that waves of the highest degree are "
+            f"{100 * near[worst]:.2g} % of its pressure: take a point farther away, or more multipole_digits"
+        )
+    expected = resistance.accuracy.expected_error_db
+    return FieldPressure(
+        frequency,
+        places,
+        pressure,
+        force_spectrum.input_speed,
+        SoundAccuracy(expected_error_db=expected) | told,
+        provenance={"stage": "acoustics.wave_pressure", "fidelity": repr(fidelity)},
+    )
+
+
+@checked
+def enclosing_sphere(surface: Surface, *, plane: RigidPlane | None = None) -> tuple[FloatArray, float]:
+    """Return the sphere outside of which `wave_pressure` holds.
+
+    Parameters
+    ----------
+    surface : Surface
+        Radiating surface.
+    plane : RigidPlane, optional
+        Reflecting plane.
+
+    Returns
+    -------
+    centre : (3,) array
+        Centre (m): the middle of the surface, or its foot on a plane that is near.
+    radius : float
+        Distance (m) of the farthest vertex from the centre.
+    """
+    return frame(surface, plane)[0], wave_reach(surface, plane)
+
+
+def check_outside(surface: Surface, plane: RigidPlane | None, points: ArrayLike) -> FloatArray:
+    """Return field points (n_point, 3) m; InputError for points inside the enclosing sphere or behind the plane."""
+    places = real_numbers(points, "coordinates of the field points")
+    require(
+        places.ndim == 2 and places.shape[1] == 3 and len(places) > 0 and bool(np.isfinite(places).all()),
+        f"field points have shape {places.shape}, but (n, 3) finite coordinates in m are needed",
+    )
+    centre, radius = enclosing_sphere(surface, plane=plane)
+    distance = np.linalg.norm(places - centre, axis=1)
+    nearest = int(distance.argmin())
+    require(
+        float(distance[nearest]) > radius,
+        f"field point {places[nearest].tolist()} m lies {distance[nearest]:.4g} m from {np.round(centre, 4).tolist()} "
+        f"m, inside the sphere of {radius:.4g} m around the body: waves hold outside of it; add the point to "
+        "field_points of the case and run it again",
+    )
+    if plane is not None:
+        height = plane.height(places)
+        lowest = int(height.argmin())
+        require(
+            float(height[lowest]) >= -1e-9 * radius,
+            f"field point {places[lowest].tolist()} m lies {-height[lowest]:.4g} m behind the reflecting plane: move "
+            "it to the side of the plane's normal",
+        )
+    return places
+
+
+def _order(resistance: RadiationResistance, surface: Surface) -> int:
+    """Return the highest order of the rows; about the foot on a plane, they are half."""
+    rows, plane = resistance.waves.shape[1], resistance.plane
+    every = 2 if plane is not None and not waves_from_middle(surface, plane) else 1
+    return int(np.ceil(np.sqrt(every * rows))) - 1 if every == 1 else int(np.ceil(np.sqrt(2 * rows + 0.25) - 1.5))

@@ -1,0 +1,91 @@
+"""Sound pressure of spherical waves outside the sphere that encloses a body."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.special import spherical_jn, spherical_yn
+
+from nvhchain.acoustics.waves.high_plane import body_waves, polar_functions
+from nvhchain.acoustics.waves.multipoles import frame, waves_from_middle
+from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane, Surface
+
+
+class OutgoingWaves:
+    """Values of the waves of a surface at field points.
+
+    Parameters
+    ----------
+    surface : Surface
+        Radiating surface; waves as of `multipole_amplitudes`.
+    plane : RigidPlane or None
+        Reflecting plane.
+    points : (n_point, 3) array
+        Field points (m) outside the enclosing sphere.
+    order : int
+        Highest order of the waves.
+    """
+
+    def __init__(self, surface: Surface, plane: RigidPlane | None, points: FloatArray, order: int) -> None:
+        self.plane, self.order = plane, order
+        self._origin, axes = frame(surface, plane)
+        self._mirrors = plane is not None and waves_from_middle(surface, plane)
+        self._even = plane is not None and not self._mirrors
+        both = points
+        if self._mirrors:
+            assert plane is not None
+            both = np.concatenate([points, plane.mirror(points)])
+        offset = (both - self._origin) @ axes.T
+        self._radius = np.linalg.norm(offset, axis=1)
+        self._harmonics = _harmonics(offset / self._radius[:, None], order)
+        self._degree = np.floor(np.sqrt(np.arange((order + 1) ** 2))).astype(int)
+        if self._even:
+            number = np.arange((order + 1) ** 2)
+            m = number - self._degree * (self._degree + 1)
+            kept = (self._degree + m) % 2 == 0
+            self._harmonics, self._degree = np.sqrt(2.0) * self._harmonics[:, kept], self._degree[kept]
+        self._count = len(points)
+
+    def pressure(self, wavenumber: FloatArray, waves: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+        """Return the sound pressure (n_k, n_point) of waves (n_k, n_row) Pa m, and the part of the highest degrees.
+
+        p = −jk Σ j^−l h_l(kr) a_lm Y_lm, h_l of the second kind, follows from the far field r e^{jkr} p = Σ a_lm Y_lm.
+        The highest degree is that of each wavenumber.
+        """
+        amplitude = np.zeros((len(wavenumber), len(self._degree)), dtype=complex)
+        rows = min(waves.shape[1], amplitude.shape[1])
+        amplitude[:, :rows] = waves[:, :rows]
+        if self._mirrors:
+            assert self.plane is not None
+            height = float(self.plane.height(self._origin[None])[0])
+            amplitude = np.stack(
+                [body_waves(a, k * height, self.order) for k, a in zip(wavenumber, amplitude, strict=True)]
+            )
+        top = np.where(amplitude != 0, self._degree, 0).max(axis=1, initial=0)
+        radius, back = np.unique(self._radius, return_inverse=True)
+        found = np.zeros((2, len(wavenumber), len(self._radius)), dtype=complex)
+        for l in range(int(top.max(initial=0)) + 1):
+            lines, at = np.flatnonzero(top >= l), self._degree == l
+            kr = wavenumber[lines, None] * radius
+            radial = (1, -1j, -1, 1j)[l % 4] * (spherical_jn(l, kr) - 1j * spherical_yn(l, kr))
+            part = (-1j * wavenumber[lines, None] * radial)[:, back] * (
+                amplitude[np.ix_(lines, at)] @ self._harmonics[:, at].T
+            )
+            found[0, lines] += part
+            found[1, lines] = part
+        if self._mirrors:
+            found = found[:, :, : self._count] + found[:, :, self._count :]
+        return found[0], found[1]
+
+
+def _harmonics(direction: FloatArray, order: int) -> FloatArray:
+    """Return real spherical harmonics (n, (order + 1)²) of unit norm at directions (n, 3), in rows l² + l ± m."""
+    found = np.zeros((len(direction), (order + 1) ** 2))
+    azimuth = np.arctan2(direction[:, 1], direction[:, 0])
+    for m, polar in enumerate(polar_functions(np.clip(direction[:, 2], -1.0, 1.0), order)):
+        degree = np.arange(m, order + 1)
+        middle = degree * degree + degree
+        scaled = polar / np.sqrt(np.pi if m else 2.0 * np.pi)
+        found[:, middle + m] = scaled * np.cos(m * azimuth)[:, None]
+        if m:
+            found[:, middle - m] = scaled * np.sin(m * azimuth)[:, None]
+    return found

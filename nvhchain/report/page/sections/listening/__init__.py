@@ -1,0 +1,1 @@
+"""Sections on sound: player, targets, hearing, microphones added afterwards."""

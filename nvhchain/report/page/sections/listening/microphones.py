@@ -1,0 +1,96 @@
+"""Microphones added to a finished run, and the directivity balloon."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from nvhchain import levels
+from nvhchain.handoff import FieldPressure
+from nvhchain.report.page.blocks import Figure, Table, label, packed
+from nvhchain.report.page.stored import Stored, StoredRun
+from nvhchain.report.sound.microphones import BALLOON, MICROPHONES, added_levels, balloon_shape
+
+TITLE = "Added microphones"
+
+RANGE = 40.0
+"""Range (dB) of a balloon: levels this far below the loudest direction lie in the middle."""
+
+LINES = 6
+"""Largest number of lines whose balloon is drawn, the loudest in dB(A)."""
+
+
+def blocks(stored: Stored) -> list[Any]:
+    """Return the levels of added microphones, and the balloons."""
+    rows = []
+    for run in stored.runs:
+        added = run.hand_off(MICROPHONES, FieldPressure)
+        for one in added_levels(added) if added is not None else []:
+            place = ", ".join(f"{x:.4g}" for x in one["position_m"])
+            rows.append((run.name, f"({place})", f"{one['level_dBA']:.1f}"))
+    caption = "Microphones added from the spherical waves of the sound power, A-weighted levels re 20 µPa."
+    head = ("configuration", "position / m", "level / dB(A)")
+    found: list[Any] = [Table(head, rows, caption, folded=len(rows) > 12, numbers=2)] if rows else []
+    return found + [
+        _balloon(run, pressure) for run in stored.runs if (pressure := run.hand_off(BALLOON, FieldPressure)) is not None
+    ]
+
+
+def _balloon(run: StoredRun, pressure: FieldPressure) -> Figure:
+    """Return the balloon of the loudest lines, which a list chooses."""
+    shape = balloon_shape(pressure)
+    level = levels.decibel(pressure.pressure)
+    heard = np.flatnonzero(pressure.frequency > 0)
+    weighted = (level.max(axis=1) + levels.a_weighting(pressure.frequency))[heard]
+    chosen = heard[np.argsort(-weighted)[:LINES]]
+    grid = pressure.points.reshape(*shape, 3)
+    middle = 0.5 * (pressure.points.min(axis=0) + pressure.points.max(axis=0))
+    unit = grid - middle
+    unit = unit / np.linalg.norm(unit, axis=2, keepdims=True)
+    traces = []
+    for number, line in enumerate(chosen):
+        of = level[line].reshape(shape)
+        size = np.maximum(of - of.max() + RANGE, 0.0)
+        x, y, z = np.moveaxis(unit * size[:, :, None], 2, 0)
+        traces.append(
+            {
+                "type": "surface",
+                "x": packed(x),
+                "y": packed(y),
+                "z": packed(z),
+                "surfacecolor": packed(of),
+                "colorscale": "Viridis",
+                "cmin": float(of.max() - RANGE),
+                "cmax": float(of.max()),
+                "colorbar": {"title": {"text": "dB re<br>20 µPa"}, "thickness": 12},
+                "visible": number == 0,
+                "hovertemplate": "%{surfacecolor:.1f} dB<extra></extra>",
+            }
+        )
+    buttons = [
+        {
+            "label": f"{pressure.frequency[line]:.0f} Hz",
+            "method": "restyle",
+            "args": ["visible", [other == number for other in range(len(chosen))]],
+        }
+        for number, line in enumerate(chosen)
+    ]
+    axis = {"visible": False, "range": [-RANGE, RANGE]}
+    layout = {
+        "scene": {
+            "aspectmode": "cube",
+            "xaxis": axis,
+            "yaxis": axis,
+            "zaxis": axis,
+            "camera": {"up": {"x": 0, "y": 1, "z": 0}},
+        },
+        "updatemenus": [{"buttons": buttons, "x": 0, "y": 1, "xanchor": "left", "yanchor": "top"}],
+        "margin": {"l": 0, "r": 0, "t": 8, "b": 8},
+    }
+    distance = float(np.linalg.norm(pressure.points - middle, axis=1).max())
+    caption = (
+        f"{label(run.name)}: levels in directions {distance:.3g} m from the middle, {RANGE:g} dB from the middle to "
+        "the loudest direction; the list chooses the line."
+    )
+    return Figure(caption, traces, layout, height=460)

@@ -1,0 +1,261 @@
+"""Microphones added to a finished run: sound pressure from the waves that were computed for the sound power."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nvhchain import acoustics, levels
+from nvhchain.acoustics.radiation.microphones import NEAREST, check_array, source_dimension
+from nvhchain.errors import InputError, require
+from nvhchain.fidelity import PRESETS, STANDARD, Fidelity
+from nvhchain.files import hdf5
+from nvhchain.files.hdf5 import write_text
+from nvhchain.handoff import FieldPressure, FloatArray, ForceSpectrum, RadiationResistance, ReducedHousing, SoundPower
+from nvhchain.report.page.stored import StoredRun, stored_results
+
+MICROPHONES, BALLOON = "microphones", "balloon"
+"""Names of the hand-offs that are added to the folder of a run."""
+
+_SAME = 1e-9
+"""Largest relative difference of the sound power of a run from that of the waves that belong to it."""
+
+_RANGE = 60.0
+"""Range (dB) of the sound power of lines that a balloon has."""
+
+_ELEVATIONS, _AZIMUTHS = 37, 72
+"""Numbers of directions of a balloon: steps of 5 degrees."""
+
+
+@dataclass(frozen=True, eq=False)
+class RunWaves:
+    """Waves of a finished run.
+
+    Parameters
+    ----------
+    run : StoredRun
+        Run.
+    resistance : RadiationResistance
+        Waves of its housing.
+    housing : ReducedHousing
+        Its housing.
+    forces : ForceSpectrum
+        Its bearing forces.
+    fidelity : Fidelity
+        Its preset.
+    """
+
+    run: StoredRun
+    resistance: RadiationResistance
+    housing: ReducedHousing
+    forces: ForceSpectrum
+    fidelity: Fidelity
+
+    def pressure(self, points: ArrayLike) -> FieldPressure:
+        """Return the sound pressure at field points (n_point, 3) m."""
+        return acoustics.wave_pressure(
+            self.resistance, self.housing, self.forces, points, fidelity=self.fidelity.acoustics
+        )
+
+    def loudest(self) -> RunWaves:
+        """Return the waves with the forces of lines within `_RANGE` dB of the most powerful line."""
+        power = cast(SoundPower, self.run.hand_off("sound_power", SoundPower))
+        loud = power.frequency[power.power > 10 ** (-_RANGE / 10) * power.power.max()]
+        chosen = np.isin(self.forces.frequency, loud)
+        forces = self.forces.replace(frequency=self.forces.frequency[chosen], force=self.forces.force[chosen])
+        return replace(self, forces=forces)
+
+    def array(self, standard: str, radius: float | None) -> tuple[FloatArray, float]:
+        """Return the positions (n_point, 3) m of a standard's array, and its radius (m)."""
+        surface, plane = self.housing.surface, self.resistance.plane
+        radius = radius or NEAREST * source_dimension(surface, plane)
+        centre = 0.5 * (surface.vertices.min(axis=0) + surface.vertices.max(axis=0))
+        return acoustics.array_points(radius, centre, reflecting_plane=plane or False, standard=standard), radius
+
+    def balloon(self, radius: float | None) -> FloatArray:
+        """Return directions of a balloon (n_point, 3) m, elevation by elevation; above a plane a half balloon."""
+        surface, plane = self.housing.surface, self.resistance.plane
+        centre, _ = acoustics.enclosing_sphere(surface, plane=plane)
+        radius = radius or max(1.0, 2.0 * NEAREST * source_dimension(surface, plane))
+        elevation = np.linspace(0.0, np.pi, _ELEVATIONS)
+        azimuth = np.linspace(0.0, 2 * np.pi, _AZIMUTHS + 1)
+        polar, around = np.meshgrid(elevation, azimuth, indexing="ij")
+        unit = np.stack([np.sin(polar) * np.cos(around), np.sin(polar) * np.sin(around), np.cos(polar)], axis=2)
+        points = centre + radius * unit.reshape(-1, 3)
+        if plane is not None:  # the lower half repeats the upper one
+            below = plane.height(points) < 0
+            points[below] = plane.mirror(points[below])
+        return points
+
+
+def add_microphones(
+    folder: str | Path,
+    *,
+    points: ArrayLike | None = None,
+    standard: str | None = None,
+    balloon: bool = False,
+    radius: float | None = None,
+) -> list[str]:
+    """Add field points to a finished run or comparison, and write microphones.h5 and microphones.csv.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Folder of `run` or `compare`, whose cases ask for `sound_power` by boundary elements.
+    points : (n_point, 3) array, optional
+        Field points (m).
+    standard : str, optional
+        `ISO 3744` or `ISO 3745`: positions of an array.
+    balloon : bool
+        Write balloon.h5 and balloon.csv, levels in all directions.
+    radius : float, optional
+        Radius (m) of array and balloon; by default twice the source's dimension, for a balloon at least 1 m.
+
+    Returns
+    -------
+    list of str
+        Lines for people: levels of every field point, sound power of an array, and the files.
+
+    Raises
+    ------
+    InputError
+        If there are no waves, or a point lies inside the enclosing sphere.
+    """
+    require(points is not None or standard is not None or balloon, "no microphones are named: give points or an array")
+    require(radius is None or 0 < radius < np.inf, f"radius = {radius} m of the array must be positive and finite")
+    told = []
+    for run in stored_results(Path(folder)).runs:
+        waves = run_waves(run)
+        places, names = _places(waves, points, standard, radius)
+        if len(places):
+            pressure = waves.pressure(places)
+            hdf5.save(pressure, run.folder / f"{MICROPHONES}.h5")
+            told += _table(run, pressure, names)
+            if standard is not None:
+                told.append(_array_power(waves, pressure, names, standard, radius))
+        if balloon:
+            told += _balloon(waves, radius)
+    return told
+
+
+def run_waves(run: StoredRun) -> RunWaves:
+    """Return the waves that belong to the sound power of a run; InputError without them."""
+    power, forces = run.hand_off("sound_power", SoundPower), run.hand_off("force_spectrum", ForceSpectrum)
+    remedy = "add `sound_power` to its quantities, at `radiation` = boundary_elements, and run it again"
+    require(
+        power is not None and forces is not None,
+        f"{run.name} has no sound power at constant speed, whose waves microphones need: {remedy}",
+    )
+    assert power is not None
+    assert forces is not None
+    preset = PRESETS.get(str(run.case.get("fidelity", "")), STANDARD)
+    folders = list(dict.fromkeys([run.folder, run.folder.parent / "operators"]))
+    files = [path for place in folders for path in sorted(place.glob("radiation_resistance*.h5"))]
+    housings = [path for place in folders for path in sorted(place.glob("housing*.h5"))]
+    for path in sorted(files, key=lambda path: -path.stat().st_mtime):
+        resistance = hdf5.load(path, RadiationResistance)
+        for housing in (hdf5.load(other, ReducedHousing) for other in housings):
+            if resistance.housing == housing.content_hash and _same(resistance, housing, forces, power, preset):
+                return RunWaves(run, resistance, housing, forces, preset)
+    raise InputError(f"{run.name}: no waves in {run.folder} belong to its sound power: {remedy}")
+
+
+def _same(
+    resistance: RadiationResistance,
+    housing: ReducedHousing,
+    forces: ForceSpectrum,
+    power: SoundPower,
+    preset: Fidelity,
+) -> bool:
+    """Return True if the waves carry the sound power of the run."""
+    try:
+        found = acoustics.modal_power(resistance, housing, forces, fidelity=preset.acoustics)
+    except InputError:
+        return False
+    if not np.array_equal(found.frequency, power.frequency):
+        return False
+    return bool(np.abs(found.power - power.power).max() <= _SAME * power.power.max())
+
+
+def _places(
+    waves: RunWaves, points: ArrayLike | None, standard: str | None, radius: float | None
+) -> tuple[FloatArray, list[str]]:
+    """Return field points (n_point, 3) m and their names: those given, then those of an array."""
+    given = np.zeros((0, 3)) if points is None else np.asarray(points, dtype=float).reshape(-1, 3)
+    names = [f"added {number + 1}" for number in range(len(given))]
+    if standard is None:
+        return given, names
+    array, distance = waves.array(standard, radius)
+    highest = float(waves.forces.frequency[-1])
+    surface, plane = waves.housing.surface, waves.resistance.plane
+    check_array(surface, distance, plane, highest, waves.resistance.air, standard)
+    return np.concatenate([given, array]), names + [f"{standard} {number + 1}" for number in range(len(array))]
+
+
+def _table(run: StoredRun, pressure: FieldPressure, names: list[str]) -> list[str]:
+    """Write the levels of all field points; return their lines."""
+    weighted = levels.overall(pressure.frequency, pressure.pressure)
+    plain = levels.overall(pressure.frequency, pressure.pressure, weighted=False)
+    rows = ["name,x / m,y / m,z / m,level / dB(A),level / dB"]
+    told = []
+    for name, place, level, unweighted in zip(names, pressure.points, weighted, plain, strict=True):
+        x, y, z = place
+        rows.append(f"{name},{x:.9g},{y:.9g},{z:.9g},{level:.3f},{unweighted:.3f}")
+        told.append(f"{run.name}: {level:.1f} dB(A) at {name}, ({x:g}, {y:g}, {z:g}) m")
+    path = run.folder / f"{MICROPHONES}.csv"
+    write_text(path, "\n".join(rows) + "\n")
+    return [*told, f"Levels and pressures: {path}, {path.with_suffix('.h5')}"]
+
+
+def _array_power(
+    waves: RunWaves, pressure: FieldPressure, names: list[str], standard: str, radius: float | None
+) -> str:
+    """Return the sound power from the array beside that of the waves."""
+    _, distance = waves.array(standard, radius)
+    chosen = [number for number, name in enumerate(names) if name.startswith(standard)]
+    array = FieldPressure(pressure.frequency, pressure.points[chosen], pressure.pressure[:, chosen])
+    air, half = waves.resistance.air, waves.resistance.plane is not None
+    measured = acoustics.array_power(array, distance, air, reflecting_plane=half)
+    whole = cast(SoundPower, waves.run.hand_off("sound_power", SoundPower))
+    level, exact = (float(levels.overall_power(of.frequency, of.power)) for of in (measured, whole))
+    return (
+        f"{waves.run.name}: sound power {level:.1f} dB(A) re 1 pW by {standard} at {distance:.3g} m, {exact:.1f} dB(A) "
+        "by the waves"
+    )
+
+
+def _balloon(waves: RunWaves, radius: float | None) -> list[str]:
+    """Write the levels in all directions; return the line of their files."""
+    pressure = waves.loudest().pressure(waves.balloon(radius))
+    path = waves.run.folder / f"{BALLOON}.h5"
+    hdf5.save(pressure, path)
+    level = levels.decibel(pressure.pressure)
+    head = ["x / m", "y / m", "z / m", *(f"{frequency:.6g} Hz / dB" for frequency in pressure.frequency)]
+    rows = [
+        ",".join([*(f"{x:.6g}" for x in place), *(f"{of:.2f}" for of in row)])
+        for place, row in zip(pressure.points, level.T, strict=True)
+    ]
+    write_text(path.with_suffix(".csv"), "\n".join([",".join(head), *rows]) + "\n")
+    return [f"{waves.run.name}: {len(rows)} directions, levels in {path.with_suffix('.csv')}, {path}"]
+
+
+def balloon_shape(pressure: FieldPressure) -> tuple[int, int]:
+    """Return the numbers of elevations and azimuths of a balloon."""
+    require(
+        len(pressure.points) == _ELEVATIONS * (_AZIMUTHS + 1),
+        f"{len(pressure.points)} field points are no balloon: run `nvhchain microphones DIR --balloon` again",
+    )
+    return _ELEVATIONS, _AZIMUTHS + 1
+
+
+def added_levels(pressure: FieldPressure) -> list[dict[str, Any]]:
+    """Return position (m) and level (dB(A)) of every added microphone."""
+    weighted = levels.overall(pressure.frequency, pressure.pressure)
+    return [
+        {"position_m": place.tolist(), "level_dBA": float(level)}
+        for place, level in zip(pressure.points, weighted, strict=True)
+    ]

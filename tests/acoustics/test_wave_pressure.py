@@ -1,0 +1,70 @@
+"""Sound pressure from the waves of the sound power is that of another boundary element solution."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from nvhchain.acoustics import (
+    RigidPlane,
+    enclosing_sphere,
+    housing_shapes,
+    radiation_resistance,
+    solve_direct,
+    wave_pressure,
+)
+from nvhchain.errors import InputError
+from nvhchain.fidelity import DRAFT
+from nvhchain.handoff import ForceSpectrum
+from nvhchain.housing import respond
+from nvhchain.testing import ball_with_modes
+
+FINE = replace(DRAFT.acoustics, multipole_digits=6.0)
+AT_LINES = np.array([300.0, 980.0, 1000.0, 1600.0])
+FLOOR, FAR_FLOOR = (RigidPlane((0.0, 0.0, -height), (0.0, 0.2, 1.0)) for height in (0.15, 0.9))
+POINTS = np.array([[0.0, 0.2, 0.98], [1.0, 0.0, 0.1], [-0.3, 0.6, 0.7]])
+
+pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # a coarse sphere on purpose
+
+
+@pytest.fixture(scope="module")
+def housing():
+    return ball_with_modes.housing(ball_with_modes.case())
+
+
+def forces(lines):
+    random = np.random.default_rng(0)
+    force = np.zeros((len(lines), 4, 3), dtype=complex)
+    force[:, 0] = random.normal(size=(len(lines), 3)) + 1j * random.normal(size=(len(lines), 3))
+    return ForceSpectrum(lines, force, ball_with_modes.BEARINGS, input_speed=188.5)
+
+
+@pytest.mark.parametrize("plane", [None, FLOOR, FAR_FLOOR], ids=["free", "on a floor", "high above a floor"])
+def test_waves_give_the_pressure_of_boundary_elements(housing, plane):
+    load = forces(AT_LINES)
+    waves = radiation_resistance(housing_shapes(housing), AT_LINES, fidelity=FINE, plane=plane)
+    found = wave_pressure(waves, housing, load, POINTS, fidelity=FINE)
+    exact = solve_direct(respond(housing, load), POINTS, fidelity=FINE, plane=plane)
+    error = 20 * np.log10(np.abs(found.pressure / exact.pressure))
+    assert np.abs(error).max() < 0.05
+    assert np.abs(np.angle(found.pressure / exact.pressure)).max() < 0.005
+    assert found.input_speed == 188.5
+
+
+def test_lines_between_masters_state_their_error(housing):
+    load = forces(np.array([700.0, 990.0, 1400.0]))
+    waves = radiation_resistance(housing_shapes(housing), np.linspace(200.0, 1800.0, 9), fidelity=FINE)
+    found = wave_pressure(waves, housing, load, POINTS, fidelity=FINE)
+    exact = solve_direct(respond(housing, load), POINTS, fidelity=FINE)
+    error = np.abs(found.pressure - exact.pressure).max(axis=0) / np.abs(exact.pressure).max(axis=0)
+    assert error.max() < 10 ** (0.05 / 20) - 1
+    assert (error < 1e-4 + found.accuracy.interpolation_error).all()
+
+
+def test_points_inside_the_sphere_or_behind_the_floor_are_refused_with_the_radius(housing):
+    waves = radiation_resistance(housing_shapes(housing), AT_LINES, fidelity=FINE, plane=FLOOR)
+    centre, radius = enclosing_sphere(housing.surface, plane=FLOOR)
+    with pytest.raises(InputError, match=f"inside the sphere of {radius:.4g} m around the body"):
+        wave_pressure(waves, housing, forces(AT_LINES), [centre + 0.99 * radius * np.array([1.0, 0, 0])])
+    with pytest.raises(InputError, match="behind the reflecting plane"):
+        wave_pressure(waves, housing, forces(AT_LINES), [[0.0, 0.0, -2.0]])

@@ -65,4 +65,4 @@ def test_microphones_without_waves_are_refused_with_a_remedy(finished, tmp_path,
     assert main(["microphones", str(finished)]) == 2
     assert "no microphones are named" in capsys.readouterr().err
     assert main(["microphones", str(finished), "--at", "0", "0", "0.05"]) == 2
-    assert "inside the sphere of 0.1 m" in capsys.readouterr().err
+    assert "inside the sphere of 0.1012 m" in capsys.readouterr().err

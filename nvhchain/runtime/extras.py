@@ -8,6 +8,7 @@ from nvhchain.errors import require
 
 EXTRAS = {
     "bempp_cl": "bempp",
+    "mosqito": "sound",
     "pandas": "xarray",
     "pyuff": "uff",
     "pyvista": "pictures",

@@ -1,17 +1,24 @@
 """Audible sound: signals in pascals from lines and records, WAV files of stated scale, orders, background."""
 
 from nvhchain.sound.background import Background, background_sound, recorded_background
+from nvhchain.sound.hearing import Hearing, hearing, loudness_at, loudness_level
 from nvhchain.sound.orders import OrderTrack, keep_orders, order_track, remove_orders
 from nvhchain.sound.signals import Loop, Sound, run_up_sound, steady_loop, steady_sound
+from nvhchain.sound.tonality import ToneProminence, tone_prominence
 from nvhchain.sound.wav import read_wav, write_wav
 
 __all__ = [
     "Background",
+    "Hearing",
     "Loop",
     "OrderTrack",
     "Sound",
+    "ToneProminence",
     "background_sound",
+    "hearing",
     "keep_orders",
+    "loudness_at",
+    "loudness_level",
     "order_track",
     "read_wav",
     "recorded_background",
@@ -19,5 +26,6 @@ __all__ = [
     "run_up_sound",
     "steady_loop",
     "steady_sound",
+    "tone_prominence",
     "write_wav",
 ]

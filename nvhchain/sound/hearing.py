@@ -1,0 +1,118 @@
+"""Hearing: loudness, sharpness and roughness of a sound, steady or over time (extra `sound`)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import log2
+
+import numpy as np
+
+from nvhchain.handoff import FloatArray
+from nvhchain.kinds import checked
+from nvhchain.runtime.extras import check_installed
+from nvhchain.sound.signals import Sound
+
+_STEP = 0.05
+"""Spacing (s) of the curves over time; the loudness of an interval is its largest one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Hearing:
+    """Quantities of hearing of a sound, the same at both ears, in a free field from the front.
+
+    Parameters
+    ----------
+    loudness : float
+        Loudness (sone); of a changing sound N5, which it exceeds for 5 % of the time.
+    sharpness : float
+        Sharpness (acum); of a changing sound the mean.
+    roughness : float
+        Roughness (asper); of a changing sound the largest 5 %, as for the loudness.
+    time : (n,) array
+        Times (s) of the curves; empty for a steady sound.
+    loudness_in_time : (n,) array
+        Loudness (sone).
+    sharpness_in_time : (n,) array
+        Sharpness (acum).
+    roughness_in_time : (n,) array
+        Roughness (asper).
+    """
+
+    loudness: float
+    sharpness: float
+    roughness: float
+    time: FloatArray
+    loudness_in_time: FloatArray
+    sharpness_in_time: FloatArray
+    roughness_in_time: FloatArray
+
+
+@checked
+def hearing(sound: Sound) -> Hearing:
+    """Compute loudness, sharpness and roughness.
+
+    Parameters
+    ----------
+    sound : Sound
+        Sound in pascals: a steady loop, or a record.
+
+    Returns
+    -------
+    Hearing
+        Numbers, and for a record the curves over time.
+
+    Raises
+    ------
+    InputError
+        If MoSQITo is not installed.
+
+    Notes
+    -----
+    Loudness: ISO 532-1:2017, the steady method for a loop and the time-varying one for a record. Sharpness: DIN
+    45692:2009. Roughness: Daniel & Weber, Acustica 83 (1997) 113, in windows of 0.2 s.
+    """
+    check_installed("mosqito")
+    from nvhchain.sound import _mosqito
+
+    signal = np.asarray(sound.resampled(_mosqito.RATE).pressure)
+    rough_time, rough = _mosqito.roughness_in_time(signal)
+    if sound.loops:
+        loudness, sharpness = _mosqito.steady_loudness(signal)
+        none = np.zeros(0)
+        return Hearing(loudness, sharpness, float(rough.mean()), none, none, none, none)
+    time, loud, sharp = _mosqito.loudness_in_time(signal)
+    step = max(1, round(_STEP / float(time[1] - time[0])))
+    starts = np.arange(0, len(time), step)
+    return Hearing(
+        float(np.percentile(loud, 95)),
+        float(sharp[sharp > 0].mean()) if (sharp > 0).any() else 0.0,
+        float(np.percentile(rough, 95)),
+        time[starts],
+        np.maximum.reduceat(loud, starts),
+        np.add.reduceat(sharp, starts) / np.diff(np.append(starts, len(sharp))),
+        np.interp(time[starts], rough_time, rough),
+    )
+
+
+def loudness_at(sound: Sound, gains: FloatArray) -> FloatArray:
+    """Return the loudness (n,) sone of a sound that is `gains` (n,) dB louder; N5 of a record.
+
+    InputError is raised if MoSQITo is not installed.
+    """
+    check_installed("mosqito")
+    from nvhchain.sound import _mosqito
+
+    signal = np.asarray(sound.resampled(_mosqito.RATE).pressure)
+    found = []
+    for gain in gains:
+        louder = signal * 10 ** (gain / 20)
+        if sound.loops:
+            found.append(_mosqito.steady_loudness(louder)[0])
+        else:
+            found.append(float(np.percentile(_mosqito.loudness_in_time(louder)[1], 95)))
+    return np.array(found)
+
+
+def loudness_level(loudness: float) -> float:
+    """Return the loudness level (phon) of a loudness (sone), ISO 532-1:2017."""
+    return 40.0 + 10.0 * log2(loudness) if loudness >= 1 else max(3.0, 40.0 * (loudness + 0.0005) ** 0.35)

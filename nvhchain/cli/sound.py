@@ -49,6 +49,17 @@ def microphones(options: argparse.Namespace) -> int:
     return 0
 
 
+def hearing(options: argparse.Namespace) -> int:
+    """Add loudness, sharpness, roughness and prominence to a finished run or comparison."""
+    from nvhchain.report import write_page
+    from nvhchain.report.sound.hearing import add_hearing
+
+    for line in add_hearing(options.folder):
+        show(line)
+    show(f"Page: {write_page(options.folder)}")
+    return 0
+
+
 def check_enforced(enforce: bool, cases: Sequence[Case]) -> None:
     """Refuse `--enforce` for cases without a target."""
     require(
@@ -92,6 +103,12 @@ def add_commands(verbs: Any) -> None:
         "--seconds", metavar="S", type=float, default=4.0, help="duration of a steady sound (default: 4)"
     )
     listen.set_defaults(action=sound)
+
+    heard = verbs.add_parser(
+        "hearing", help="add loudness, sharpness, roughness and prominence of tones to a finished run (extra `sound`)"
+    )
+    heard.add_argument("folder", metavar="DIR", help="folder of `run` or `compare`")
+    heard.set_defaults(action=hearing)
 
     added = verbs.add_parser(
         "microphones", help="add microphones to a finished run, from the waves of its sound power, in seconds"

@@ -94,10 +94,26 @@ def hearing(sound: Sound) -> Hearing:
     )
 
 
+@checked
 def loudness_at(sound: Sound, gains: FloatArray) -> FloatArray:
-    """Return the loudness (n,) sone of a sound that is `gains` (n,) dB louder; N5 of a record.
+    """Return the loudness of a sound made louder or quieter.
 
-    InputError is raised if MoSQITo is not installed.
+    Parameters
+    ----------
+    sound : Sound
+        Sound in pascals.
+    gains : (n,) array
+        Changes of the level (dB).
+
+    Returns
+    -------
+    (n,) array
+        Loudness (sone); N5 of a record.
+
+    Raises
+    ------
+    InputError
+        If MoSQITo is not installed.
     """
     check_installed("mosqito")
     from nvhchain.sound import _mosqito
@@ -114,5 +130,16 @@ def loudness_at(sound: Sound, gains: FloatArray) -> FloatArray:
 
 
 def loudness_level(loudness: float) -> float:
-    """Return the loudness level (phon) of a loudness (sone), ISO 532-1:2017."""
+    """Return the loudness level of a loudness.
+
+    Parameters
+    ----------
+    loudness : float
+        Loudness (sone).
+
+    Returns
+    -------
+    float
+        Loudness level (phon), ISO 532-1:2017; at least 3 phon.
+    """
     return 40.0 + 10.0 * log2(loudness) if loudness >= 1 else max(3.0, 40.0 * (loudness + 0.0005) ** 0.35)

@@ -15,12 +15,13 @@ from nvhchain.report.page.sections import (
     spectrum,
     transmission_errors,
 )
-from nvhchain.report.page.sections.listening import microphones, sound, targets
+from nvhchain.report.page.sections.listening import hearing, microphones, sound, targets
 
 SECTIONS = (
     answer,
     targets,
     sound,
+    hearing,
     spectrum,
     steady_states,
     run_up,

@@ -1,0 +1,103 @@
+"""Hearing: loudness, sharpness, roughness, and prominence of tones before the background."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from nvhchain.report.page.blocks import Figure, Table, Text, colour, dash, grid, label, limits_text, packed
+from nvhchain.report.page.stored import Stored
+
+TITLE = "Hearing"
+
+CURVES = {
+    "loudness_sone_in_time": "loudness / sone",
+    "sharpness_acum_in_time": "sharpness / acum",
+    "roughness_asper_in_time": "roughness / asper",
+}
+"""Curve in summary.json → its name."""
+
+EXPLANATION = (
+    "Loudness by ISO 532-1 in a free field, sharpness by DIN 45692, roughness by Daniel and Weber. Of a run-up, "
+    "loudness and roughness are those exceeded for 5 % of the time. The limits of the loudness are those of the level."
+)
+
+
+def blocks(stored: Stored) -> list[Any]:
+    """Return the numbers, curves over speed of run-ups, and tones; none before `nvhchain hearing`."""
+    heard = [(number, run.name, of) for number, run in enumerate(stored.runs) if (of := run.summary.get("hearing"))]
+    if not heard:
+        return []
+    head = ["configuration", "loudness / sone", "limits / sone", "level / phon", "sharpness / acum"]
+    head.append("roughness / asper")
+    masked = any("background_loudness_sone" in of for _, _, of in heard)
+    if masked:
+        head += ["with background / sone", "background / sone"]
+    rows = [_row(name, of, masked) for _, name, of in heard]
+    found: list[Any] = [Table(head, rows)]
+    if any("time_s" in of for _, _, of in heard):
+        found.append(_curves(heard))
+    tones = [
+        (
+            name,
+            tone["name"],
+            f"{tone['frequency_hz']:.0f}",
+            f"{tone['level_dB']:.1f}",
+            f"{tone['tone_to_noise_dB']:.1f}".replace("-", "−"),
+            limits_text(tone["tone_to_noise_limits_dB"]),
+            f"{tone['prominence_ratio_dB']:.1f}".replace("-", "−"),
+            "prominent" if tone["prominent"] else "",
+        )
+        for _, name, of in heard
+        for tone in of.get("tones", [])
+    ]
+    if tones:
+        titles = ("configuration", "tone", "frequency / Hz", "level / dB", "tone to noise / dB", "limits / dB")
+        caption = "Tones before the background in their critical bands (ECMA-418-1)."
+        found.append(Table((*titles, "prominence ratio / dB", ""), tones, caption, numbers=2))
+    return [*found, Text(EXPLANATION, style="small")]
+
+
+def _row(name: str, of: dict[str, Any], masked: bool) -> list[str]:
+    """Return the cells of a configuration."""
+    low, high = of["loudness_limits_sone"]
+    cells = [
+        name,
+        f"{of['loudness_sone']:.2f}",
+        f"below {high:.2f}" if low is None else f"{low:.2f}…{high:.2f}",
+        f"{of['loudness_level_phon']:.1f}",
+        f"{of['sharpness_acum']:.2f}",
+        f"{of['roughness_asper']:.2f}",
+    ]
+    if masked:
+        names = ("loudness_with_background_sone", "background_loudness_sone")
+        cells += [f"{of[key]:.2f}" if key in of else "" for key in names]
+    return cells
+
+
+def _curves(heard: list[tuple[int, str, dict[str, Any]]]) -> Figure:
+    """Return loudness, sharpness and roughness over speed."""
+    layout = grid(list(CURVES.values()), 1, "input speed / rpm", "", same_y=False)
+    traces = []
+    for place, key in enumerate(CURVES):
+        end = "" if place == 0 else str(place + 1)
+        for number, name, of in heard:
+            if key not in of:
+                continue
+            traces.append(
+                {
+                    "type": "scatter",
+                    "mode": "lines",
+                    "name": label(name),
+                    "legendgroup": label(name),
+                    "showlegend": place == 0,
+                    "x": packed(of["speed_rpm"]),
+                    "y": packed(of[key]),
+                    "line": {"color": colour(number), "dash": dash(number), "width": 2},
+                    "xaxis": f"x{end}",
+                    "yaxis": f"y{end}",
+                    "hovertemplate": "%{x:.0f} rpm: %{y:.3g}<extra>" + label(name) + "</extra>",
+                }
+            )
+        layout[f"yaxis{end}"]["rangemode"] = "tozero"
+    layout["legend"] = {"orientation": "h", "x": 0, "y": 1.06, "yanchor": "bottom"}
+    return Figure("Hearing over the input speed.", traces, layout, height=620)

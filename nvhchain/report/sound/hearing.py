@@ -1,0 +1,178 @@
+"""Hearing of a finished run or comparison: loudness with limits, sharpness, roughness, prominence of mesh orders."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from math import pi
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nvhchain.errors import require
+from nvhchain.files.hdf5 import write_text
+from nvhchain.report.marks import order_name
+from nvhchain.report.page.stored import Stored, StoredRun, stored_results
+from nvhchain.report.sound.write import BACKGROUND
+from nvhchain.sound import (
+    Hearing,
+    Sound,
+    hearing,
+    loudness_at,
+    loudness_level,
+    read_wav,
+    run_up_sound,
+    steady_sound,
+    tone_prominence,
+)
+from nvhchain.sound.tonality import HIGHEST, LOWEST
+
+TONES = 12
+"""Largest number of tones that are judged."""
+
+LEAST_RANGE = 40.0
+"""Range (dB) below the strongest tone within which tones are judged."""
+
+_LOUDEST = 1.0
+"""Duration (s) of the loudest part of a run-up, whose loudness states the limits."""
+
+
+def add_hearing(folder: str | Path) -> list[str]:
+    """Compute quantities of hearing at the first microphone, and write them to summary.json.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Folder of a finished `run` or `compare`.
+
+    Returns
+    -------
+    list of str
+        Lines for people.
+
+    Raises
+    ------
+    InputError
+        If MoSQITo is not installed, the run is not finished or it has no sound pressure.
+
+    Notes
+    -----
+    The limits of the loudness are those of the sound with all lines louder or quieter by the limits of the overall
+    level. For a run-up they follow from its loudest second.
+    """
+    stored = stored_results(Path(folder))
+    require(stored.finished, f"{folder} is not finished: run it to its end first")
+    noise = read_wav(stored.folder / BACKGROUND) if (stored.folder / BACKGROUND).is_file() else None
+    background = None if noise is None else Sound(noise.pressure, noise.rate, True)
+    summary = json.loads((stored.folder / "summary.json").read_text(encoding="utf-8"))
+    told = []
+    for run in stored.runs:
+        entry = _entry(stored, run, background)
+        summary["configurations"][run.name]["hearing"] = entry
+        told += hearing_sentences(run.name, entry)
+    write_text(stored.folder / "summary.json", json.dumps(summary, indent=1) + "\n")
+    return told
+
+
+def hearing_sentences(name: str, entry: Mapping[str, Any]) -> list[str]:
+    """Return sentences on the hearing of configuration `name`."""
+    low, high = entry["loudness_limits_sone"]
+    limits = f"below {high:.3g}" if low is None else f"{low:.3g}…{high:.3g}"
+    changing = " (N5)" if "time_s" in entry else ""
+    told = [
+        f"{name}: loudness {entry['loudness_sone']:.3g} sone{changing} ({limits}), "
+        f"{entry['loudness_level_phon']:.1f} phon; sharpness {entry['sharpness_acum']:.2f} acum; "
+        f"roughness {entry['roughness_asper']:.2f} asper"
+    ]
+    prominent = [tone for tone in entry.get("tones", []) if tone["prominent"]]
+    told += [
+        f"  {tone['name']} ({tone['frequency_hz']:.0f} Hz) is prominent: {tone['tone_to_noise_dB']:.1f} dB over the "
+        "background in its critical band"
+        for tone in prominent
+    ]
+    if entry.get("tones") and not prominent:
+        told.append("  no tone is prominent before the background")
+    return told
+
+
+def _entry(stored: Stored, run: StoredRun, background: Sound | None) -> dict[str, Any]:
+    """Return the entry of a configuration in summary.json."""
+    require(
+        run.pressure is not None or run.pressure_history is not None,
+        f"{run.name} has no sound pressure: ask for `pressure` in the case",
+    )
+    history = run.pressure_history
+    if history is not None:
+        sound = run_up_sound(history)
+    else:
+        assert run.pressure is not None
+        sound = steady_sound(run.pressure)
+    heard = hearing(sound)
+    found: dict[str, Any] = {
+        "loudness_sone": heard.loudness,
+        "loudness_limits_sone": _loudness_limits(run, sound, heard),
+        "loudness_level_phon": loudness_level(heard.loudness),
+        "sharpness_acum": heard.sharpness,
+        "roughness_asper": heard.roughness,
+    }
+    if history is not None:
+        speed = np.interp(heard.time, history.time - history.time[0], history.input_speed)
+        curves = {
+            "time_s": heard.time,
+            "speed_rpm": 30 / pi * speed,
+            "loudness_sone_in_time": heard.loudness_in_time,
+            "sharpness_acum_in_time": heard.sharpness_in_time,
+            "roughness_asper_in_time": heard.roughness_in_time,
+        }
+        return found | {name: [round(float(value), 4) for value in of] for name, of in curves.items()}
+    if background is not None:
+        noise = background.resampled(sound.rate).pressure
+        both = sound.pressure + np.resize(noise, len(sound.pressure))
+        found["background_loudness_sone"] = float(loudness_at(background, np.zeros(1))[0])
+        found["loudness_with_background_sone"] = float(loudness_at(Sound(both, sound.rate, True), np.zeros(1))[0])
+        found["tones"] = _tones(stored, run, background)
+    return found
+
+
+def _loudness_limits(run: StoredRun, sound: Sound, heard: Hearing) -> list[float | None]:
+    """Return the limits (sone) of the loudness; None for no lower limit."""
+    level = float(run.summary["overall_dBA"])
+    low, high = run.summary.get("error_band_dBA", (level, level))
+    if not sound.loops:
+        part = max(1, round(_LOUDEST * sound.rate))
+        starts = range(0, max(1, len(sound.pressure) - part + 1), max(1, part // 2))
+        loudest = max(starts, key=lambda start: float(np.square(sound.pressure[start : start + part]).sum()))
+        sound = Sound(sound.pressure[loudest : loudest + part], sound.rate, True)
+    gains = np.array([0.0, (low if low is not None else level) - level, high - level])
+    middle, least, most = loudness_at(sound, gains).tolist()
+    scale = heard.loudness / middle if middle > 0 else 1.0
+    return [None if low is None else scale * least, scale * most]
+
+
+def _tones(stored: Stored, run: StoredRun, background: Sound) -> list[dict[str, Any]]:
+    """Return the prominence of the strongest lines before the background, with limits."""
+    lines = run.summary.get("orders", [])
+    edges = {round(of["frequency_hz"], 6): of["limits_db"] for of in run.summary.get("lines", [])}
+    judged = [line for line in lines if LOWEST <= line["frequency_hz"] <= HIGHEST]
+    judged.sort(key=lambda line: -line["level_db"])
+    least = judged[0]["level_db"] - LEAST_RANGE if judged else 0.0
+    found = []
+    for line in [line for line in judged if line["level_db"] > least][:TONES]:
+        tone = tone_prominence(line["frequency_hz"], line["level_db"], background)
+        limits = edges.get(round(line["frequency_hz"], 6), [line["level_db"]] * 2)
+        shift = tone.tone_to_noise - line["level_db"]
+        origin = order_name(line["order"], stored.marks.mesh, stored.marks.slots)
+        found.append(
+            {
+                "name": f"order {line['order']:.6g}" + (f", {origin}" if origin else ""),
+                "order": line["order"],
+                "frequency_hz": line["frequency_hz"],
+                "level_dB": line["level_db"],
+                "tone_to_noise_dB": tone.tone_to_noise,
+                "tone_to_noise_limits_dB": [None if edge is None else edge + shift for edge in limits],
+                "prominence_ratio_dB": tone.prominence_ratio,
+                "prominent": tone.prominent,
+            }
+        )
+    return sorted(found, key=lambda tone: float(tone["order"]))

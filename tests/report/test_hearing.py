@@ -1,0 +1,68 @@
+"""Hearing is added to the summary and page of a finished run, with limits and tones before the background."""
+
+import json
+
+import numpy as np
+import pytest
+
+from nvhchain.cli import main
+from nvhchain.files import hdf5
+from nvhchain.handoff import FieldPressure
+from nvhchain.levels import decibel, overall
+from nvhchain.report.sound.write import BACKGROUND
+from nvhchain.sound import Background, background_sound, write_wav
+
+TURNS = 50.0
+
+pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")
+
+
+@pytest.fixture
+def finished(tmp_path):
+    """Folder of a run with a loud order 20 (1 kHz) of 60 dB and a faint order 40, before noise."""
+    frequency = TURNS * np.array([20.0, 40.0])
+    size = np.sqrt(2) * 2e-5 * 10 ** (np.array([60.0, 30.0]) / 20)
+    pressure = FieldPressure(frequency, [[0.0, 0.0, 1.0]], size[:, None] * 1j, 2 * np.pi * TURNS)
+    hdf5.save(pressure, tmp_path / "pressure.h5")
+    level = float(overall(frequency, pressure.pressure[:, 0]))
+    lines = decibel(pressure.pressure[:, 0]).tolist()
+    of = {
+        "overall_dBA": level,
+        "error_band_dBA": [level - 10.0, level + 10.0],
+        "orders": [
+            {"order": order, "frequency_hz": TURNS * order, "level_db": db}
+            for order, db in zip((20.0, 40.0), lines, strict=True)
+        ],
+        "lines": [{"frequency_hz": f, "limits_db": [None, db + 1.0]} for f, db in zip(frequency, lines, strict=True)],
+        "mesh_orders": {"stage": 20.0},
+    }
+    point = {"name": "rear", "position_m": [0, 0, 1]}
+    summary = {"fidelity": "draft", "field_point": point, "configurations": {"A": of}}
+    (tmp_path / "summary.json").write_text(json.dumps(summary))
+    third_octaves = Background(np.array([800.0, 1000.0, 1250.0, 1600.0, 2000.0, 2500.0]), np.full(6, 45.0))
+    write_wav(background_sound(third_octaves), tmp_path / BACKGROUND)
+    return tmp_path
+
+
+def test_hearing_is_added_to_summary_console_and_page(finished, capsys):
+    assert main(["hearing", str(finished)]) == 0
+    told = capsys.readouterr().out
+    heard = json.loads((finished / "summary.json").read_text())["configurations"]["A"]["hearing"]
+    assert heard["loudness_sone"] == pytest.approx(4.0, rel=0.1)  # 60 dB at 1 kHz
+    assert heard["loudness_limits_sone"] == pytest.approx([2.0, 8.0], rel=0.1)  # 50 and 70 dB
+    assert heard["loudness_with_background_sone"] > heard["background_loudness_sone"] > 0.5
+    loud, faint = heard["tones"]
+    assert loud["name"] == "order 20, stage × 1"
+    assert loud["tone_to_noise_dB"] == pytest.approx(60 - 45 - 10 * np.log10(162.2 / 231), abs=0.3)
+    assert loud["tone_to_noise_limits_dB"] == [None, pytest.approx(loud["tone_to_noise_dB"] + 1.0)]
+    assert (loud["prominent"], faint["prominent"]) == (True, False)
+    assert "order 20, stage × 1 (1000 Hz) is prominent" in told
+    page = (finished / "report.html").read_text()
+    assert '<section id="hearing">' in page
+    assert "order 20, stage × 1" in page
+
+
+def test_unfinished_run_is_refused(finished, capsys):
+    (finished / "summary.json").unlink()
+    assert main(["hearing", str(finished)]) == 2
+    assert "is not finished: run it to its end first" in capsys.readouterr().err

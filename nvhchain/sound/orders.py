@@ -22,6 +22,9 @@ WIDTH = 0.5
 ENVELOPE_RATE = 200.0
 """Samples per second of the envelope of an order."""
 
+_BLOCKS = 10
+"""Blocks per sample of the envelope over which the turned signal is averaged first."""
+
 
 @checked
 def keep_orders(pressure: FieldPressure, orders: Sequence[float]) -> FieldPressure:
@@ -167,15 +170,20 @@ def order_track(history: PressureHistory, order: float, *, point: int = 0) -> Or
     require(turns > 4 / WIDTH, f"{turns:.3g} turns of the input resolve no orders: {4 / WIDTH:g} are needed")
     duration = float(history.time[-1] - history.time[0])
     width = max(2.0 / ENVELOPE_RATE, 4.0 / WIDTH * duration / turns)
-    count = 2 * int(0.5 * width * rate) + 1
+    turned = 2.0 * history.pressure[:, point] * np.exp(-1j * order * turn_angle)
+    # means of short blocks, whose zeros lie where their sampling would alias to the order
+    starts = np.arange(0, len(turned), max(1, int(rate / (_BLOCKS * ENVELOPE_RATE))))
+    sizes = np.diff(np.append(starts, len(turned)))
+    means = np.add.reduceat(turned, starts) / sizes
+    middles = history.time[starts] + 0.5 * (sizes - 1) / rate
+    count = 2 * int(0.5 * width * rate / sizes[0]) + 1
     window = np.hanning(count + 2)[1:-1]
     window /= window.sum()
-    turned = 2.0 * history.pressure[:, point] * np.exp(-1j * order * turn_angle)
-    weight = oaconvolve(np.ones(len(turned)), window, mode="same")  # at the ends a part of the window
-    smooth = oaconvolve(turned, window, mode="same") / weight
+    weight = oaconvolve(np.ones(len(means)), window, mode="same")  # at the ends a part of the window
+    smooth = oaconvolve(means, window, mode="same") / weight
     time = np.arange(0.0, duration + 1.0 / ENVELOPE_RATE, 1.0 / ENVELOPE_RATE) + history.time[0]
     sampled = [np.interp(time, history.time, part) for part in (turn_angle, history.input_speed)]
-    envelope = np.interp(time, history.time, smooth.real) + 1j * np.interp(time, history.time, smooth.imag)
+    envelope = np.interp(time, middles, smooth.real) + 1j * np.interp(time, middles, smooth.imag)
     return OrderTrack(order, time, sampled[0], sampled[1], envelope)
 
 

@@ -15,8 +15,8 @@ from nvhchain.errors import InputError
 from nvhchain.sound import Sound, run_up_sound, steady_sound, write_wav
 from nvhchain.sound.wav import SCALE
 
-BACKGROUND = "sound-background.wav"
-"""Name of the file of the background."""
+BACKGROUND = "background.wav"
+"""Name of the file of the background, which is that of the first case that has one."""
 
 
 def result_sound(result: Result, *, point: int = 0) -> Sound | None:

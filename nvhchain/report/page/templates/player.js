@@ -26,12 +26,12 @@ const soundPlayer = (place, { data }, choice) => {
     return buffer;
   };
 
-  const track = (of, rate, count) => {
-    const angle = unpacked(of.angle), speed = unpacked(of.speed), real = unpacked(of.real), imag = unpacked(of.imag);
+  const track = (run, of, rate, count) => {
+    const angle = unpacked(run.angle), speed = unpacked(run.speed), real = unpacked(of.real), imag = unpacked(of.imag);
     const found = new Float64Array(count);
     for (let i = 0; i < count; i++) {
-      const at = Math.min(i / rate / of.step, angle.length - 1), left = Math.min(Math.floor(at), angle.length - 2);
-      const s = at - left, low = of.step * speed[left], high = of.step * speed[left + 1], rise = angle[left + 1] - angle[left];
+      const at = Math.min(i / rate / run.step, angle.length - 1), left = Math.min(Math.floor(at), angle.length - 2);
+      const s = at - left, low = run.step * speed[left], high = run.step * speed[left + 1], rise = angle[left + 1] - angle[left];
       const phase = of.order * (angle[left] + s * (low + s * (3 * rise - 2 * low - high + s * (low + high - 2 * rise))));
       const x = real[left] + s * (real[left + 1] - real[left]), y = imag[left] + s * (imag[left + 1] - imag[left]);
       found[i] = (x * Math.cos(phase) - y * Math.sin(phase)) / data.scale;
@@ -49,7 +49,7 @@ const soundPlayer = (place, { data }, choice) => {
     if (!records.has(run)) records.set(run, sampled(run));
     const { rate, whole } = records.get(run);
     const buffer = context.createBuffer(1, whole.length, rate), samples = buffer.getChannelData(0);
-    const part = state.order === "" ? null : track(run.orders[state.order], rate, whole.length);
+    const part = state.order === "" ? null : track(run, run.orders[state.order], rate, whole.length);
     for (let i = 0; i < whole.length; i++) samples[i] = part === null ? whole[i] : state.alone ? part[i] : whole[i] - part[i];
     return buffer;
   };

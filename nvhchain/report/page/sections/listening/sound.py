@@ -16,6 +16,7 @@ from nvhchain.report.page.blocks import Figure, Table, Text, colour, label, pack
 from nvhchain.report.page.stored import Stored, StoredRun
 from nvhchain.report.run_up import main_orders as run_up_orders
 from nvhchain.report.run_up import run_up_maps
+from nvhchain.report.sound.write import BACKGROUND
 from nvhchain.sound import Loop, Sound, order_track, read_wav, run_up_sound, steady_loop
 from nvhchain.sound.signals import RATES, audible_rate
 from nvhchain.sound.wav import encoded_16_bit
@@ -83,8 +84,9 @@ def _runs(stored: Stored, scale: float) -> list[dict[str, Any]]:
         one: dict[str, Any] = {"name": label(run.name), "colour": colour(number)}
         if run.name in histories and rate:
             history = histories[run.name]
-            one["wav"] = _text(encoded_16_bit(run_up_sound(history, rate=rate), scale))
-            one["orders"] = [_track(history, order, name) for order, name in orders]
+            heard = run_up_sound(history, rate=rate)
+            one["wav"] = _text(encoded_16_bit(heard, scale))
+            one |= _tracks(_sampled(history, heard), orders)
         elif run.pressure is not None and (loop := _loop(run)) is not None:
             one |= _lines(run, loop, orders)
         else:
@@ -113,17 +115,27 @@ def _lines(run: StoredRun, loop: Loop, orders: list[tuple[float, str]]) -> dict[
     }
 
 
-def _track(history: PressureHistory, order: float, name: str) -> dict[str, Any]:
-    """Return angle, speed and envelope of an order of a run-up."""
-    track = order_track(history, order)
+def _sampled(history: PressureHistory, sound: Sound) -> PressureHistory:
+    """Return a run-up at the samples of its sound."""
+    time = history.time[0] + np.arange(len(sound.pressure)) / sound.rate
+    speed = np.interp(time, history.time, history.input_speed)
+    return PressureHistory(time, history.points[:1], np.asarray(sound.pressure)[:, None], speed)
+
+
+def _tracks(history: PressureHistory, orders: list[tuple[float, str]]) -> dict[str, Any]:
+    """Return angle and speed of a run-up, and the envelope of every order."""
+    tracks = [(name, order_track(history, order)) for order, name in orders]
+    if not tracks:
+        return {"orders": []}
+    first = tracks[0][1]
     return {
-        "name": name,
-        "order": order,
-        "step": float(track.time[1] - track.time[0]),
-        "angle": packed(track.angle, "f8"),
-        "speed": packed(track.input_speed),
-        "real": packed(track.envelope.real),
-        "imag": packed(track.envelope.imag),
+        "step": float(first.time[1] - first.time[0]),
+        "angle": packed(first.angle, "f8"),
+        "speed": packed(first.input_speed),
+        "orders": [
+            {"name": name, "order": of.order, "real": packed(of.envelope.real), "imag": packed(of.envelope.imag)}
+            for name, of in tracks
+        ],
     }
 
 
@@ -168,7 +180,7 @@ def _embedded_rate(stored: Stored, histories: list[PressureHistory]) -> int:
 
 def _background(stored: Stored) -> Sound | None:
     """Return the background in the folder."""
-    path = stored.folder / "sound-background.wav"
+    path = stored.folder / BACKGROUND
     if not path.is_file():
         return None
     found = read_wav(path)

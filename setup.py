@@ -10,14 +10,14 @@ from setuptools.command.build_py import build_py
 
 
 class BuildWithExamples(build_py):
-    """Build that copies cases/*/*.toml to nvhchain/examples."""
+    """Build that copies cases/*/*.toml and *.step to nvhchain/examples."""
 
     def run(self) -> None:
         """Copy modules and examples."""
         super().run()
         if self.editable_mode:
             return
-        for path in Path("cases").glob("*/*.toml"):
+        for path in (*Path("cases").glob("*/*.toml"), *Path("cases").glob("*/*.step")):
             target = Path(self.build_lib, "nvhchain", "examples", *path.parts[1:])
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(path, target)

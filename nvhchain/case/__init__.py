@@ -2,6 +2,7 @@
 
 from nvhchain.case.blank_mesh import Mesh
 from nvhchain.case.bodies import Extent, Sphere, SurfaceFile
+from nvhchain.case.cad import Cad
 from nvhchain.case.casting import Casting
 from nvhchain.case.fluctuation import (
     SpeedHarmonic,
@@ -35,6 +36,7 @@ __all__ = [
     "RADIATED",
     "BackgroundLevels",
     "Band",
+    "Cad",
     "Case",
     "Casting",
     "Extent",

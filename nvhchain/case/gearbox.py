@@ -13,6 +13,7 @@ import numpy as np
 
 from nvhchain import acoustics
 from nvhchain.case.bodies import Extent
+from nvhchain.case.cad import Cad
 from nvhchain.case.casting import Casting
 from nvhchain.case.checks.fit import check_fit
 from nvhchain.case.checks.names import unknown_names
@@ -83,7 +84,7 @@ class GearboxCase:
         Bearings.
     input_shaft, output_shaft : str
         Names of the shafts.
-    housing : Casting, HousingModel or ModalResults
+    housing : Casting, HousingModel, ModalResults or Cad
         Housing.
     field_points : tuple of FieldPoint
         Microphones.
@@ -120,7 +121,7 @@ class GearboxCase:
     bearings: tuple[Bearing, ...]
     input_shaft: str
     output_shaft: str
-    housing: Casting | HousingModel | ModalResults
+    housing: Casting | HousingModel | ModalResults | Cad
     field_points: tuple[FieldPoint, ...] = ()
     input_rotation: int = 1
     quantities: tuple[Quantity, ...] = ("pressure",)

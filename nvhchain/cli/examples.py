@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import tomllib
 from pathlib import Path
 
@@ -15,6 +16,7 @@ EXAMPLES = {
     "run-up": ("gearbox/run_up_solid.toml", "the gearbox from low to high speed"),
     "rattle": ("small/rattle.toml", "a fluctuating drive that makes a loose gear rattle"),
     "bearings": ("small/catalogue_bearings.toml", "the helical pair on rolling bearings of the catalogue"),
+    "cad": ("small/cad.toml", "the helical pair in a casting from a STEP file"),
     "radiator": ("sphere/on_floor.toml", "a small sphere above a floor: acoustics alone"),
 }
 """Name of an example → (file, what it is)."""
@@ -45,12 +47,16 @@ def copy_example(name: str, folder: Path) -> list[Path]:
     sources = [examples_folder() / EXAMPLES[name][0]]
     while base := tomllib.loads(sources[-1].read_text(encoding="utf-8")).get("base"):
         sources.append(sources[-1].parent / base)
-    targets = [folder / source.name for source in sources]
+    tables = [tomllib.loads(source.read_text(encoding="utf-8")) for source in sources]
+    files = [sources[0].parent / table["housing"]["file"] for table in tables if "file" in table.get("housing", {})]
+    targets = [folder / source.name for source in (*sources, *files)]
     for target in targets:
         if target.exists():
             raise InputError(f"{target} exists: name another folder, or remove it")
     folder.mkdir(parents=True, exist_ok=True)
-    for source, target in zip(sources, targets, strict=True):
+    for source, target in zip(files, targets[len(sources) :], strict=True):
+        shutil.copyfile(source, target)
+    for source, target in zip(sources, targets, strict=False):
         text = source.read_text(encoding="utf-8")
         target.write_text(f"#:schema ./{FILE_NAME}\n{text}", encoding="utf-8")
     (folder / FILE_NAME).write_text(schema_text(), encoding="utf-8")

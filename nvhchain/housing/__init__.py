@@ -1,5 +1,8 @@
-"""Gearbox housing, a parametric casting or an imported model: modes, residual flexibility, forced response."""
+"""Gearbox housing, a casting, CAD part or imported model: modes, residual flexibility, forced response."""
 
+from nvhchain.housing.cad.part import CadBolt, CadPart, CadSeat
+from nvhchain.housing.cad.solid import cad_model
+from nvhchain.housing.cad.survey import cad_shape, survey
 from nvhchain.housing.casting.casting import Bore, Casting, GearSpace, InnerWall
 from nvhchain.housing.casting.drawn import DrawnCasting, DrawnDisc, DrawnSeat, draw_casting
 from nvhchain.housing.casting.extent import encloses, envelope_area, face_size, room_around
@@ -20,6 +23,9 @@ from nvhchain.housing.skin.shape import HousingShape
 
 __all__ = [
     "Bore",
+    "CadBolt",
+    "CadPart",
+    "CadSeat",
     "Casting",
     "CraigBampton",
     "DampingCurve",
@@ -32,6 +38,8 @@ __all__ = [
     "InnerWall",
     "TruncationError",
     "bearing_seats",
+    "cad_model",
+    "cad_shape",
     "casting_shape",
     "check_modes",
     "craig_bampton",
@@ -52,6 +60,7 @@ __all__ = [
     "respond",
     "room_around",
     "seat_rows",
+    "survey",
     "truncation_error",
     "truncation_errors",
 ]

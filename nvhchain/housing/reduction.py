@@ -31,9 +31,9 @@ from nvhchain.housing.modes.truncation import (
     truncation_report,
     worst_level,
 )
+from nvhchain.housing.skin import thin_walls
 from nvhchain.housing.skin.mapping_error import skin_sources, stated_mapping_errors
 from nvhchain.housing.skin.normal_motion import normal_motion
-from nvhchain.housing.skin.thin_walls import stiffening
 
 _STEPS = 6
 
@@ -193,17 +193,15 @@ def check_bending_resolution(casting: Casting, f_max: float, fidelity: HousingFi
 def check_thin_walls(casting: Casting, fidelity: HousingFidelity) -> None:
     """Warn of elements that are too stiff because they are long for the thickness of the wall."""
     wall = min(casting.wall, casting.end_wall)
-    stiff = stiffening(fidelity.element_size / wall)
+    stiff = thin_walls.stiffening(fidelity.element_size / wall)
     if stiff:
         size = f"housing elements of {1e3 * fidelity.element_size:g} mm in walls of {1e3 * wall:.3g} mm"
         warn_caller(f"{size} are {stiff}", kind="elements stiff in thin walls")
 
 
 def bending_wavelength(casting: Casting, frequency: float) -> float:
-    """Return the bending wavelength (m) of the thinner wall: 2π (B/(ρ t ω²))^¼, B = E t³/(12 (1 − ν²))."""
-    material, thickness = casting.material, min(casting.wall, casting.end_wall)
-    stiffness = material.young * thickness**2 / (12 * (1 - material.poisson**2) * material.density)
-    return float(2 * np.pi * (stiffness / (2 * np.pi * frequency) ** 2) ** 0.25)
+    """Return the bending wavelength (m) of the thinner wall."""
+    return thin_walls.bending_wavelength(casting.material, min(casting.wall, casting.end_wall), frequency)
 
 
 def reduce_mesh(

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from nvhchain import acoustics, chain, interop, levels, plots
-from nvhchain.case import Case, GearboxCase, HousingModel
+from nvhchain.case import Cad, Case, GearboxCase, HousingModel
 from nvhchain.errors import InputError, require
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fem.solid_model import SolidModel
@@ -113,6 +113,8 @@ def _panels(case: GearboxCase, surface: Surface) -> Panels | None:
     """Return the named parts of the surface, or None where the housing has none."""
     if isinstance(case.housing, Casting):
         return casting_panels(case.housing, surface)
+    if isinstance(case.housing, Cad):  # its faces have no names
+        return None
     given, path = case.housing, Path(case.folder) / case.housing.file
     model: SolidModel | ModalModel
     if isinstance(given, HousingModel):

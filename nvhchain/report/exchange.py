@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from nvhchain import acoustics, housing, interop
-from nvhchain.case import Case, GearboxCase, HousingModel
+from nvhchain.case import Cad, Case, GearboxCase, HousingModel
 from nvhchain.errors import InputError, require
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.housing import Casting, CraigBampton
@@ -62,6 +62,8 @@ def export_craig_bampton(
         model = interop.read_solid_model(Path(case.folder) / given.file, units=given.units, spc=given.spc)
         names = {seat.name: seat.nodes for seat in given.seats}
         made = exchange_model(model, housing.bearing_seats(model, case.seats, names), f_top=modes_to)
+    elif isinstance(given, Cad):
+        made = exchange_model(*given.model(case, fidelity.housing), f_top=modes_to)
     else:
         raise InputError(
             f"{case.name}: modes from a file have no mass and stiffness at the seats: give the model itself"

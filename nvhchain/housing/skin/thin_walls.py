@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
+from nvhchain.conventions import Material
 from nvhchain.fem.solid_model import SolidModel
 from nvhchain.handoff import FloatArray
 from nvhchain.housing.skin.skin import Skin
 
-_LONGEST = 3.5
+LONGEST = 3.5
 """Largest length of straight-sided quadratic tetrahedra over the thickness of their wall without a warning."""
 
 _STIFFENING = 0.007
@@ -38,11 +39,11 @@ of 10.5 … 20 mm.
 
 def stiffening(ratio: float) -> str:
     """Return a warning of tetrahedra `ratio` times as long as their wall is thick; empty if there is none."""
-    if ratio <= _LONGEST * (1 + 1e-9):
+    if ratio <= LONGEST * (1 + 1e-9):
         return ""
     return (
         f"{ratio:.2g} times as long as the wall is thick, by which natural frequencies may come out "
-        f"{100 * _STIFFENING * ratio**2:.0f} % too high: refine to {_LONGEST:g} times"
+        f"{100 * _STIFFENING * ratio**2:.0f} % too high: refine to {LONGEST:g} times"
     )
 
 
@@ -69,6 +70,12 @@ def wall_thickness(skin: Skin) -> FloatArray:
     depth = -np.einsum("kja,ka->kj", centre[near] - centre[:, None], normal)
     behind = (depth > 0) & (np.einsum("kja,ka->kj", normal[near], normal) < _OPPOSITE)
     return np.asarray(np.where(behind, depth, np.inf).min(axis=1))
+
+
+def bending_wavelength(material: Material, thickness: float, frequency: float) -> float:
+    """Return the bending wavelength (m) of a wall of `thickness` (m): 2π (B/(ρ t ω²))^¼, B = E t³/(12 (1 − ν²))."""
+    stiffness = material.young * thickness**2 / (12 * (1 - material.poisson**2) * material.density)
+    return float(2 * np.pi * (stiffness / (2 * np.pi * frequency) ** 2) ** 0.25)
 
 
 def edges(skin: Skin) -> FloatArray:

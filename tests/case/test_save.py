@@ -1,5 +1,6 @@
 """Cases built in Python, and the files that `save_case` writes."""
 
+import os
 import re
 import shutil
 import tomllib
@@ -27,7 +28,8 @@ def test_a_saved_case_reads_back_equal(example, tmp_path):
     saved = nvh.save_case(case, tmp_path / "saved.toml")
     assert nvh.load_case(saved) == case
     elsewhere = nvh.save_case(nvh.load_case(example), tmp_path / "saved elsewhere.toml")
-    assert elsewhere.read_text() == saved.read_text()
+    folder = Path(os.path.relpath(example.parent, tmp_path)).as_posix()
+    assert elsewhere.read_text().replace(f"{folder}/", "") == saved.read_text()
 
 
 def test_keys_have_short_digits_and_a_meaning(tmp_path):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -115,7 +116,7 @@ def survey(part: CadPart, folder: Path, positions: Mapping[str, Sequence[float]]
     )
 
 
-def notes_of(part: CadPart, made: Mapping[str, FloatArray]) -> tuple[str, ...]:
+def notes_of(part: CadPart, made: Mapping[str, Any]) -> tuple[str, ...]:
     """Return what was done to the part."""
     notes = [str(note) for note in made["notes"]]
     removed, solids = int(made["removed"]), int(made["solids"])
@@ -134,7 +135,7 @@ def mesh_part(
     fidelity: HousingFidelity,
     *,
     dimension: int,
-) -> dict[str, FloatArray]:
+) -> dict[str, Any]:
     """Mesh a part with elements of `size` (m); refuse one much smaller or larger than the reach of its bearings."""
     path = folder / part.file
     require(path.is_file(), f"{path}: no such STEP file")

@@ -6,6 +6,10 @@ from nvhchain.gear.contact.closing_edges import close_edges
 from nvhchain.gear.contact.contact_lines import ContactLines, contact_lines
 from nvhchain.gear.contact.engagement import Engagement, engaged_reach, slice_count
 from nvhchain.gear.contact.friction import lever_arms, sliding_sense
+from nvhchain.gear.deviations.drawn import drawn_deviations, pitch_deviations
+from nvhchain.gear.deviations.flanks import GearDeviations, Ghost, ToothFlanks
+from nvhchain.gear.deviations.pairs import PairDeviations
+from nvhchain.gear.deviations.tolerances import FlankTolerances, flank_tolerances, standard_tolerance
 from nvhchain.gear.drawing.blank import SOLID, Blank, Differential, Holes, Slots, Solid, ThinRim
 from nvhchain.gear.drawing.body import GearBody, MassProperties, mass_properties
 from nvhchain.gear.drawing.geometry import GearGeometry
@@ -17,9 +21,11 @@ from nvhchain.gear.elements.gear_mesh import bricks_over_even
 from nvhchain.gear.elements.mesh_files import read_gear_mesh, write_gear_mesh
 from nvhchain.gear.elements.whole_mesh import whole_mesh
 from nvhchain.gear.field.gear_field import gear_field
+from nvhchain.gear.laws.deviated_law import deviated_mesh_law
 from nvhchain.gear.laws.iso6336 import IsoStiffness, iso_stiffness
 from nvhchain.gear.laws.load_distribution import load_distribution
 from nvhchain.gear.laws.mesh_law import engaged, mesh_law, pair_compliances, tabulated
+from nvhchain.gear.laws.tooth_pairs import tooth_pairs
 from nvhchain.gear.laws.transmission_error import (
     LoadedMesh,
     deflection_at_force,
@@ -40,15 +46,19 @@ __all__ = [
     "Engagement",
     "Flank",
     "FlankCompliance",
+    "FlankTolerances",
     "GearBody",
+    "GearDeviations",
     "GearGeometry",
     "GearPair",
+    "Ghost",
     "Holes",
     "IsoStiffness",
     "LoadedMesh",
     "MassProperties",
     "MicroGeometry",
     "Misalignment",
+    "PairDeviations",
     "Relief",
     "RootElement",
     "RootPlace",
@@ -58,14 +68,18 @@ __all__ = [
     "Solid",
     "StrainGauge",
     "ThinRim",
+    "ToothFlanks",
     "VolumeMesh",
     "bricks_over_even",
     "close_edges",
     "contact_lines",
     "deflection_at_force",
+    "deviated_mesh_law",
+    "drawn_deviations",
     "engaged",
     "engaged_reach",
     "flank_compliance",
+    "flank_tolerances",
     "gear_field",
     "iso_stiffness",
     "lever_arms",
@@ -77,13 +91,16 @@ __all__ = [
     "nodal_force_strain",
     "nominal_centre_distance",
     "pair_compliances",
+    "pitch_deviations",
     "quasi_static_transmission_error",
     "read_gear_mesh",
     "root_strain_modes",
     "slice_compliance",
     "slice_count",
     "sliding_sense",
+    "standard_tolerance",
     "tabulated",
+    "tooth_pairs",
     "von_mises",
     "whole_mesh",
     "write_gear_mesh",

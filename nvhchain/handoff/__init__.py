@@ -26,6 +26,7 @@ from nvhchain.handoff.sound import (
     SurfacePressure,
 )
 from nvhchain.handoff.surface import Surface
+from nvhchain.handoff.tooth_pairs import ToothPairs
 from nvhchain.handoff.transfer import (
     ModalTransferVectors,
     NoiseTransferFunctions,
@@ -67,6 +68,7 @@ __all__ = [
     "SurfaceAccuracy",
     "SurfacePressure",
     "SurfaceVelocity",
+    "ToothPairs",
     "TransferVectors",
     "warn_of",
 ]

@@ -88,4 +88,4 @@ def _reaching(engagement: Engagement, gap: float) -> Engagement:
         else flank_compliance(body, fidelity, reach=reach, friction=c.friction is not None)
         for c, body in zip(engagement.compliances, (pair.pinion, pair.wheel), strict=True)
     )
-    return Engagement(pair, (pinion, wheel), fidelity)
+    return Engagement(pair, (pinion, wheel), fidelity, engagement.deviations)

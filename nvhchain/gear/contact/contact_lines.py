@@ -181,6 +181,23 @@ def wheel_angle(pair: GearPair, position: float, axial: float, mesh: int, flank:
     return travel / float(pair.base_radius[1])
 
 
+def mesh_order(pair: GearPair, lines: ContactLines) -> IntArray:
+    """Return the teeth (2, n) of pinion and wheel in the order in which they come into mesh."""
+    return np.asarray(lines.tooth * np.array([[-pair.sense], [pair.sense]]))
+
+
+def wheel_angles(pair: GearPair, lines: ContactLines) -> FloatArray:
+    """Return the wheel angle (n,) in rad of contact lines, which every slice states up to rounding."""
+    mesh = mesh_order(pair, lines)[0]
+    turned = lines.position - pair.pitch_point, pair.sense * tan(pair.base_helix_angle) * lines.axial
+    if lines.flank == DRIVE:
+        travel = turned[0] + mesh * pair.base_pitch - turned[1]
+    else:
+        lag = pair.working_thickness[1] * cos(pair.working_pressure_angle)
+        travel = (mesh + 1) * pair.base_pitch - lag - turned[0] - turned[1]
+    return np.asarray(travel / float(pair.base_radius[1]))
+
+
 def _touch_edges(pair: GearPair, position: FloatArray, radius: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return gaps (m) and angles between the flanks (rad) in the normal plane at slices beyond the path; 0 on it.
 

@@ -13,7 +13,7 @@ from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.compliance.analytic import SliceCompliance
 from nvhchain.gear.compliance.flank_compliance import FlankCompliance
 from nvhchain.gear.compliance.flank_splines import FlankSplines, flank_splines
-from nvhchain.gear.contact.contact_lines import ContactLines, contact_lines
+from nvhchain.gear.contact.contact_lines import ContactLines, contact_lines, mesh_order, wheel_angles
 from nvhchain.gear.contact.contact_lines import separation as unloaded_gap
 from nvhchain.gear.contact.friction import sliding_sense
 from nvhchain.gear.contact.slice_forces import (
@@ -24,8 +24,9 @@ from nvhchain.gear.contact.slice_forces import (
     slice_forces,
 )
 from nvhchain.gear.contact.tip_edge import strip_half_width
+from nvhchain.gear.deviations.pairs import PairDeviations
 from nvhchain.gear.drawing.pair import BACK, DRIVE, GearPair
-from nvhchain.handoff import FloatArray
+from nvhchain.handoff import FloatArray, IntArray
 from nvhchain.kinds import check_fields
 
 FRICTION_ROUNDS = 60
@@ -85,6 +86,8 @@ class Engagement:
         Compliances of pinion and wheel.
     fidelity : GearFidelity
         Slices, contact residual and corner gap.
+    deviations : PairDeviations, optional
+        Deviations of every flank from the drawing; by default there are none.
 
     Raises
     ------
@@ -95,9 +98,12 @@ class Engagement:
     pair: GearPair
     compliances: tuple[FlankCompliance | SliceCompliance, FlankCompliance | SliceCompliance]
     fidelity: GearFidelity
+    deviations: PairDeviations | None = None
 
     def __post_init__(self) -> None:
         check_fields(self)
+        if self.deviations is not None:
+            self.deviations.check(self.pair)
         slices = self.fidelity.slices
         require(slices >= 1, f"slices = {slices}: at least 1 is needed")
         for name, body, c in zip(
@@ -135,6 +141,19 @@ class Engagement:
     def lines(self, angle: float, flank: int = DRIVE) -> ContactLines:
         """Return the contact lines at wheel `angle` (rad), cut into `slices`."""
         return contact_lines(self.pair, angle, slices=self.slices, flank=flank, corner_gap=self.fidelity.corner_gap)
+
+    def gap(self, lines: ContactLines) -> FloatArray:
+        """Return the unloaded gap (n,) in m of every slice, deviations included."""
+        gap = unloaded_gap(self.pair, lines)
+        return gap if self.deviations is None else gap + self.deviation_gap(lines, 0)
+
+    def deviation_gap(self, lines: ContactLines, later: IntArray | int) -> FloatArray:
+        """Return the part (n_later, n) or (n,) in m of the gap by deviations, `later` mesh periods on."""
+        if self.deviations is None:
+            return np.zeros((*np.shape(later), len(lines.length)))
+        travel = wheel_angles(self.pair, lines)
+        order = mesh_order(self.pair, lines)
+        return self.deviations.removed(self.pair, lines.flank, order, lines.radius, lines.axial, travel, later)
 
     def compliance(self, lines: ContactLines) -> FloatArray:
         """Return C (n, n) in m/N: normal approach at every slice under a unit normal force at each, both gears."""
@@ -221,7 +240,7 @@ class Engagement:
             If the contact does not converge or the local law leaves its range.
         """
         lines = self.lines(angle, flank)
-        gap = unloaded_gap(self.pair, lines) if separation is None else separation
+        gap = self.gap(lines) if separation is None else separation
         return lines, self.forces_on(lines, np.asarray(approach, float)[:, None] - gap, friction=friction)
 
     def local_law(self, lines: ContactLines) -> LocalLaw:
@@ -233,7 +252,7 @@ class Engagement:
 
     def residual(self, lines: ContactLines, approach: float, force: FloatArray, *, friction: float = 0.0) -> float:
         """Return the largest violation of the contact conditions (m) by slice forces (n,) in N at an approach (m)."""
-        pressed, compliance = approach - unloaded_gap(self.pair, lines), self.compliance(lines)
+        pressed, compliance = approach - self.gap(lines), self.compliance(lines)
         if friction:
             compliance = compliance + friction * self.friction_compliance(lines)
         return complementarity_residual(compliance, pressed, lines.length, self.local_law(lines), force)
@@ -281,7 +300,7 @@ class Engagement:
         for flank, sign in ((DRIVE, 1.0), (BACK, -1.0)):
             approach = deflection if flank == DRIVE else -(deflection + self.pair.backlash)
             lines = self.lines(angle, flank)
-            gap = unloaded_gap(self.pair, lines)
+            gap = self.gap(lines)
             closed = np.flatnonzero(approach > gap.min(initial=np.inf))
             closed = closed[np.argsort(approach[closed])]  # each solution starts the next one
             if len(closed):
@@ -294,4 +313,4 @@ class Engagement:
         It is 0 without micro-geometry and misalignment.
         """
         lines = self.lines(angle, flank)
-        return float(unloaded_gap(self.pair, lines).min())
+        return float(self.gap(lines).min())

@@ -9,7 +9,7 @@ import numpy as np
 from nvhchain.conventions import Material
 from nvhchain.gear.contact.flattening import half_space_compliance
 from nvhchain.gear.contact.tip_edge import TipEdges, held_excess, load_of_half_width, strip_half_width, wedge_excess
-from nvhchain.handoff import FloatArray
+from nvhchain.handoff import FloatArray, IntArray
 
 PIECES = 24
 """Pieces of a law between a millionth of its limit and the limit."""
@@ -59,6 +59,12 @@ class LocalLaw:
         at = np.arange(len(load)), piece
         log = np.log(np.maximum(load, 1e-300))
         return np.asarray(self.offset[at] + load * (self.level[at] - self.half_slope[at] * log))
+
+    def select(self, slices: IntArray) -> LocalLaw:
+        """Return the law of some slices (n,)."""
+        parts = (values[slices] for values in (self.limit, self.level, self.half_slope, self.offset, self.energy))
+        limit, *rest = (np.ascontiguousarray(part) for part in parts)
+        return LocalLaw(limit, self.ratio, *rest)
 
 
 def local_law(

@@ -89,7 +89,9 @@ def mesh_law(
     return tabulated(pair, angle, deflection, force)
 
 
-def tabulated(pair: GearPair, angle: FloatArray, deflection: FloatArray, force: FloatArray) -> MeshLaw:
+def tabulated(
+    pair: GearPair, angle: FloatArray, deflection: FloatArray, force: FloatArray, *, meshes: int | None = None
+) -> MeshLaw:
     """Return the mesh law of a pair with given forces.
 
     Parameters
@@ -97,11 +99,13 @@ def tabulated(pair: GearPair, angle: FloatArray, deflection: FloatArray, force: 
     pair : GearPair
         Gear pair.
     angle : (n_angle,) array
-        Wheel angles of a body period (rad).
+        Wheel angles of a period (rad).
     deflection : (n_defl,) array
         Deflections (m).
     force : (n_angle, n_defl) array
         Forces (N).
+    meshes : int, optional
+        Mesh periods in a period of the law; by default those of a body period.
 
     Returns
     -------
@@ -112,7 +116,7 @@ def tabulated(pair: GearPair, angle: FloatArray, deflection: FloatArray, force: 
         angle=angle,
         deflection=deflection,
         force=force,
-        period=pair.body_period,
+        period=(meshes or pair.meshes_per_body_period) * pair.mesh_period,
         teeth=(pair.pinion.geometry.teeth, pair.wheel.geometry.teeth),
         base_radius=pair.base_radius,
         base_helix_angle=pair.base_helix_angle,

@@ -1,0 +1,1 @@
+"""Manufacturing deviations of gears: tolerance classes, deviations of every tooth, draws from a class."""

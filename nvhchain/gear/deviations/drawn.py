@@ -1,0 +1,160 @@
+"""Deviations of a gear drawn at random within a tolerance class."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nvhchain.errors import require
+from nvhchain.gear.deviations.flanks import GearDeviations, ToothFlanks
+from nvhchain.gear.deviations.tolerances import FlankTolerances, flank_tolerances
+from nvhchain.gear.drawing.geometry import GearGeometry
+from nvhchain.handoff import FloatArray
+from nvhchain.kinds import checked
+
+SCATTER = 0.3
+"""Standard deviation of the slope of one tooth about that of the gear, relative to the latter's.
+
+Tool and machine set the slope of a gear; its blank's wobble and the process scatter its teeth."""
+_ROUNDS = 20
+"""Rounds in which white noise and eccentricity are scaled to both limits of the pitch."""
+
+
+@checked
+def drawn_deviations(
+    geometry: GearGeometry,
+    tolerance_class: int,
+    *,
+    seed: int,
+    used: float = 1.0,
+    drives: bool = True,
+    first_tooth: int = 0,
+) -> GearDeviations:
+    """Draw the deviations of one gear from a tolerance class.
+
+    Parameters
+    ----------
+    geometry : GearGeometry
+        Teeth.
+    tolerance_class : int
+        Class of ISO 1328-1:2013.
+    seed : int
+        Number of the draw; the same number gives the same gear.
+    used : float
+        Part of every tolerance that the gear uses up; 1 is a gear at the limits of its class.
+    drives : bool
+        True for a pinion, whose eccentricity moves its drive flanks as the other flanks of a wheel.
+    first_tooth : int
+        Tooth at the pitch point at time 0.
+
+    Returns
+    -------
+    GearDeviations
+        Deviations.
+
+    Notes
+    -----
+    The pitch is an eccentricity, a sine over one turn, plus white noise from tooth to tooth.  Both are scaled until the
+    largest single pitch deviation is `used` f_pT and the cumulative one `used` F_pT, as far as F_rT allows.  Slopes are
+    those of the gear plus a scatter of each tooth; the largest is `used` times its tolerance.  Waves of form have the
+    range `used` times their tolerance, the same on all teeth.  Both flanks share the eccentricity alone.
+    """
+    require(0.0 <= used <= 10.0, f"used = {used:g} is outside 0…10: 1 is a gear at the limits of its class")
+    require(seed >= 0, f"seed = {seed} must be 0 or more")
+    limits = flank_tolerances(geometry, tolerance_class)
+    random = np.random.default_rng([seed, geometry.teeth])
+    angle = float(random.uniform(0.0, 2.0 * np.pi))
+    noises = random.standard_normal((2, geometry.teeth))
+    noise, eccentricity = _scaled_pitch(limits, noises[0], eccentric_pitch(geometry, 1.0, angle, drives=drives))
+    # the other flank has its own noise on the same eccentricity
+    other, _ = _scaled_pitch(limits, noises[1], eccentric_pitch(geometry, 1.0, angle, drives=not drives))
+
+    def flanks(pitch: FloatArray) -> ToothFlanks:
+        def slope(limit: float) -> FloatArray:
+            values = random.standard_normal() + SCATTER * random.standard_normal(geometry.teeth)
+            return np.asarray(values * (limit / np.abs(values).max()))
+
+        even = np.ones(geometry.teeth)
+        profile, helix = slope(limits.profile_slope), slope(limits.helix_slope)
+        waves = [(float(random.uniform(1.0, 3.0)), float(random.uniform(0.0, 2.0 * np.pi))) for _ in range(2)]
+        return ToothFlanks(
+            used * pitch,
+            used * profile,
+            used * limits.profile_form * even,
+            used * helix,
+            used * limits.helix_form * even,
+            waves[0],
+            waves[1],
+        )
+
+    return GearDeviations(flanks(noise), flanks(other), used * eccentricity, angle, first_tooth=first_tooth)
+
+
+def _scaled_pitch(limits: FlankTolerances, noise: FloatArray, wave: FloatArray) -> tuple[FloatArray, float]:
+    """Return the noise (n_tooth,) of a flank's place (m) and the eccentricity (m) at the limits of the pitch.
+
+    wave: (n_tooth,), place of the flanks per unit of eccentricity.
+    """
+    share, eccentricity = limits.single_pitch / np.abs(_steps(noise)).max(), 0.0
+    for _ in range(_ROUNDS):
+        single = np.abs(_steps(share * noise + eccentricity * wave)).max()
+        share *= limits.single_pitch / single
+        total = np.ptp(share * noise + eccentricity * wave)
+        eccentricity += (limits.cumulative_pitch - total) / np.ptp(wave)
+        eccentricity = min(max(eccentricity, 0.0), 0.5 * limits.run_out)
+    pitch = share * noise + eccentricity * wave
+    worst = max(np.abs(_steps(pitch)).max() / limits.single_pitch, np.ptp(pitch) / limits.cumulative_pitch)
+    return np.asarray(share * noise / worst), float(eccentricity / worst)
+
+
+def _steps(place: FloatArray) -> FloatArray:
+    """Return the single pitch deviations (n_tooth,), the steps from each flank to the next around the gear."""
+    return np.asarray(np.roll(place, -1) - place)
+
+
+def eccentric_pitch(geometry: GearGeometry, eccentricity: float, angle: float, *, drives: bool = True) -> FloatArray:
+    """Return the place of each drive flank (n_tooth,) (m) on the reference circle by eccentricity alone.
+
+    Parameters
+    ----------
+    geometry : GearGeometry
+        Teeth.
+    eccentricity, angle : float
+        Eccentricity (m) and its angle (rad), as in `GearDeviations`.
+    drives : bool
+        True for a pinion.
+
+    Returns
+    -------
+    (n_tooth,) array
+        Arc (m).
+    """
+    alpha = geometry.transverse_pressure_angle * (1.0 if drives else -1.0)
+    turn = np.arange(geometry.teeth) * (2.0 * np.pi / geometry.teeth)
+    wave = np.sin(turn + angle + alpha) / np.cos(alpha)
+    return np.asarray(eccentricity * (wave if drives else -wave))
+
+
+def pitch_deviations(
+    geometry: GearGeometry, deviations: GearDeviations, *, drives: bool = True
+) -> tuple[FloatArray, FloatArray]:
+    """Return single and cumulative pitch deviations of the drive flanks, as a measurement finds them.
+
+    Parameters
+    ----------
+    geometry : GearGeometry
+        Teeth.
+    deviations : GearDeviations
+        Deviations.
+    drives : bool
+        True for a pinion.
+
+    Returns
+    -------
+    single : (n_tooth,) array
+        Single pitch deviations (m).
+    cumulative : (n_tooth,) array
+        Cumulative pitch deviations (m), 0 at tooth 0; their range is F_p.
+    """
+    eccentric = eccentric_pitch(geometry, deviations.eccentricity, deviations.eccentricity_angle, drives=drives)
+    place = deviations.drive.pitch + eccentric
+    return _steps(place), np.asarray(place - place[0])

@@ -1,0 +1,218 @@
+"""Deviations of every flank of a gear from its drawing: material added, along the flank's normal.
+
+Teeth count in the order in which they come into mesh.  Amounts are > 0 where material is added, so that the flank meets
+its mate earlier.  `docs/decisions/0017` has the equations.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from nvhchain.errors import require
+from nvhchain.gear.drawing.geometry import GearGeometry
+from nvhchain.handoff import FloatArray, IntArray
+
+LARGEST = 0.5e-3
+"""Largest deviation (m); a larger one has a wrong unit."""
+
+
+@dataclass(frozen=True, eq=False)
+class ToothFlanks:
+    """Deviations of one flank of every tooth.
+
+    Parameters
+    ----------
+    pitch : (n_tooth,) array
+        Place of the flank (m), an arc in the transverse plane on the reference circle.
+    profile_slope, helix_slope : (n_tooth,) array
+        f_Hα and f_Hβ (m), in the transverse plane tangent to the base circle: half is added at the tip, or towards +z,
+        and half is taken at the other end.
+    profile_form, helix_form : (n_tooth,) array
+        f_fα and f_fβ (m), the range of a wave along profile or face.
+    profile_wave, helix_wave : tuple of 2 float
+        Number of waves over the usable profile, or the face width, and their phase at its start (rad).
+    topography : (n_tooth or 1, n_profile, n_face) array, optional
+        Measured deviations along the normal (m), on even steps of rolled length from the form to the tip circle, and of
+        z over the face width.  One tooth stands for all.
+    """
+
+    pitch: FloatArray
+    profile_slope: FloatArray
+    profile_form: FloatArray
+    helix_slope: FloatArray
+    helix_form: FloatArray
+    profile_wave: tuple[float, float] = (2.0, 0.0)
+    helix_wave: tuple[float, float] = (1.0, 0.0)
+    topography: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        count = len(self.pitch)
+        for name in ("pitch", "profile_slope", "profile_form", "helix_slope", "helix_form"):
+            value = np.asarray(getattr(self, name), float)
+            object.__setattr__(self, name, value)
+            require(
+                value.shape == (count,) and bool((np.abs(value) <= LARGEST).all()),
+                f"{name} must hold one number for each of {count} teeth, within ±{LARGEST:g} m: give it in m",
+            )
+        if self.topography is not None:
+            shape = self.topography.shape
+            require(
+                len(shape) == 3 and shape[0] in (1, count) and min(shape[1:]) >= 2,
+                f"topography of shape {shape} must be (teeth, profile, face): 1 or {count} teeth and at least 2 × 2 "
+                "points",
+            )
+            require(
+                bool((np.abs(self.topography) <= LARGEST).all()),
+                f"topography holds numbers beyond ±{LARGEST:g} m: give it in m",
+            )
+
+    @classmethod
+    def perfect(cls, teeth: int) -> ToothFlanks:
+        """Return flanks without deviations."""
+        none = np.zeros(teeth)
+        return cls(none, none, none, none, none)
+
+    def added(self, geometry: GearGeometry, tooth: IntArray, radius: FloatArray, axial: FloatArray) -> FloatArray:
+        """Return the material added (m) along the normal at contact points.
+
+        Parameters
+        ----------
+        geometry : GearGeometry
+            Teeth.
+        tooth : (…, n) int array
+            Tooth, in the order of mesh.
+        radius, axial : (n,) array
+            Radius and z of the points (m).
+
+        Returns
+        -------
+        (…, n) array
+            Material (m).
+        """
+        low, high = geometry.usable_flank
+        rolled = np.sqrt(np.maximum(radius**2 - geometry.base_radius**2, 0.0))
+        profile = np.clip((rolled - low) / (high - low), 0.0, 1.0)
+        face = np.clip(axial / geometry.face_width + 0.5, 0.0, 1.0)
+
+        def wave(form: FloatArray, shape: tuple[float, float], along: FloatArray) -> FloatArray:
+            return np.asarray(0.5 * form[tooth] * np.cos(2.0 * np.pi * shape[0] * along + shape[1]))
+
+        transverse = (
+            self.pitch[tooth] * np.cos(geometry.transverse_pressure_angle)
+            + self.profile_slope[tooth] * (profile - 0.5)
+            + self.helix_slope[tooth] * (face - 0.5)
+            + wave(self.profile_form, self.profile_wave, profile)
+            + wave(self.helix_form, self.helix_wave, face)
+        )
+        total = transverse * np.cos(geometry.base_helix_angle)
+        if self.topography is not None:
+            total = total + _bilinear(self.topography, tooth, profile, face)
+        return np.asarray(total)
+
+
+def _bilinear(grid: FloatArray, tooth: IntArray, profile: FloatArray, face: FloatArray) -> FloatArray:
+    """Return the values of a grid (n_tooth or 1, n_profile, n_face) between its points, at shares 0…1."""
+    tooth = np.zeros_like(tooth) if len(grid) == 1 else tooth
+    x, y = profile * (grid.shape[1] - 1), face * (grid.shape[2] - 1)
+    i, j = np.minimum(x.astype(int), grid.shape[1] - 2), np.minimum(y.astype(int), grid.shape[2] - 2)
+    u, v = x - i, y - j
+    return np.asarray(
+        (1 - u) * (1 - v) * grid[tooth, i, j]
+        + u * (1 - v) * grid[tooth, i + 1, j]
+        + (1 - u) * v * grid[tooth, i, j + 1]
+        + u * v * grid[tooth, i + 1, j + 1]
+    )
+
+
+@dataclass(frozen=True)
+class Ghost:
+    """Undulation of all flanks by the generating machine, along the direction of its motion.
+
+    Parameters
+    ----------
+    order : float
+        Waves per turn of the gear, such as the teeth of the machine's index worm wheel.
+    amplitude : float
+        Amplitude along the normal (m).
+    phase : float
+        Phase (rad): amplitude × cos(order × angle of the gear + phase) on the drive flanks, the opposite on the others.
+    """
+
+    order: float
+    amplitude: float
+    phase: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class GearDeviations:
+    """Deviations of a gear from its drawing.
+
+    Parameters
+    ----------
+    drive, coast : ToothFlanks
+        Flanks that transmit while the pinion drives, and the others.
+    eccentricity : float
+        Distance of the teeth's axis from that of rotation (m), half the run-out F_r.
+    eccentricity_angle : float
+        Angle of the eccentricity from the direction of the mating axis while tooth 0 is in mesh, in running direction
+        (rad).
+    ghosts : tuple of Ghost
+        Undulations.
+    first_tooth : int
+        Tooth at the pitch point at time 0: the phase of assembly.
+    """
+
+    drive: ToothFlanks
+    coast: ToothFlanks
+    eccentricity: float = 0.0
+    eccentricity_angle: float = 0.0
+    ghosts: tuple[Ghost, ...] = field(default_factory=tuple)
+    first_tooth: int = 0
+
+    def __post_init__(self) -> None:
+        require(
+            0 <= self.eccentricity <= LARGEST,
+            f"eccentricity = {self.eccentricity:g} m is outside 0…{LARGEST:g} m: give it in m",
+        )
+        require(
+            len(self.drive.pitch) == len(self.coast.pitch),
+            f"{len(self.drive.pitch)} drive and {len(self.coast.pitch)} coast flanks: give one of each per tooth",
+        )
+
+    @property
+    def teeth(self) -> int:
+        """Number of teeth."""
+        return len(self.drive.pitch)
+
+    def turned(
+        self, angle: FloatArray, *, drives: bool, drive: bool, pressure_angle: float, helix: float
+    ) -> FloatArray:
+        """Return the material (m) along the normal that run-out and ghosts add, the same at all points in contact.
+
+        Parameters
+        ----------
+        angle : array
+            Angle of the gear since tooth 0 was in mesh (rad).
+        drives : bool
+            True for the pinion, which drives.
+        drive : bool
+            True for the drive flanks.
+        pressure_angle : float
+            Transverse working pressure angle α_wt (rad).
+        helix : float
+            Base helix angle β_b (rad).
+
+        Returns
+        -------
+        array
+            Material (m).
+        """
+        ahead = 1.0 if drives == drive else -1.0
+        way = angle + self.eccentricity_angle
+        total = ahead * self.eccentricity * np.sin(way + ahead * pressure_angle) * np.cos(helix)
+        for ghost in self.ghosts:
+            sign = 1.0 if drive else -1.0
+            total = total + sign * ghost.amplitude * np.cos(ghost.order * angle + ghost.phase)
+        return np.asarray(total)

@@ -1,0 +1,216 @@
+"""Mesh law of gears whose flanks deviate from the drawing, over whole turns of both gears."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from nvhchain.errors import require
+from nvhchain.gear.deviations.pairs import PairDeviations
+from nvhchain.gear.drawing.pair import BACK, DRIVE, GearPair
+from nvhchain.gear.laws.mesh_law import tabulated
+from nvhchain.gear.laws.tooth_pairs import solved_alone
+from nvhchain.handoff import FloatArray, IntArray, MeshLaw, ToothPairs
+from nvhchain.kinds import checked
+
+FINER = 2
+"""Deflections of the law over those of the law as drawn: flanks that enter the load early or late bend it at more
+places."""
+_GRADING = 1.25
+"""Exponent of the spacing of deflections, densest at first contact."""
+_EVEN = 1e-9
+"""Largest variation of a shape over the face (m) that counts as even."""
+_TOLERANCE = 1e-7
+"""Change of the force of a pair, relative to the mesh force, at which the rounds over the pairs end."""
+
+
+@checked
+def deviated_mesh_law(pair: GearPair, law: MeshLaw, pairs: ToothPairs, deviations: PairDeviations) -> MeshLaw:
+    """Return the mesh law of a pair with deviations, until the same flanks meet again.
+
+    Parameters
+    ----------
+    pair : GearPair
+        Gear pair as drawn.
+    law : MeshLaw
+        Its mesh law.
+    pairs : ToothPairs
+        Its tooth pairs.
+    deviations : PairDeviations
+        Deviations of both gears.
+
+    Returns
+    -------
+    MeshLaw
+        Law over the least common period of both gears.
+
+    Raises
+    ------
+    InputError
+        If the deviations belong to other gears, or the flanks jam.
+
+    Notes
+    -----
+    Every tooth pair carries by its own gap. Deviations that all teeth share enter in full: each pair is solved with
+    them. The rest is a mean over the load pattern and a tilt. All pairs are coupled through the bodies. The sum F' of
+    their forces then enters the law as drawn at the deflection at which pairs without deviations carry F'. Without
+    deviations the law is that as drawn.
+    """
+    deviations.check(pair)
+    later = np.arange(deviations.meshes(pair) // pair.meshes_per_body_period) * pair.meshes_per_body_period
+    sides = [_side(pair, pairs, deviations, flank, later) for flank in (DRIVE, BACK)]
+    deflection = _grid(pair, law, pairs, [side.start for side in sides])
+    force = sum(_carried(pair, law, pairs, side, deflection) for side in sides)
+    turns = np.arange(len(later))[:, None] * law.period + law.angle
+    rows = np.reshape(force, (-1, len(deflection)))
+    made = tabulated(pair, turns.ravel(), deflection, rows, meshes=deviations.meshes(pair))
+    return made if law.tilt_ratio is None else made.replace(tilt_ratio=law.tilt_ratio)
+
+
+@dataclass(frozen=True, eq=False)
+class _Side:
+    """Pairs of one flank with deviations.
+
+    flank : DRIVE or BACK.
+    start : (n_later, n_angle, n_pair) approaches at which the forces begin (m).
+    tilt : (n_later, n_angle, n_pair) tilts of the pairs within ±1.
+    force : (1 or 3, n_angle, n_pair, n_approach) forces of the pairs alone (N), without tilt and at the tilts ∓1.
+    """
+
+    flank: int
+    start: FloatArray
+    tilt: FloatArray
+    force: FloatArray
+
+
+def _side(pair: GearPair, pairs: ToothPairs, deviations: PairDeviations, flank: int, later: IntArray) -> _Side:
+    """Return the pairs of one flank: the shape that all teeth share in full, the rest as mean and tilt of each pair.
+
+    Shape and tilt bend the force of a pair where they open a part of the face. The bend is of second order in the tilt.
+    """
+    gaps = slice_gaps(pair, pairs, deviations, flank, later)
+    there, shape = pairs.length[flank] > 0, gaps.mean(axis=0)
+    first, force, weight = pairs.first_contact[flank], pairs.force[flank], pairs.weight[flank]
+    mean = (shape * weight).sum(axis=-1)
+    if np.abs(np.where(there, shape - mean[..., None], 0.0)).max(initial=0.0) > _EVEN:
+        first, force, weight = solved_alone(pair, pairs, flank, pairs.gap[flank] + shape)
+    else:
+        shape = np.where(there, mean[..., None], 0.0)
+        first = first + mean
+    own = gaps - shape
+    along = np.where(there, pairs.axial[flank] - (weight * pairs.axial[flank]).sum(axis=-1, keepdims=True), 0.0)
+    along = along / np.maximum(np.abs(along).max(axis=-1, keepdims=True), 1e-12)
+    bent = (weight * along**2).sum(axis=-1)
+    tilt = (own * weight * along).sum(axis=-1) / np.where(bent > 0, bent, 1.0)
+    steepest = float(np.abs(tilt).max(initial=0.0))
+    if steepest <= _EVEN:
+        return _Side(flank, first + (own * weight).sum(axis=-1), np.zeros_like(tilt), force[None])
+    whole = pairs.gap[flank] + shape
+    tilted = [whole, *(whole + sign * steepest * along for sign in (-1.0, 1.0))]
+    begin = np.where(there, tilted, np.inf).min(axis=(0, -1))
+    begin = np.where(there.any(axis=-1), begin, 0.0)
+    tables = [solved_alone(pair, pairs, flank, each, begin)[1] for each in tilted]
+    return _Side(flank, begin + (own * weight).sum(axis=-1), tilt / steepest, np.stack(tables))
+
+
+def slice_gaps(
+    pair: GearPair, pairs: ToothPairs, deviations: PairDeviations, flank: int, later: IntArray
+) -> FloatArray:
+    """Return the gap that deviations open at every slice.
+
+    Parameters
+    ----------
+    pair : GearPair
+        Gear pair.
+    pairs : ToothPairs
+        Tooth pairs.
+    deviations : PairDeviations
+        Deviations.
+    flank : int
+        DRIVE or BACK.
+    later : (n_later,) int array
+        Mesh periods.
+
+    Returns
+    -------
+    (n_later, n_angle, n_pair, n_slice) array
+        Gap (m), 0 for absent slices.
+    """
+    there = pairs.length[flank] > 0
+    shape = there.shape
+    order = np.broadcast_to(pairs.order[flank][..., None], shape)[there]
+    on_back = np.array([[0], [1 if flank == BACK else 0]])
+    gap = np.zeros((len(later), *shape))
+    gap[:, there] = deviations.removed(
+        pair,
+        flank,
+        order + on_back,
+        pairs.radius[:, flank][:, there],
+        pairs.axial[flank][there],
+        np.broadcast_to(pairs.angle[:, None, None], shape)[there],
+        later,
+    )
+    return gap
+
+
+def _carried(pair: GearPair, law: MeshLaw, pairs: ToothPairs, side: _Side, deflection: FloatArray) -> FloatArray:
+    """Return the forces of one flank (n_later, n_angle, n_defl) in N, > 0 on the drive flank and < 0 on the back."""
+    from nvhchain.gear.laws._pair_forces import mesh_forces  # compiled, or read from its cache, when first needed
+
+    flank, rows = side.flank, len(pairs.angle)
+    first, coupling, count = pairs.first_contact[flank], np.array(pairs.coupling[flank]), np.array(pairs.count[flank])
+
+    def summed(force: FloatArray, start: FloatArray, tilt: FloatArray, approach: FloatArray) -> FloatArray:
+        total, step = np.zeros((len(start), rows, len(approach))), float(pairs.approach[1])
+        table, at = np.array(force, order="C"), np.array(approach, order="C")
+        mesh_forces(
+            table, coupling, count, step, np.array(start, order="C"), np.array(tilt, order="C"), at, _TOLERANCE, total
+        )
+        return total
+
+    even = np.append(pairs.approach + first.min(), 2.0 * pairs.approach[-1])
+    (model,) = summed(pairs.force[flank][None], first[None], np.zeros_like(first[None]), even)
+    drawn = _drawn_forces(pair, law, flank, even)
+    drive = flank == DRIVE
+    total = summed(side.force, side.start, side.tilt, deflection if drive else -(deflection + pair.backlash)[::-1])
+    for row in range(rows):
+        total[:, row] = np.interp(total[:, row], model[row], drawn[row])
+    return total if drive else -total[..., ::-1]
+
+
+def _drawn_forces(pair: GearPair, law: MeshLaw, flank: int, approach: FloatArray) -> FloatArray:
+    """Return the forces (n_angle, n_approach) in N, > 0, that one flank as drawn carries; end slopes continue."""
+    drive = flank == DRIVE
+    at = approach if drive else -(approach + pair.backlash)
+    inside = np.clip(at, law.deflection[0], law.deflection[-1])
+    curve = PchipInterpolator(law.deflection, law.force, axis=1)
+    force = curve(inside) + curve(inside, 1) * (at - inside)
+    return np.maximum(force if drive else -force, 0.0)
+
+
+def _grid(pair: GearPair, law: MeshLaw, pairs: ToothPairs, touches: list[FloatArray]) -> FloatArray:
+    """Return deflections (m) from back to drive flanks, `FINER` times those of the law as drawn.
+
+    They reach as far beyond the first contact of any pair as the law as drawn, and further by the largest deviation.
+    """
+    parts, nearest = [], []
+    for flank, touched in zip((DRIVE, BACK), touches, strict=True):
+        there = np.arange(touched.shape[-1]) < pairs.count[flank][:, None]
+        touch = np.where(there, touched, np.inf).min(axis=-1)
+        drawn = np.where(there, pairs.first_contact[flank], np.inf).min()
+        later = float((touch.max(axis=0) - touch.min()).max())
+        reach = law.deflection[-1] - drawn if flank == DRIVE else -law.deflection[0] - pair.backlash - drawn
+        columns = (law.deflection > 0).sum() if flank == DRIVE else (law.deflection < -pair.backlash).sum()
+        steps = np.arange(FINER * columns + 1) / (FINER * columns)
+        parts.append(float(touch.min()) + (reach + later) * steps**_GRADING)
+        nearest.append(touch)
+    play = float((nearest[0] + nearest[1]).min()) + pair.backlash
+    require(
+        play > -1e-9,
+        f"deviations close the backlash by {-1e6 * play:.1f} µm too much, the flanks jam: increase centre_distance or "
+        "thickness_allowance, or take a finer class",
+    )
+    both = np.sort(np.concatenate([-pair.backlash - parts[1], parts[0]]))
+    return both[np.append(True, np.diff(both) > 1e-9)]

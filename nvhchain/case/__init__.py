@@ -4,6 +4,7 @@ from nvhchain.case.blank_mesh import Mesh
 from nvhchain.case.bodies import Extent, Sphere, SurfaceFile
 from nvhchain.case.cad import Cad
 from nvhchain.case.casting import Casting
+from nvhchain.case.deviations import Deviations, GhostOrder, StageTolerances, Topography
 from nvhchain.case.fluctuation import (
     SpeedHarmonic,
     SpeedHarmonics,
@@ -39,10 +40,12 @@ __all__ = [
     "Cad",
     "Case",
     "Casting",
+    "Deviations",
     "Extent",
     "FieldPoint",
     "Gear",
     "GearboxCase",
+    "GhostOrder",
     "HousingModel",
     "Mesh",
     "ModalResults",
@@ -59,8 +62,10 @@ __all__ = [
     "SpeedRecord",
     "Sphere",
     "Stage",
+    "StageTolerances",
     "SurfaceFile",
     "Target",
+    "Topography",
     "TorqueHarmonic",
     "TorqueHarmonics",
     "TorqueRamp",

@@ -42,6 +42,8 @@ from nvhchain.errors import InputError, check_all, require, require_all
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.gear import (
     GearPair,
+    Misalignment,
+    PairDeviations,
     tabulated,
 )
 from nvhchain.handoff import MeshLaw, RigidPlane
@@ -302,7 +304,7 @@ class GearboxCase:
                 GearPair(
                     gears[stage.pinion].body,
                     gears[stage.wheel].body,
-                    stage.centre_distance,
+                    stage.drawn_axes[0],
                     sense=self.rotations[gears[stage.pinion].rotor],
                     misalignment=stage.misalignment,
                 )
@@ -310,6 +312,21 @@ class GearboxCase:
             )
         except InputError as error:
             raise InputError(f"stages: {error}") from None
+
+    @cached_property
+    def deviations(self) -> tuple[PairDeviations | None, ...]:
+        """Manufacturing deviations of every stage; None for one as drawn."""
+        gears, found = {gear.name: gear for gear in self.gears}, []
+        for stage in self.stages:
+            ends = ((gears[stage.pinion], True), (gears[stage.wheel], False))
+            pinion, wheel = (
+                None if gear.deviations is None else gear.deviations.of_gear(gear.geometry, drives=drives)
+                for gear, drives in ends
+            )
+            tilt = stage.drawn_axes[1]
+            as_drawn = pinion is None and wheel is None and tilt == Misalignment()
+            found.append(None if as_drawn else PairDeviations(pinion, wheel, tilt))
+        return tuple(found)
 
     @cached_property
     def gearbox(self) -> Gearbox:

@@ -6,10 +6,11 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from nvhchain.case.blank_mesh import Mesh as BlankMesh
+from nvhchain.case.deviations import Deviations, StageTolerances
 from nvhchain.conventions import STEEL, Material
 from nvhchain.dimensions import Length
 from nvhchain.dynamics import RigidBody
-from nvhchain.errors import require
+from nvhchain.errors import InputError, require
 from nvhchain.gear import (
     Differential,
     GearBody,
@@ -46,6 +47,8 @@ class Gear:
         True for a gear that turns freely on its shaft, such as the idle gear of a shifted gearbox.
     drag_torque : float
         Friction of a loose gear against its motion relative to the shaft (N m).
+    deviations : Deviations, optional
+        Manufacturing deviations of its teeth; as drawn by default.
     """
 
     name: str
@@ -56,6 +59,7 @@ class Gear:
     material: Material = STEEL
     loose: bool = False
     drag_torque: float = 0.0
+    deviations: Deviations | None = None
 
     def __post_init__(self) -> None:
         check_name(self.name, "gear: name")
@@ -69,6 +73,11 @@ class Gear:
             "shaft is the shaft's drag_torque",
         )
         _ = self.body
+        if self.deviations is not None:
+            try:
+                self.deviations.of_gear(self.geometry, drives=True)
+            except InputError as error:
+                raise InputError(f"gear {self.name}: deviations: {error}") from None
 
     @property
     def rotor(self) -> str:
@@ -102,6 +111,8 @@ class Stage:
         Centre distance (m).
     misalignment : Misalignment
         Angles between the axes in the mesh (rad); the axes are parallel in the dynamics.
+    tolerances : StageTolerances, optional
+        Tolerances of the axes, within which centre distance and misalignment of the mesh are drawn.
     """
 
     name: str
@@ -109,6 +120,14 @@ class Stage:
     wheel: str
     centre_distance: Length
     misalignment: Misalignment = Misalignment()  # noqa: RUF009 (frozen)
+    tolerances: StageTolerances | None = None
 
     def __post_init__(self) -> None:
         check_name(self.name, "stage: name")
+
+    @property
+    def drawn_axes(self) -> tuple[float, Misalignment]:
+        """Centre distance of the mesh (m) and angles of the axes beyond `misalignment`, within the tolerances."""
+        if self.tolerances is None:
+            return self.centre_distance, Misalignment()
+        return self.tolerances.drawn(self.centre_distance)

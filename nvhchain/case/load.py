@@ -182,11 +182,15 @@ def _by_name(change: Mapping[str, Any], table: Mapping[str, Any], text: str) -> 
 
 
 def _place_meshes(gears: Any, folder: Path) -> None:
-    """Make the paths of gear meshes relative to the folder of the case."""
+    """Make the paths of gear meshes and measured flanks relative to the folder of the case."""
     for gear in gears if isinstance(gears, list) else []:
         blank = gear.get("blank") if isinstance(gear, Mapping) else None
         if isinstance(blank, dict) and blank.get("type") == "mesh" and isinstance(blank.get("file"), str):
             blank["file"] = str(folder / blank["file"])
+        given = gear.get("deviations") if isinstance(gear, Mapping) else None
+        measured = given.get("topography") if isinstance(given, Mapping) else None
+        if isinstance(measured, dict) and isinstance(measured.get("file"), str):
+            measured["file"] = str(folder / measured["file"])
 
 
 def _place_records(operation: Any, folder: Path) -> None:

@@ -425,13 +425,14 @@ def check(options: argparse.Namespace) -> int:
     from nvhchain.scene import check_case
     from nvhchain.scene.advice import advice
     from nvhchain.scene.bearing_lines import bearing_lines
+    from nvhchain.scene.deviation_lines import deviation_lines
 
     case = load_case(options.case, changes=_case_changes(options))
     check_case(case)
     reasons = advice(case) if isinstance(case, GearboxCase) else ()
     options.answer = {"case": case.name, "file": options.case, "valid": True, "advice": list(reasons)}
     show(f"{options.case}: {case.name} is valid")
-    for line in bearing_lines(case) if isinstance(case, GearboxCase) else ():
+    for line in (*bearing_lines(case), *deviation_lines(case)) if isinstance(case, GearboxCase) else ():
         show(f"{case.name}: {line}")
     _show_assumptions(case)
     for why in reasons:

@@ -74,3 +74,11 @@ class LoadDistribution(HandOff):
             f"LoadDistribution.period = {self.period:g} rad must lie beyond the last angle {self.angle[-1]:g}",
         )
         require(self.force > 0, f"LoadDistribution.force = {self.force:g} N must be positive")
+
+    def repeated(self, times: int) -> LoadDistribution:
+        """Return the distribution over several periods, for a mesh law that repeats less often."""
+        if times <= 1:
+            return self
+        angle = (np.arange(times)[:, None] * self.period + self.angle).ravel()
+        sliding, arm, offset = (np.tile(values, times) for values in (self.sliding, self.arm, self.offset))
+        return self.replace(angle=angle, period=times * self.period, sliding=sliding, arm=arm, offset=offset)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import lcm, pi
+from fractions import Fraction
+from math import ceil, gcd, lcm, pi
 
 import numpy as np
 
 from nvhchain import gear
-from nvhchain.case import Extent, GearboxCase
+from nvhchain.case import Extent, GearboxCase, Stage
 from nvhchain.dynamics.runs.decimation import record_stride
 from nvhchain.dynamics.runs.steady import settling_time
 from nvhchain.dynamics.time_loop.simulation import simulation
@@ -49,6 +50,9 @@ _SECONDS_PER_SAMPLE = 8.9e-6
 _MEGABYTES_PER_THOUSAND_UNKNOWNS = 1.75
 _FILL_EXPONENT = 1.35
 _SECONDS_TO_IMPORT_MODES = 10.0
+_SECONDS_PER_PAIR = 1.8e-5
+_SECONDS_PER_DEVIATED = 2.5e-6
+_COPIES = 14
 
 
 def mesh_law_steps(case: GearboxCase, fidelity: Fidelity) -> list[PlannedStep]:
@@ -72,7 +76,24 @@ def mesh_law_steps(case: GearboxCase, fidelity: Fidelity) -> list[PlannedStep]:
                 {"teeth": sum(body.sector for body in bodies)},
             )
         )
+        planned += _deviated_law(case, stage, knobs)
     return planned
+
+
+def _deviated_law(case: GearboxCase, stage: Stage, knobs: GearFidelity) -> list[PlannedStep]:
+    """Cost of the mesh law of a stage with manufacturing deviations, over whole turns of both gears."""
+    number = case.stages.index(stage)
+    pair, deviations = case.pairs[number], case.deviations[number]
+    if deviations is None:
+        return []
+    meshes, slices = deviations.meshes(pair), gear.slice_count(pair, knobs)
+    rows, size = meshes * knobs.angles_per_mesh, 2 * knobs.deflections
+    angles = pair.meshes_per_body_period * knobs.angles_per_mesh
+    alone = _SECONDS_PER_PAIR * angles * slices**2
+    words = f"{meshes} meshes until the same teeth meet again"
+    seconds = alone + _SECONDS_PER_DEVIATED * rows * size + 2 * angles * _lines_seconds(slices)
+    megabytes = BASE_MEGABYTES + 1e-6 * 8 * rows * (_COPIES * size + 6 * slices)
+    return [PlannedStep(MESH_LAWS, f"deviated law {stage.name}", words, seconds, megabytes)]
 
 
 def load_distribution_steps(case: GearboxCase, fidelity: Fidelity, *, includes_compliance: bool) -> list[PlannedStep]:
@@ -170,8 +191,17 @@ def recorded_time(case: GearboxCase) -> float:
     """Duration (s) of the bearing forces: the ramp, or whole turns of the slowest shaft."""
     if case.ramp is not None:
         return case.ramp.duration
-    turns = 1 / min(case.shaft_orders.values())
-    return max(1 / case.band.resolution, 2 * pi * float(turns) / case.operation.input_speed)
+    periods = [1 / min(case.shaft_orders.values())]
+    for stage, pair, deviations in zip(case.stages, case.pairs, case.deviations, strict=True):
+        if deviations is not None:
+            periods.append(deviations.meshes(pair) / case.mesh_orders[stage.name])
+    turns = Fraction(lcm(*(p.numerator for p in periods)), gcd(*(p.denominator for p in periods)))
+    period = 2 * pi * float(turns) / case.operation.input_speed
+    return (
+        period * ceil(1 / (case.band.resolution * period))
+        if len(periods) > 1
+        else max(1 / case.band.resolution, period)
+    )
 
 
 def recorded_samples(case: GearboxCase, fidelity: Fidelity) -> float:

@@ -62,6 +62,8 @@ class Plan:
         Loads and stiffness of bearings with a model, on rigid seats, and default damping.
     assumptions : tuple of str
         Assumptions of the case.
+    deviations : tuple of str
+        Manufacturing deviations of the stages, and the lines that they ask for.
     """
 
     case: str
@@ -71,6 +73,7 @@ class Plan:
     advice: tuple[str, ...] = ()
     bearings: tuple[str, ...] = ()
     assumptions: tuple[str, ...] = ()
+    deviations: tuple[str, ...] = ()
 
     @property
     def seconds(self) -> float:
@@ -94,6 +97,7 @@ class Plan:
             if self.bearings
             else []
         )
+        lines += ["deviations:", *(f"  {line}" for line in self.deviations)] if self.deviations else []
         lines += ["skipped:", *(f"  {reason}" for reason in self.skipped)]
         lines += ["assumed:", *(f"  {sentence}" for sentence in self.assumptions)] if self.assumptions else []
         lines += ["would be noticed:", *(f"  {why}" for why in self.advice)] if self.advice else []

@@ -11,6 +11,7 @@ from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.kinds import checked
 from nvhchain.scene.advice import advice
 from nvhchain.scene.bearing_lines import bearing_lines
+from nvhchain.scene.deviation_lines import deviation_lines
 from nvhchain.scene.mechanics import (
     dynamics_step,
     housing_step,
@@ -70,6 +71,7 @@ def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
             advice(case),
             bearing_lines(case),
             case.assumptions,
+            deviation_lines(case),
         )
     return Plan(case.name, fidelity.name, steps, _RADIATOR_EXCLUDES)
 

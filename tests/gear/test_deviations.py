@@ -68,7 +68,7 @@ def test_a_drawn_gear_fills_its_class_and_sums_to_the_cumulative_pitch(drives: b
     gear = GearGeometry(31, 2.7e-3, radians(20), radians(10), 16e-3, bore_radius=12e-3)
     limits = flank_tolerances(gear, 6)
     for seed in range(8):
-        made = drawn_deviations(gear, 6, seed=seed, drives=drives)
+        made = drawn_deviations(gear, limits, seed=seed, drives=drives)
         single, cumulative = pitch_deviations(gear, made, drives=drives)
         assert np.cumsum(single)[:-1] == pytest.approx(cumulative[1:], abs=1e-15)
         assert single.sum() == pytest.approx(0.0, abs=1e-15)
@@ -77,8 +77,8 @@ def test_a_drawn_gear_fills_its_class_and_sums_to_the_cumulative_pitch(drives: b
         assert min(worst) > 0.9
         assert 2 * made.eccentricity <= limits.run_out * (1 + 1e-9)
         assert np.abs(made.drive.helix_slope).max() == pytest.approx(limits.helix_slope)
-    half = drawn_deviations(gear, 6, seed=7, used=0.5, drives=drives)
-    assert half.drive.pitch == pytest.approx(0.5 * made.drive.pitch)
+    half = drawn_deviations(gear, limits.scaled(0.5), seed=7, drives=drives)
+    assert half.drive.pitch == pytest.approx(0.5 * made.drive.pitch, rel=1e-6)
 
 
 def test_without_deviations_the_law_is_the_one_as_drawn(drawn: Drawn) -> None:
@@ -142,8 +142,8 @@ def test_pairs_meet_the_contact_problem_with_every_flank_of_its_own(drawn: Drawn
     """Drawn gears, over one meeting of all teeth: within 3 % of the swing, sidebands within 1 dB."""
     pair = drawn[0]
     deviations = PairDeviations(
-        drawn_deviations(pair.pinion.geometry, grade, seed=1),
-        drawn_deviations(pair.wheel.geometry, grade, seed=2, drives=False),
+        drawn_deviations(pair.pinion.geometry, flank_tolerances(pair.pinion.geometry, grade), seed=1),
+        drawn_deviations(pair.wheel.geometry, flank_tolerances(pair.wheel.geometry, grade), seed=2, drives=False),
     )
     law = deviated_mesh_law(*drawn, deviations)
     found = deflection_at_force(law, FORCE)[::3]

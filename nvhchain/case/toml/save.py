@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 from nvhchain.case.blank_mesh import Mesh
+from nvhchain.case.deviations import Topography
 from nvhchain.case.fluctuation import SpeedRecord, TorqueRecord
 from nvhchain.case.gearbox import GearboxCase
 from nvhchain.case.radiator import RadiatorCase
@@ -22,7 +23,7 @@ from nvhchain.kinds import checked
 _WIDTH = 110
 """Longest line (characters) of a value with its comment beside it."""
 
-_PLACED = (Mesh, SpeedRecord, TorqueRecord)
+_PLACED = (Mesh, SpeedRecord, Topography, TorqueRecord)
 """Classes whose `file` is a path from the working directory; that of others is a path from the case's folder."""
 
 

@@ -87,9 +87,10 @@ def _contact_forces(run: Run) -> list[dynamics.ContactForce] | None:
     """Return the contact problem of every mesh, for the mesh level that solves it in the time loop."""
     if run.fidelity.dynamics.mesh_level != "contact":
         return None
+    case = run.loaded
     return [
-        gear.engaged(pair, abs(force), run.fidelity.gear)[0].mesh_force
-        for pair, force in zip(run.loaded.pairs, run.loaded.mesh_forces, strict=True)
+        replace(gear.engaged(pair, abs(force), run.fidelity.gear)[0], deviations=deviations).mesh_force
+        for pair, force, deviations in zip(case.pairs, case.mesh_forces, case.deviations, strict=True)
     ]
 
 
@@ -98,6 +99,10 @@ def _gearbox(run: Run) -> dynamics.Gearbox:
     gearbox, options = run.gearbox_at_load, run.loaded.options
     if not options.load_distribution:
         return gearbox
+    spread = [
+        of.repeated(round(law.period / of.period))
+        for of, law in zip(run[LOAD_DISTRIBUTIONS], run[MESH_LAWS], strict=True)
+    ]
     meshes = tuple(
         replace(
             mesh,
@@ -106,6 +111,6 @@ def _gearbox(run: Run) -> dynamics.Gearbox:
             else None,
             load_centre=dynamics.LoadCentre(of.period, of.angle, of.offset) if options.shuttling else None,
         )
-        for mesh, of in zip(gearbox.meshes, run[LOAD_DISTRIBUTIONS], strict=True)
+        for mesh, of in zip(gearbox.meshes, spread, strict=True)
     )
     return replace(gearbox, meshes=meshes)

@@ -10,12 +10,12 @@ from nvhchain import gear
 from nvhchain.chain.loaded import Compliances
 from nvhchain.chain.running import Run
 from nvhchain.conventions import Progress
-from nvhchain.handoff import LoadDistribution, MeshLaw
+from nvhchain.handoff import LoadDistribution, MeshLaw, ToothPairs
 from nvhchain.scene.steps import LOAD_DISTRIBUTIONS, MESH_LAWS, Step
 
 
 def mesh_laws(run: Run) -> tuple[MeshLaw, ...]:
-    """Mesh law of every stage, with its resistance to tilt where the meshes follow the tilt of their gears.
+    """Mesh law of every stage, with manufacturing deviations, and resistance to tilt where meshes follow tilted gears.
 
     Parameters
     ----------
@@ -28,9 +28,40 @@ def mesh_laws(run: Run) -> tuple[MeshLaw, ...]:
         One per stage.
     """
     laws: tuple[MeshLaw, ...] = _stage_hand_offs(run, MESH_LAWS, gear.mesh_law)
-    if not run.gearbox.options.tilt:
-        return laws
-    return tuple(law.replace(tilt_ratio=of.tilt_ratio) for law, of in zip(laws, run[LOAD_DISTRIBUTIONS], strict=True))
+    if run.gearbox.options.tilt:
+        tilts = (of.tilt_ratio for of in run[LOAD_DISTRIBUTIONS])
+        laws = tuple(law.replace(tilt_ratio=tilt) for law, tilt in zip(laws, tilts, strict=True))
+    return tuple(_deviated(run, number, law) for number, law in enumerate(laws))
+
+
+def _deviated(run: Run, number: int, law: MeshLaw) -> MeshLaw:
+    """Return the law of a stage with its manufacturing deviations.
+
+    What they need of the pair as drawn is shared. The law itself is kept with the results of the run.
+    """
+    case, knobs = run.loaded, run.fidelity.gear
+    stage, pair, deviations = case.stages[number], case.pairs[number], case.deviations[number]
+    if deviations is None:
+        return law
+    force, once = abs(case.mesh_forces[number]), run.compliances[number]
+    pairs = run.shared.cached(
+        f"tooth_pairs_{stage.name}-{{key}}",
+        ToothPairs,
+        MESH_LAWS.code,
+        (pair, force, law),
+        lambda progress: gear.tooth_pairs(
+            pair, law, nominal_force=force, fidelity=knobs, compliances=once(lambda done, total: None)
+        ),
+        fidelity=knobs,
+    )
+    return run.spine.cached(
+        f"deviated_mesh_law_{stage.name}",
+        MeshLaw,
+        MESH_LAWS.code,
+        (pair, law, pairs, deviations),
+        lambda progress: gear.deviated_mesh_law(pair, law, pairs, deviations),
+        fidelity=None,
+    )
 
 
 def load_distributions(run: Run) -> tuple[LoadDistribution, ...]:
@@ -41,7 +72,7 @@ def load_distributions(run: Run) -> tuple[LoadDistribution, ...]:
 def _stage_hand_offs(run: Run, step: Step[Any], compute: Callable[..., Any]) -> tuple[Any, ...]:
     case = run.loaded
     options = case.options
-    several = options.tilt or options.load_distribution
+    several = options.tilt or options.load_distribution or any(case.deviations)
     shared: tuple[Compliances | None, ...] = run.compliances if several else (None,) * len(case.stages)
 
     def compute_pair(pair: gear.GearPair, force: float, once: Compliances | None, progress: Progress) -> Any:

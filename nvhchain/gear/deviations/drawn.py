@@ -6,7 +6,7 @@ import numpy as np
 
 from nvhchain.errors import require
 from nvhchain.gear.deviations.flanks import GearDeviations, ToothFlanks
-from nvhchain.gear.deviations.tolerances import FlankTolerances, flank_tolerances
+from nvhchain.gear.deviations.tolerances import FlankTolerances
 from nvhchain.gear.drawing.geometry import GearGeometry
 from nvhchain.handoff import FloatArray
 from nvhchain.kinds import checked
@@ -21,26 +21,18 @@ _ROUNDS = 20
 
 @checked
 def drawn_deviations(
-    geometry: GearGeometry,
-    tolerance_class: int,
-    *,
-    seed: int,
-    used: float = 1.0,
-    drives: bool = True,
-    first_tooth: int = 0,
+    geometry: GearGeometry, limits: FlankTolerances, *, seed: int, drives: bool = True, first_tooth: int = 0
 ) -> GearDeviations:
-    """Draw the deviations of one gear from a tolerance class.
+    """Draw the deviations of one gear that uses its tolerances up.
 
     Parameters
     ----------
     geometry : GearGeometry
         Teeth.
-    tolerance_class : int
-        Class of ISO 1328-1:2013.
+    limits : FlankTolerances
+        Tolerances, such as those of a class (`flank_tolerances`); 0 for none.
     seed : int
         Number of the draw; the same number gives the same gear.
-    used : float
-        Part of every tolerance that the gear uses up; 1 is a gear at the limits of its class.
     drives : bool
         True for a pinion, whose eccentricity moves its drive flanks as the other flanks of a wheel.
     first_tooth : int
@@ -53,20 +45,20 @@ def drawn_deviations(
 
     Notes
     -----
-    The pitch is an eccentricity, a sine over one turn, plus white noise from tooth to tooth.  Both are scaled until the
-    largest single pitch deviation is `used` f_pT and the cumulative one `used` F_pT, as far as F_rT allows.  Slopes are
-    those of the gear plus a scatter of each tooth; the largest is `used` times its tolerance.  Waves of form have the
-    range `used` times their tolerance, the same on all teeth.  Both flanks share the eccentricity alone.
+    The pitch is an eccentricity, a sine over one turn, plus white noise from tooth to tooth. Both are scaled until the
+    largest single pitch deviation is f_pT and the cumulative one F_pT, as far as F_rT allows. Slopes are those of the
+    gear plus a scatter of each tooth; the largest is at its tolerance. Waves of form have the range of their tolerance,
+    the same on all teeth. Both flanks share the eccentricity alone.
     """
-    require(0.0 <= used <= 10.0, f"used = {used:g} is outside 0…10: 1 is a gear at the limits of its class")
     require(seed >= 0, f"seed = {seed} must be 0 or more")
-    limits = flank_tolerances(geometry, tolerance_class)
     random = np.random.default_rng([seed, geometry.teeth])
     angle = float(random.uniform(0.0, 2.0 * np.pi))
     noises = random.standard_normal((2, geometry.teeth))
-    noise, eccentricity = _scaled_pitch(limits, noises[0], eccentric_pitch(geometry, 1.0, angle, drives=drives))
     # the other flank has its own noise on the same eccentricity
-    other, _ = _scaled_pitch(limits, noises[1], eccentric_pitch(geometry, 1.0, angle, drives=not drives))
+    (noise, eccentricity), (other, _) = (
+        _scaled_pitch(limits, noise, eccentric_pitch(geometry, 1.0, angle, drives=sense))
+        for noise, sense in zip(noises, (drives, not drives), strict=True)
+    )
 
     def flanks(pitch: FloatArray) -> ToothFlanks:
         def slope(limit: float) -> FloatArray:
@@ -77,16 +69,10 @@ def drawn_deviations(
         profile, helix = slope(limits.profile_slope), slope(limits.helix_slope)
         waves = [(float(random.uniform(1.0, 3.0)), float(random.uniform(0.0, 2.0 * np.pi))) for _ in range(2)]
         return ToothFlanks(
-            used * pitch,
-            used * profile,
-            used * limits.profile_form * even,
-            used * helix,
-            used * limits.helix_form * even,
-            waves[0],
-            waves[1],
+            pitch, profile, limits.profile_form * even, helix, limits.helix_form * even, waves[0], waves[1]
         )
 
-    return GearDeviations(flanks(noise), flanks(other), used * eccentricity, angle, first_tooth=first_tooth)
+    return GearDeviations(flanks(noise), flanks(other), eccentricity, angle, first_tooth=first_tooth)
 
 
 def _scaled_pitch(limits: FlankTolerances, noise: FloatArray, wave: FloatArray) -> tuple[FloatArray, float]:
@@ -97,13 +83,16 @@ def _scaled_pitch(limits: FlankTolerances, noise: FloatArray, wave: FloatArray) 
     share, eccentricity = limits.single_pitch / np.abs(_steps(noise)).max(), 0.0
     for _ in range(_ROUNDS):
         single = np.abs(_steps(share * noise + eccentricity * wave)).max()
-        share *= limits.single_pitch / single
+        share *= limits.single_pitch / max(single, 1e-12)
         total = np.ptp(share * noise + eccentricity * wave)
         eccentricity += (limits.cumulative_pitch - total) / np.ptp(wave)
         eccentricity = min(max(eccentricity, 0.0), 0.5 * limits.run_out)
     pitch = share * noise + eccentricity * wave
-    worst = max(np.abs(_steps(pitch)).max() / limits.single_pitch, np.ptp(pitch) / limits.cumulative_pitch)
-    return np.asarray(share * noise / worst), float(eccentricity / worst)
+    worst = max(
+        np.abs(_steps(pitch)).max() / max(limits.single_pitch, 1e-12) if limits.single_pitch else 0.0,
+        np.ptp(pitch) / max(limits.cumulative_pitch, 1e-12),
+    )
+    return np.asarray(share * noise / max(worst, 1.0)), float(eccentricity / max(worst, 1.0))
 
 
 def _steps(place: FloatArray) -> FloatArray:

@@ -26,11 +26,15 @@ class ToothFlanks:
     ----------
     pitch : (n_tooth,) array
         Place of the flank (m), an arc in the transverse plane on the reference circle.
-    profile_slope, helix_slope : (n_tooth,) array
-        f_Hα and f_Hβ (m), in the transverse plane tangent to the base circle: half is added at the tip, or towards +z,
-        and half is taken at the other end.
-    profile_form, helix_form : (n_tooth,) array
-        f_fα and f_fβ (m), the range of a wave along profile or face.
+    profile_slope : (n_tooth,) array
+        f_Hα (m), in the transverse plane tangent to the base circle: half is added at the tip and half taken at the
+        other end.
+    profile_form : (n_tooth,) array
+        f_fα (m), the range of a wave along the profile.
+    helix_slope : (n_tooth,) array
+        f_Hβ (m): half is added towards +z and half taken at the other end.
+    helix_form : (n_tooth,) array
+        f_fβ (m), the range of a wave along the face.
     profile_wave, helix_wave : tuple of 2 float
         Number of waves over the usable profile, or the face width, and their phase at its start (rad).
     topography : (n_tooth or 1, n_profile, n_face) array, optional

@@ -9,6 +9,7 @@ import numpy as np
 
 from nvhchain.errors import require
 from nvhchain.gear.deviations.flanks import GearDeviations
+from nvhchain.gear.drawing.misalignment import Misalignment
 from nvhchain.gear.drawing.pair import DRIVE, GearPair
 from nvhchain.handoff import FloatArray, IntArray
 
@@ -21,10 +22,13 @@ class PairDeviations:
     ----------
     pinion, wheel : GearDeviations, optional
         Deviations; None for a gear as drawn.
+    misalignment : Misalignment
+        Angles between the axes beyond those of the pair as drawn.
     """
 
     pinion: GearDeviations | None
     wheel: GearDeviations | None
+    misalignment: Misalignment = Misalignment()  # noqa: RUF009 (frozen)
 
     def check(self, pair: GearPair) -> None:
         """Raise InputError if the deviations belong to gears with other numbers of teeth."""
@@ -87,10 +91,21 @@ class PairDeviations:
         """
         shift = np.asarray(later)[..., None]
         total = np.zeros(np.broadcast_shapes((*shift.shape[:-1], 1), (len(axial),)))
+        drive = flank == DRIVE
+        if self.misalignment != Misalignment():
+            rolled = np.sqrt(np.maximum(radius**2 - pair.base_radius[:, None] ** 2, 0.0))
+            total = total + self.misalignment.separation(
+                rolled[0] - pair.pitch_point,
+                axial,
+                drive=drive,
+                sense=pair.sense,
+                pressure_angle=pair.working_pressure_angle,
+                tilt=pair.base_helix_angle,
+            )
         for number, gear in enumerate((self.pinion, self.wheel)):
             if gear is None:
                 continue
-            geometry, drive = pair.geometries[number], flank == DRIVE
+            geometry = pair.geometries[number]
             tooth = (order[number] + gear.first_tooth + shift) % geometry.teeth
             flanks = gear.drive if drive else gear.coast
             turn = (travel + shift * pair.mesh_period) * (pair.wheel.geometry.teeth / geometry.teeth)

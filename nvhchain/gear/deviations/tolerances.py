@@ -50,6 +50,10 @@ class FlankTolerances:
     helix_form: float
     run_out: float
 
+    def scaled(self, share: float) -> FlankTolerances:
+        """Return a part of every tolerance, 1 for all of it."""
+        return FlankTolerances(*(share * value for value in vars(self).values()))
+
 
 @checked
 def flank_tolerances(geometry: GearGeometry, tolerance_class: int) -> FlankTolerances:

@@ -66,3 +66,50 @@ def best_points(
     axes.set(xlabel=names[0], ylabel=names[1])
     axes.legend(frameon=False)
     return [axes]
+
+
+def percentile_curves(
+    points: Sequence[tuple[float | None, float, float]],
+    worst: Sequence[float],
+    *,
+    name: str,
+    target: float | None = None,
+) -> list[Axes]:
+    """Draw percentiles of a response over speed, or its distribution where there is one speed.
+
+    Parameters
+    ----------
+    points : sequence of (speed, percent, value)
+        Percentiles at every speed (rpm); None for the speed of the case.
+    worst : sequence of float
+        Response of every design at its worst operating point.
+    name : str
+        Response; levels are in dB(A).
+    target : float, optional
+        Largest value that passes.
+
+    Returns
+    -------
+    list of Axes
+        Axes.
+    """
+    axes = Figure(figsize=(7.0, 4.0), layout="constrained").subplots()
+    unit = f"{name} / dB(A)" if name.startswith("level") else name
+    speeds = sorted({speed for speed, _, _ in points if speed is not None})
+    if len(speeds) > 1:
+        for percent in sorted({percent for _, percent, _ in points}, reverse=True):
+            found = {speed: value for speed, of, value in points if of == percent}
+            heights = [found[speed] for speed in speeds]
+            axes.plot(speeds, heights, "o-", ms=3, label=f"{percent:g} % of the gearboxes below")
+        axes.set(xlabel="input speed / rpm", ylabel=unit)
+        if target is not None:
+            axes.axhline(target, color="k", ls="--", lw=1.0, label="target")
+    else:
+        ordered = sorted(worst)
+        shares = [100.0 * (number + 1) / len(ordered) for number in range(len(ordered))]
+        axes.plot(ordered, shares, color="#0072B2", drawstyle="steps-post", label=f"{len(ordered)} gearboxes")
+        axes.set(xlabel=unit, ylabel="gearboxes below / %", ylim=(0, 100))
+        if target is not None:
+            axes.axvline(target, color="k", ls="--", lw=1.0, label="target")
+    axes.legend(frameon=False)
+    return [axes]

@@ -13,14 +13,18 @@ from nvhchain.study.analysis import (
 )
 from nvhchain.study.definition import Parameter, Study, load_study
 from nvhchain.study.designs import Design, count_designs, list_designs
-from nvhchain.study.measuring import measure
+from nvhchain.study.measuring import measure, measure_drawn
+from nvhchain.study.quality import FailedShare, Influence, Percentile, failed_shares, influences, percentiles
 from nvhchain.study.running import Point, Row, check_parameters, operating_points, run_study
 from nvhchain.study.tables import rows_csv, write_study
 
 __all__ = [
     "Design",
     "Effect",
+    "FailedShare",
+    "Influence",
     "Parameter",
+    "Percentile",
     "Point",
     "Row",
     "SobolIndex",
@@ -28,13 +32,17 @@ __all__ = [
     "best_designs",
     "check_parameters",
     "count_designs",
+    "failed_shares",
     "idle_parameters",
     "indices_from",
+    "influences",
     "list_designs",
     "load_study",
     "main_effects",
     "measure",
+    "measure_drawn",
     "operating_points",
+    "percentiles",
     "responses_of",
     "rows_csv",
     "run_study",

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import isfinite
 from pathlib import Path
 from typing import Any, Literal
@@ -17,6 +18,9 @@ from nvhchain.errors import InputError, Mistakes, mistakes, require
 from nvhchain.kinds import check_fields
 from nvhchain.names import check_names
 
+SEEDS = 2**31
+"""Number of seeds from which a draw takes one."""
+_DEVIATION = re.compile(r"^gears\..+\.deviations\.|^stages\..+\.tolerances\.")
 _COLUMNS = ("design", "speed_rpm", "torque_Nm", "seconds", "refused")
 """Columns of the table of runs that are no parameters."""
 
@@ -39,6 +43,8 @@ class Parameter:
         Limits of an even distribution, in place of `values`.
     mean, deviation : float, optional
         Normal distribution, in place of `values`.
+    draw : bool
+        True for a whole number at random of every design, in place of `values`: the seed of a gear's deviations.
 
     Raises
     ------
@@ -54,6 +60,7 @@ class Parameter:
     high: float | None = None
     mean: float | None = None
     deviation: float | None = None
+    draw: bool = False
 
     def __post_init__(self) -> None:
         given = {
@@ -61,6 +68,7 @@ class Parameter:
             "variants": bool(self.variants),
             "low and high": self.low is not None or self.high is not None,
             "mean and deviation": self.mean is not None or self.deviation is not None,
+            "draw = true": self.draw,
         }
         chosen = [kind for kind, there in given.items() if there]
         require(
@@ -95,11 +103,19 @@ class Parameter:
         """Return the value below which `share` (0 to 1) of its distribution lies."""
         if self.levels:
             return self.levels[min(int(share * len(self.levels)), len(self.levels) - 1)]
+        if self.draw:
+            return int(share * SEEDS)
         if self.low is not None and self.high is not None:
-            return self.low + share * (self.high - self.low)
+            return float(self.low + share * (self.high - self.low))
         assert self.mean is not None
         assert self.deviation is not None
         return float(norm.ppf(share, self.mean, self.deviation))
+
+    @property
+    def draws_deviations(self) -> bool:
+        """True where only deviations of gears, or tolerances of angles between axes, vary."""
+        paths = self.paths or tuple(path for _, changes in self.variants for path in changes)
+        return all(_DEVIATION.search(path) and "centre_distance" not in path for path in paths)
 
     def changes(self, value: Any) -> list[str]:
         """Return the assignments "path = value" that give a case this value."""
@@ -119,19 +135,22 @@ class Study:
     parameters : tuple of Parameter
         Parameters.
     plan : str
-        `grid` (every combination of values), `list` (the n-th values of all parameters together), `latin_hypercube`,
-        `sobol` (points of low discrepancy), or `sensitivity` (for Sobol indices).
+        `grid` (every combination of values), `list` (the n-th values of all parameters together), `monte_carlo`
+        (independent draws, for percentiles and shares that fail), `latin_hypercube`, `sobol` (points of low
+        discrepancy), or `sensitivity` (for Sobol indices).
     designs : int
-        Number of designs of the last three plans, a power of two for `sobol` and `sensitivity`. The latter multiplies
+        Number of designs of the last four plans, a power of two for `sobol` and `sensitivity`. The latter multiplies
         it by the number of parameters plus two.
     seed : int
-        Seed of the last three plans.
+        Seed of the last four plans.
     speeds_rpm : tuple of float
         Speeds of the input shaft (rpm) at which every design runs; that of the case by default.
     torques : tuple of float
         Torques on the input shaft (N·m), each with every speed; that of the case by default.
     pareto : tuple of str
         Two responses, both better the smaller, of the figure of best designs.
+    targets : dict of str to float
+        Response → largest value that passes, such as level = 65; at the worst operating point.
     most_designs : int
         Number of designs above which a plan is refused.
 
@@ -143,12 +162,13 @@ class Study:
 
     case: str | Path
     parameters: tuple[Parameter, ...]
-    plan: Literal["grid", "list", "latin_hypercube", "sobol", "sensitivity"] = "grid"
+    plan: Literal["grid", "list", "monte_carlo", "latin_hypercube", "sobol", "sensitivity"] = "grid"
     designs: int = 0
     seed: int = 1
     speeds_rpm: tuple[float, ...] = ()
     torques: tuple[float, ...] = ()
     pareto: tuple[str, ...] = ()
+    targets: Mapping[str, float] = field(default_factory=dict)
     most_designs: int = 10_000
 
     def __post_init__(self) -> None:
@@ -211,7 +231,7 @@ def load_study(path: str | Path) -> Study:
             parameters.append(_parameter(one, f"parameters[{number}]"))
         except InputError as error:
             wrong += mistakes(error)
-    unknown = sorted(set(table) - {field for field in Study.__dataclass_fields__ if field != "parameters"})
+    unknown = sorted(set(table) - (set(Study.__dataclass_fields__) - {"parameters"}))
     wrong += [f"unknown field {name!r}; known fields: {', '.join(Study.__dataclass_fields__)}" for name in unknown]
     require(isinstance(table.get("case"), str), f"{path}: case is missing: name the file of the base case")
     if wrong:
@@ -221,6 +241,9 @@ def load_study(path: str | Path) -> Study:
         if name in values:
             values[name] = tuple(map(float, _numbers(values[name], f"{path}: {name}")))
     values["case"] = path.parent / values["case"]
+    targets = values.get("targets", {})
+    require(isinstance(targets, dict), f"{path}: targets must be a table of response = largest value")
+    _numbers(tuple(targets.values()), f"{path}: targets")
     try:
         return Study(parameters=tuple(parameters), **values)
     except InputError as error:
@@ -240,7 +263,7 @@ def _numbers(given: Any, place: str) -> Iterable[float]:
 def _parameter(table: Mapping[str, Any], place: str) -> Parameter:
     name = table.get("name")
     require(isinstance(name, str) and bool(name), f"{place}: name is missing: give a text")
-    known = ("name", "path", "paths", "values", "variants", "low", "high", "mean", "deviation")
+    known = ("name", "path", "paths", "values", "variants", "low", "high", "mean", "deviation", "draw")
     for key in table:
         require(key in known, f"{name}: unknown field {key!r}; known fields: {', '.join(known)}")
     paths = table.get("paths", [table["path"]] if "path" in table else [])
@@ -255,7 +278,9 @@ def _parameter(table: Mapping[str, Any], place: str) -> Parameter:
     for key in ("low", "high", "mean", "deviation"):
         if key in table:
             (limits[key],) = map(float, _numbers((table[key],), f"{name}: {key}"))
-    return Parameter(str(name), tuple(paths), tuple(values), tuple(variants.items()), **limits)
+    draw = table.get("draw", False)
+    require(isinstance(draw, bool), f"{name}: draw = {draw!r}: give true or leave it out")
+    return Parameter(str(name), tuple(paths), tuple(values), tuple(variants.items()), draw=draw, **limits)
 
 
 def _toml(value: Any) -> str:

@@ -78,6 +78,8 @@ def count_designs(study: Study) -> int:
 def _shares(study: Study) -> FloatArray:
     """Return the shares (n, n_parameter) of the distributions below the values of each design."""
     size = len(study.parameters)
+    if study.plan == "monte_carlo":
+        return np.asarray(np.random.default_rng(study.seed).random((study.designs, size)))
     if study.plan == "latin_hypercube":
         return np.asarray(qmc.LatinHypercube(size, seed=study.seed).random(study.designs))
     if study.plan == "sobol":

@@ -4,16 +4,23 @@ from __future__ import annotations
 
 import time
 import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from math import pi
 from pathlib import Path
 from typing import Any
 
-from nvhchain import chain, levels
-from nvhchain.case import Case, GearboxCase
+from nvhchain import acoustics, chain, levels
+from nvhchain.case import Case, Deviations, GearboxCase
 from nvhchain.error_band.files import finite
 from nvhchain.errors import InputError, SolverError, concerning
 from nvhchain.fidelity import Fidelity
+from nvhchain.files.result_cache import fingerprint
 from nvhchain.gear import mass_properties, quasi_static_transmission_error
+from nvhchain.handoff import FieldPressure, FloatArray, NoiseTransferFunctions, ReducedHousing, TransferVectors
+
+_MOST_REFERENCES = 4
+"""Number of references that a process holds: several speeds and torques of one study."""
 
 
 def measure(case: Case, fidelity: Fidelity, operators: Path) -> dict[str, Any]:
@@ -34,15 +41,26 @@ def measure(case: Case, fidelity: Fidelity, operators: Path) -> dict[str, Any]:
         `responses`, `limits`, `refused` (None or text) and `seconds`.
     """
     began = time.monotonic()
+
+    def run(responses: dict[str, float], limits: dict[str, list[float | None]]) -> None:
+        result = chain.run(case, fidelity=fidelity, operators=operators)
+        _heard(result, responses, limits)
+        _drawn(result, responses)
+
+    return _outcome(case, run, began)
+
+
+def _outcome(
+    case: Case, run: Callable[[dict[str, float], dict[str, list[float | None]]], None], began: float
+) -> dict[str, Any]:
+    """Return what a run adds to responses and limits, or the reason of its refusal."""
     responses: dict[str, float] = {}
     limits: dict[str, list[float | None]] = {}
     refused = None
     try:
         with concerning(case.name), warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            result = chain.run(case, fidelity=fidelity, operators=operators)
-            _heard(result, responses, limits)
-            _drawn(result, responses)
+            run(responses, limits)
     except (InputError, SolverError, MemoryError) as error:
         responses, limits, refused = {}, {}, " ".join(str(error).split())
     return {
@@ -53,24 +71,149 @@ def measure(case: Case, fidelity: Fidelity, operators: Path) -> dict[str, Any]:
     }
 
 
+@dataclass(frozen=True, eq=False)
+class _Reference:
+    """Gearbox without the deviations of its draws, and the sound per force of all of them.
+
+    vectors, housing : shared operators.
+    offsets : lower and upper limit of every response less the response (dB); None for a limit that does not exist.
+    functions : line frequencies, as bytes → noise transfer functions.
+    """
+
+    vectors: TransferVectors
+    housing: ReducedHousing
+    offsets: dict[str, list[float | None]]
+    functions: dict[bytes, NoiseTransferFunctions]
+
+
+_REFERENCES: dict[str, _Reference] = {}
+"""Fingerprint of case and fidelity → its reference, for the runs of this process; the latest few."""
+
+
+def undrawn(case: Case) -> Case:
+    """Return the case with gears that deviate by nothing and axes in their places, the same for all draws.
+
+    Parameters
+    ----------
+    case : Case
+        Case of one design.
+
+    Returns
+    -------
+    Case
+        Case whose records have the same lines.
+    """
+    if not isinstance(case, GearboxCase):
+        return case
+    gears = tuple(gear if gear.deviations is None else replace(gear, deviations=Deviations()) for gear in case.gears)
+    return replace(case, gears=gears, stages=tuple(replace(stage, tolerances=None) for stage in case.stages))
+
+
+def can_be_drawn(case: Case, fidelity: Fidelity) -> bool:
+    """Return True for a case whose sound follows from its bearing forces by noise transfer functions.
+
+    Parameters
+    ----------
+    case : Case
+        Case of one design.
+    fidelity : Fidelity
+        Fidelity of the run.
+
+    Returns
+    -------
+    bool
+        True for a gearbox with deviations at constant speed, whose sound pressure is asked for by boundary elements.
+    """
+    solved = fidelity.acoustics.radiation == "boundary_elements"
+    return isinstance(case, GearboxCase) and case.quantities == ("pressure",) and not case.running_up and solved
+
+
+def measure_drawn(case: Case, fidelity: Fidelity, operators: Path) -> dict[str, Any]:
+    """Run one of many cases that differ in deviations alone; return the same as `measure`.
+
+    Parameters
+    ----------
+    case, fidelity, operators
+        As in `measure`.
+
+    Returns
+    -------
+    dict
+        As `measure`. Limits are those of the gearbox without deviations, moved along with the level.
+
+    Notes
+    -----
+    Mesh law and forces are computed anew. Their sound follows from noise transfer functions.
+    """
+    began = time.monotonic()
+
+    def run(responses: dict[str, float], limits: dict[str, list[float | None]]) -> None:
+        reference = _reference_of(undrawn(case), fidelity, operators)
+        forces = chain.run(replace(case, quantities=("bearing_forces",)), fidelity=fidelity, operators=operators)
+        spectrum = forces.force_spectrum
+        assert spectrum is not None
+        lines = spectrum.frequency
+        if lines.tobytes() not in reference.functions:
+            modal = acoustics.modal_transfer_vectors(
+                reference.vectors, reference.housing, lines, fidelity=fidelity.acoustics
+            )
+            reference.functions[lines.tobytes()] = acoustics.noise_transfer_functions(modal, reference.housing)
+        pressure = acoustics.transfer_pressure(reference.functions[lines.tobytes()], spectrum)
+        _add_levels(levels.overall(pressure.frequency, pressure.pressure), pressure, case, responses)
+        for name, offsets in reference.offsets.items():
+            limits[name] = [None if offset is None else responses[name] + offset for offset in offsets]
+        _drawn(forces, responses)
+
+    return _outcome(case, run, began)
+
+
+def _reference_of(case: Case, fidelity: Fidelity, operators: Path) -> _Reference:
+    """Return the reference of a case without draws, which is run once in a process."""
+    key = fingerprint(case, fidelity, str(operators))
+    if key not in _REFERENCES:
+        result = chain.run(case, fidelity=fidelity, operators=operators)
+        responses: dict[str, float] = {}
+        limits: dict[str, list[float | None]] = {}
+        _heard(result, responses, limits)
+        assert result.transfer_vectors is not None
+        assert result.housing is not None
+        while len(_REFERENCES) >= _MOST_REFERENCES:
+            _REFERENCES.pop(next(iter(_REFERENCES)))
+        offsets = {
+            name: [None if limit is None else limit - responses[name] for limit in both]
+            for name, both in limits.items()
+        }
+        _REFERENCES[key] = _Reference(result.transfer_vectors, result.housing, offsets, {})
+    return _REFERENCES[key]
+
+
 def _heard(result: chain.Result, responses: dict[str, float], limits: dict[str, list[float | None]]) -> None:
     """Add levels with their limits: at every microphone, the loudest as `level`, and the sound power."""
     if "pressure" in result.case.quantities:
         heard, band = result.overall, result.error_band
-        loudest = int(heard.argmax())
-        places = [("level", loudest)]
-        if len(heard) > 1:
-            places += [(f"level at {point.name}", number) for number, point in enumerate(result.case.field_points)]
+        places = _add_levels(heard, result.pressure, result.case, responses)
         for name, number in places:
-            responses[name], limits[name] = float(heard[number]), finite(band.overall[number])
-        pressure = result.pressure
-        if pressure is not None and pressure.input_speed:
-            line = int(levels.decibel(pressure.pressure[:, loudest]).argmax())
-            responses["loudest order"] = round(2 * pi * float(pressure.frequency[line]) / pressure.input_speed, 6)
+            limits[name] = finite(band.overall[number])
     if result.sound_power is not None:
         power = result.sound_power
         responses["sound_power"] = float(levels.overall_power(power.frequency, power.power))
         limits["sound_power"] = finite(result.error_bands["sound_power"].overall[0])
+
+
+def _add_levels(
+    heard: FloatArray, pressure: FieldPressure | None, case: Case, responses: dict[str, float]
+) -> list[tuple[str, int]]:
+    """Add the levels of all microphones and the loudest order; return responses and numbers of the places."""
+    loudest = int(heard.argmax())
+    places = [("level", loudest)]
+    if len(heard) > 1:
+        places += [(f"level at {point.name}", number) for number, point in enumerate(case.field_points)]
+    for name, number in places:
+        responses[name] = float(heard[number])
+    if pressure is not None and pressure.input_speed:
+        line = int(levels.decibel(pressure.pressure[:, loudest]).argmax())
+        responses["loudest order"] = round(2 * pi * float(pressure.frequency[line]) / pressure.input_speed, 6)
+    return places
 
 
 def _drawn(result: chain.Result, responses: dict[str, float]) -> None:

@@ -22,7 +22,7 @@ from nvhchain.kinds import checked
 from nvhchain.runtime.cluster import worker_lost
 from nvhchain.study.definition import Study
 from nvhchain.study.designs import Design, list_designs
-from nvhchain.study.measuring import measure
+from nvhchain.study.measuring import can_be_drawn, measure, measure_drawn
 
 _CODE = ("gear", "dynamics", "housing", "acoustics", "error_band", "spectrum", "scene", "chain", "study/measuring")
 """Packages and modules on which a row depends."""
@@ -193,6 +193,12 @@ class _Task:
     key: str
     case: Case
     rows: tuple[int, ...]
+    drawn: bool = False
+
+    @property
+    def measure(self) -> Callable[..., dict[str, Any]]:
+        """Function that runs it."""
+        return measure_drawn if self.drawn else measure
 
 
 def _rows(study: Study, designs: Sequence[Design], points: Sequence[Point], folder: Path, how: _Executed) -> list[Row]:
@@ -200,6 +206,7 @@ def _rows(study: Study, designs: Sequence[Design], points: Sequence[Point], fold
     empty = [Row(number, design, point.speed_rpm, point.torque) for number, design, point in places]
     rows: list[Row | None] = [None] * len(places)
     tasks: dict[str, _Task] = {}
+    draws = all(parameter.draws_deviations for parameter in study.parameters)
     for index, (_, design, point) in enumerate(places):
         changes = [
             change for parameter in study.parameters for change in parameter.changes(design[parameter.name])
@@ -211,7 +218,8 @@ def _rows(study: Study, designs: Sequence[Design], points: Sequence[Point], fold
             continue
         key = fingerprint(case, how.fidelity, *map(code_version, _CODE))
         same = tasks.get(key)
-        tasks[key] = _Task(key, case, (*(same.rows if same else ()), index))
+        drawn = draws and can_be_drawn(case, how.fidelity)
+        tasks[key] = _Task(key, case, (*(same.rows if same else ()), index), drawn)
     left = []
     for task in tasks.values():
         found = _kept(folder, task.key)
@@ -277,18 +285,19 @@ def _measured(tasks: Sequence[_Task], operators: Path, how: _Executed) -> Iterat
     writable_folder(operators.parent / "rows", "rows")
     alone = len(tasks) if how.executor is None else 1
     for task in tasks[:alone]:
-        yield task, measure(task.case, how.fidelity, operators)
+        yield task, task.measure(task.case, how.fidelity, operators)
     if how.executor is None:
         return
     waiting: dict[Future[dict[str, Any]], _Task] = {
-        how.executor.submit(measure, task.case, how.fidelity, operators): task for task in tasks[1:]
+        how.executor.submit(task.measure, task.case, how.fidelity, operators): task for task in tasks[1:]
     }
     try:
         for future in as_completed(waiting):
             task, error = waiting[future], future.exception()
             if error is not None and not worker_lost(error):
                 raise error
-            yield task, measure(task.case, how.fidelity, operators) if error is not None else future.result()
+            again = error is not None
+            yield task, task.measure(task.case, how.fidelity, operators) if again else future.result()
     finally:
         for future in waiting:
             future.cancel()

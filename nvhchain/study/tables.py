@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from nvhchain.files.hdf5 import write_text
-from nvhchain.plots.designs import best_points, effect_bars
+from nvhchain.plots.designs import best_points, effect_bars, percentile_curves
 from nvhchain.plots.files import save
 from nvhchain.study.analysis import (
     Effect,
@@ -21,7 +21,11 @@ from nvhchain.study.analysis import (
     worst_rows,
 )
 from nvhchain.study.definition import Study
+from nvhchain.study.quality import PERCENTS, failed_shares, influences, percentiles
 from nvhchain.study.running import Row
+
+_DRAWN = ("monte_carlo", "latin_hypercube", "sobol")
+"""Plans whose designs stand for what leaves the factory."""
 
 
 def write_study(study: Study, rows: Sequence[Row], out: str | Path) -> list[str]:
@@ -44,7 +48,8 @@ def write_study(study: Study, rows: Sequence[Row], out: str | Path) -> list[str]
     Notes
     -----
     The file study.csv has a line for every run. Main effects are in effects.csv, the Sobol indices of a plan
-    `sensitivity` in indices.csv. Figures (effects.png, pareto.png) appear where responses differ.
+    `sensitivity` in indices.csv. Plans of draws have percentiles.csv and ranking.csv, too. Figures (effects.png,
+    pareto.png, percentiles.png) appear where responses differ.
     """
     folder = Path(out)
     write_text(folder / "study.csv", rows_csv(study, rows))
@@ -63,7 +68,9 @@ def write_study(study: Study, rows: Sequence[Row], out: str | Path) -> list[str]
             for index in indices
             if index.response == main
         ]
-    pair = study.pareto or _pareto_pair(rows)
+    if study.plan in _DRAWN and main is not None:
+        lines += _write_quality(study, rows, main, folder)
+    pair = study.pareto or (None if study.plan in _DRAWN else _pareto_pair(rows))
     if pair:
         worst = worst_rows(rows)
         best = best_designs(worst, *pair)
@@ -76,6 +83,59 @@ def write_study(study: Study, rows: Sequence[Row], out: str | Path) -> list[str]
         save(best_points(others, found, names=pair[::-1]), folder / "pareto.png")
         lines.append(f"Best in {pair[0]} and {pair[1]}: designs {', '.join(str(row.design) for row in best)}")
     return lines
+
+
+def _write_quality(study: Study, rows: Sequence[Row], main: str, folder: Path) -> list[str]:
+    """Write percentiles, shares that fail and the ranking of the parameters; return the lines that sum them up."""
+    found = percentiles(rows, main)
+    names = [main, *(name for name in study.targets if name != main)]
+    every = [one for name in names for one in percentiles(rows, name)]
+    write_text(folder / "percentiles.csv", _csv(_flat(one) for one in every))
+    ranking = influences(study, rows, main)
+    write_text(folder / "ranking.csv", _csv(_flat(one) for one in ranking))
+    target = study.targets.get(main)
+    if len({one.designs for one in found}) and max(one.designs for one in found) > 1:
+        axes = percentile_curves(
+            [(one.speed_rpm, one.percent, one.value) for one in found],
+            [row.responses[main] for row in worst_rows(rows) if main in row.responses],
+            name=main,
+            target=target,
+        )
+        save(axes, folder / "percentiles.png")
+    lines = []
+    loudest = max((one for one in found if one.percent == PERCENTS[-1]), key=lambda one: one.value, default=None)
+    for one in found:
+        if loudest is not None and (one.speed_rpm, one.torque) == (loudest.speed_rpm, loudest.torque):
+            at = "" if one.speed_rpm is None else f" at {one.speed_rpm:g} rpm"
+            lines.append(
+                f"{one.percent:g} % of {one.designs} gearboxes have a {main}{at} below {one.value:.1f} "
+                f"({one.limits[0]:.1f}…{one.limits[1]:.1f})"
+            )
+    for failed in failed_shares(study, rows) if any(row.refused is None for row in rows) else ():
+        lines.append(
+            f"{_percent(failed.share, failed.limits)} of the gearboxes exceed {failed.response} = {failed.target:g}"
+        )
+    lines += [
+        f"{one.parameter} makes {_percent(one.share, one.share_limits)} of the variance of {main}, rank correlation "
+        f"{one.correlation:.2f}"
+        for one in ranking[:5]
+    ]
+    if study.plan == "sobol" or study.plan == "latin_hypercube":
+        lines.append(
+            f"plan = '{study.plan}': limits of percentiles and shares are those of independent draws, too wide"
+        )
+    return lines
+
+
+def _flat(record: Any) -> dict[str, Any]:
+    """Return the fields of a record, pairs of limits in two columns."""
+    flat: dict[str, Any] = {}
+    for name, value in vars(record).items():
+        if isinstance(value, tuple):
+            flat[f"{name}_lower"], flat[f"{name}_upper"] = value
+        else:
+            flat[name] = value
+    return flat
 
 
 def rows_csv(study: Study, rows: Sequence[Row]) -> str:

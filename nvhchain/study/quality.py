@@ -1,0 +1,248 @@
+"""What leaves the factory: percentiles of responses, shares that fail a target, and tolerances by their effect."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import beta, binom, rankdata
+
+from nvhchain.errors import require
+from nvhchain.handoff import FloatArray
+from nvhchain.study.analysis import responses_of, worst_rows
+from nvhchain.study.definition import Study
+from nvhchain.study.running import Row
+
+CONFIDENCE = 0.95
+"""Confidence of all limits."""
+PERCENTS = (5.0, 50.0, 95.0)
+"""Percentiles."""
+GROUPS = 10
+"""Groups of equal size into which the values of a parameter are divided for its share of the variance."""
+FEWEST = 50
+"""Smallest number of designs of a ranking: five in a group."""
+RESAMPLES = 500
+"""Samples of designs for the limits of a ranking."""
+
+
+@dataclass(frozen=True)
+class Percentile:
+    """Value below which a part of all gearboxes lies.
+
+    Parameters
+    ----------
+    response : str
+        Name of the response.
+    speed_rpm, torque : float, optional
+        Operating point, where the study sets it (rpm, N·m).
+    percent : float
+        Part of the gearboxes (%).
+    value : float
+        Value of the response.
+    limits : tuple of float
+        95 % confidence limits, by order statistics; those beyond all gearboxes are infinite.
+    designs : int
+        Number of gearboxes.
+    """
+
+    response: str
+    speed_rpm: float | None
+    torque: float | None
+    percent: float
+    value: float
+    limits: tuple[float, float]
+    designs: int
+
+
+@dataclass(frozen=True)
+class FailedShare:
+    """Share of the gearboxes that exceed a target at their worst operating point.
+
+    Parameters
+    ----------
+    response : str
+        Name of the response.
+    target : float
+        Largest value that passes.
+    share : float
+        Share that fails, 0 to 1.
+    limits : tuple of float
+        95 % confidence limits (Clopper and Pearson).
+    designs : int
+        Number of gearboxes.
+    """
+
+    response: str
+    target: float
+    share: float
+    limits: tuple[float, float]
+    designs: int
+
+
+@dataclass(frozen=True)
+class Influence:
+    """Influence of a parameter on a response over all gearboxes.
+
+    Parameters
+    ----------
+    parameter, response : str
+        Names.
+    share : float
+        Share of the variance of the response between groups of similar values of the parameter, less its expectation
+        for a parameter without influence.
+    share_limits : tuple of float
+        95 % confidence limits, by resampling.
+    correlation : float
+        Rank correlation of Spearman, −1 to 1: 0 where the sign of a deviation does not matter.
+    correlation_limits : tuple of float
+        95 % confidence limits, by resampling.
+    """
+
+    parameter: str
+    response: str
+    share: float
+    share_limits: tuple[float, float]
+    correlation: float
+    correlation_limits: tuple[float, float]
+
+
+def percentiles(rows: Sequence[Row], response: str) -> list[Percentile]:
+    """Return percentiles of a response over all designs, at each operating point.
+
+    Parameters
+    ----------
+    rows : sequence of Row
+        Rows of `run_study`; refused ones are omitted.
+    response : str
+        Name of the response.
+
+    Returns
+    -------
+    list of Percentile
+        The 5th, 50th and 95th percentile, by operating point.
+
+    Notes
+    -----
+    Limits hold for independent designs (plan `monte_carlo`). They are ranks a, b with P(a ≤ B < b) ≥ 95 % for B
+    binomial, whatever the distribution. Designs of low discrepancy have narrower ones.
+    """
+    points: dict[tuple[float | None, float | None], list[float]] = {}
+    for row in rows:
+        if response in row.responses:
+            points.setdefault((row.speed_rpm, row.torque), []).append(row.responses[response])
+    found = []
+    for (speed, torque), values in points.items():
+        ordered = np.sort(np.array(values))
+        for percent in PERCENTS:
+            value = float(np.percentile(ordered, percent))
+            found.append(Percentile(response, speed, torque, percent, value, _ranks(ordered, percent), len(ordered)))
+    return found
+
+
+def _ranks(ordered: FloatArray, percent: float) -> tuple[float, float]:
+    """Return the order statistics that enclose a percentile with the confidence."""
+    tail = 0.5 * (1.0 - CONFIDENCE)
+    low = int(binom.ppf(tail, len(ordered), percent / 100)) - 1
+    high = int(binom.ppf(1.0 - tail, len(ordered), percent / 100))
+    return (
+        float(ordered[low]) if low >= 0 else -np.inf,
+        float(ordered[high]) if high < len(ordered) else np.inf,
+    )
+
+
+def failed_shares(study: Study, rows: Sequence[Row]) -> list[FailedShare]:
+    """Return the share of the designs that fail each target at their worst operating point.
+
+    Parameters
+    ----------
+    study : Study
+        Study with targets.
+    rows : sequence of Row
+        Rows of `run_study`; designs with a refused run are omitted.
+
+    Returns
+    -------
+    list of FailedShare
+        Shares, by target.
+
+    Raises
+    ------
+    InputError
+        If no row has the response of a target.
+    """
+    worst, found = worst_rows(rows), []
+    for response, target in study.targets.items():
+        known = responses_of(worst)
+        require(response in known, f"targets: no response {response!r}: choose among {', '.join(known) or 'none'}")
+        values = np.array([row.responses[response] for row in worst if response in row.responses])
+        failed, count, tail = int((values > target).sum()), len(values), 0.5 * (1.0 - CONFIDENCE)
+        low = float(beta.ppf(tail, failed, count - failed + 1)) if failed else 0.0
+        high = float(beta.ppf(1.0 - tail, failed + 1, count - failed)) if failed < count else 1.0
+        found.append(FailedShare(response, target, failed / count, (low, high), count))
+    return found
+
+
+def influences(study: Study, rows: Sequence[Row], response: str) -> list[Influence]:
+    """Return the influence of all distributed parameters on a response, the largest first.
+
+    Parameters
+    ----------
+    study : Study
+        Study with a plan of draws.
+    rows : sequence of Row
+        Rows of `run_study`; designs with a refused run are omitted.
+    response : str
+        Name of the response, at the worst operating point of each design.
+
+    Returns
+    -------
+    list of Influence
+        Influences; none with fewer than 50 designs, and none for seeds, which have no order.
+
+    Notes
+    -----
+    The share is ε² = 1 − (1 − η²)(n − 1)/(n − k) with η² the variance between k = 10 groups over the whole one: the
+    first-order Sobol index from any designs. For interactions and seeds take the plan `sensitivity`.
+    """
+    worst = [row for row in worst_rows(rows) if response in row.responses]
+    if len(worst) < FEWEST:
+        return []
+    values = np.array([row.responses[response] for row in worst])
+    if np.ptp(values) <= 1e-12 * max(1.0, float(np.abs(values).max())):
+        return []
+    random = np.random.default_rng(0)
+    picked = random.integers(len(values), size=(RESAMPLES, len(values)))
+    found = []
+    for parameter in study.parameters:
+        if parameter.levels or parameter.draw:
+            continue
+        given = np.array([row.values[parameter.name] for row in worst], dtype=float)
+        share, share_limits = _resampled(_share, given, values, picked)
+        correlation, limits = _resampled(_correlation, given, values, picked)
+        found.append(Influence(parameter.name, response, share, share_limits, correlation, limits))
+    return sorted(found, key=lambda one: -one.share)
+
+
+def _resampled(
+    estimate: Callable[[FloatArray, FloatArray], float], given: FloatArray, values: FloatArray, picked: np.ndarray
+) -> tuple[float, tuple[float, float]]:
+    """Return an estimate and its confidence limits: basic bootstrap, which corrects the bias of repeated designs."""
+    here = estimate(given, values)
+    again = np.array([estimate(given[some], values[some]) for some in picked])
+    tail = 50.0 * (1.0 - CONFIDENCE)
+    spread = np.percentile(again - again.mean(), [tail, 100.0 - tail])
+    return here, (float(here + spread[0]), float(here + spread[1]))
+
+
+def _share(given: FloatArray, values: FloatArray) -> float:
+    count = len(values)
+    groups = np.array_split(values[np.argsort(given, kind="stable")], GROUPS)
+    mean = values.mean()
+    between = sum(len(group) * (group.mean() - mean) ** 2 for group in groups)
+    whole = ((values - mean) ** 2).sum()
+    return float(1.0 - (1.0 - between / whole) * (count - 1) / (count - GROUPS))
+
+
+def _correlation(given: FloatArray, values: FloatArray) -> float:
+    return float(np.corrcoef(rankdata(given), rankdata(values))[0, 1])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 from dataclasses import dataclass, replace
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -101,7 +102,7 @@ class Topography:
             f"{path}: {len(values)} points are no grid of {' × '.join(map(str, sizes))} teeth, profile and face: give "
             "every point once",
         )
-        for name, axis in zip(COLUMNS[1:], axes[1:], strict=True):
+        for name, axis in zip(COLUMNS[1:3], axes[1:], strict=True):
             require(
                 len(axis) > 1 and np.allclose(axis, np.linspace(0.0, 1.0, len(axis)), atol=1e-6),
                 f"{path}: {name} must go from 0 to 1 in even steps, at least two",
@@ -200,7 +201,9 @@ class Deviations:
         InputError
             If the class does not cover the gear, or lists do not fit its teeth.
         """
-        drawn = drawn_deviations(geometry, self.limits(geometry), seed=self.seed, drives=drives)
+        drawn = drawn_deviations(
+            geometry, self.limits(geometry), seed=self.seed, drives=drives, angle=self.run_out_phase
+        )
         require(
             len(self.pitch) in (0, geometry.teeth),
             f"pitch has {len(self.pitch)} entries: give one for each of {geometry.teeth} teeth",
@@ -213,7 +216,6 @@ class Deviations:
             drive=drive,
             coast=coast,
             eccentricity=drawn.eccentricity if self.run_out is None else 0.5 * self.run_out,
-            eccentricity_angle=drawn.eccentricity_angle if self.run_out_phase is None else self.run_out_phase,
             ghosts=tuple(Ghost(one.order, one.amplitude, one.phase) for one in self.ghosts),
             first_tooth=self.first_tooth,
         )
@@ -230,6 +232,8 @@ class Deviations:
             "run_out": self.run_out,
         }
         limits = replace(limits, **{name: value for name, value in values.items() if value is not None})
+        if self.run_out is not None and self.cumulative_pitch is None:
+            return replace(limits, cumulative_pitch=inf)  # the run-out is stated
         if self.cumulative_pitch is not None and self.run_out is None and self.tolerance_class is None:
             return replace(limits, run_out=self.cumulative_pitch)
         return limits

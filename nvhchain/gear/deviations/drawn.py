@@ -21,7 +21,13 @@ _ROUNDS = 20
 
 @checked
 def drawn_deviations(
-    geometry: GearGeometry, limits: FlankTolerances, *, seed: int, drives: bool = True, first_tooth: int = 0
+    geometry: GearGeometry,
+    limits: FlankTolerances,
+    *,
+    seed: int,
+    drives: bool = True,
+    angle: float | None = None,
+    first_tooth: int = 0,
 ) -> GearDeviations:
     """Draw the deviations of one gear that uses its tolerances up.
 
@@ -35,6 +41,8 @@ def drawn_deviations(
         Number of the draw; the same number gives the same gear.
     drives : bool
         True for a pinion, whose eccentricity moves its drive flanks as the other flanks of a wheel.
+    angle : float, optional
+        Angle of the eccentricity (rad), as in `GearDeviations`; drawn by default.
     first_tooth : int
         Tooth at the pitch point at time 0.
 
@@ -52,7 +60,8 @@ def drawn_deviations(
     """
     require(seed >= 0, f"seed = {seed} must be 0 or more")
     random = np.random.default_rng([seed, geometry.teeth])
-    angle = float(random.uniform(0.0, 2.0 * np.pi))
+    anywhere = float(random.uniform(0.0, 2.0 * np.pi))
+    angle = anywhere if angle is None else angle
     noises = random.standard_normal((2, geometry.teeth))
     # the other flank has its own noise on the same eccentricity
     (noise, eccentricity), (other, _) = (

@@ -1,0 +1,113 @@
+"""What leaves the factory: draws, percentiles, shares that fail, ranked tolerances, and their sound."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from nvhchain.case import Deviations, GearboxCase, load_case
+from nvhchain.errors import InputError
+from nvhchain.study import (
+    Parameter,
+    Row,
+    Study,
+    failed_shares,
+    influences,
+    list_designs,
+    load_study,
+    measure,
+    measure_drawn,
+    percentiles,
+    write_study,
+)
+from nvhchain.testing.coarse_runs import SMALL, TINY
+
+
+def factory(designs: int, **changes: object) -> Study:
+    """Two even parameters and a seed, drawn independently."""
+    parameters = (
+        Parameter("a", ("pulsation",), low=0.0, high=1.0),
+        Parameter("b", ("frequency",), low=0.0, high=1.0),
+        Parameter("seed", ("gears.pinion.deviations.seed",), draw=True),
+    )
+    return Study(Path("x.toml"), parameters, "monte_carlo", designs, **changes)  # type: ignore[arg-type]
+
+
+def rows_of(study: Study) -> list[Row]:
+    """Rows whose level is 2 a + b."""
+    designs = list_designs(study)
+    return [Row(i, one, responses={"level": 2 * one["a"] + one["b"]}) for i, one in enumerate(designs)]
+
+
+def test_a_draw_is_a_whole_number_of_its_own_for_every_design() -> None:
+    """Seeds are independent and repeat with the seed of the study."""
+    seeds = [one["seed"] for one in list_designs(factory(200))]
+    assert all(isinstance(seed, int) and 0 <= seed < 2**31 for seed in seeds)
+    assert len(set(seeds)) == 200
+    assert seeds == [one["seed"] for one in list_designs(factory(200))]
+    assert seeds != [one["seed"] for one in list_designs(factory(200, seed=2))]
+
+
+def test_the_share_that_fails_has_its_exact_limits() -> None:
+    """Five of a hundred: 1.6 to 11.3 % (Clopper and Pearson); none of a hundred: 0 to 3.6 %."""
+    rows = [Row(i, {}, responses={"level": float(i)}) for i in range(100)]
+    found = failed_shares(factory(4, targets={"level": 94.5}), rows)[0]
+    assert found.share == pytest.approx(0.05)
+    assert found.limits == pytest.approx((0.0164, 0.1128), abs=1e-4)
+    assert failed_shares(factory(4, targets={"level": 1e3}), rows)[0].limits == pytest.approx((0.0, 0.0362), abs=1e-4)
+    with pytest.raises(InputError, match="no response 'loudness': choose among level"):
+        failed_shares(factory(4, targets={"loudness": 1.0}), rows)
+
+
+def test_limits_of_percentiles_hold_the_true_value_nineteen_times_of_twenty() -> None:
+    """A thousand samples of fifty from a known distribution, median and 95th percentile."""
+    random = np.random.default_rng(3)
+    held = np.zeros(3)
+    for _ in range(400):
+        rows = [Row(i, {}, responses={"level": value}) for i, value in enumerate(random.uniform(size=60))]
+        held += [one.limits[0] <= one.percent / 100 <= one.limits[1] for one in percentiles(rows, "level")]
+    assert (held >= 0.93 * 400).all()
+
+
+def test_tolerances_are_ranked_by_their_share_of_the_variance() -> None:
+    """Level = 2 a + b: four fifths and one fifth, each within its own limits; seeds have no order."""
+    study = factory(400)
+    first, second = influences(study, rows_of(study), "level")
+    assert (first.parameter, second.parameter) == ("a", "b")
+    for found, share in ((first, 0.8), (second, 0.2)):
+        assert found.share_limits[0] < share < found.share_limits[1]
+        assert found.correlation_limits[0] < found.correlation < found.correlation_limits[1]
+    assert influences(study, rows_of(study)[:40], "level") == []
+
+
+def test_a_study_of_draws_ends_with_percentiles_and_failures(tmp_path: Path) -> None:
+    """Lines and files of a hundred gearboxes."""
+    study = factory(100, targets={"level": 2.5})
+    lines = write_study(study, rows_of(study), tmp_path)
+    assert any("95 % of 100 gearboxes have a level below" in line for line in lines)
+    assert any("of the gearboxes exceed level = 2.5" in line for line in lines)
+    assert any(line.startswith("a makes") for line in lines)
+    for name in ("percentiles.csv", "ranking.csv", "percentiles.png"):
+        assert (tmp_path / name).stat().st_size > 0
+    text = (
+        'case = "x.toml"\nplan = "monte_carlo"\ndesigns = 4\ntargets = { level = "loud" }\n'
+        '[[parameters]]\nname = "s"\npath = "gears.a.deviations.seed"\ndraw = true\n'
+    )
+    (tmp_path / "study.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match="targets"):
+        load_study(tmp_path / "study.toml")
+
+
+@pytest.mark.slow
+def test_sound_of_a_draw_is_that_of_a_whole_run(tmp_path: Path) -> None:
+    """Noise transfer functions and the whole chain give the same level."""
+    case = load_case(SMALL)
+    assert isinstance(case, GearboxCase)
+    gears = tuple(replace(gear, deviations=Deviations(6, seed=5)) for gear in case.gears)
+    drawn = replace(case, band=replace(case.band, high=2000.0), gears=gears)
+    short, whole = measure_drawn(drawn, TINY, tmp_path), measure(drawn, TINY, tmp_path)
+    assert short["refused"] is None
+    assert short["responses"] == pytest.approx(whole["responses"], rel=1e-9)

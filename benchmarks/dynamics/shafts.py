@@ -23,10 +23,12 @@ from benchmarks.dynamics.models import ROOT
 from benchmarks.publish import publish
 from nvhchain import dynamics
 from nvhchain.case import GearboxCase
+from nvhchain.dynamics import Bearing, Shaft
+from nvhchain.dynamics.model.shaft_beam import elastic_shaft
 from nvhchain.dynamics.time_loop.simulation import simulation
+from nvhchain.errors import InputError
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import FloatArray
-from nvhchain.scene.advice import bending_share
 
 
 def textbook(case: GearboxCase) -> list[list[Any]]:
@@ -49,6 +51,32 @@ def textbook(case: GearboxCase) -> list[list[Any]]:
         twist = (gear.z - shaft.torque_plane) / (shear * pi * radius**4 / 2.0) * pair_radius**2
         rows.append([shaft.name, seats, beam, seats * bending_share(shaft, bearings, gear.z), twist])
     return rows
+
+
+ELEMENT = 1.0
+"""Length (m) of a beam element; the static deflection at its nodes is exact for any length."""
+
+
+def bending_share(shaft: Shaft, bearings: list[Bearing], z: float) -> float:
+    """Return the additional deflection of a shaft at `z` (m) under a radial force there, relative to a rigid shaft.
+
+    Both shafts run in the same bearings. The value is 0 for a shaft whose segments do not reach `z` or a bearing: it
+    cannot be modelled as flexible.
+    """
+    push = np.eye(6)[0]
+    try:
+        elastic = elastic_shaft(shaft, [(z, push), *((b.z, push) for b in bearings)], element=ELEMENT, frequency=0.0)
+    except InputError:
+        return 0.0
+
+    def shapes_at(place: float) -> np.ndarray:
+        return np.concatenate([[1.0, place], elastic.motion_at(place)[0]])
+
+    stiffness = np.diag(np.concatenate([np.zeros(2), elastic.squared]))
+    for bearing in bearings:
+        stiffness += bearing.radial_stiffness * np.outer(shapes_at(bearing.z), shapes_at(bearing.z))
+    rigid = shapes_at(z)[:2] @ np.linalg.solve(stiffness[:2, :2], shapes_at(z)[:2])
+    return float(shapes_at(z) @ np.linalg.solve(stiffness, shapes_at(z)) / rigid - 1.0)
 
 
 def torsional_mode(box: dynamics.Gearbox, laws: Any, housing: Any, knobs: DynamicsFidelity, torque: float) -> float:

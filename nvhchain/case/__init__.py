@@ -27,13 +27,17 @@ from nvhchain.case.operation import (
     Ramp,
     TorqueRamp,
 )
-from nvhchain.case.options import Options
+from nvhchain.case.options import AUTO, DECIDABLE, OFF, ON, Options
 from nvhchain.case.radiator import RadiatorCase
 from nvhchain.case.sound import BackgroundLevels, RecordedBackground, Target
 from nvhchain.case.toml import case_schema, save_case
 
 __all__ = [
+    "AUTO",
+    "DECIDABLE",
     "FIELD_POINT_QUANTITIES",
+    "OFF",
+    "ON",
     "RADIATED",
     "BackgroundLevels",
     "Band",

@@ -343,8 +343,8 @@ class GearboxCase:
             self.input_shaft,
             self.output_shaft,
             self.input_rotation,
-            flexible_shafts=self.options.flexible_shafts,
-            gyroscopic=self.options.gyroscopic,
+            flexible_shafts=self.options.models("flexible_shafts"),
+            gyroscopic=self.options.models("gyroscopic"),
             face_points=self.options.face_points,
             loose_gears=tuple(
                 LooseGear(item.name, item.shaft, item.rigid_body, item.drag_torque) for item in self.gears if item.loose

@@ -1,12 +1,26 @@
-"""Options of the dynamics beyond the plain model; all are off by default."""
+"""Options of the dynamics beyond the plain model: on, off, or decided by the gearbox's own numbers."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
+from typing import Any, Literal
 
 from nvhchain.dynamics.model.friction import LARGEST_COEFFICIENT
 from nvhchain.errors import require
 from nvhchain.kinds import check_fields
+
+AUTO: Literal["auto"] = "auto"
+"""Value of an option that the gearbox's own numbers decide."""
+
+USUAL_FRICTION = 0.05
+"""Coefficient of friction of lubricated flanks where a case leaves it open."""
+
+DECIDABLE = ("friction", "shuttling", "tilt", "loaded_misalignment", "flexible_shafts", "gyroscopic")
+"""Options that can be `auto`."""
+
+ON: dict[str, Any] = dict.fromkeys(DECIDABLE, True) | {"friction": USUAL_FRICTION}
+OFF: dict[str, Any] = dict.fromkeys(DECIDABLE, False) | {"friction": 0.0}
+"""Values of the decidable options."""
 
 TILT_POINTS = 2
 """Points across the face of a mesh that tilts.
@@ -22,49 +36,81 @@ class Options:
 
     Parameters
     ----------
-    friction : float
+    friction : float or "auto"
         Coefficient of friction of the flanks under their nominal force, usually 0.05; 0: none.
-    shuttling : bool
+    shuttling : bool or "auto"
         The centre of every mesh's load moves along the face.
-    tilt : bool
+    tilt : bool or "auto"
         Meshes act at several points across the face. They resist the tilt of their gears and follow it.
-    loaded_misalignment : bool
+    loaded_misalignment : bool or "auto"
         Mesh laws are those of gears tilted by the static load, in addition to the stage's own misalignment. Not
         together with tilt, which includes that tilt.
-    flexible_shafts : bool
+    flexible_shafts : bool or "auto"
         Shafts bend and twist.
-    gyroscopic : bool
+    gyroscopic : bool or "auto"
         Shafts have gyroscopic moments.
     rigid_housing : bool
         The seats of the bearings are fixed in the gearbox. The housing then moves under the forces on it, but without
         feedback on the shafts. Bearing forces alone then need no housing.
+
+    Notes
+    -----
+    An option is `auto` where the gearbox's own numbers decide (`nvhchain.scene.modelled`): it is modelled if its
+    estimated effect exceeds the tolerance of the fidelity. Until then it counts as off.
     """
 
-    friction: float = 0.0
-    shuttling: bool = False
-    tilt: bool = False
-    loaded_misalignment: bool = False
-    flexible_shafts: bool = False
-    gyroscopic: bool = False
+    friction: float | Literal["auto"] = 0.0
+    shuttling: bool | Literal["auto"] = False
+    tilt: bool | Literal["auto"] = False
+    loaded_misalignment: bool | Literal["auto"] = False
+    flexible_shafts: bool | Literal["auto"] = False
+    gyroscopic: bool | Literal["auto"] = False
     rigid_housing: bool = False
 
     def __post_init__(self) -> None:
         check_fields(self)
+        for name in DECIDABLE:
+            value = getattr(self, name)
+            require(
+                not isinstance(value, str) or value == AUTO,
+                f"{name} = {value!r}: give `auto`, or {'a coefficient' if name == 'friction' else 'true or false'}",
+            )
         require(
-            0.0 <= self.friction <= LARGEST_COEFFICIENT,
-            f"friction = {self.friction:g} is outside 0…{LARGEST_COEFFICIENT:g}: give the coefficient, usual is 0.05",
+            self.friction == AUTO or 0.0 <= self.friction <= LARGEST_COEFFICIENT,
+            f"friction = {self.friction} is outside 0…{LARGEST_COEFFICIENT:g}: give the coefficient, usual is 0.05",
         )
         require(
-            not (self.tilt and self.loaded_misalignment),
+            not (self.tilt is True and self.loaded_misalignment is True),
             "tilt and loaded_misalignment are both asked for, which would count the tilt under load twice: keep one",
         )
 
     @property
+    def undecided(self) -> tuple[str, ...]:
+        """Names of the options that are `auto`."""
+        return tuple(field.name for field in fields(self) if getattr(self, field.name) == AUTO)
+
+    def models(self, name: str) -> bool:
+        """Return True where an option is on; `auto` is not."""
+        value = getattr(self, name)
+        return value != AUTO and bool(value)
+
+    @property
+    def coefficient(self) -> float:
+        """Coefficient of friction; 0 where friction is off or `auto`."""
+        return 0.0 if isinstance(self.friction, str) else self.friction
+
+    def switched(self, name: str, *, modelled: bool) -> Options:
+        """Return the options with one of them on or off; friction keeps its coefficient where it has one."""
+        if modelled and self.models(name):
+            return self
+        return replace(self, **{name: ON[name] if modelled else OFF[name]})
+
+    @property
     def face_points(self) -> int:
         """Points across the face at which a mesh carries."""
-        return TILT_POINTS if self.tilt else 1
+        return TILT_POINTS if self.models("tilt") else 1
 
     @property
     def load_distribution(self) -> bool:
         """True where friction or shuttling needs the place of the load on the flanks."""
-        return self.friction > 0.0 or self.shuttling
+        return self.models("friction") or self.models("shuttling")

@@ -55,7 +55,7 @@ def loaded_case(case: GearboxCase, housing: ReducedHousing | None, fidelity: Fid
     The tilt is that of shafts, bearings and housing (None for rigid seats) under the nominal mesh forces at mid-width.
     The torques determine these forces, independent of the teeth.
     """
-    if not case.options.loaded_misalignment:
+    if not case.options.models("loaded_misalignment"):
         return case
     if case.load_dependent:
         tilts = balanced(case, housing, fidelity).misalignment

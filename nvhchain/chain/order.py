@@ -32,7 +32,7 @@ from nvhchain.handoff import (
     TransferVectors,
 )
 from nvhchain.kinds import checked
-from nvhchain.scene import Scene, Step, preflight
+from nvhchain.scene import Scene, Step, modelled, preflight
 from nvhchain.scene import steps as table
 
 
@@ -112,7 +112,8 @@ def run(
             started.hand_offs[step] = steps.MADE_BY[step](started)
         supplied.warn(started)  # now that nothing was refused
     made = {step.name: hand_off for step, hand_off in started.hand_offs.items()}
-    return Result(case, fidelity, **made, supplied=tuple(started.scene.supplied))
+    decision = modelled(case, fidelity) if isinstance(case, GearboxCase) and case.options.undecided else None
+    return Result(started.case, fidelity, **made, supplied=tuple(started.scene.supplied), decision=decision)
 
 
 @checked

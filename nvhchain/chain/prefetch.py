@@ -24,7 +24,7 @@ from nvhchain.files.result_cache import ResultCache, Unwatched, Watcher
 from nvhchain.runtime import processes
 from nvhchain.runtime.memory import free_memory
 from nvhchain.runtime.threads import blas_threads, cores
-from nvhchain.scene import Scene, planned_steps, preflight
+from nvhchain.scene import Scene, decided, planned_steps, preflight
 from nvhchain.scene.steps import HOUSING, MESH_LAWS
 
 _LEAST_SECONDS = 5.0
@@ -78,6 +78,7 @@ def operators_ahead(
     itself. Nothing is done in advance with one core, or with too little work or memory for two processes. The same
     holds for options whose laws need more than the gears.
     """
+    cases = [decided(case, fidelity) for case in cases]
     gearboxes = [case for case in cases if isinstance(case, GearboxCase) and _laws_need_gears_alone(case)]
     if len(gearboxes) < len(cases) or not _second_process_pays(gearboxes, fidelity):
         yield

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from nvhchain import levels
-from nvhchain.case import Case
+from nvhchain.case import Case, GearboxCase
 from nvhchain.chain.display import ResultPlots, html, summary
 from nvhchain.error_band import BANDS, ErrorBand, RunUpBand
 from nvhchain.errors import require
@@ -28,6 +28,8 @@ from nvhchain.handoff import (
     SurfaceVelocity,
     TransferVectors,
 )
+from nvhchain.scene import Modelling, Scene, modelled
+from nvhchain.scene.steps import BEARING_FORCES
 
 _BANDS_FROM = {"radiation_efficiency": ("sound_power",), "directivity": ("pressure", "sound_power")}
 """Quantities without confidence limits of their own → the quantities from which they inherit them."""
@@ -73,6 +75,8 @@ class Result:
         Hand-off of its step.
     supplied : tuple of str
         Names of supplied hand-offs.
+    decision : Modelling, optional
+        Decision of the options that the case left open; None where it left none.
     """
 
     case: Case
@@ -92,6 +96,7 @@ class Result:
     radiation_efficiency: RadiationEfficiency | None = None
     directivity: Directivity | None = None
     supplied: tuple[str, ...] = ()
+    decision: Modelling | None = field(default=None, compare=False)
 
     @property
     def overall(self) -> FloatArray:
@@ -125,6 +130,15 @@ class Result:
         makers = dict(BANDS) | {"pressure": lambda run: run.error_band}
         parts = [part for quantity in self.case.quantities for part in _BANDS_FROM.get(quantity, (quantity,))]
         return {part: makers[part](self) for part in dict.fromkeys(parts)}
+
+    @cached_property
+    def modelling(self) -> Modelling | None:
+        """Options that were modelled or left out, each with its estimate; None where the forces are supplied."""
+        if self.decision is not None or not isinstance(self.case, GearboxCase):
+            return self.decision
+        if BEARING_FORCES not in Scene(self.case, self.fidelity, self.supplied).steps:
+            return None
+        return modelled(self.case, self.fidelity)
 
     @property
     def plot(self) -> ResultPlots:

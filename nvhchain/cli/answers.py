@@ -87,7 +87,7 @@ def plan_answer(plan: Plan) -> dict[str, Any]:
         for step in plan.steps
     ]
     own = {"case": plan.case, "fidelity": plan.fidelity, "seconds": plan.seconds, "megabytes": plan.megabytes}
-    return {**own, "steps": steps, "skipped": list(plan.skipped), "advice": list(plan.advice)}
+    return {**own, "steps": steps, "skipped": list(plan.skipped), "options": list(plan.options)}
 
 
 def doctor_answer(findings: Iterable[Finding]) -> dict[str, Any]:

@@ -422,21 +422,20 @@ def plan(options: argparse.Namespace) -> int:
 def check(options: argparse.Namespace) -> int:
     """Read and validate a case and the file of its housing."""
     from nvhchain.case import GearboxCase, load_case
-    from nvhchain.scene import check_case
-    from nvhchain.scene.advice import advice
+    from nvhchain.scene import check_case, option_lines
     from nvhchain.scene.bearing_lines import bearing_lines
     from nvhchain.scene.deviation_lines import deviation_lines
 
     case = load_case(options.case, changes=_case_changes(options))
     check_case(case)
-    reasons = advice(case) if isinstance(case, GearboxCase) else ()
-    options.answer = {"case": case.name, "file": options.case, "valid": True, "advice": list(reasons)}
+    lines = option_lines(case, PRESETS["standard"])
+    options.answer = {"case": case.name, "file": options.case, "valid": True, "options": list(lines)}
     show(f"{options.case}: {case.name} is valid")
     for line in (*bearing_lines(case), *deviation_lines(case)) if isinstance(case, GearboxCase) else ():
         show(f"{case.name}: {line}")
     _show_assumptions(case)
-    for why in reasons:
-        show(f"{case.name} would notice: {why}")
+    for line in lines:
+        show(f"{case.name}: {line}")
     return 0
 
 

@@ -8,6 +8,7 @@ from nvhchain.dynamics.model.parts import Bearing, Cylinder, LooseGear, Mesh, Ri
 from nvhchain.dynamics.model.rigid_train import run_up_time
 from nvhchain.dynamics.model.train import Train, train
 from nvhchain.dynamics.runs.linear import flank_transfer
+from nvhchain.dynamics.runs.mesh_orders import OrderForces, order_forces
 from nvhchain.dynamics.runs.recording import Recording, record_run_up
 from nvhchain.dynamics.runs.run_up_record import run_up, run_up_with_error
 from nvhchain.dynamics.runs.steady import bearing_forces, steady_sweep
@@ -29,6 +30,7 @@ __all__ = [
     "LooseGear",
     "Mesh",
     "MeshFriction",
+    "OrderForces",
     "Recording",
     "RigidBody",
     "Shaft",
@@ -39,6 +41,7 @@ __all__ = [
     "compile_time_loop",
     "equilibrium",
     "flank_transfer",
+    "order_forces",
     "record_run_up",
     "run_up",
     "run_up_time",

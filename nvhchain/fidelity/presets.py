@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from nvhchain.errors import require
 from nvhchain.fidelity.acoustics import AcousticsFidelity
 from nvhchain.fidelity.dynamics import DynamicsFidelity
 from nvhchain.fidelity.gear import GearFidelity
@@ -27,6 +28,13 @@ class Fidelity:
         Knobs of the housing's mesh, modes and radiating surface.
     acoustics : AcousticsFidelity
         Knobs of boundary elements and master frequencies.
+    option_tolerance_db : float
+        Largest estimated effect (dB) of all options together that a case leaves to the program and that are left out.
+
+    Notes
+    -----
+    Estimates of options are right to a factor of two (docs/measured/chain/options_decided.md). Their tolerance is
+    therefore half of the error that the preset stands for.
     """
 
     name: str
@@ -34,6 +42,13 @@ class Fidelity:
     dynamics: DynamicsFidelity
     housing: HousingFidelity
     acoustics: AcousticsFidelity
+    option_tolerance_db: float = 1.0
+
+    def __post_init__(self) -> None:
+        require(
+            self.option_tolerance_db > 0.0,
+            f"option_tolerance_db = {self.option_tolerance_db:g} dB must be positive: presets have 0.5 to 1.5 dB",
+        )
 
 
 NAMES[Fidelity] = "nvhchain.DRAFT, nvhchain.STANDARD, nvhchain.REFERENCE or another Fidelity"
@@ -53,6 +68,7 @@ DRAFT = Fidelity(
     DynamicsFidelity(time_step=20e-6),
     HousingFidelity(element_size=0.013, mode_ratio=1.4),
     AcousticsFidelity(elements_per_wavelength=3.0, masters=64, master_tolerance_db=0.5),
+    option_tolerance_db=1.5,
 )
 STANDARD = Fidelity(
     "standard",
@@ -85,5 +101,6 @@ REFERENCE = Fidelity(
         singular_order=5,
         coarsest_elements_per_wavelength=4.0,
     ),
+    option_tolerance_db=0.5,
 )
 PRESETS = {preset.name: preset for preset in (DRAFT, STANDARD, REFERENCE)}

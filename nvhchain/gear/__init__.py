@@ -23,7 +23,7 @@ from nvhchain.gear.elements.whole_mesh import whole_mesh
 from nvhchain.gear.field.gear_field import gear_field
 from nvhchain.gear.laws.deviated_law import deviated_mesh_law
 from nvhchain.gear.laws.iso6336 import IsoStiffness, iso_stiffness
-from nvhchain.gear.laws.load_distribution import load_distribution
+from nvhchain.gear.laws.load_distribution import MeshPeriod, load_distribution, mesh_period
 from nvhchain.gear.laws.mesh_law import engaged, mesh_law, pair_compliances, tabulated
 from nvhchain.gear.laws.tooth_pairs import tooth_pairs
 from nvhchain.gear.laws.transmission_error import (
@@ -56,6 +56,7 @@ __all__ = [
     "IsoStiffness",
     "LoadedMesh",
     "MassProperties",
+    "MeshPeriod",
     "MicroGeometry",
     "Misalignment",
     "PairDeviations",
@@ -88,6 +89,7 @@ __all__ = [
     "loaded_transmission_error",
     "mass_properties",
     "mesh_law",
+    "mesh_period",
     "nodal_force_strain",
     "nominal_centre_distance",
     "pair_compliances",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +30,7 @@ from nvhchain.report.run_up import curves_of, run_up_maps
 from nvhchain.report.sound.write import write_sounds
 from nvhchain.report.steady_states import steady_maps
 from nvhchain.report.summary import transmission_errors, write_summary
-from nvhchain.scene import preflight
+from nvhchain.scene import modelled_alike, preflight
 
 OPERATORS = "operators"
 """Name of the folder of operators that the cases of a comparison share."""
@@ -84,6 +85,8 @@ def compare(
 
     Notes
     -----
+    Options that cases leave open are decided alike for all (`nvhchain.scene.modelled_alike`).
+
     The hand-offs of a case lie in out/<name>, the shared operators in out/operators. Figures (PNG), sound (WAV), table
     of differences (text, CSV), summary.json and the page report.html lie in `out` itself. Two comparisons in one folder
     wait for each other.
@@ -107,12 +110,14 @@ def _compared(
 ) -> dict[str, Any]:
     """Run the cases and write the comparison, in a folder that no other comparison uses."""
     running_up = _running_up(cases)
+    asked, decisions = {case.name: case for case in cases}, modelled_alike(cases, fidelity)
+    cases = [decisions[case.name].case if case.name in decisions else case for case in cases]
     (out / "summary.json").unlink(missing_ok=True)
     for case in cases:
         preflight(case, fidelity, {})
     with ExitStack() as records:
         for case in cases:
-            records.enter_context(recorded_case(case, fidelity, out / case.name))
+            records.enter_context(recorded_case(asked[case.name], fidelity, out / case.name))
         results = {
             case.name: chain.run(
                 case,
@@ -124,6 +129,7 @@ def _compared(
             )
             for case in cases
         }
+        results = {name: replace(of, decision=decisions.get(name)) for name, of in results.items()}
     if not running_up:
         with _surface_pictures(results, out):
             return _written(results, out, _steady_figures, _maps(results, states, out, watcher))

@@ -58,6 +58,9 @@ def write_summary(
             for name, result in results.items()
             if isinstance(result.case, GearboxCase)
         },
+        "modelling": {
+            name: result.modelling.values() for name, result in results.items() if result.modelling is not None
+        },
     }
     for name, sound in (sounds or {}).items():
         summary["configurations"][name]["sound"] = dict(sound)

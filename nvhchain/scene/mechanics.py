@@ -40,6 +40,9 @@ _REFINED_MEMORY = 1.5
 _WEB_MEMORY_GROWTH = 0.7
 _MEGABYTES_PER_UNKNOWN = 11e-3
 _SECONDS_PER_STEP_AND_MODE = 7e-9
+_ELASTIC_MOTIONS = 17
+_SHARE_PER_ROW = 1.1
+# motions of a flexible shaft, time of one more contact row per mesh: docs/measured/dynamics/options.md
 _SETTLING_PERIODS = 4
 _MEGABYTES_PER_STEP_AND_OUTPUT = 48e-6
 _MEGABYTES_PER_SAMPLE_AND_OUTPUT = 15e-6
@@ -222,7 +225,11 @@ def dynamics_step(case: GearboxCase, fidelity: Fidelity) -> PlannedStep:
     run = steps * (1 if case.operation.ramp else _SETTLING_PERIODS)
     rigid = case.options.rigid_housing
     modes = 0.0 if rigid else case.housing.modes_in_reach(case, fidelity.housing)
-    seconds = SECONDS_PER_STEP + _SECONDS_PER_STEP_AND_MODE * run * (6 * len(case.shafts) + modes)
+    options, shafts = case.options, len(case.shafts)
+    elastic = _ELASTIC_MOTIONS * shafts if options.models("flexible_shafts") else 0
+    rows = options.face_points + 2 * options.models("friction") + options.models("shuttling")
+    per_step = (6 * shafts + modes + elastic) * (1.0 + _SHARE_PER_ROW * (rows - 1))
+    seconds = SECONDS_PER_STEP + _SECONDS_PER_STEP_AND_MODE * run * per_step
     level, held = f"{meshes} tabulated meshes", 0.0
     if case.operation.ramp:
         stored = recorded_samples(case, fidelity) * recorded_outputs(case)
@@ -243,7 +250,7 @@ def dynamics_step(case: GearboxCase, fidelity: Fidelity) -> PlannedStep:
     return PlannedStep(
         BEARING_FORCES,
         "bearing forces",
-        f"{len(case.shafts)} shafts of 6 unknowns, "
+        f"{shafts} {'flexible shafts' if elastic else 'shafts of 6 unknowns'}, "
         f"{'rigid seats' if rigid else f'about {modes:.0f} housing modes in the loop'}, {level}; steps of "
         f"{1e6 * knobs.time_step:g} µs",
         seconds,

@@ -56,8 +56,8 @@ class Plan:
         Steps in their order.
     skipped : tuple of str
         Reasons for exclusions.
-    advice : tuple of str
-        Options that would change the result for this gearbox.
+    options : tuple of str
+        Options that are modelled or left out, with their estimated decibels and seconds.
     bearings : tuple of str
         Loads and stiffness of bearings with a model, on rigid seats, and default damping.
     assumptions : tuple of str
@@ -70,7 +70,7 @@ class Plan:
     fidelity: str
     steps: tuple[PlannedStep, ...]
     skipped: tuple[str, ...]
-    advice: tuple[str, ...] = ()
+    options: tuple[str, ...] = ()
     bearings: tuple[str, ...] = ()
     assumptions: tuple[str, ...] = ()
     deviations: tuple[str, ...] = ()
@@ -100,6 +100,7 @@ class Plan:
         lines += ["deviations:", *(f"  {line}" for line in self.deviations)] if self.deviations else []
         lines += ["skipped:", *(f"  {reason}" for reason in self.skipped)]
         lines += ["assumed:", *(f"  {sentence}" for sentence in self.assumptions)] if self.assumptions else []
-        lines += ["would be noticed:", *(f"  {why}" for why in self.advice)] if self.advice else []
+        lines += ["options, by the gearbox linearised at its mean load:"] if self.options else []
+        lines += [f"  {line}" for line in self.options]
         lines += [f"in all about {self.seconds:.0f} s of processor time, {self.megabytes:.0f} MB at the peak"]
         return "\n".join(lines)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
-from nvhchain.case import FIELD_POINT_QUANTITIES, RADIATED, Case, Extent, GearboxCase
+from nvhchain.case import FIELD_POINT_QUANTITIES, RADIATED, Case, Extent, GearboxCase, Options
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.kinds import checked
-from nvhchain.scene.advice import advice
 from nvhchain.scene.bearing_lines import bearing_lines
 from nvhchain.scene.deviation_lines import deviation_lines
 from nvhchain.scene.mechanics import (
@@ -19,6 +19,7 @@ from nvhchain.scene.mechanics import (
     load_distribution_steps,
     mesh_law_steps,
 )
+from nvhchain.scene.modelling import modelled
 from nvhchain.scene.planned import Plan, PlannedStep
 from nvhchain.scene.radiation import (
     motion_step,
@@ -61,19 +62,57 @@ def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
     Plan
         Steps and exclusions; `str` makes a table of it.
     """
-    steps = planned_steps(Scene(case, fidelity))
+    scene = Scene(case, fidelity)
+    asked, case, steps = case, scene.case, planned_steps(scene)
     if isinstance(case, GearboxCase):
         return Plan(
             case.name,
             fidelity.name,
             steps,
             _excluded(case, fidelity),
-            advice(case),
+            option_lines(asked, fidelity),
             bearing_lines(case),
             case.assumptions,
             deviation_lines(case),
         )
     return Plan(case.name, fidelity.name, steps, _RADIATOR_EXCLUDES)
+
+
+def option_lines(case: Case, fidelity: Fidelity) -> tuple[str, ...]:
+    """Return one line per option of a gearbox: modelled or left out, with estimated decibels and seconds.
+
+    Parameters
+    ----------
+    case : Case
+        Case.
+    fidelity : Fidelity
+        Fidelity of the run.
+
+    Returns
+    -------
+    tuple of str
+        Lines; none for a case that computes no bearing forces.
+    """
+    if not isinstance(case, GearboxCase):
+        return ()
+    decision = modelled(case, fidelity)
+    chosen, lines = decision.case.options, []
+    for each, line in zip(decision.options, decision.lines, strict=True):
+        if not each.note:
+            on, off = (chosen.switched(each.option, modelled=value) for value in (True, False))
+            seconds = _option_seconds(decision.case, on, fidelity) - _option_seconds(decision.case, off, fidelity)
+            line = f"{line}; {max(seconds, 0.0):.1f} s"
+        lines.append(line)
+    return tuple(lines)
+
+
+def _option_seconds(case: GearboxCase, options: Options, fidelity: Fidelity) -> float:
+    """Return the processor time (s) of the steps that depend on the options."""
+    of = replace(case, options=options)
+    steps = [dynamics_step(of, fidelity)]
+    if options.load_distribution or options.models("tilt"):
+        steps += load_distribution_steps(of, fidelity, includes_compliance=False)
+    return sum(step.seconds for step in steps)
 
 
 def planned_steps(scene: Scene) -> tuple[PlannedStep, ...]:

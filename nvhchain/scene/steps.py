@@ -30,6 +30,7 @@ from nvhchain.handoff import (
     SurfaceVelocity,
     TransferVectors,
 )
+from nvhchain.scene.modelling import decided
 
 H_co = TypeVar("H_co", covariant=True)
 
@@ -43,7 +44,7 @@ class Scene:
     Parameters
     ----------
     case : Case
-        Gearbox or radiator.
+        Gearbox or radiator. Options that are `auto` are decided (`nvhchain.scene.modelling`).
     fidelity : Fidelity
         Knobs.
     supplied : collection of str, or mapping of str to hand-off
@@ -53,6 +54,9 @@ class Scene:
     case: Case
     fidelity: Fidelity
     supplied: Collection[str] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "case", decided(self.case, self.fidelity))
 
     @property
     def gearbox(self) -> GearboxCase:

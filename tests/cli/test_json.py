@@ -33,7 +33,7 @@ def test_a_run_answers_with_levels_and_limits(answer, tmp_path):
 def test_a_plan_answers_with_the_cost_of_its_steps(answer):
     _, found = answer("plan", SMALL, "--fidelity", "draft")
     assert found["seconds"] == pytest.approx(sum(step["seconds"] for step in found["steps"]))
-    assert any("friction" in why for why in found["advice"])
+    assert any("friction" in why for why in found["options"])
 
 
 def test_a_valid_case_is_said_to_be_valid(answer):

@@ -23,7 +23,7 @@ def test_every_row_has_its_function_and_its_field_of_the_result():
     assert set(MADE_BY) == set(STEPS)
     assert set(COSTS) <= set(STEPS)
     fields = {field.name for field in dataclasses.fields(Result)}
-    assert {step.name for step in STEPS} == fields - {"case", "fidelity", "supplied"}
+    assert {step.name for step in STEPS} == fields - {"case", "fidelity", "supplied", "decision"}
     arguments = set(inspect.signature(run).parameters)
     assert {step.name for step in STEPS if step.can_be_supplied} == arguments.intersection(fields) - {
         "case",

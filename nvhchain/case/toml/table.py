@@ -127,6 +127,9 @@ def _convert_union(choices: list[Any], raw: Any, place: str, factor: float) -> A
     dataclass; without it the first dataclass is taken.
     """
     choices = [c for c in choices if dataclasses.is_dataclass(c) is isinstance(raw, Mapping)] or choices
+    words = [c for c in choices if typing.get_origin(c) is typing.Literal]
+    if words and len(choices) == 2:
+        return _convert_word_or_value(words[0], next(c for c in choices if c not in words), raw, place, factor)
     if len(choices) == 1 or (isinstance(raw, Mapping) and "type" not in raw):
         return convert(choices[0], raw, place, factor)
     by_name = {choice.__name__.lower(): choice for choice in choices}
@@ -135,6 +138,19 @@ def _convert_union(choices: list[Any], raw: Any, place: str, factor: float) -> A
         raise InputError(f"{place}.type = {given!r}: choose one of {', '.join(by_name)}")
     fields = {key: value for key, value in raw.items() if key != "type"}
     return build(by_name[raw["type"].replace("_", "")], fields, place)
+
+
+def _convert_word_or_value(word: Any, other: Any, raw: Any, place: str, factor: float) -> Any:
+    """Convert one of some words, or a value of another type."""
+    if not isinstance(raw, str):
+        return convert(other, raw, place, factor)
+    try:
+        return convert(word, raw, place)
+    except InputError as error:
+        kind = {float: "a number", bool: "true or false"}.get(
+            other, f"a value of type {getattr(other, '__name__', other)}"
+        )
+        raise InputError(f"{error}, or give {kind}") from None
 
 
 def _convert_tuple(arguments: tuple[Any, ...], raw: Any, place: str, factor: float) -> tuple[Any, ...]:

@@ -106,10 +106,10 @@ def _gearbox(run: Run) -> dynamics.Gearbox:
     meshes = tuple(
         replace(
             mesh,
-            friction=dynamics.MeshFriction(options.friction, of.period, of.angle, of.sliding, of.arm)
-            if options.friction > 0.0
+            friction=dynamics.MeshFriction(options.coefficient, of.period, of.angle, of.sliding, of.arm)
+            if options.models("friction")
             else None,
-            load_centre=dynamics.LoadCentre(of.period, of.angle, of.offset) if options.shuttling else None,
+            load_centre=dynamics.LoadCentre(of.period, of.angle, of.offset) if options.models("shuttling") else None,
         )
         for mesh, of in zip(gearbox.meshes, spread, strict=True)
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import Executor
+from dataclasses import dataclass
 from functools import partial
 from math import cos, inf, sin
 
@@ -94,6 +95,62 @@ def load_distribution(
         force=nominal_force,
         tilt_ratio=float(tilt.mean() / slices.mean()),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class MeshPeriod:
+    """Gear pair under its nominal load over one mesh period, for a first look at what excites a gearbox.
+
+    Parameters
+    ----------
+    distribution : LoadDistribution
+        Place of the load on the flanks. Its period is the mesh period.
+    deflection : (n_angle,) array
+        Mesh deflection at the same angles (m).
+    stiffness : float
+        Mean tangent stiffness along the flank normal (N/m).
+    """
+
+    distribution: LoadDistribution
+    deflection: FloatArray
+    stiffness: float
+
+
+def mesh_period(pair: GearPair, *, nominal_force: float, fidelity: GearFidelity) -> MeshPeriod:
+    """Compute deflection, stiffness and load distribution of a pair over its first mesh period.
+
+    Parameters
+    ----------
+    pair : GearPair
+        Gear pair.
+    nominal_force : float
+        Force along the flank normal (N).
+    fidelity : GearFidelity
+        `angles_per_mesh` angles, slices and residual; `bodies = "analytic"` takes tenths of a second.
+
+    Returns
+    -------
+    MeshPeriod
+        Mesh without the variation between the teeth of a body with openings.
+    """
+    angle = np.asarray(np.arange(fidelity.angles_per_mesh) * (pair.mesh_period / fidelity.angles_per_mesh))
+    engagement = Engagement(pair, pair_compliances(pair, fidelity), fidelity)
+    rows = _carried(engagement, angle, nominal_force)
+    closing = close_edges(engagement, rows[:, -1].max())
+    if closing is not engagement:
+        rows = _carried(closing, angle, nominal_force)
+    sliding, arm, offset, tilt, slices, deflection = rows.T
+    made = LoadDistribution(
+        angle=angle,
+        period=pair.mesh_period,
+        sliding=sliding,
+        arm=arm,
+        offset=offset,
+        force=nominal_force,
+        tilt_ratio=float(tilt.mean() / slices.mean()),
+    )
+    width = pair.face_width * cos(pair.base_helix_angle)
+    return MeshPeriod(made, deflection, 12.0 * float(slices.mean()) / width**2)
 
 
 def _carried(engagement: Engagement, angles: FloatArray, force: float) -> FloatArray:

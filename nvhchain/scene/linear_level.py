@@ -1,0 +1,198 @@
+"""Level of a gearbox linearised at its mean load, with any set of options, in fractions of a second.
+
+It stands for the sound before anything long is computed: the A-weighted power of all alternating bearing forces in the
+band. docs/decisions/0017-options-decide-themselves.md has the reasons and the limits of this estimate.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from nvhchain import dynamics, gear, levels
+from nvhchain.case import GearboxCase, Options
+from nvhchain.dynamics import Gearbox, LoadCentre, MeshFriction
+from nvhchain.dynamics.time_loop.one_thread import one_blas_thread
+from nvhchain.fidelity import STANDARD, GearFidelity
+from nvhchain.gear import SOLID, GearPair, MeshPeriod, Misalignment
+from nvhchain.handoff import FloatArray, MeshLaw
+
+TEETH = GearFidelity(
+    profile_elements=4,
+    width_layers=8,
+    slices=16,
+    angles_per_mesh=32,
+    deflections=16,
+    bodies="analytic",
+)
+"""Knobs of the meshes: closed-form slices, fifteen harmonics, a tenth of a second a stage."""
+
+SPEEDS = 12
+"""Number of speeds that stand for a run-up."""
+
+MICRORADIAN = 6
+"""Decimal digits of the tilt of gears under load (rad)."""
+
+
+@dataclass(frozen=True, eq=False)
+class LinearGearbox:
+    """Gearbox of a case on rigid seats, linearised at its mean load.
+
+    Parameters
+    ----------
+    case : GearboxCase
+        Case; its own options do not count.
+    """
+
+    case: GearboxCase
+    _periods: dict[tuple[int, tuple[float, float]], MeshPeriod] = field(default_factory=dict, init=False, repr=False)
+
+    @cached_property
+    def _gearbox(self) -> Gearbox:
+        return self.case.gearbox_on_rigid_seats
+
+    @cached_property
+    def speeds(self) -> tuple[float, ...]:
+        """Speeds of the input (rad/s)."""
+        start, ramp = self.case.operation.input_speed, self.case.ramp
+        if ramp is None:
+            return (start,)
+        steps = (np.arange(SPEEDS) + 0.5) / SPEEDS
+        return tuple((start + (ramp.end_speed - start) * steps).tolist())
+
+    @one_blas_thread
+    def power(self, options: Options) -> FloatArray:
+        """Return the A-weighted power of all bearing forces with some options.
+
+        Parameters
+        ----------
+        options : Options
+            Options without `auto`.
+
+        Returns
+        -------
+        (n_speed, n_order) array
+            Sum over bearings and directions (N²); 0 outside the band.
+
+        Raises
+        ------
+        InputError
+            If an option does not fit the gearbox, such as flexible shafts without segments.
+        """
+        plain = self._model(replace(options, loaded_misalignment=False))
+        if options.loaded_misalignment:
+            plain = self._model(options, self._tilts(plain))
+        gearbox, laws, deflections = plain
+        of, band = self.case.operation, self.case.band
+        found = dynamics.order_forces(
+            gearbox,
+            laws,
+            None,
+            deflections,
+            input_torque=of.input_torque,
+            input_speeds=self.speeds,
+            fidelity=STANDARD.dynamics,
+        )
+        frequency = np.outer(self.speeds, found.order) / (2.0 * np.pi)
+        inside = (frequency >= band.low) & (frequency <= band.high)
+        weight = 10.0 ** (0.1 * levels.a_weighting(np.where(inside, frequency, 1e3)))
+        return np.asarray((np.abs(found.force) ** 2).sum(axis=2) * np.where(inside, weight, 0.0))
+
+    def _tilts(self, plain: tuple[Gearbox, list[MeshLaw], list[Any]]) -> FloatArray:
+        gearbox, laws, _ = plain
+        return dynamics.static_misalignment(
+            gearbox, laws, None, input_torque=self.case.operation.input_torque, fidelity=STANDARD.dynamics
+        )
+
+    def _model(
+        self, options: Options, tilts: FloatArray | None = None
+    ) -> tuple[Gearbox, list[MeshLaw], list[FloatArray | None]]:
+        """Return the gearbox with its options, its laws, and the deflection of every mesh; None where it idles."""
+        meshes, laws, deflections = [], [], list[FloatArray | None]()
+        for number, (stage, pair, force, mesh) in enumerate(
+            zip(self.case.stages, self.case.pairs, self.case.mesh_forces, self._gearbox.meshes, strict=True)
+        ):
+            solid = replace(pair, pinion=_solid(pair.pinion), wheel=_solid(pair.wheel))
+            tilt = (0.0, 0.0) if tilts is None else _rounded(tilts[number])
+            period = self._period(number, solid, abs(force), tilt)
+            of, reach = period.distribution, max(1e-3, 3.0 * abs(force) / period.stiffness) * np.array([-1.0, 1.0])
+            laws.append(
+                gear.tabulated(solid, np.zeros(1), reach, period.stiffness * reach[None, :]).replace(
+                    tilt_ratio=of.tilt_ratio
+                )
+            )
+            deflections.append(None if self.case.idles(stage) else period.deflection)
+            friction = options.coefficient
+            meshes.append(
+                replace(
+                    mesh,
+                    friction=MeshFriction(friction, of.period, of.angle, of.sliding, of.arm) if friction else None,
+                    load_centre=LoadCentre(of.period, of.angle, of.offset) if options.shuttling is True else None,
+                )
+            )
+        gearbox = replace(
+            self._gearbox,
+            meshes=tuple(meshes),
+            flexible_shafts=options.flexible_shafts is True,
+            gyroscopic=options.gyroscopic is True,
+            face_points=options.face_points,
+        )
+        return gearbox, laws, deflections
+
+    def _period(self, stage: int, pair: GearPair, force: float, tilt: tuple[float, float]) -> MeshPeriod:
+        """Return the mesh period of a stage whose gears are tilted by its load, computed once."""
+        if (stage, tilt) not in self._periods:
+            own = pair.misalignment
+            tilted = replace(pair, misalignment=Misalignment(own.in_plane + tilt[0], own.normal + tilt[1]))
+            self._periods[stage, tilt] = gear.mesh_period(tilted, nominal_force=force, fidelity=TEETH)
+        return self._periods[stage, tilt]
+
+
+def _rounded(tilt: FloatArray) -> tuple[float, float]:
+    in_plane, normal = (round(float(each), MICRORADIAN) for each in tilt)
+    return in_plane, normal
+
+
+def _solid(body: gear.GearBody) -> gear.GearBody:
+    """Return a gear with a solid blank."""
+    return replace(body, blank=SOLID)
+
+
+def level_change(before: FloatArray, after: FloatArray) -> float:
+    """Return the change of the overall level (dB).
+
+    Parameters
+    ----------
+    before, after : array
+        Powers of the same lines.
+
+    Returns
+    -------
+    float
+        Level of `after` over that of `before`.
+    """
+    return float(10.0 * np.log10(after.sum() / before.sum()))
+
+
+def spectral_distance(before: FloatArray, after: FloatArray) -> float:
+    """Return the distance of two spectra (dB).
+
+    Parameters
+    ----------
+    before, after : array
+        Powers of the same lines.
+
+    Returns
+    -------
+    float
+        Level of the envelope of both over that of their common part.
+
+    Notes
+    -----
+    It is at least the change of the overall level, equal to it where all lines move the same way, and 0 only for equal
+    spectra. Lines count by their power.
+    """
+    return float(10.0 * np.log10(np.maximum(before, after).sum() / np.minimum(before, after).sum()))

@@ -1,0 +1,339 @@
+"""Options that decide themselves: a case's `auto` options become on or off by the gearbox's own numbers.
+
+This is the only place where they are decided. docs/decisions/0017-options-decide-themselves.md has the rule.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from nvhchain.case import AUTO, DECIDABLE, OFF, ON, Case, GearboxCase, Options
+from nvhchain.errors import InputError
+from nvhchain.fidelity import Fidelity
+from nvhchain.handoff import FloatArray
+from nvhchain.scene.linear_level import LinearGearbox, level_change, spectral_distance
+
+DECIMALS = 3
+"""Decimal digits of estimates (dB). Rounding of another machine then decides alike."""
+
+_LOADED = ("friction", "shuttling")
+"""Options of drive flanks under load."""
+
+
+@dataclass(frozen=True)
+class OptionEstimate:
+    """Estimated effect of one option, on top of all that is modelled.
+
+    Parameters
+    ----------
+    option : str
+        Name of the option.
+    asked : str
+        `auto`, `on` or `off` by the case, or the name of the case whose statement it follows.
+    modelled : bool
+        True where the run models it.
+    level_db : float
+        Change of the overall level by modelling it (dB).
+    distance_db : float
+        Distance of the spectra with and without it (dB), by which it is decided.
+    note : str
+        Reason where there is no estimate; empty where there is one.
+    """
+
+    option: str
+    asked: str
+    modelled: bool
+    level_db: float = 0.0
+    distance_db: float = 0.0
+    note: str = ""
+
+    @property
+    def stated(self) -> bool:
+        """True where the case itself states it."""
+        return self.asked != AUTO
+
+    def line(self, tolerance_db: float) -> str:
+        """Return the estimate in words.
+
+        Parameters
+        ----------
+        tolerance_db : float
+            Tolerance of the fidelity (dB).
+
+        Returns
+        -------
+        str
+            One line.
+        """
+        outcome = "modelled" if self.modelled else "left out"
+        how = f"{outcome} by the case" if self.stated else outcome
+        if self.note:
+            return f"{self.option} {how}: {self.note}"
+        effect = f"{self.level_db:+z.1f} dB"
+        if self.distance_db - abs(self.level_db) > 0.05:
+            effect += f", its orders by {self.distance_db:.1f} dB"
+        if self.stated and not self.modelled and self.distance_db > tolerance_db:
+            return f"{self.option} {how}, would change the sound: {effect}"
+        return f"{self.option} {how}: {effect}"
+
+
+@dataclass(frozen=True)
+class Modelling:
+    """Options of a case after the decision, each with its estimate.
+
+    Parameters
+    ----------
+    case : GearboxCase
+        Case without `auto`.
+    tolerance_db : float
+        Largest distance (dB) of the chosen model's spectrum from that with all options that were open.
+    options : tuple of OptionEstimate
+        Options in the order of `DECIDABLE`.
+    left_out_db : float
+        Level of the model with all open options over that of the chosen model (dB).
+    left_out_distance_db : float
+        Distance of their spectra (dB).
+    """
+
+    case: GearboxCase
+    tolerance_db: float
+    options: tuple[OptionEstimate, ...]
+    left_out_db: float = 0.0
+    left_out_distance_db: float = 0.0
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """Every option with its estimate, in words."""
+        return tuple(each.line(self.tolerance_db) for each in self.options)
+
+    @property
+    def against_estimate(self) -> tuple[OptionEstimate, ...]:
+        """Options that the case leaves out by hand though their estimate exceeds the tolerance."""
+        return tuple(
+            each for each in self.options if each.stated and not each.modelled and each.distance_db > self.tolerance_db
+        )
+
+    def values(self) -> dict[str, Any]:
+        """Return the decision for JSON files.
+
+        Returns
+        -------
+        dict
+            Tolerance, left-out part and every option.
+        """
+        return {
+            "tolerance_db": self.tolerance_db,
+            "left_out_db": self.left_out_db,
+            "left_out_distance_db": self.left_out_distance_db,
+            "options": [
+                {
+                    "option": each.option,
+                    "asked": each.asked,
+                    "modelled": each.modelled,
+                    **({"note": each.note} if each.note else _decibels(each)),
+                }
+                for each in self.options
+            ],
+        }
+
+
+def _decibels(estimate: OptionEstimate) -> dict[str, float]:
+    return {"level_db": estimate.level_db, "distance_db": estimate.distance_db}
+
+
+def decided(case: Case, fidelity: Fidelity) -> Case:
+    """Return a case without `auto`.
+
+    Parameters
+    ----------
+    case : Case
+        Case.
+    fidelity : Fidelity
+        Fidelity of the run; its `option_tolerance_db` decides.
+
+    Returns
+    -------
+    Case
+        The case itself where nothing is open.
+    """
+    if not isinstance(case, GearboxCase) or not case.options.undecided:
+        return case
+    return modelled(case, fidelity).case
+
+
+def modelled(case: GearboxCase, fidelity: Fidelity) -> Modelling:
+    """Decide the options of a case.
+
+    Parameters
+    ----------
+    case : GearboxCase
+        Case.
+    fidelity : Fidelity
+        Fidelity of the run.
+
+    Returns
+    -------
+    Modelling
+        Case without `auto`, and the estimate of every option.
+
+    Notes
+    -----
+    The start is the model with all open options. Of these, the one with the smallest effect is left out, and again, as
+    long as the spectrum stays within the tolerance of the start. What is left out in all is therefore below it.
+    """
+    return _modelled(case, fidelity.option_tolerance_db)
+
+
+def modelled_alike(cases: Sequence[Case], fidelity: Fidelity) -> dict[str, Modelling]:
+    """Decide the options of cases that are compared, alike for all.
+
+    Parameters
+    ----------
+    cases : sequence of Case
+        Cases with different names.
+    fidelity : Fidelity
+        Fidelity of the runs.
+
+    Returns
+    -------
+    dict
+        Name of every gearbox → its modelling.
+
+    Notes
+    -----
+    An open option follows the cases that state it. If none does, it is on where one of the cases needs it. Differences
+    of the cases are then none of their models.
+    """
+    gearboxes = [case for case in cases if isinstance(case, GearboxCase)]
+    alone = {case.name: modelled(case, fidelity) for case in gearboxes}
+    if len(gearboxes) < 2 or not any(case.options.undecided for case in gearboxes):
+        return alone
+    common, source = dict[str, Any](), dict[str, str]()
+    for name in DECIDABLE:
+        stated = [case for case in gearboxes if getattr(case.options, name) != AUTO]
+        values = [getattr(alone[case.name].case.options, name) for case in stated or gearboxes]
+        common[name] = max(values)
+        source |= {name: stated[0].name} if stated else {}
+    if common["tilt"] and common["loaded_misalignment"]:
+        common["tilt" if source.get("loaded_misalignment") and "tilt" not in source else "loaded_misalignment"] = False
+    return {case.name: _like(case, common, source, fidelity.option_tolerance_db) for case in gearboxes}
+
+
+def _like(case: GearboxCase, common: Mapping[str, Any], source: Mapping[str, str], tolerance: float) -> Modelling:
+    """Return the modelling of a case whose open options take common values where they can."""
+    linear = _Estimates(case)
+    chosen = linear.plain(**{name: common[name] for name in linear.open})
+    asked = {name: source.get(name, AUTO) for name in case.options.undecided}
+    return _described(linear, chosen, linear.plain(**_switched_on(linear.together)), tolerance, asked)
+
+
+@lru_cache(maxsize=256)
+def _modelled(case: GearboxCase, tolerance: float) -> Modelling:
+    linear = _Estimates(case)
+    left = linear.together
+    full = chosen = linear.plain(**_switched_on(left))
+    while left:
+        without = {name: chosen.switched(name, modelled=False) for name in left}
+        far = {name: linear.distance(options, full) for name, options in without.items()}
+        name = min(left, key=lambda each: (far[each], each))
+        if far[name] > tolerance:
+            break
+        left.remove(name)
+        chosen = without[name]
+    if "loaded_misalignment" in linear.open and not chosen.tilt:
+        tilted = replace(chosen, loaded_misalignment=True)
+        if linear.distance(chosen, tilted) > tolerance:
+            chosen = tilted
+    return _described(linear, chosen, full, tolerance, dict.fromkeys(case.options.undecided, AUTO))
+
+
+def _described(
+    linear: _Estimates, chosen: Options, full: Options, tolerance: float, asked: Mapping[str, str]
+) -> Modelling:
+    """Return the modelling with the estimate of every option on top of the chosen ones."""
+    found = []
+    for name in DECIDABLE:
+        on, stated = chosen.models(name), "on" if linear.case.options.models(name) else "off"
+        note, level, distance = linear.refusal(name), 0.0, 0.0
+        if name == "loaded_misalignment" and chosen.tilt:
+            note = "tilt includes it"
+        elif name == "tilt" and chosen.loaded_misalignment:
+            note = note or "loaded_misalignment stands for it"
+        if not note:
+            without = chosen.switched(name, modelled=False)
+            with_it = chosen.switched(name, modelled=True)
+            level, distance = linear.change(without, with_it), linear.distance(without, with_it)
+        found.append(OptionEstimate(name, asked.get(name, stated), on, level, distance, note))
+    case = replace(linear.case, options=chosen) if linear.case.options != chosen else linear.case
+    return Modelling(case, tolerance, tuple(found), linear.change(chosen, full), linear.distance(chosen, full))
+
+
+def _switched_on(names: Sequence[str]) -> dict[str, Any]:
+    return {name: ON[name] for name in names}
+
+
+class _Estimates:
+    """Spectra of a linear gearbox by options, each computed once."""
+
+    def __init__(self, case: GearboxCase) -> None:
+        self.case, self._linear = case, LinearGearbox(case)
+        self._powers = dict[Options, FloatArray]()
+        self._refusals = dict[str, str]()
+
+    @property
+    def open(self) -> list[str]:
+        """Options that are `auto` and that the gearbox can have beside those that the case states."""
+        stated = self.case.options
+        twice = {"tilt": "loaded_misalignment", "loaded_misalignment": "tilt"}
+        beside = [name for name in stated.undecided if name not in twice or not stated.models(twice[name])]
+        return [name for name in beside if not self.refusal(name)]
+
+    @property
+    def together(self) -> list[str]:
+        """Options of `open` that can be modelled together: tilt includes the misalignment by the load."""
+        return [name for name in self.open if name != "loaded_misalignment" or "tilt" not in self.open]
+
+    def plain(self, **on: Any) -> Options:
+        """Return the case's options with those that are open off, except the values `on`."""
+        return replace(self.case.options, **({name: OFF[name] for name in self.case.options.undecided} | on))
+
+    def power(self, options: Options) -> FloatArray:
+        if options not in self._powers:
+            self._powers[options] = self._linear.power(options)
+        return self._powers[options]
+
+    def refusal(self, name: str) -> str:
+        """Return the reason why an option has no estimate; empty where it has one."""
+        if name not in self._refusals:
+            self._refusals[name] = self._refused(name)
+        return self._refusals[name]
+
+    def _refused(self, name: str) -> str:
+        torque = self.case.operation.input_torque
+        if torque == 0.0:
+            return "no estimate, since idle gears have no mean load"
+        if torque < 0.0 and name in _LOADED:
+            return f"acts on drive flanks under load, but input_torque = {torque:g} N m"
+        others = {"tilt": False} if name == "loaded_misalignment" else {}
+        others |= {"loaded_misalignment": False} if name == "tilt" else {}
+        try:
+            power = self.power(self.plain(**others, **_switched_on([name])))
+        except InputError as error:
+            return f"cannot be modelled: {error}"
+        return "" if float(np.sum(power)) > 0.0 else "no estimate, since no mesh order lies in the band"
+
+    def change(self, before: Options, after: Options) -> float:
+        return self._compared(level_change, before, after)
+
+    def distance(self, before: Options, after: Options) -> float:
+        return self._compared(spectral_distance, before, after)
+
+    def _compared(self, measure: Any, before: Options, after: Options) -> float:
+        if before == after:
+            return 0.0
+        return round(measure(self.power(before), self.power(after)), DECIMALS)

@@ -1,0 +1,138 @@
+"""Options that decide themselves: the estimates of a linear gearbox, and what they leave out."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import nvhchain as nvh
+from nvhchain import dynamics, gear
+from nvhchain.case import AUTO, DECIDABLE, Options
+from nvhchain.errors import InputError
+from nvhchain.scene import Scene, decided, modelled, modelled_alike
+from nvhchain.scene.linear_level import LinearGearbox, level_change, spectral_distance
+
+OPEN = Options(**dict.fromkeys(DECIDABLE, AUTO))
+
+
+@pytest.fixture(scope="module")
+def small(request):
+    return nvh.load_case(request.config.rootpath / "cases" / "small" / "single_stage.toml")
+
+
+@pytest.fixture(scope="module")
+def stiff(small):
+    """Shafts a thousand times as stiff: nothing bends."""
+    stout = [replace(s, segments=tuple(replace(c, young=2.1e14) for c in s.segments)) for s in small.shafts]
+    return replace(small, name="stiff", shafts=tuple(stout))
+
+
+def test_soft_shafts_are_modelled_and_what_they_bring_to_light(small):
+    found = {each.option: each for each in modelled(replace(small, options=OPEN), nvh.DRAFT).options}
+    assert found["flexible_shafts"].modelled
+    assert found["flexible_shafts"].level_db < -20
+    # on rigid shafts, whose resonance hides all else, friction is nothing
+    plain = {each.option: each for each in modelled(small, nvh.DRAFT).options}
+    assert plain["friction"].distance_db < 0.5 < 2.0 < found["friction"].distance_db
+    assert found["friction"].modelled
+    assert not plain["friction"].modelled
+    assert not found["gyroscopic"].modelled
+
+
+@pytest.mark.parametrize("fidelity", [nvh.DRAFT, nvh.STANDARD, nvh.REFERENCE])
+def test_what_is_left_out_stays_below_the_tolerance(small, fidelity):
+    decision = modelled(replace(small, options=OPEN), fidelity)
+    assert abs(decision.left_out_db) <= decision.left_out_distance_db <= fidelity.option_tolerance_db
+    assert not decision.case.options.undecided
+    linear = LinearGearbox(small)
+    full = linear.power(Options(**{**dict.fromkeys(DECIDABLE, True), "friction": 0.05, "loaded_misalignment": False}))
+    chosen = linear.power(decision.case.options)
+    assert level_change(chosen, full) == pytest.approx(decision.left_out_db, abs=1e-3)
+
+
+def test_a_finer_fidelity_models_no_less(small):
+    on = [set(_on(modelled(replace(small, options=OPEN), fidelity))) for fidelity in (nvh.DRAFT, nvh.REFERENCE)]
+    assert on[0] <= on[1]
+
+
+def _on(decision):
+    return [each.option for each in decision.options if each.modelled]
+
+
+def test_a_run_takes_the_decided_options(small):
+    asked = replace(small, options=OPEN)
+    scene = Scene(asked, nvh.DRAFT)
+    assert scene.gearbox.options == modelled(asked, nvh.DRAFT).case.options
+    assert scene.gearbox.gearbox.flexible_shafts
+    assert decided(small, nvh.DRAFT) is small
+
+
+def test_options_stated_by_hand_stay_and_are_named(small):
+    asked = replace(small, options=replace(OPEN, flexible_shafts=False, friction=0.08))
+    decision = modelled(asked, nvh.DRAFT)
+    assert decision.case.options.friction == 0.08
+    assert not decision.case.options.flexible_shafts
+    assert [each.option for each in decision.against_estimate] == ["flexible_shafts"]
+    assert "left out by the case, would change the sound: -2" in "\n".join(decision.lines)
+
+
+def test_compared_cases_are_modelled_alike(small, stiff):
+    soft, stout = (replace(case, options=OPEN) for case in (small, stiff))
+    assert "flexible_shafts" not in _on(modelled(stout, nvh.DRAFT))
+    both = modelled_alike([stout, soft], nvh.DRAFT)
+    assert both["stiff"].case.options == both["single-stage"].case.options
+    assert "flexible_shafts" in _on(both["stiff"])
+    stated = modelled_alike([stout, soft, replace(small, name="rigid", options=Options())], nvh.DRAFT)
+    assert not any(_on(decision) for decision in stated.values())
+    assert stated["stiff"].options[0].asked == "rigid"
+
+
+def test_idle_gears_and_coasting_have_no_friction(small):
+    coasting = replace(small, options=OPEN, operation=replace(small.operation, input_torque=-60.0))
+    found = {each.option: each for each in modelled(coasting, nvh.DRAFT).options}
+    assert "drive flanks" in found["friction"].note
+    assert found["flexible_shafts"].modelled
+    idle = replace(small, options=OPEN, operation=replace(small.operation, input_torque=0.0, mesh_torque=20.0))
+    assert not _on(modelled(idle, nvh.DRAFT))
+
+
+def test_shafts_without_segments_are_not_bent(small):
+    bare = [replace(shaft, segments=()) for shaft in small.shafts]
+    found = {o.option: o for o in modelled(replace(small, options=OPEN, shafts=tuple(bare)), nvh.DRAFT).options}
+    assert "cannot be modelled" in found["flexible_shafts"].note
+
+
+def test_other_words_than_auto_are_refused():
+    with pytest.raises(InputError, match="tilt = 'maybe'"):
+        Options(tilt="maybe")
+
+
+def test_distance_of_spectra_sees_exchanged_orders():
+    first, second = np.array([[1.0, 0.1]]), np.array([[0.1, 1.0]])
+    assert level_change(first, second) == pytest.approx(0.0)
+    assert spectral_distance(first, second) == pytest.approx(10.0)
+    assert spectral_distance(first, 2.0 * first) == pytest.approx(level_change(first, 2.0 * first))
+
+
+def test_linear_orders_are_those_of_the_time_loop(small):
+    """With a law that is linear in the deflection and a swing of 1 %, friction and shuttling included."""
+    knobs = replace(nvh.DRAFT.dynamics, time_step=5e-6, settle_level=1e-6)
+    pair, force = small.pairs[0], small.mesh_forces[0]
+    angle = np.arange(32) * pair.mesh_period / 32
+    swing, reach = np.cos(2 * np.pi * np.arange(32) / 32 + 0.3), np.linspace(-60e-6, 60e-6, 9)
+    k, rest = 3e8, force / 3e8
+    moved = 1e-2 * rest * swing
+    law = gear.tabulated(pair, angle, reach, k * (reach[None, :] - moved[:, None]))
+    mesh = replace(
+        small.gearbox.meshes[0],
+        friction=dynamics.MeshFriction(0.05, pair.mesh_period, angle, 0.2 * swing, 2e-3 * swing),
+        load_centre=dynamics.LoadCentre(pair.mesh_period, angle, 1e-3 * swing),
+    )
+    box = replace(small.gearbox_with_gears, meshes=(mesh,), flexible_shafts=True)
+    speed = small.operation.input_speed
+    common = {"input_torque": small.operation.input_torque, "fidelity": knobs}
+    found = dynamics.order_forces(box, [law], None, [rest + moved], input_speeds=[speed], **common)
+    record = dynamics.bearing_forces(box, [law], None, input_speed=speed, f_max=4000.0, duration=0.0, **common)
+    lines = 2 * np.fft.rfft(record.force, axis=0) / len(record.force)
+    first = lines[round(20 * record.time[1] * len(record.time) * speed / (2 * np.pi))].ravel()
+    assert np.abs(first - found.force[0, 0]).max() < 0.02 * np.abs(first).max()

@@ -27,7 +27,7 @@ from nvhchain.case.operation import (
     Ramp,
     TorqueRamp,
 )
-from nvhchain.case.options import AUTO, DECIDABLE, OFF, ON, Options
+from nvhchain.case.options import AUTO, DECIDABLE, OFF, ON, PLAIN, Options
 from nvhchain.case.radiator import RadiatorCase
 from nvhchain.case.sound import BackgroundLevels, RecordedBackground, Target
 from nvhchain.case.toml import case_schema, save_case
@@ -38,6 +38,7 @@ __all__ = [
     "FIELD_POINT_QUANTITIES",
     "OFF",
     "ON",
+    "PLAIN",
     "RADIATED",
     "BackgroundLevels",
     "Band",

@@ -59,12 +59,12 @@ class Options:
     estimated effect exceeds the tolerance of the fidelity. Until then it counts as off.
     """
 
-    friction: float | Literal["auto"] = 0.0
-    shuttling: bool | Literal["auto"] = False
-    tilt: bool | Literal["auto"] = False
-    loaded_misalignment: bool | Literal["auto"] = False
-    flexible_shafts: bool | Literal["auto"] = False
-    gyroscopic: bool | Literal["auto"] = False
+    friction: float | Literal["auto"] = AUTO
+    shuttling: bool | Literal["auto"] = AUTO
+    tilt: bool | Literal["auto"] = AUTO
+    loaded_misalignment: bool | Literal["auto"] = AUTO
+    flexible_shafts: bool | Literal["auto"] = AUTO
+    gyroscopic: bool | Literal["auto"] = AUTO
     rigid_housing: bool = False
 
     def __post_init__(self) -> None:
@@ -114,3 +114,7 @@ class Options:
     def load_distribution(self) -> bool:
         """True where friction or shuttling needs the place of the load on the flanks."""
         return self.models("friction") or self.models("shuttling")
+
+
+PLAIN = Options(**OFF)
+"""Plain model: rigid shafts, loads at mid-width, no friction."""

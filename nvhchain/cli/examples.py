@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import tomllib
 from pathlib import Path
 
 import nvhchain
+from nvhchain.case.options import DECIDABLE
 from nvhchain.errors import InputError
 
 EXAMPLES = {
@@ -20,6 +22,10 @@ EXAMPLES = {
     "radiator": ("sphere/on_floor.toml", "a small sphere above a floor: acoustics alone"),
 }
 """Name of an example → (file, what it is)."""
+
+
+OF_ONES_OWN = ("single-stage", "rattle", "bearings")
+"""Examples to change into a gearbox of one's own: their options decide themselves. Others keep their assumptions."""
 
 
 def copy_example(name: str, folder: Path) -> list[Path]:
@@ -58,9 +64,19 @@ def copy_example(name: str, folder: Path) -> list[Path]:
         shutil.copyfile(source, target)
     for source, target in zip(sources, targets, strict=False):
         text = source.read_text(encoding="utf-8")
+        if name in OF_ONES_OWN:
+            text = _opened(text)
         target.write_text(f"#:schema ./{FILE_NAME}\n{text}", encoding="utf-8")
     (folder / FILE_NAME).write_text(schema_text(), encoding="utf-8")
     return targets
+
+
+def _opened(text: str) -> str:
+    """Return a case file whose options decide themselves."""
+    block = re.compile(r"^\[options\].*?\n\n", re.MULTILINE | re.DOTALL)
+    values = "".join(f'{name} = "auto"\n' for name in DECIDABLE)
+    title = "[options] # on, off, or `auto`: modelled where `nvhchain plan` finds that it matters\n"
+    return block.sub(f"{title}{values}\n", text)
 
 
 def examples_folder() -> Path:

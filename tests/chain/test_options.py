@@ -8,7 +8,7 @@ import pytest
 
 import nvhchain as nvh
 from nvhchain import dynamics, gear
-from nvhchain.case import Options
+from nvhchain.case import PLAIN
 from nvhchain.chain.loaded import loaded_case
 from nvhchain.cli import main
 from nvhchain.errors import InputError
@@ -216,8 +216,8 @@ def test_nonsense_is_refused(load, text, message):
 
 
 def test_a_case_without_the_table_has_none_of_them(load):
-    assert load().options == Options()
-    assert load("[options]\nfriction = 0.06").options == Options(friction=0.06)
+    assert load().options == PLAIN
+    assert load("[options]\nfriction = 0.06").options == replace(PLAIN, friction=0.06)
 
 
 def test_the_contact_problem_in_the_loop_is_refused_before_any_work(run, record):

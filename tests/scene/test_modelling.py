@@ -7,12 +7,12 @@ import pytest
 
 import nvhchain as nvh
 from nvhchain import dynamics, gear
-from nvhchain.case import AUTO, DECIDABLE, Options
+from nvhchain.case import DECIDABLE, PLAIN, Options
 from nvhchain.errors import InputError
 from nvhchain.scene import Scene, decided, modelled, modelled_alike
 from nvhchain.scene.linear_level import LinearGearbox, level_change, spectral_distance
 
-OPEN = Options(**dict.fromkeys(DECIDABLE, AUTO))
+OPEN = Options()
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +82,7 @@ def test_compared_cases_are_modelled_alike(small, stiff):
     both = modelled_alike([stout, soft], nvh.DRAFT)
     assert both["stiff"].case.options == both["single-stage"].case.options
     assert "flexible_shafts" in _on(both["stiff"])
-    stated = modelled_alike([stout, soft, replace(small, name="rigid", options=Options())], nvh.DRAFT)
+    stated = modelled_alike([stout, soft, replace(small, name="rigid", options=PLAIN)], nvh.DRAFT)
     assert not any(_on(decision) for decision in stated.values())
     assert stated["stiff"].options[0].asked == "rigid"
 

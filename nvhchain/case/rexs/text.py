@@ -8,6 +8,7 @@ from dataclasses import fields
 from math import degrees, pi
 
 from nvhchain.case.gearbox import USUAL_DAMPING
+from nvhchain.case.options import DECIDABLE
 from nvhchain.case.rexs.model import ImportedCase, Support, microphone
 from nvhchain.case.rexs.rolling import RollingModel
 from nvhchain.case.toml.meanings import type_name
@@ -102,8 +103,8 @@ def _head(case: ImportedCase, name: str, source: str, *, rigid: bool) -> str:
         f"high = {high:g}",
         f"resolution = {step:g}",
         "",
-        "[options]",
-        "flexible_shafts = true",
+        "[options] # modelled where `plan` finds that it matters",
+        *(f'{name} = "auto"' for name in DECIDABLE),
     ]
     if rigid:
         lines.append("rigid_housing = true # bearing forces on fixed seats; without it the housing below takes part")

@@ -12,7 +12,7 @@ from nvhchain import housing
 from nvhchain.case.bodies import Extent
 from nvhchain.case.checks.fit import radius_at
 from nvhchain.case.checks.names import nearest
-from nvhchain.case.housing import Housing
+from nvhchain.case.housing import Housing, lowest_wall_frequency
 from nvhchain.errors import InputError, require
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import ReducedHousing
@@ -153,6 +153,11 @@ class Casting(housing.Casting, Housing):
         free = pi * housing.envelope_area(self) / bending_wavelength(self, knobs.mode_ratio * case.band.high) ** 2
         ribbed = self.side_ribs > 0 or self.spokes > 0
         return max(1.0, free - (_EDGES_OF_RIBBED_WALLS if ribbed else _EDGES_OF_PLAIN_WALLS) * sqrt(free))
+
+    def walls(self, case: GearboxCase) -> tuple[float, float]:
+        """Return outer area (m²) and lowest frequency (Hz) of the walls, as plates of a sixth of the area."""
+        area = housing.envelope_area(self)
+        return area, lowest_wall_frequency(area, bending_wavelength(self, 1e3))
 
     def extent(self, case: GearboxCase, knobs: HousingFidelity, *, driven: bool) -> Extent:
         """Estimate area and unknowns before anything is meshed."""

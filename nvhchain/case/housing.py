@@ -20,6 +20,9 @@ ELEMENT_KNOBS = frozenset({"element_size", "elements_per_turn"})
 _MODES_AT_6_KHZ = 60
 """Estimate of the modes below 6.25 kHz, fitted to the runs in docs/measured/chain/plan.md."""
 
+_USUAL_WAVELENGTH = 0.244
+"""Bending wavelength (m) at 1 kHz of 6 mm of aluminium."""
+
 
 class Housing(Protocol):
     """A kind of housing that a gearbox can have; defaults are those of a housing from a file."""
@@ -55,6 +58,21 @@ class Housing(Protocol):
         """Estimate the number of modes up to the limit of the reduction, which grows about with frequency."""
         return _MODES_AT_6_KHZ * knobs.mode_ratio * case.band.high / 6250.0
 
+    def walls(self, case: GearboxCase) -> tuple[float, float]:
+        """Estimate outer area (m²) and lowest frequency (Hz) of the walls, before any file is read.
+
+        Notes
+        -----
+        The housing is a box around shafts and gears with walls of cast aluminium, 6 mm thick. A wall is a simply
+        supported plate of a sixth of the area A: its lowest bending wave has λ² = A/3.
+        """
+        reach = max(gear.geometry.pitch_radius for gear in case.gears)
+        x, y = ([shaft.axis[i] for shaft in case.shafts] for i in (0, 1))
+        z = [bearing.z for bearing in case.bearings]
+        sides = [max(x) - min(x) + 2 * reach, max(y) - min(y) + 2 * reach, max(z) - min(z)]
+        area = 2.0 * (sides[0] * sides[1] + sides[1] * sides[2] + sides[2] * sides[0])
+        return area, lowest_wall_frequency(area, _USUAL_WAVELENGTH)
+
     def extent(self, case: GearboxCase, knobs: HousingFidelity, *, driven: bool) -> Extent:
         """Return the size of the housing; its file is read and checked against the case.
 
@@ -71,6 +89,11 @@ class Housing(Protocol):
         self, case: GearboxCase, contents: tuple[Any, ...], face_size: float, knobs: HousingFidelity, progress: Any
     ) -> ReducedHousing:
         """Reduce the housing to its modes at the bearing seats and on the radiating surface."""
+
+
+def lowest_wall_frequency(area: float, wavelength: float) -> float:
+    """Return the lowest frequency (Hz) of walls of an outer area (m²) from their bending wavelength (m) at 1 kHz."""
+    return 3e3 * wavelength**2 / area
 
 
 def require_support(case: GearboxCase, why: str, supported: bool) -> None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cached_property
 
+import numpy as np
+
 from nvhchain import levels
 from nvhchain.case import Case, GearboxCase
 from nvhchain.chain.display import ResultPlots, html, summary
@@ -30,6 +32,9 @@ from nvhchain.handoff import (
 )
 from nvhchain.scene import Modelling, Scene, modelled
 from nvhchain.scene.steps import BEARING_FORCES
+
+OPTIONS_LEFT_OUT = "options left out"
+"""Source of error of the options that the program left out."""
 
 _BANDS_FROM = {"radiation_efficiency": ("sound_power",), "directivity": ("pressure", "sound_power")}
 """Quantities without confidence limits of their own → the quantities from which they inherit them."""
@@ -119,7 +124,7 @@ class Result:
         Supplied mesh laws, forces and housings count as exact. InputError without a sound pressure.
         """
         self._check_field_points()
-        return BANDS["pressure"](self)
+        return self._widened(BANDS["pressure"](self))
 
     @cached_property
     def error_bands(self) -> dict[str, ErrorBand | RunUpBand]:
@@ -127,9 +132,21 @@ class Result:
 
         Radiation efficiency and directivity inherit those of sound power and pressure.
         """
-        makers = dict(BANDS) | {"pressure": lambda run: run.error_band}
         parts = [part for quantity in self.case.quantities for part in _BANDS_FROM.get(quantity, (quantity,))]
-        return {part: makers[part](self) for part in dict.fromkeys(parts)}
+        return {
+            part: self.error_band if part == "pressure" else self._widened(BANDS[part](self))
+            for part in dict.fromkeys(parts)
+        }
+
+    def _widened(self, band: ErrorBand | RunUpBand) -> ErrorBand | RunUpBand:
+        """Return a band that includes the options that the program left out; those that a case states do not count."""
+        left = self.decision
+        if left is None or left.left_out_distance_db == 0.0:
+            return band
+        if isinstance(band, RunUpBand) or self.force_spectrum is None or not self.force_spectrum.input_speed:
+            return band.widened(OPTIONS_LEFT_OUT, left.left_out_error())
+        orders = 2 * np.pi * band.frequency / self.force_spectrum.input_speed
+        return band.widened(OPTIONS_LEFT_OUT, left.left_out_error(orders))
 
     @cached_property
     def modelling(self) -> Modelling | None:

@@ -236,6 +236,8 @@ def run(options: argparse.Namespace) -> int:
     options.answer["targets"] = judged
     show(f"Figures, sound and tables: {write_run(result, out, states, watcher)}")
     _show_assumptions(case)
+    for sentence in result.modelling.sentences if result.modelling is not None else ():
+        show(f"{case.name}: {sentence}")
     return show_targets({case.name: judged}, enforce=options.enforce)
 
 
@@ -295,6 +297,8 @@ def compare(options: argparse.Namespace) -> int:
         show(sentence)
     for case in cases:
         _show_assumptions(case)
+        for sentence in summary["modelling"].get(case.name, {}).get("sentences", ()):
+            show(f"{case.name}: {sentence}")
     show(f"Figures, sound and tables: {out / 'report.html'}")
     judged = {name: of.get("targets", []) for name, of in summary["configurations"].items()}
     return show_targets(judged, enforce=options.enforce)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -43,6 +43,24 @@ class ErrorBand:
     sources: Mapping[str, FloatArray]
     reference: float = REFERENCE_PRESSURE
     weighted: bool = True
+
+    def widened(self, source: str, relative: FloatArray | float) -> ErrorBand:
+        """Return the band with one more source of error.
+
+        Parameters
+        ----------
+        source : str
+            Name of the source.
+        relative : float or (n_f,) array
+            Error of every line, relative to its amplitude.
+
+        Returns
+        -------
+        ErrorBand
+            Wider band.
+        """
+        each = np.broadcast_to(np.asarray(relative, dtype=float), self.frequency.shape)
+        return replace(self, sources={**self.sources, source: each[:, None] * self.amplitude})
 
     @property
     def pressure(self) -> FloatArray:

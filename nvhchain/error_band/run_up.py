@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -58,6 +58,27 @@ class RunUpBand:
     speed_levels: FloatArray
     limits: FloatArray
     bands: tuple[ErrorBand, ...]
+
+    def widened(self, source: str, relative: float) -> RunUpBand:
+        """Return the band with one more source of error, relative to the amplitudes at all speeds.
+
+        Parameters
+        ----------
+        source : str
+            Name of the source.
+        relative : float
+            Relative error.
+
+        Returns
+        -------
+        RunUpBand
+            Wider band.
+        """
+        bands = tuple(band.widened(source, relative) for band in self.bands)
+        before, after = (np.array([band.overall for band in of]) for of in (self.bands, bands))
+        known = np.isfinite(before)
+        moved = np.where(known, after, 0.0) - np.where(known, before, 0.0)
+        return replace(self, limits=self.limits + moved, bands=bands)
 
     @property
     def level(self) -> FloatArray:

@@ -1,7 +1,7 @@
 """Level of a gearbox linearised at its mean load, with any set of options, in fractions of a second.
 
 It stands for the sound before anything long is computed: the A-weighted power of all alternating bearing forces in the
-band. docs/decisions/0017-options-decide-themselves.md has the reasons and the limits of this estimate.
+band, as walls radiate it. docs/decisions/0017-options-decide-themselves.md has its reasons and limits.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ MICRORADIAN = 6
 """Decimal digits of the tilt of gears under load (rad)."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class LinearGearbox:
     """Gearbox of a case on rigid seats, linearised at its mean load.
 
@@ -45,9 +45,12 @@ class LinearGearbox:
     ----------
     case : GearboxCase
         Case; its own options do not count.
+    orders : (n_order,) array
+        Orders of the input, known from the first power on.
     """
 
     case: GearboxCase
+    orders: FloatArray = field(default_factory=lambda: np.zeros(0), init=False)
     _periods: dict[tuple[int, tuple[float, float]], MeshPeriod] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
@@ -65,7 +68,7 @@ class LinearGearbox:
 
     @one_blas_thread
     def power(self, options: Options) -> FloatArray:
-        """Return the A-weighted power of all bearing forces with some options.
+        """Return the A-weighted power that stands for the sound with some options.
 
         Parameters
         ----------
@@ -75,7 +78,7 @@ class LinearGearbox:
         Returns
         -------
         (n_speed, n_order) array
-            Sum over bearings and directions (N²); 0 outside the band.
+            Sum over bearings and directions (N²), weighted by the walls; 0 outside the band.
 
         Raises
         ------
@@ -96,10 +99,21 @@ class LinearGearbox:
             input_speeds=self.speeds,
             fidelity=STANDARD.dynamics,
         )
+        self.orders = found.order
         frequency = np.outer(self.speeds, found.order) / (2.0 * np.pi)
         inside = (frequency >= band.low) & (frequency <= band.high)
-        weight = 10.0 ** (0.1 * levels.a_weighting(np.where(inside, frequency, 1e3)))
+        weight = 10.0 ** (0.1 * levels.a_weighting(np.where(inside, frequency, 1e3))) * self._walls(frequency)
         return np.asarray((np.abs(found.force) ** 2).sum(axis=2) * np.where(inside, weight, 0.0))
+
+    def _walls(self, frequency: FloatArray) -> FloatArray:
+        """Return the power that walls radiate per squared force, relative to large walls above their first mode.
+
+        Below their first mode walls are springs: velocity rises with frequency. A body small against the wavelength
+        radiates little: the efficiency is that of a pulsating sphere of the same area.
+        """
+        area, lowest = self.case.housing.walls(self.case)
+        small = np.pi * frequency**2 * area / self.case.air.speed_of_sound**2  # (k a)² of the sphere
+        return np.asarray(np.minimum(1.0, frequency / lowest) ** 2 * small / (1.0 + small))
 
     def _tilts(self, plain: tuple[Gearbox, list[MeshLaw], list[Any]]) -> FloatArray:
         gearbox, laws, _ = plain

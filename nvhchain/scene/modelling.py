@@ -18,6 +18,12 @@ from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import FloatArray
 from nvhchain.scene.linear_level import LinearGearbox, level_change, spectral_distance
 
+ORDER_TOLERANCE = 1e-6
+"""Relative difference of orders that count as equal."""
+
+LARGEST_CHANGE = 10.0
+"""Largest relative change of an order by what is left out; the order is then silent in the chosen model."""
+
 DECIMALS = 3
 """Decimal digits of estimates (dB). Rounding of another machine then decides alike."""
 
@@ -98,6 +104,8 @@ class Modelling:
         Level of the model with all open options over that of the chosen model (dB).
     left_out_distance_db : float
         Distance of their spectra (dB).
+    left_out_orders : tuple of (float, float)
+        Order of the input → relative change of its amplitude by what is left out, at constant speed.
     """
 
     case: GearboxCase
@@ -105,6 +113,27 @@ class Modelling:
     options: tuple[OptionEstimate, ...]
     left_out_db: float = 0.0
     left_out_distance_db: float = 0.0
+    left_out_orders: tuple[tuple[float, float], ...] = ()
+
+    def left_out_error(self, orders: FloatArray | None = None) -> Any:
+        """Return the estimated error by the options that the program left out, relative to the amplitude.
+
+        Parameters
+        ----------
+        orders : (n,) array, optional
+            Orders of the input. Those of no mesh have the mean error.
+
+        Returns
+        -------
+        float or (n,) array
+            Relative error.
+        """
+        mean = 10.0 ** (self.left_out_distance_db / 20.0) - 1.0
+        if orders is None or not self.left_out_orders:
+            return mean if orders is None else np.full(np.shape(orders), mean)
+        known, error = np.array(self.left_out_orders).T
+        nearest = np.abs(orders[:, None] - known).argmin(axis=1)
+        return np.where(np.abs(orders - known[nearest]) < ORDER_TOLERANCE * orders, error[nearest], mean)
 
     @property
     def lines(self) -> tuple[str, ...]:
@@ -118,6 +147,19 @@ class Modelling:
             each for each in self.options if each.stated and not each.modelled and each.distance_db > self.tolerance_db
         )
 
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """Decision in words, and every option that the case leaves out against its estimate."""
+        auto = [each for each in self.options if not each.stated]
+        found = []
+        if auto:
+            on = ", ".join(f"{each.option} {each.level_db:+z.1f} dB" for each in auto if each.modelled)
+            off = ", ".join(each.option for each in auto if not each.modelled)
+            parts = [f"modelled: {on or 'no option'}"]
+            parts += [f"left out: {off}, in all {self.left_out_db:+z.1f} dB"] if off else []
+            found.append("; ".join(parts))
+        return (*found, *(each.line(self.tolerance_db) for each in self.against_estimate))
+
     def values(self) -> dict[str, Any]:
         """Return the decision for JSON files.
 
@@ -130,6 +172,7 @@ class Modelling:
             "tolerance_db": self.tolerance_db,
             "left_out_db": self.left_out_db,
             "left_out_distance_db": self.left_out_distance_db,
+            "sentences": list(self.sentences),
             "options": [
                 {
                     "option": each.option,
@@ -270,7 +313,8 @@ def _described(
             level, distance = linear.change(without, with_it), linear.distance(without, with_it)
         found.append(OptionEstimate(name, asked.get(name, stated), on, level, distance, note))
     case = replace(linear.case, options=chosen) if linear.case.options != chosen else linear.case
-    return Modelling(case, tolerance, tuple(found), linear.change(chosen, full), linear.distance(chosen, full))
+    left, far = linear.change(chosen, full), linear.distance(chosen, full)
+    return Modelling(case, tolerance, tuple(found), left, far, linear.order_changes(chosen, full))
 
 
 def _switched_on(names: Sequence[str]) -> dict[str, Any]:
@@ -332,6 +376,16 @@ class _Estimates:
 
     def distance(self, before: Options, after: Options) -> float:
         return self._compared(spectral_distance, before, after)
+
+    def order_changes(self, before: Options, after: Options) -> tuple[tuple[float, float], ...]:
+        """Return order → relative change of its amplitude, for the orders in the band; none for a run-up."""
+        if before == after or len(self._linear.speeds) > 1:
+            return ()
+        first, second = self.power(before)[0], self.power(after)[0]
+        heard = np.maximum(first, second) > 0.0
+        change = np.abs(np.sqrt(second[heard] / np.maximum(first[heard], 1e-300)) - 1.0)
+        capped = np.round(np.minimum(change, LARGEST_CHANGE), DECIMALS + 1)
+        return tuple(zip(self._linear.orders[heard].tolist(), capped.tolist(), strict=True))
 
     def _compared(self, measure: Any, before: Options, after: Options) -> float:
         if before == after:

@@ -13,6 +13,7 @@ from nvhchain.report.page.sections import (
     making,
     run_up,
     spectrum,
+    steady_states,
     transmission_errors,
 )
 from nvhchain.report.page.sections.listening import hearing, microphones, sound, targets

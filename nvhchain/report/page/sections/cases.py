@@ -1,4 +1,4 @@
-"""Values of the cases, and those that differ."""
+"""Options of the cases with their estimates, values of the cases, and those that differ."""
 
 from __future__ import annotations
 
@@ -14,6 +14,37 @@ ABSENT = "–"
 
 
 def blocks(stored: Stored) -> list[Any]:
+    """Return the options that were modelled, the values that differ between the cases, and all values."""
+    return [*_options(stored), *_values(stored)]
+
+
+def _options(stored: Stored) -> list[Any]:
+    """Return the decision of the options, and the estimate of each."""
+    decisions = {run.name: of for run in stored.runs if (of := stored.summary.get("modelling", {}).get(run.name))}
+    rows = [
+        (
+            name,
+            each["option"],
+            "modelled" if each["modelled"] else "left out",
+            "its estimate" if each["asked"] == "auto" else f"the case: {each['asked']}",
+            f"{each['level_db']:+.1f}" if "level_db" in each else "",
+            f"{each['distance_db']:.1f}" if "distance_db" in each else each["note"],
+        )
+        for name, of in decisions.items()
+        for each in of["options"]
+    ]
+    if not rows:
+        return []
+    caption = (
+        "Options of the dynamics: estimated effect on the gearbox linearised at its mean load, each on top of what "
+        "is modelled."
+    )
+    head = ("configuration", "option", "outcome", "decided by", "level / dB", "orders / dB")
+    sentences = [Text(f"{name}: {sentence}.") for name, of in decisions.items() for sentence in of["sentences"]]
+    return [*sentences, Table(head, rows, caption, numbers=4)]
+
+
+def _values(stored: Stored) -> list[Any]:
     """Return the values that differ between the cases, and all values."""
     values = {run.name: run.case["values"] for run in stored.runs if run.case.get("values")}
     if not values:

@@ -19,6 +19,7 @@ MEANINGS = {
     "quadrature": "integration over the surface elements",
     "cancellation": "parts of the motion that cancel each other",
     "time step": "time step of the dynamics",
+    "options left out": "options of the dynamics whose estimated effect is below the tolerance of the fidelity",
     "settling": "rest of the transient in the steady state",
 }
 """Source of error → its meaning."""

@@ -81,7 +81,7 @@ def steady_map(
     Notes
     -----
     Lines whose A-weighted bearing force is 60 dB below the strongest are left out. Confidence limits of single states
-    are not computed: `run` gives them. States run on as many threads as there are cores.
+    are not computed: `run` gives them. With `loaded_misalignment`, other torques have mesh laws of their own. States run on as many threads as there are cores.
     """
     case = result.case
     check_states(case, speeds, torques)
@@ -144,15 +144,14 @@ def check_states(case: Case, speeds: ArrayLike, torques: ArrayLike | None = None
     )
     count = len(speed) * (1 if torques is None else len(_ascending(torques)))
     require(count <= MOST_POINTS, f"{count} states are more than {MOST_POINTS}: take fewer speeds or torques")
-    if case.options.loaded_misalignment and torques is not None:
-        raise InputError(
-            f"{case.name}: with options.loaded_misalignment the mesh laws change with the torque: use `nvhchain study`"
-        )
 
 
 def _heard(case: GearboxCase, result: Result) -> tuple[FloatArray, FloatArray]:
     """Return levels (n_point,) dB(A) and swings of the transmission errors (n_stage,) m of one state."""
-    made = run(case, fidelity=result.fidelity, mesh_laws=result.mesh_laws, housing=result.housing)
+    assert isinstance(result.case, GearboxCase)
+    as_drawn = not case.options.loaded_misalignment or case.static_torque == result.case.static_torque
+    laws = result.mesh_laws if as_drawn else None
+    made = run(case, fidelity=result.fidelity, mesh_laws=laws, housing=result.housing)
     forces, spectrum, reduced, vectors = (
         made.bearing_forces,
         made.force_spectrum,

@@ -1,7 +1,7 @@
 """Deviations of every flank of a gear from its drawing: material added, along the flank's normal.
 
 Teeth count in the order in which they come into mesh.  Amounts are > 0 where material is added, so that the flank meets
-its mate earlier.  `docs/decisions/0017` has the equations.
+its mate earlier.  `docs/decisions/0018` has the equations.
 """
 
 from __future__ import annotations

@@ -80,8 +80,9 @@ def steady_map(
 
     Notes
     -----
-    Lines whose A-weighted bearing force is 60 dB below the strongest are left out. Confidence limits of single states
-    are not computed: `run` gives them. With `loaded_misalignment`, other torques have mesh laws of their own. States run on as many threads as there are cores.
+    Lines whose A-weighted bearing force is 60 dB below the strongest are left out. Single states have no confidence
+    limits: `run` gives them. With `loaded_misalignment`, other torques have mesh laws of their own. States run on as
+    many threads as there are cores.
     """
     case = result.case
     check_states(case, speeds, torques)

@@ -1,4 +1,4 @@
-"""What leaves the factory: percentiles of responses, shares that fail a target, and tolerances by their effect."""
+"""Scatter of production: percentiles of responses, shares that fail a target, and tolerances by their effect."""
 
 from __future__ import annotations
 

@@ -184,7 +184,6 @@ def run(options: argparse.Namespace) -> int:
     from nvhchain.error_band import ErrorBand, format_level, format_parts, save_error_bands
     from nvhchain.files import hdf5
     from nvhchain.report import recorded_case, write_run
-    from nvhchain.report.sound.targets import judge
     from nvhchain.scene import preflight
 
     case = load_case(options.case, changes=_case_changes(options))
@@ -232,13 +231,14 @@ def run(options: argparse.Namespace) -> int:
         if isinstance(band, ErrorBand):
             parts = format_parts([(source, share[0], frequency[0]) for source, share, frequency in band.parts])
             show(f"Limits at {case.field_points[0].name}: {parts or 'narrow'}")
-    judged = judge(result)
-    options.answer["targets"] = judged
     show(f"Figures, sound and tables: {write_run(result, out, states, watcher)}")
     _show_assumptions(case)
     for sentence in result.modelling.sentences if result.modelling is not None else ():
         show(f"{case.name}: {sentence}")
-    return show_targets({case.name: judged}, enforce=options.enforce)
+    summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    judged = {name: of.get("targets", []) for name, of in summary["configurations"].items()}
+    options.answer["targets"] = judged[case.name]
+    return show_targets(judged, enforce=options.enforce)
 
 
 def record(options: argparse.Namespace) -> int:

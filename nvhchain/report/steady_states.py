@@ -47,7 +47,7 @@ def steady_maps(
     Returns
     -------
     dict
-        Configuration → {`speed_rpm`, `torque_Nm`, `level_dBA` (torque, speed) at the first field point, `failed`}.
+        Configuration → {`field_point`, `speed_rpm`, `torque_Nm`, `level_dBA` (torque, speed) there, `failed`}.
     """
     watching, maps = watcher or Unwatched(), dict[str, SteadyMap]()
     for name, result in results.items():
@@ -60,7 +60,7 @@ def steady_maps(
         place = next(iter(results.values())).case.field_points[0].name
         profiles = {name: {f"dB(A) at {place}": (of.speed, of.level[0, :, 0])} for name, of in maps.items()}
         save(plots.levels_over_speed(profiles), out / FIGURE)
-    return {name: _summary(of) for name, of in maps.items()}
+    return {name: _summary(of, results[name].case.field_points[0].name) for name, of in maps.items()}
 
 
 def _table(results: Mapping[str, Result], maps: Mapping[str, SteadyMap]) -> str:
@@ -81,8 +81,9 @@ def _row(cells: Sequence[str]) -> str:
     return ",".join(f'"{cell}"' if "," in cell else cell for cell in cells)
 
 
-def _summary(of: SteadyMap) -> dict[str, Any]:
+def _summary(of: SteadyMap, field_point: str) -> dict[str, Any]:
     return {
+        "field_point": field_point,
         "speed_rpm": [round(float(speed) * _RPM, 6) for speed in of.speed],
         "torque_Nm": [float(torque) for torque in of.torque],
         "level_dBA": [[float(x) if np.isfinite(x) else None for x in row] for row in of.level[:, :, 0]],

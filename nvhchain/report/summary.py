@@ -66,6 +66,9 @@ def write_summary(
         summary["configurations"][name]["sound"] = dict(sound)
     for name, states in (maps or {}).items():
         summary["configurations"][name]["steady_states"] = dict(states)
+    for name, result in results.items():
+        if result.case.targets:
+            summary["configurations"][name]["targets"] = judge(result, (maps or {}).get(name))
     write_text(out / "summary.json", json.dumps(summary, indent=1) + "\n")
     return summary
 
@@ -86,8 +89,6 @@ def _configurations(results: Mapping[str, Result]) -> dict[str, Any]:
             "slot_orders": slot_orders(result.case),
             "transmission_errors": _transmission_errors(result),
         }
-        if result.case.targets:
-            found[name]["targets"] = judge(result)
     first, *others = results
     for name in others:
         found[name] |= _difference(results[first], results[name])

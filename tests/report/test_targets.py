@@ -126,3 +126,26 @@ def test_failed_target_ends_an_enforced_run_with_exit_code_3(request, tmp_path, 
     page = (tmp_path / "report.html").read_text()
     assert "✓ passed" in page
     assert "pulsating-sphere passes target loud:" in page
+
+
+def test_curve_over_speed_judges_further_steady_speeds_with_the_limits_of_the_own_one():
+    band = steady_band()
+    level, (low, high) = float(band.level[0]), band.overall[0]
+    own, pressure = 2000 * RPM, SimpleNamespace(input_speed=2000 * RPM)
+    target = Target("map", (level, level), input_speed=(1000 * RPM, 3000 * RPM))
+    states = {
+        "field_point": "rear",
+        "speed_rpm": [500.0, 1500.0, 2000.0, 2500.0],
+        "torque_Nm": [10.0, 60.0],
+        "level_dBA": [[0.0] * 4, [level + 9, level - 3, level, level + 2]],
+    }
+    made = run((target,), band, pressure=pressure)
+    made.case.static_torque = 60.0
+    (alone,) = judge(made)
+    assert [of["axis"] for of in alone["points"]] == pytest.approx([own / RPM])
+    (found,) = judge(made, states)
+    assert [of["axis"] for of in found["points"]] == pytest.approx([1500.0, 2000.0, 2500.0])
+    assert found["points"][2]["limits_dB"] == pytest.approx([low + 2, high + 2])
+    assert (found["passed"], found["limits_of_own_speed"]) == (False, True)
+    assert found["margin_dB"] == pytest.approx(-2.0)
+    assert found["at"] == "2500 rpm"

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import inf, log10, pi
+from math import inf, isclose, log10, pi
 from typing import Any
 
 import numpy as np
 
-from nvhchain.case import Target
+from nvhchain.case import Case, Target
 from nvhchain.chain.result import Result
 from nvhchain.error_band import ErrorBand, RunUpBand, pass_probability
 from nvhchain.error_band.band import SILENT_LEVEL
@@ -42,13 +42,15 @@ class _Judged:
         return pass_probability(self.level, self.limits, self.target)
 
 
-def judge(result: Result) -> list[dict[str, Any]]:
+def judge(result: Result, states: Mapping[str, Any] | None = None) -> list[dict[str, Any]]:
     """Judge the targets of a case by its results.
 
     Parameters
     ----------
     result : Result
         Result of a run.
+    states : mapping, optional
+        Its levels at further speeds (`steady_maps`), which a curve over speed judges as well.
 
     Returns
     -------
@@ -59,8 +61,17 @@ def judge(result: Result) -> list[dict[str, Any]]:
     -----
     The confidence of several speeds or frequencies is the least of them: errors of one step move all levels alike. If
     they were independent of each other it would be lower, at least `confidence_bound` = 1 − Σ(1 − p).
+
+    Levels at further speeds have no limits of their own. They are judged with the distances to the limits that the
+    level at the run's own speed has; `limits_of_own_speed` is then true.
     """
-    return [_entry(target, list(_points(target, result))) for target in result.case.targets]
+    found = []
+    for target in result.case.targets:
+        points = list(_points(target, result))
+        further = list(_further(target, points, states, result.case)) if states else []
+        every = sorted([*points, *further], key=lambda one: one.axis)
+        found.append(_entry(target, every) | ({"limits_of_own_speed": True} if further else {}))
+    return found
 
 
 def target_sentence(name: str, target: Mapping[str, Any]) -> str:
@@ -139,6 +150,26 @@ def _points(target: Target, result: Result) -> Iterator[_Judged]:
     speed = sound.input_speed if sound is not None else 0.0
     if target.input_speed[0] <= speed <= target.input_speed[-1]:
         yield _Judged(speed, level, limits, _interpolated(target.input_speed, target.level, speed))
+
+
+def _further(target: Target, points: Sequence[_Judged], states: Mapping[str, Any], case: Case) -> Iterator[_Judged]:
+    """Yield A-weighted levels at further speeds, of the first microphone and the case's torque."""
+    if not (target.input_speed and points and target.weighted and target.quantity == "pressure"):
+        return
+    if target.field_point and target.field_point != states["field_point"]:
+        return
+    torque = getattr(case, "static_torque", 0.0)
+    rows = [row for of, row in zip(states["torque_Nm"], states["level_dBA"], strict=True) if isclose(of, torque)]
+    if not rows:
+        return
+    (own,) = points
+    edges = [edge - own.level for edge in own.limits]
+    for rpm, level in zip(states["speed_rpm"], rows[0], strict=True):
+        speed = rpm * pi / 30
+        inside = target.input_speed[0] * (1 - 1e-9) <= speed <= target.input_speed[-1] * (1 + 1e-9)
+        if inside and level is not None and abs(speed - own.axis) > 1e-6 * speed:
+            limits = (level + edges[0], level + edges[1])
+            yield _Judged(speed, level, limits, _interpolated(target.input_speed, target.level, speed))
 
 
 def _run_up_points(target: Target, band: RunUpBand, place: int, result: Result) -> Iterator[_Judged]:

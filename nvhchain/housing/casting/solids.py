@@ -18,6 +18,9 @@ Solid = dict[str, Any]
 _CORNER = np.sqrt(2) - 1
 """Shift of the ends of a 45° chamfer over the wall thickness by which the wall is offset."""
 
+_TOUCHING = 1e-5
+"""Distance (m) below which two faces touch for the solid modeller, which joins neither."""
+
 
 def casting_recipe(casting: Casting, size: float, elements_per_turn: float) -> dict[str, Any]:
     """Return the recipe of the casting for quadratic tetrahedra of edge length `size` (m), or shorter if walls need it.
@@ -159,7 +162,14 @@ def _flange(casting: Casting) -> Solid:
 
 
 def _lugs(casting: Casting) -> list[Solid]:
-    return [_cylinder(point, 0.0, lug_height(casting), casting.lug_radius) for point in bolt_circle(casting)]
+    """Return the metal around the bolts; where it would just touch the side wall, it is wider by 20 µm.
+
+    A cylinder that touches the wall in a point, at the lug's top or the foot, leaves the solid modeller without a body.
+    """
+    top, reach = lug_height(casting), _foot(casting) + casting.flange_width - casting.lug_radius
+    touching = any(abs(casting.wall + _growth(casting, z) - reach) < _TOUCHING for z in (0.0, top))
+    radius = casting.lug_radius + (2 * _TOUCHING if touching else 0.0)
+    return [_cylinder(point, 0.0, top, radius) for point in bolt_circle(casting)]
 
 
 def _cylinder(centre: Sequence[float] | FloatArray, low: float, high: float, radius: float) -> Solid:

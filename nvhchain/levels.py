@@ -1,11 +1,13 @@
-"""Levels in decibels, A-weighting, overall levels, and the time signal of a line spectrum."""
+"""Levels in decibels, A-weighting, overall and octave levels, and the time signal of a line spectrum."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import isfinite
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.fft import dct
 
 from nvhchain.conventions import REFERENCE_POWER, REFERENCE_PRESSURE
 from nvhchain.errors import require
@@ -164,15 +166,126 @@ def equivalent(signal: FloatArray, *, sample_rate: float, weighted: bool = True)
 
     Notes
     -----
-    The weighting is applied in the frequency domain (Parseval).  The record is taken as periodic.
+    The weighting is applied in the frequency domain to the record and its mirror image, which follow each other without
+    a jump. The mean square is that of the record (Parseval). A tone of 31.7 Hz that is cut off anywhere is up to 0.4 dB
+    off in a record of 1 s, and 0.1 dB in 5 s. Without the mirror it is 9 and 5 dB, since the jump sounds at all
+    frequencies.
     """
+    frequency, line = _record_lines(signal, sample_rate)
+    return overall(frequency, line, weighted=weighted)
+
+
+def _record_lines(signal: ArrayLike, sample_rate: float) -> tuple[FloatArray, ComplexArray]:
+    """Return frequencies (n_f,) above 0 and amplitudes (n_f, …) of a record with its mirror image."""
     signal = np.asarray(signal, dtype=float)
     require(signal.size > 0 and signal.ndim > 0, f"a signal of shape {signal.shape} has no level: give samples")
     require(isfinite(sample_rate) and sample_rate > 0.0, f"sample_rate = {sample_rate} Hz must be positive and finite")
-    line = np.asarray(np.fft.rfft(signal, axis=0) / len(signal), dtype=complex)
-    line[1 : (len(signal) + 1) // 2] *= 2.0
-    frequency = np.asarray(np.fft.rfftfreq(len(signal), 1.0 / sample_rate), dtype=float)
-    return overall(frequency[1:], line[1:], weighted=weighted)
+    line = dct(signal, axis=0)[1:] / len(signal)
+    frequency = 0.5 * sample_rate / len(signal) * np.arange(1, len(signal))
+    return frequency, np.asarray(line, dtype=complex)
+
+
+@dataclass(frozen=True, eq=False)
+class OctaveBands:
+    """Levels of octaves or parts of them.
+
+    Parameters
+    ----------
+    fraction : int
+        Bands in an octave; 3 for third octaves.
+    middle : (n_band,) array
+        Exact middle frequencies (Hz).
+    level : (n_band, …) array
+        Levels (dB).
+    """
+
+    fraction: int
+    middle: FloatArray
+    level: FloatArray
+
+    @property
+    def edges(self) -> FloatArray:
+        """Lower and upper edges (n_band, 2) in Hz."""
+        half = 10.0 ** (3.0 / (20.0 * self.fraction))
+        return np.asarray(np.stack([self.middle / half, self.middle * half], axis=1))
+
+
+@checked
+def octave_bands(
+    frequency: FloatArray, pressure: ComplexArray, *, fraction: int = 3, weighted: bool = False
+) -> OctaveBands:
+    """Return the levels of octaves, third octaves or other parts from the lines in them.
+
+    Parameters
+    ----------
+    frequency : (n_f,) array
+        Frequencies (Hz); a line at 0 Hz is in no band.
+    pressure : (n_f, …) complex array
+        Peak amplitudes (Pa).
+    fraction : int
+        Bands in an octave, 1 to 48.
+    weighted : bool
+        Apply A-weighting.
+
+    Returns
+    -------
+    OctaveBands
+        Bands from the lowest to the highest line; a band without lines has the level of silence.
+
+    Raises
+    ------
+    InputError
+        If there are no lines above 0 Hz, or `fraction` is outside its limits.
+
+    Notes
+    -----
+    IEC 61260-1: middles G^(x/b) · 1 kHz, or G^((2x+1)/(2b)) · 1 kHz for even b, with G = 10^(3/10) and b bands in an
+    octave.
+    """
+    require(1 <= fraction <= 48, f"fraction = {fraction} bands in an octave is outside 1…48: 1 or 3 are usual")
+    frequency, pressure = np.asarray(frequency, dtype=float), np.asarray(pressure, dtype=complex)
+    heard = frequency > 0.0
+    require(bool(heard.any()), "there is no line above 0 Hz: no band has a level")
+    frequency, pressure = frequency[heard], pressure[heard]
+    shift = 0.0 if fraction % 2 else 0.5
+    # a line on an edge, by rounding on either side, belongs to the band above
+    number = np.floor(np.log10(frequency / 1e3) * fraction / 0.3 - shift + 0.5 + 1e-9).astype(int)
+    bands = np.arange(number.min(), number.max() + 1)
+    level = np.array(
+        [overall(frequency[in_it], pressure[in_it], weighted=weighted) for band in bands for in_it in [number == band]]
+    )
+    return OctaveBands(fraction, 1e3 * 10.0 ** (0.3 * (bands + shift) / fraction), level)
+
+
+@checked
+def record_octave_bands(
+    signal: FloatArray, *, sample_rate: float, fraction: int = 3, weighted: bool = False
+) -> OctaveBands:
+    """Return the equivalent continuous levels of the octaves, or parts of them, of records.
+
+    Parameters
+    ----------
+    signal : (n_t, …) array
+        Sound pressure (Pa).
+    sample_rate : float
+        Sampling rate (Hz).
+    fraction : int
+        Bands in an octave, 1 to 48.
+    weighted : bool
+        Apply A-weighting.
+
+    Returns
+    -------
+    OctaveBands
+        Levels, whose energies add up to that of `equivalent`. Filters with the edges of IEC 61260-1 and no transition.
+
+    Raises
+    ------
+    InputError
+        As for `equivalent` and `octave_bands`.
+    """
+    frequency, line = _record_lines(signal, sample_rate)
+    return octave_bands(frequency, line, fraction=fraction, weighted=weighted)
 
 
 @checked

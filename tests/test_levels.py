@@ -60,3 +60,40 @@ def test_what_has_no_level_is_refused():
         levels.equivalent([1.0, 2.0], sample_rate=np.nan)
     with pytest.raises(InputError, match="frequency = 'loud' is of the wrong kind"):
         levels.overall("loud", np.ones(4))
+
+
+@pytest.mark.parametrize(("frequency", "seconds", "error"), [(31.7, 1.0, 0.45), (31.7, 5.0, 0.1), (200.4, 0.5, 0.02)])
+def test_a_record_that_does_not_close_on_itself_has_the_level_of_its_tone(frequency, seconds, error):
+    """The jump from its end to its beginning would sound at all frequencies: 9 dB at 31.7 Hz in 1 s."""
+    time = np.arange(round(seconds * 20e3)) / 20e3
+    wanted = levels.decibel(1.0) + levels.a_weighting(frequency)
+    for phase in np.linspace(0.0, 2 * np.pi, 12, endpoint=False):
+        found = levels.equivalent(np.cos(2 * np.pi * frequency * time + phase), sample_rate=20e3)
+        assert found == pytest.approx(wanted, abs=error)
+
+
+def test_octave_bands_have_the_middles_and_edges_of_iec_61260():
+    lines = np.arange(20.0, 12_000.0, 0.5)
+    thirds = levels.octave_bands(lines, np.full(len(lines), 1e-3))
+    at = np.argmin(np.abs(thirds.middle - 1000.0))
+    assert thirds.middle[at + np.arange(3)] == pytest.approx([1000.0, 1258.925, 1584.893], rel=1e-6)
+    assert thirds.edges[at] == pytest.approx([891.251, 1122.018], rel=1e-6)
+    inside = np.count_nonzero((lines >= 891.251) & (lines < 1122.018))
+    assert thirds.level[at] == pytest.approx(levels.decibel(1e-3) + 10 * np.log10(inside))
+    sixths = levels.octave_bands(lines, np.full(len(lines), 1e-3), fraction=6)
+    assert np.abs(sixths.middle - 1059.254).min() < 1e-2  # G^(1/12) kHz
+    octaves = levels.octave_bands(lines, np.full(len(lines), 1e-3), fraction=1)
+    assert np.abs(octaves.middle - 1995.262).min() < 1e-2
+    for of in (thirds, sixths, octaves):
+        energy = 10 * np.log10((10 ** (of.level / 10)).sum())
+        assert energy == pytest.approx(levels.overall(lines, np.full(len(lines), 1e-3 + 0j), weighted=False))
+
+
+def test_octave_bands_of_a_record_add_up_to_its_level():
+    signal = np.random.default_rng(4).normal(size=(20_000, 2))
+    found = levels.record_octave_bands(signal, sample_rate=20e3, weighted=True)
+    assert 10 * np.log10((10 ** (found.level / 10)).sum(axis=0)) == pytest.approx(
+        levels.equivalent(signal, sample_rate=20e3)
+    )
+    with pytest.raises(InputError, match="fraction = 0 bands"):
+        levels.record_octave_bands(signal, sample_rate=20e3, fraction=0)

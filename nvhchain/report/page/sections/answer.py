@@ -182,12 +182,10 @@ def _bands(stored: Stored) -> Figure | None:
         return None
     found: dict[int, dict[int, float]] = {}
     for number, run in steady:
-        frequency, level = _weighted(run)
-        numbers = np.round(10 * np.log10(frequency)).astype(int)
-        found[number] = {
-            int(band): float(10 * np.log10((10 ** (level[numbers == band] / 10)).sum() + 1e-30))
-            for band in np.unique(numbers)
-        }
+        assert run.pressure is not None
+        of = levels.octave_bands(run.pressure.frequency, run.pressure.pressure[:, 0], weighted=True)
+        numbers = np.rint(10 * np.log10(of.middle)).astype(int)
+        found[number] = dict(zip(numbers.tolist(), of.level.tolist(), strict=True))
     top = max(max(of.values()) for of in found.values())
     floor = 5 * np.floor(top / 5) - 45
     bands = sorted({band for of in found.values() for band, level in of.items() if level > floor})

@@ -181,7 +181,7 @@ def _record_lines(signal: ArrayLike, sample_rate: float) -> tuple[FloatArray, Co
     require(signal.size > 0 and signal.ndim > 0, f"a signal of shape {signal.shape} has no level: give samples")
     require(isfinite(sample_rate) and sample_rate > 0.0, f"sample_rate = {sample_rate} Hz must be positive and finite")
     line = dct(signal, axis=0)[1:] / len(signal)
-    frequency = 0.5 * sample_rate / len(signal) * np.arange(1, len(signal))
+    frequency = np.asarray(0.5 * sample_rate / len(signal) * np.arange(1, len(signal)), dtype=float)
     return frequency, np.asarray(line, dtype=complex)
 
 

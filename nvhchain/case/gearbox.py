@@ -32,7 +32,7 @@ from nvhchain.case.operation import (
     check_quantities,
 )
 from nvhchain.case.options import Options
-from nvhchain.case.sound import BackgroundLevels, RecordedBackground, Target, check_targets
+from nvhchain.case.sound import BackgroundLevels, RecordedBackground, Target
 from nvhchain.conventions import Air
 from nvhchain.dynamics import Bearing, Equilibrium, Gearbox, LooseGear, Mesh, Shaft, ShaftBearing
 from nvhchain.dynamics import equilibrium as balanced
@@ -144,12 +144,7 @@ class GearboxCase:
             lambda: check_quantities(self.quantities, self.field_points),
             self._check_run_up,
             lambda: check_plane(self.reflecting_plane, self.field_points),
-            lambda: check_targets(
-                self.targets,
-                self.quantities,
-                tuple(point.name for point in self.field_points),
-                self._speeds,
-            ),
+            lambda: check_names([target.name for target in self.targets], "targets"),
             self._check_names,
         )
         check_all(
@@ -223,7 +218,7 @@ class GearboxCase:
     states_velocity = False
 
     @property
-    def _speeds(self) -> tuple[float, float]:
+    def speeds(self) -> tuple[float, float]:
         """Lowest and highest input speed (rad/s)."""
         start, ramp = self.operation.input_speed, self.operation.ramp
         end = start if ramp is None else ramp.end_speed

@@ -12,6 +12,7 @@ from typing import Any
 from nvhchain.case.checks.names import nearest, unknown_names
 from nvhchain.case.gearbox import GearboxCase
 from nvhchain.case.radiator import RadiatorCase
+from nvhchain.case.sound import check_targets
 from nvhchain.case.toml.lines import Table, merged_places, placed, with_line
 from nvhchain.case.toml.table import build
 from nvhchain.dimensions import UNITS
@@ -99,7 +100,9 @@ def _built(table: Table, path: Path, changes: Sequence[str]) -> Case:
     _place_meshes(table.get("gears"), path.parent)
     _place_records(table.get("operation"), path.parent)
     try:
-        return build(kinds[kind], table, str(path))
+        case = build(kinds[kind], table, str(path))
+        _check_judgeable(case, str(path))
+        return case
     except InputError as error:
         wrong = mistakes(error)
         if kind == "gearbox":
@@ -107,6 +110,15 @@ def _built(table: Table, path: Path, changes: Sequence[str]) -> Case:
             wrong = [text for text in wrong if not (missing and text.startswith(f"{path}.housing: Casting "))]
             wrong += [f"{path}: {text}" for text in (*missing, *unknown_names(table))]
         raise Mistakes(list(dict.fromkeys(wrong))) from None
+
+
+def _check_judgeable(case: Case, path: str) -> None:
+    """Refuse (InputError) targets whose level a case does not have; cases derived from it may leave levels out."""
+    speeds = case.speeds if isinstance(case, GearboxCase) else None
+    try:
+        check_targets(case.targets, case.quantities, tuple(point.name for point in case.field_points), speeds)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
 
 
 def _missing_castings(table: Mapping[str, Any]) -> list[str]:

@@ -12,12 +12,13 @@ import numpy as np
 from nvhchain import acoustics
 from nvhchain.case.bodies import Extent, Sphere, SurfaceFile
 from nvhchain.case.operation import FieldPoint, Quantity, check_case_name, check_plane, check_quantities
-from nvhchain.case.sound import BackgroundLevels, RecordedBackground, Target, check_targets
+from nvhchain.case.sound import BackgroundLevels, RecordedBackground, Target
 from nvhchain.conventions import Air
 from nvhchain.errors import require
 from nvhchain.fidelity import AcousticsFidelity, Fidelity
 from nvhchain.handoff import RigidPlane, SurfaceVelocity
 from nvhchain.kinds import check_fields
+from nvhchain.names import check_names
 
 HIGHEST_FREQUENCY = 1e5
 """Upper limit (Hz) of frequencies; larger values are mistakes in the unit."""
@@ -80,8 +81,7 @@ class RadiatorCase:
         check_quantities(self.quantities, self.field_points)
         require("bearing_forces" not in self.quantities, f"quantities: {self.name} has no bearings")
         check_plane(self.reflecting_plane, self.field_points)
-        names = tuple(point.name for point in self.field_points)
-        check_targets(self.targets, self.quantities, names, None)
+        check_names([target.name for target in self.targets], "targets")
         if self.reflecting_plane is not None:
             self.body.check_above(self.reflecting_plane)
         f = self.frequencies

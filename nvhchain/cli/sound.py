@@ -75,7 +75,7 @@ def show_targets(judged: Mapping[str, Sequence[Mapping[str, Any]]], *, enforce: 
     for name, targets in judged.items():
         for target in targets:
             show(target_sentence(name, target))
-    failed = any(target["passed"] is False for targets in judged.values() for target in targets)
+    failed = any(not target["passed"] for targets in judged.values() for target in targets)
     return 3 if failed and enforce else 0
 
 

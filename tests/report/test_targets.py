@@ -1,12 +1,13 @@
 """Targets: confidence from the limits, and judgement of overall levels, spectra and curves over speed."""
 
 import json
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from nvhchain.case import Target
+from nvhchain.case import Target, load_case
 from nvhchain.cli import main
 from nvhchain.error_band import ErrorBand, RunUpBand, pass_probability
 from nvhchain.errors import InputError
@@ -149,3 +150,19 @@ def test_curve_over_speed_judges_further_steady_speeds_with_the_limits_of_the_ow
     assert (found["passed"], found["limits_of_own_speed"]) == (False, True)
     assert found["margin_dB"] == pytest.approx(-2.0)
     assert found["at"] == "2500 rpm"
+
+
+def test_targets_without_a_level_are_refused_in_a_file_but_not_in_cases_derived_from_it(request):
+    path = request.config.rootpath / "cases/small/single_stage.toml"
+    for words, message in (
+        ('quantity="sound_power"', r"single_stage.*leave out sound_power: add it"),
+        ('field_point="front"', "'front' is not among rear 0.5 m"),
+    ):
+        with pytest.raises(InputError, match=message):
+            load_case(path, changes=[f'targets=[{{name="a", level=[60], {words}}}]'])
+    curve = 'targets=[{name="a", level=[60, 70], input_speed_rpm=[VALUES]}]'
+    with pytest.raises(InputError, match=r"over 100…200 rpm does not reach the 1800 rpm of the case: extend it"):
+        load_case(path, changes=[curve.replace("VALUES", "100, 200")])
+    case = load_case(path, changes=[curve.replace("VALUES", "1000, 2000")])
+    slow = replace(case.operation, input_speed=10.0)
+    assert replace(case, operation=slow, quantities=("bearing_forces",)).targets == case.targets

@@ -10,7 +10,7 @@ from typing import Literal
 from nvhchain.dimensions import AngularSpeed
 from nvhchain.errors import require, require_each
 from nvhchain.kinds import check_fields
-from nvhchain.names import check_name, check_names
+from nvhchain.names import check_name
 
 LOUDEST = 300.0
 """Largest magnitude (dB) of a level; larger ones are mistakes in the unit."""
@@ -122,7 +122,6 @@ def check_targets(
         Lowest and highest input speed (rad/s); None for a radiator.
     """
     running_up = speeds is not None and speeds[0] < speeds[1]
-    check_names([target.name for target in targets], "targets")
     for target in targets:
         require(
             target.quantity in quantities,

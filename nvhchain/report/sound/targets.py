@@ -132,8 +132,10 @@ def _entry(target: Target, points: Sequence[_Judged]) -> dict[str, Any]:
 
 def _points(target: Target, result: Result) -> Iterator[_Judged]:
     """Yield the levels that a target limits."""
-    band = result.error_bands[target.quantity]
+    band = result.error_bands.get(target.quantity)
     names = [point.name for point in result.case.field_points]
+    if band is None or (target.field_point and target.field_point not in names):
+        return
     place = names.index(target.field_point) if target.field_point else 0
     if isinstance(band, RunUpBand):
         yield from _run_up_points(target, band, place, result)

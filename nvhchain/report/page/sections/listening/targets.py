@@ -18,6 +18,8 @@ EXPLANATION = (
     "of the model itself, such as joints, damping or tolerances of the real gearbox, are not included."
 )
 
+BORROWED = " Further steady speeds take the distances to their limits from the speed of the case."
+
 
 def blocks(stored: Stored) -> list[Any]:
     """Return the table of targets, and a figure of every curve or spectrum."""
@@ -28,7 +30,8 @@ def blocks(stored: Stored) -> list[Any]:
     table = Table(head, [_row(name, of) for _, name, of in judged], numbers=4)
     names = dict.fromkeys(of["name"] for _, _, of in judged if len(of["points"]) > 1)
     figures = [_figure([one for one in judged if one[2]["name"] == name]) for name in names]
-    return [table, *figures, Text(EXPLANATION, style="small")]
+    borrowed = any(of.get("limits_of_own_speed") for _, _, of in judged)
+    return [table, *figures, Text(EXPLANATION + (BORROWED if borrowed else ""), style="small")]
 
 
 def _row(name: str, target: Mapping[str, Any]) -> tuple[str, ...]:

@@ -297,6 +297,11 @@ def parser() -> argparse.ArgumentParser:
     report.set_defaults(action=commands.report)
     add_sound_commands(verbs)
 
+    tables = verbs.add_parser("tables", parents=[answer], help="write all tables and curves of a run: CSV or Excel")
+    tables.add_argument("folder", metavar="DIR", help="folder of `run` or `compare`")
+    tables.add_argument("--out", metavar="PATH", help="workbook (.xlsx), or folder of CSV files (default: DIR/tables)")
+    tables.set_defaults(action=commands.tables)
+
     tradeoff = verbs.add_parser(
         "tradeoff", parents=[changes, answer], help="measure what each knob of the fidelity costs and saves"
     )

@@ -389,6 +389,17 @@ def report(options: argparse.Namespace) -> int:
     return 0
 
 
+def tables(options: argparse.Namespace) -> int:
+    """Write the tables and curves of a run or comparison."""
+    from nvhchain.report.page.tables import write_tables
+
+    written = write_tables(options.folder, options.out)
+    options.answer = {"files": [str(path) for path in written]}
+    for path in written:
+        show(path)
+    return 0
+
+
 def tradeoff(options: argparse.Namespace) -> int:
     """Measure the knobs of a case."""
     from nvhchain import tradeoff

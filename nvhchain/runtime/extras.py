@@ -14,6 +14,7 @@ EXTRAS = {
     "pyvista": "pictures",
     "shtab": "completion",
     "xarray": "xarray",
+    "xlsxwriter": "excel",
 }
 """Module → extra that installs it."""
 

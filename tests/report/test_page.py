@@ -1,9 +1,12 @@
 """Page of a run or comparison: what it holds of small stored results, whole or in part, and what it refuses."""
 
 import base64
+import csv
 import json
 import re
+import zipfile
 from html.parser import HTMLParser
+from pathlib import Path
 
 import numpy as np
 import plotly.graph_objects
@@ -263,3 +266,29 @@ def test_run_of_the_command_line_ends_with_its_page_and_summary(request, tmp_pat
     values = dict(json.loads((tmp_path / "case.json").read_text())["values"])
     assert values["air.speed_of_sound"] == nvh.load_case(sphere).air.speed_of_sound
     assert len(re.findall(r"pressure\.h5", " ".join(page.cells))) == 1
+
+
+def test_tables_and_curves_are_written_as_csv_and_workbook(pair, capsys):
+    assert main(["tables", str(pair)]) == 0
+    names = [Path(line).stem for line in capsys.readouterr().out.split("\n") if line]
+    assert {"levels", "spectrum", "history", "answer-1", "cases-1"} <= set(names)
+    with (pair / "tables" / "spectrum.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    line = next(row for row in rows if row["configuration"] == "holed" and float(row["order"]) == 20)
+    assert float(line["rear, dB re 20 µPa"]) == pytest.approx(20 * np.log10(0.1 / np.sqrt(2) / 2e-5), abs=0.01)
+    with (pair / "tables" / "history.csv").open(encoding="utf-8") as file:
+        columns = next(csv.reader(file))
+    assert columns[0].endswith("plain, time / ms")
+    assert columns[1].endswith("plain, pressure / Pa")
+    with (pair / "tables" / "bearing_forces-1.csv").open(encoding="utf-8") as file:
+        stems = next(csv.DictReader(file))
+    assert list(stems.values())[:2] == ["1000.0", "0.01732051"]  # the head of the first stem
+    book = pair / "all.xlsx"
+    assert main(["tables", str(pair), "--out", str(book)]) == 0
+    with zipfile.ZipFile(book) as parts:
+        sheets = parts.read("xl/workbook.xml").decode()
+        texts = parts.read("xl/sharedStrings.xml").decode()
+    assert all(f'name="{name}"' in sheets for name in names)
+    assert "holed" in texts
+    assert main(["tables", str(pair), "--out", str(pair / "all.xls")]) == 2
+    assert "a workbook that ends in .xlsx" in capsys.readouterr().err

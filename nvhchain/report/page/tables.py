@@ -1,0 +1,208 @@
+"""Tables and curves of a page as CSV files or one Excel workbook."""
+
+from __future__ import annotations
+
+import base64
+import csv
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from html import unescape
+from io import StringIO
+from itertools import zip_longest
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nvhchain.errors import require
+from nvhchain.files.atomic_write import write_output
+from nvhchain.files.hdf5 import writable_folder, write_text
+from nvhchain.report.page.blocks import Figure, Hero, Table
+from nvhchain.report.page.sections import SECTIONS
+from nvhchain.report.page.stored import stored_results
+from nvhchain.runtime.extras import check_installed
+
+FOLDER = "tables"
+"""Name of the folder of CSV files."""
+
+_LONGEST_NAME = 28
+"""Largest number of characters in the name of a table; numbers may follow."""
+
+
+@dataclass(frozen=True)
+class PageTable:
+    """Table of a page, or the curves of a figure.
+
+    Parameters
+    ----------
+    name : str
+        Name, also of the file or sheet.
+    caption : str
+        Caption.
+    rows : sequence of sequence
+        Titles, then cells: numbers, texts or None.
+    """
+
+    name: str
+    caption: str
+    rows: Sequence[Sequence[str | float | None]]
+
+
+def page_tables(folder: str | Path) -> list[PageTable]:
+    """Return all tables and curves of the page of a run or comparison.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Folder of `run` or `compare`.
+
+    Returns
+    -------
+    list of PageTable
+        Tables in the order of the page.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no results, or unreadable ones.
+    """
+    stored = stored_results(Path(folder))
+    found: list[PageTable] = []
+    for module in SECTIONS:
+        section = module.__name__.rpartition(".")[2]
+        parts = [of for block in module.blocks(stored) for of in _parts(block)]
+        for number, (caption, rows) in enumerate(parts, start=1):
+            end = f"-{number}" if len(parts) > 1 else ""
+            found.append(PageTable(section[:_LONGEST_NAME] + end, caption, rows))
+    return found
+
+
+def write_tables(folder: str | Path, out: str | Path | None = None) -> list[Path]:
+    """Write all tables and curves of the page of a run or comparison.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Folder of `run` or `compare`.
+    out : str or Path, optional
+        Excel workbook (.xlsx), or folder of CSV files; by default `tables` in the folder.
+
+    Returns
+    -------
+    list of Path
+        Written files.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no results, or XlsxWriter is not installed for a workbook.
+    """
+    place = Path(folder) / FOLDER if out is None else Path(out)
+    if place.suffix.lower() == ".xlsx":
+        check_installed("xlsxwriter")
+        from nvhchain.report.page._xlsxwriter import workbook
+
+        tables = page_tables(folder)
+        return [write_output(place, workbook([(of.name, of.caption, of.rows) for of in tables]))]
+    require(
+        place.suffix.lower() not in (".csv", ".xls"),
+        f"--out {place}: name a folder for CSV files, or a workbook that ends in .xlsx",
+    )
+    tables = page_tables(folder)
+    target, written = writable_folder(place, "out"), []
+    for of in tables:
+        text = StringIO()
+        csv.writer(text, lineterminator="\n").writerows(of.rows)
+        written.append(target / f"{of.name}.csv")
+        write_text(written[-1], text.getvalue())
+    return written
+
+
+def _parts(block: Any) -> Iterator[tuple[str, list[list[str | float | None]]]]:
+    """Yield caption and rows of everything in a block that has numbers."""
+    if isinstance(block, Hero):
+        for figure in (block.levels, block.where):
+            yield from _parts(figure) if figure is not None else ()
+    elif isinstance(block, Table):
+        yield block.caption, [[*block.head], *([_value(cell) for cell in row] for row in block.rows)]
+    elif isinstance(block, Figure) and block.kind == "plotly":
+        yield from _curves(block)
+    elif isinstance(block, Figure) and block.kind == "spectrum":
+        yield block.caption, _spectrum(block.data)
+
+
+def _curves(figure: Figure) -> Iterator[tuple[str, list[list[str | float | None]]]]:
+    """Yield the curves and bars of a figure: two columns each; maps and bodies have no table."""
+    columns: list[list[str | float | None]] = []
+    for trace in figure.data:
+        if (
+            trace["type"] not in ("scatter", "bar")
+            or trace.get("fill")
+            or (trace.get("mode") == "lines" and trace.get("hoverinfo") == "skip")
+        ):
+            continue
+        axes = {axis: str(trace.get(f"{axis}axis", axis)).replace(axis, f"{axis}axis", 1) for axis in "xy"}
+        titles = [_title(figure.layout, name) for name in axes.values()]
+        name = ", ".join(filter(None, (_panel(figure.layout, trace), _plain(str(trace.get("name", ""))))))
+        x, y = _values(trace["x"]), _values(trace.get("customdata", trace["y"]))
+        if len(y) % 3 == 0 and all(value is None for value in y[2::3]):
+            x, y = x[1::3], y[1::3]  # heads of the stems of a line spectrum
+        for title, values in zip(titles, (x, y), strict=True):
+            columns.append([", ".join(filter(None, (name, title))), *values])
+    if columns:
+        yield figure.caption, [list(row) for row in zip_longest(*columns)]
+
+
+def _panel(layout: Mapping[str, Any], trace: Mapping[str, Any]) -> str:
+    """Return the title of the panel of a trace; empty for a figure of one."""
+    own = f"{trace.get('xaxis', 'x')} domain"
+    return next((_plain(of["text"]) for of in layout.get("annotations", []) if of.get("xref") == own), "")
+
+
+def _spectrum(data: Mapping[str, Any]) -> list[list[str | float | None]]:
+    """Return the lines of spectra: configuration, frequency, order, and level at every microphone."""
+    rows: list[list[str | float | None]] = [
+        [
+            "configuration",
+            "frequency / Hz",
+            "order",
+            *(f"{of}, dB re {data['reference']}" for of in data["points"]),
+        ]
+    ]
+    for run in data["runs"]:
+        for line, frequency in enumerate(run["frequency"]):
+            order = round(frequency / run["turns"], 6) if run["turns"] else None
+            rows.append([_plain(run["name"]), frequency, order, *(level[line] for level in run["level"])])
+    return rows
+
+
+def _title(layout: Mapping[str, Any], axis: str) -> str:
+    """Return the title of an axis; that of the last panel where panels share it."""
+    own = layout.get(axis, {}).get("title", {}).get("text", "")
+    if own:
+        return _plain(own)
+    others = [of.get("title", {}).get("text", "") for name, of in layout.items() if name.startswith(axis[:5])]
+    return _plain(next(filter(None, others), ""))
+
+
+def _values(given: Any) -> list[str | float | None]:
+    """Return the values of a trace, also of a packed one."""
+    if isinstance(given, Mapping):
+        numbers = np.frombuffer(base64.b64decode(given["bdata"]), dtype=f"<{given['dtype']}")
+        digits = np.finfo(numbers.dtype).precision + 1 if numbers.dtype.kind == "f" else 17
+        return [float(f"{number:.{digits}g}") if np.isfinite(number) else None for number in numbers]
+    return [_plain(of) if isinstance(of, str) else None if of is None else float(of) for of in given]
+
+
+def _value(cell: str) -> str | float | None:
+    """Return a cell as a number where it is one."""
+    text = cell.replace("−", "-")
+    if re.fullmatch(r"[+-]?\d+", text):
+        return int(text)
+    return float(text) if re.fullmatch(r"[+-]?\d+(\.\d+)?(e[+-]?\d+)?", text) else cell
+
+
+def _plain(text: str) -> str:
+    """Return a text of Plotly without its markup."""
+    return unescape(re.sub(r"<[^>]*>", "", text.replace("<br>", " ")))

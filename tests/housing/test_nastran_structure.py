@@ -8,7 +8,7 @@ from nvhchain.fem import factorize, lowest_modes
 from nvhchain.housing.imported.repair import sound_mesh
 from nvhchain.housing.imported.seats import bearing_seats
 from nvhchain.housing.imported.solid_model import append_seats, constrained
-from nvhchain.interop import read_nastran
+from nvhchain.interop import read_nastran, write_nastran
 
 STEEL = "MAT1,1,200000.,,0.3,8.-9"
 """N, mm, t: 200 GPa, 8000 kg/m³."""
@@ -229,3 +229,10 @@ def test_leftovers_are_noted(tmp_path, lines, message):
 def test_what_cannot_be_read_is_named(tmp_path, lines, message):
     with pytest.raises(InputError, match=message):
         constrained(sound_mesh(deck(tmp_path, [*BLOCK, *lines]))[0])
+
+
+def test_a_model_of_shells_is_not_written_without_them(tmp_path):
+    model = deck(tmp_path, [*plate(2), "PSHELL,1,1,5.,1,,1"])
+    with pytest.raises(InputError, match="are read, but not written"):
+        write_nastran(model, tmp_path / "out.bdf", units="mm-t-s")
+    assert not (tmp_path / "out.bdf").exists()

@@ -21,6 +21,9 @@ from nvhchain.handoff import FloatArray, IntArray
 _DEPENDENT = 1e-9
 """Least size of a pivot over the largest, for nodes that determine all motions of their mean."""
 
+_MOST = 3000
+"""Largest number of nodes of a mean: all of them couple with one another, 9 · 10⁶ numbers per thousand nodes."""
+
 _CHAIN = 20
 """Largest number of relations that follow one another."""
 
@@ -74,6 +77,10 @@ def average_map(one: Average, nodes: FloatArray) -> FloatArray:
 
     Raises InputError if the nodes do not determine them, for example on a line.
     """
+    require(
+        len(one.nodes) <= _MOST,
+        f"mean {one.name} has {len(one.nodes)} nodes, {_MOST} are admitted: take every second or third of them",
+    )
     arm = nodes[one.nodes] - nodes[one.node]
     motion = rigid_motion(arm)
     weights = one.weights.copy()

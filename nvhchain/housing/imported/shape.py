@@ -43,9 +43,15 @@ def model_shape(
     return HousingShape(
         np.vstack([model.nodes, centres @ model.nodes]),
         flat_triangles(facets),
-        {seat.name: seat.nodes for seat in bearing_seats(model, positions, names)},
+        {seat.name: _carried(model, seat.nodes) for seat in bearing_seats(model, positions, names)},
         tuple([*supports, held] if len(held) else supports),
     )
+
+
+def _carried(model: SolidModel, nodes: IntArray) -> IntArray:
+    """Return the nodes of a seat; those of its mean (RBE3, distributing coupling) in place of the reference node."""
+    means = [mean.nodes for mean in model.structure.averages if len(nodes) == 1 and mean.node == nodes[0]]
+    return means[0] if means else nodes
 
 
 def modes_shape(

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from nvhchain.conventions import Material
+from nvhchain.errors import require
 from nvhchain.fem.solid_model import ElementBlock, RigidSet, SolidModel
 from nvhchain.files.atomic_write import write_output
 from nvhchain.handoff import IntArray
@@ -46,11 +47,17 @@ def write_nastran(model: SolidModel, path: str | Path, *, units: str) -> Path:
     Path
         Path of the file.
 
+    Raises
+    ------
+    InputError
+        For a model with other items than solids and rigid sets.
+
     Notes
     -----
     Labels of more than eight digits do not fit: such nodes and elements get new numbers above the largest that fits.
     Comments hold the original labels and the names behind the numbers; `read_nastran` restores both.
     """
+    _solids_only(model)
     system = unit_system(units)
     lines = ["SOL 103", "CEND", f"SPC = {_SPC}", "BEGIN BULK", *_nastran(model, system), "ENDDATA"]
     return _written(lines, Path(path))
@@ -147,12 +154,25 @@ def write_abaqus(model: SolidModel, path: str | Path, *, units: str) -> Path:
     Path
         Path of the file.
 
+    Raises
+    ------
+    InputError
+        For a model with other items than solids and rigid sets.
+
     Notes
     -----
     Names that Abaqus does not accept are changed. Comments hold the original names; `read_abaqus` restores them.
     CalculiX accepts the file as well. A step must be added.
     """
+    _solids_only(model)
     return _written(list(_abaqus(model, unit_system(units))), Path(path))
+
+
+def _solids_only(model: SolidModel) -> None:
+    require(
+        model.structure.empty,
+        f"{model.source}: shells, beams, springs and means are read, but not written: use the deck that they come from",
+    )
 
 
 def _abaqus(model: SolidModel, system: UnitSystem) -> Iterator[str]:

@@ -177,6 +177,38 @@ def test_transforms_equations_and_equal_motions(tmp_path):
     assert frequencies(read(tmp_path, cut), 700.0) == pytest.approx(whole, rel=1e-6)
 
 
+MOUNT = """*NODE
+{foot}, {x}, {y}, 0.
+*ELEMENT, TYPE=CONN3D2, ELSET=M{foot}
+{foot}, {foot}, {node}
+*CONNECTOR SECTION, ELSET=M{foot}, BEHAVIOR=RUBBER
+BUSHING,
+TURNED,
+*BOUNDARY
+{foot}, 1, 6
+"""
+RUBBER = """*ORIENTATION, NAME=TURNED, SYSTEM=RECTANGULAR
+0., 1., 0., 0., 0., 1.
+*CONNECTOR BEHAVIOR, NAME=RUBBER
+*CONNECTOR ELASTICITY, COMPONENT=1
+900.,
+*CONNECTOR ELASTICITY, COMPONENT=2
+2.,
+*CONNECTOR ELASTICITY, COMPONENT=3
+900.,
+"""
+
+
+def test_a_block_on_connectors_bounces_along_their_soft_axis(tmp_path):
+    lines, at = brick("ALL", 1, (2, 2, 2), (0, 0, 0), (80.0, 80.0, 20.0))
+    feet = [(at[i, j, 0], 40 * i, 40 * j) for i in (0, 2) for j in (0, 2)]
+    mounts = "".join(MOUNT.format(foot=901 + n, node=node, x=x, y=y) for n, (node, x, y) in enumerate(feet))
+    text = "\n".join([*lines, *STEEL, "*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL", RUBBER + mounts])
+    mass = 0.08 * 0.08 * 0.02 * 8000.0
+    found = frequencies(read(tmp_path, text), 3000.0)
+    assert found[0] == pytest.approx(np.sqrt(4 * 2000.0 / mass) / (2 * np.pi), rel=1e-3)
+
+
 def test_faces_and_edges_that_meshers_leave_are_noted(tmp_path):
     lines, at = brick("ALL", 1, (2, 2, 2), (0, 0, 0), (80.0, 80.0, 20.0))
     faces = f"*ELEMENT, TYPE=CPS4, ELSET=Surface1\n901, {at[0, 0, 0]}, {at[1, 0, 0]}, {at[1, 1, 0]}, {at[0, 1, 0]}"

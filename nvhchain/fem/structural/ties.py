@@ -16,8 +16,8 @@ _TOLERANCE = 0.05
 _NEAR = 24
 """Number of triangles with the nearest centroids among which the nearest one is sought."""
 
-_STEPS = 10
-"""Newton steps for the place within a face; convergence is quadratic."""
+_STEPS, _STILL = 10, 1e-12
+"""Largest number of Newton steps for the place within a face, and the change that ends them."""
 
 
 def tied_relations(
@@ -74,7 +74,10 @@ def _shares(point: FloatArray, face: IntArray, nodes: FloatArray) -> tuple[IntAr
     corners, place = nodes[face[:count]], np.zeros(2) if count == 4 else np.full(2, 1 / 3)
     for _ in range(_STEPS):
         shape, slope = _linear(place, count)
-        place = place + np.linalg.lstsq(corners.T @ slope, point - shape @ corners, rcond=None)[0]
+        step = np.linalg.lstsq(corners.T @ slope, point - shape @ corners, rcond=None)[0]
+        place = place + step
+        if np.abs(step).max() < _STILL:
+            break
     if count == 4:
         place = place.clip(-1.0, 1.0)
     else:

@@ -36,10 +36,12 @@ from nvhchain.interop.solids.abaqus_structure import (
     assign_truss,
     keep_section,
     leftovers,
+    read_connector_elasticity,
     read_distributing,
     read_equation,
     read_orientation,
     read_transform,
+    start_behavior,
 )
 from nvhchain.interop.solids.abaqus_ties import read_tie
 
@@ -52,7 +54,8 @@ _PASSED_OVER = {
     "DISTRIBUTION", "DISTRIBUTION TABLE", "SECTION CONTROLS", "HOURGLASS STIFFNESS", "SURFACE INTERACTION", "FRICTION",
     "SURFACE BEHAVIOR", "TIME POINTS", "FILTER", "CONTACT PAIR", "CONTACT", "CONTACT INCLUSIONS", "CONTACT EXCLUSIONS",
     "CONTACT PROPERTY ASSIGNMENT", "SURFACE PROPERTY ASSIGNMENT", "CONTACT CONTROLS", "CONTACT INITIALIZATION DATA",
-    "CONTACT INITIALIZATION ASSIGNMENT", "CONTACT FORMULATION", "GAP CONDUCTANCE", "DESIGN VARIABLES", "OBJECTIVE",
+    "CONTACT INITIALIZATION ASSIGNMENT", "CONTACT FORMULATION", "GAP CONDUCTANCE",
+    "CONNECTOR DAMPING", "DESIGN VARIABLES", "OBJECTIVE",
     "CONSTRAINT", "CLEARANCE", "VISCOELASTIC", "CREEP", "LATENT HEAT",
 }  # fmt: skip
 """Keywords of the model that change neither stiffness nor mass; those of steps are all ignored.
@@ -178,7 +181,7 @@ def _element(file: AbaqusFile, block: Block) -> None:
     )
     own, count = other or (_KIND[found[1]], int(found[1]))  # type: ignore[index]
     require(
-        file.owner != ASSEMBLY or count == 1 or own.startswith(("spring", "dashpot")),
+        file.owner != ASSEMBLY or count == 1 or own.startswith(("spring", "dashpot", "connector")),
         f"{file.parts.source}: *ELEMENT, TYPE={kind} in the assembly: write it into the part",
     )
     if file.owner == ASSEMBLY:  # nodes may be of instances: `instance.number`
@@ -341,6 +344,8 @@ _READERS: dict[str, Callable[[AbaqusFile, Block], None]] = {
     "KINEMATIC": read_kinematic,
     "DISTRIBUTING": read_distributing,
     "TRANSFORM": read_transform,
+    "CONNECTOR BEHAVIOR": start_behavior,
+    "CONNECTOR ELASTICITY": read_connector_elasticity,
     "ORIENTATION": read_orientation,
     **dict.fromkeys(SECTIONS, keep_section),
     "MATERIAL": _start_material,

@@ -52,6 +52,7 @@ class AbaqusFile:
     faces : owner and name of a surface → nodes of its faces, corners first.
     transforms : node → axes (3, 3) of its motions, as columns.
     orientations : name → axes (3, 3).
+    behaviors : name → stiffness of connectors by component 0 … 5; `behavior` is the current one.
     level : `part`, `instance` or `assembly`, the current place in the file.
     part : current part, in upper case.
     instance : last instance.
@@ -75,6 +76,8 @@ class AbaqusFile:
     faces: dict[tuple[str, str], list[tuple[int, ...]]] = field(default_factory=dict)
     transforms: dict[int, FloatArray] = field(default_factory=dict)
     orientations: dict[str, FloatArray] = field(default_factory=dict)
+    behaviors: dict[str, dict[int, float]] = field(default_factory=dict)
+    behavior: str = ""
     coupling: Block | None = None
     material: str = ""
     level: str = "part"

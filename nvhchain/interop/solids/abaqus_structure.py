@@ -11,6 +11,7 @@ from nvhchain.errors import InputError, require
 from nvhchain.fem.structural.model import BeamSection
 from nvhchain.fem.structural.sections import rectangle, round_tube, section
 from nvhchain.handoff import FloatArray
+from nvhchain.interop.solids._model_parts import Rigid
 from nvhchain.interop.solids._structure_parts import ShellSection
 from nvhchain.interop.solids.abaqus_keywords import Block, real
 from nvhchain.interop.solids.abaqus_sets import AbaqusFile
@@ -29,6 +30,7 @@ OTHER_ELEMENTS = (
     (re.compile(r"SPRING1$"), "spring1", 1),
     (re.compile(r"SPRING2$"), "spring2", 2),
     (re.compile(r"SPRINGA$"), "springa2", 2),
+    (re.compile(r"CONN3D2$"), "connector2", 2),
     (re.compile(r"DASHPOT1$"), "dashpot1", 1),
     (re.compile(r"DASHPOT[2A]$"), "dashpot2", 2),
     (re.compile(r"(CPS|CPE|M3D|SFM3D)3R?$"), "face3", 3),
@@ -45,7 +47,7 @@ Faces and edges are those that meshers leave on solids; they are read where they
 SECTIONS = frozenset(
     {
         "SHELL SECTION", "SHELL GENERAL SECTION", "BEAM SECTION", "BEAM GENERAL SECTION", "MASS", "ROTARY INERTIA",
-        "SPRING", "DASHPOT", "SURFACE SECTION",
+        "SPRING", "DASHPOT", "SURFACE SECTION", "CONNECTOR SECTION",
     }
 )  # fmt: skip
 """Keywords that give elements their section."""
@@ -96,6 +98,20 @@ def _two_points(first: FloatArray, second: FloatArray, where: str) -> FloatArray
     require(bool(z.any()), f"{where}: its points lie on a line with the origin")
     x, z = first / np.linalg.norm(first), z / np.linalg.norm(z)
     return np.column_stack([x, np.cross(z, x), z])
+
+
+def start_behavior(file: AbaqusFile, block: Block) -> None:
+    """Begin the behaviour of connectors."""
+    file.behavior = block.get("NAME").upper()
+    file.behaviors[file.behavior] = {}
+
+
+def read_connector_elasticity(file: AbaqusFile, block: Block) -> None:
+    """Read the stiffness of a component of connectors."""
+    where = f"{file.parts.source}: *CONNECTOR ELASTICITY of {file.behavior}"
+    require("NONLINEAR" not in block.parameters, f"{where} is nonlinear: write its stiffness at the working point")
+    require(block.get("COMPONENT").isdigit() and len(block.data) == 1, f"{where} needs one COMPONENT and one stiffness")
+    file.behaviors[file.behavior][int(block.get("COMPONENT")) - 1] = real(block.data[0][0])
 
 
 def read_equation(file: AbaqusFile, block: Block) -> None:
@@ -184,6 +200,9 @@ def assign_sections(file: AbaqusFile) -> None:
         elif block.name == "SPRING":
             for label in labels:
                 _assign_spring(file, block, where, label)
+        elif block.name == "CONNECTOR SECTION":
+            for label in labels:
+                _assign_connector(file, block, where, label)
         elif block.name in ("DASHPOT", "SURFACE SECTION") and kinds:
             for label in labels:
                 del file.elements[label]
@@ -289,6 +308,31 @@ def assign_truss(file: AbaqusFile, group: str, label: int, material: Material, a
     own.direction.append(across(np.subtract(file.parts.nodes[b], file.parts.nodes[a])))
     own.arms.append(np.zeros((2, 3)))
     own.released.append(np.zeros(12, dtype=bool))
+
+
+def _assign_connector(file: AbaqusFile, block: Block, where: str, label: int) -> None:
+    """Read a connector as a bush at its first node, without length, or as a rigid link."""
+    _, (a, b) = file.elements.pop(label)
+    kinds = {cell.upper() for cell in block.data[0] if cell} if block.data else set()
+    if kinds & {"BEAM", "WELD"}:
+        file.parts.rigid.append(Rigid(f"connector {label}", a, [b]))
+        return
+    known = {"BUSHING", "CARTESIAN", "CARDAN", "ROTATION", "PROJECTION CARTESIAN", "PROJECTION FLEXION-TORSION"}
+    require(bool(kinds) and kinds <= known, f"{where} is of type {', '.join(sorted(kinds))}: use BUSHING or BEAM")
+    behavior = block.get("BEHAVIOR").upper()
+    require(behavior in file.behaviors, f"{where}: *CONNECTOR BEHAVIOR {behavior or 'without a name'} is not defined")
+    names = [cell.strip("\"'").upper() for row in block.data[1:2] for cell in row if cell]
+    require(
+        all(name in file.orientations for name in names),
+        f"{where}: an *ORIENTATION of {', '.join(names)} is not a rectangular system by points without a turn",
+    )
+    axes = file.orientations[names[0]] if names else np.eye(3)
+    law = [file.behaviors[behavior].get(i, 0.0) for i in range(6)]
+    units = file.system.force / file.system.length * np.repeat([1.0, file.system.length**2], 3)
+    turn = np.kron(np.eye(2), axes)
+    own = turn @ np.diag(np.array(law) * units) @ turn.T
+    reach = np.hstack([np.eye(6), -np.eye(6)])
+    file.parts.structure.springs.append((label, a, b, reach.T @ own @ reach))
 
 
 def _assign_spring(file: AbaqusFile, block: Block, where: str, label: int) -> None:

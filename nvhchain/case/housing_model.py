@@ -157,6 +157,8 @@ class ModalResults(Housing):
     residual_vectors : bool
         True where the uppermost modes are residual vectors of unit forces at the seats, which complete the static
         flexibility.
+    mass_normalized : bool
+        True where the shapes of a universal file have modal mass 1 in its units, whatever modal mass it states.
     modal_damping : float or DampingCurve, optional
         Damping in place of the file's, as in `HousingModel`.
     structural_damping : bool
@@ -172,6 +174,7 @@ class ModalResults(Housing):
     seats: tuple[SeatNode, ...] = ()
     surface: SurfaceFile | None = None
     residual_vectors: bool = False
+    mass_normalized: bool = False
     modal_damping: float | DampingCurve | None = None
     structural_damping: bool = False
     engine_plane: EnginePlane | None = None
@@ -195,7 +198,9 @@ class ModalResults(Housing):
 
     def model(self, case: GearboxCase) -> ModalModel:
         """Read the modes."""
-        return interop.read_modal_model(Path(case.folder) / self.file, units=self.units)
+        return interop.read_modal_model(
+            Path(case.folder) / self.file, units=self.units, mass_normalized=self.mass_normalized
+        )
 
     @property
     def _nodes(self) -> dict[str, int]:

@@ -47,7 +47,7 @@ def read_solid_model(path: str | Path, *, units: str, spc: int | None = None) ->
     raise InputError(f"{path}: {ending or 'no ending'} is not a solid model: {', '.join(NASTRAN + ABAQUS)} are read")
 
 
-def read_modal_model(path: str | Path, *, units: str | None = None) -> ModalModel:
+def read_modal_model(path: str | Path, *, units: str | None = None, mass_normalized: bool = False) -> ModalModel:
     """Read modes of a universal file (.unv, .uff) or HDF5 (.h5).
 
     Parameters
@@ -56,6 +56,8 @@ def read_modal_model(path: str | Path, *, units: str | None = None) -> ModalMode
         File.
     units : str, optional
         Units of a universal file, as in `read_modal_uff`; HDF5 is in SI.
+    mass_normalized : bool
+        As in `read_modal_uff`; shapes in HDF5 always are.
 
     Returns
     -------
@@ -69,7 +71,7 @@ def read_modal_model(path: str | Path, *, units: str | None = None) -> ModalMode
     """
     ending = Path(path).suffix.lower()
     if ending in UNIVERSAL:
-        return read_modal_uff(path, units=units)
+        return read_modal_uff(path, units=units, mass_normalized=mass_normalized)
     if ending in HDF5:
         require(units in (None, "m-kg-s"), f"{path}: HDF5 is in SI, not in {units}: leave units out")
         return read_modal_hdf5(path)

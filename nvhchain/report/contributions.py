@@ -120,7 +120,7 @@ def _panels(case: GearboxCase, surface: Surface) -> Panels | None:
     if isinstance(given, HousingModel):
         model = interop.read_solid_model(path, units=given.units, spc=given.spc)
     else:
-        model = interop.read_modal_model(path, units=given.units)
+        model = interop.read_modal_model(path, units=given.units, mass_normalized=given.mass_normalized)
     members = dict(model.groups)
     if isinstance(model, ModalModel):  # its file may hold nodes off the skin, such as those of the seats
         members = {name: rows[np.isin(rows, model.triangles)] for name, rows in members.items()}

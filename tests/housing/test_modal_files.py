@@ -92,6 +92,36 @@ def test_dataset_2414_units_modal_mass_and_loss_factor(tmp_path):
     assert (np.einsum("ij,ij->i", normal, outward) > 0).all()
 
 
+def test_shapes_of_modal_mass_one_are_taken_as_they_stand(tmp_path):
+    path = tmp_path / "modes.unv"
+    path.write_text(UFF.replace("4.00000E+00  1.00000E-02", "0.00000E+00  1.00000E-02"))
+    model = read_modal_uff(path, mass_normalized=True)
+    assert model.shapes[0, 0] == pytest.approx(np.array([1.0, -2.0, 3.0]) / np.sqrt(1000.0))
+
+
+SYSTEM_18 = "    -1\n    18\n         7         0         0         8         1\nTURNED\n{}    -1\n"
+SYSTEM_2420 = "    -1\n  2420\n         1\nPART\n         7         0         8\nTURNED\n{}    -1\n"
+AXES = " 0.0 0.0 0.0 0.0 2.0 0.0\n 0.0 3.0 1.0\n"  # x along y, z along z, y along −x
+
+
+@pytest.mark.parametrize(
+    ("system", "moved"),
+    [
+        (SYSTEM_18.format(AXES), [2.0, 1.0, 3.0]),
+        (SYSTEM_2420.format(" 0. 0. 1.\n 0. -1. 0.\n 1. 0. 0.\n 0. 0. 0.\n"), [3.0, 2.0, 1.0]),
+    ],
+)
+def test_nodes_that_move_in_systems_of_their_own(tmp_path, system, moved):
+    path = tmp_path / "modes.unv"
+    first = "         1         0         0        11"
+    assert first in UFF
+    path.write_text(system + UFF.replace(first, first.replace("0        11", "7        11"), 1))
+    assert read_modal_uff(path).shapes[0, 0] == pytest.approx(np.array(moved) / np.sqrt(4000.0))
+    path.write_text(path.read_text().replace(" 0. -1. 0.", " 0. 0. 1.").replace("7         0  ", "7         1  "))
+    with pytest.raises(InputError, match="system 7, which is turned or curved"):
+        read_modal_uff(path)
+
+
 HEAD = "         1         2         2         8         2         3"
 NODE = "         2         0         0        11"
 END = " -1.00000E+00-2.00000E+00-3.00000E+00\n    -1\n"

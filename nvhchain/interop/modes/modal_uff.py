@@ -16,6 +16,7 @@ import numpy as np
 from nvhchain.errors import FileFormatError, InputError, require
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.handoff import FloatArray, IntArray
+from nvhchain.interop.modes.uff_frames import axes_of, frames_of
 from nvhchain.interop.modes.uff_skin import select_rows, skin
 from nvhchain.interop.notation.units import UnitSystem, unit_system
 
@@ -46,7 +47,7 @@ class _Mode:
     motion: FloatArray
 
 
-def read_modal_uff(path: str | Path, *, units: str | None = None) -> ModalModel:
+def read_modal_uff(path: str | Path, *, units: str | None = None, mass_normalized: bool = False) -> ModalModel:
     """Read real normal modes of a universal file, with the skin of its elements.
 
     Parameters
@@ -55,6 +56,8 @@ def read_modal_uff(path: str | Path, *, units: str | None = None) -> ModalModel:
         Universal file.
     units : str, optional
         Units of the file, a key of `UNIT_SYSTEMS`; by default those of its dataset 164, or SI without one.
+    mass_normalized : bool
+        True for shapes with modal mass 1 in the units of the file, whatever modal mass it states.
 
     Returns
     -------
@@ -80,6 +83,8 @@ def read_modal_uff(path: str | Path, *, units: str | None = None) -> ModalModel:
     groups: dict[str, tuple[list[int], list[int]]] = {}
     modes: list[_Mode] = []
     others: set[int] = set()
+    systems: dict[int, int] = {}
+    frames: dict[int, FloatArray | None] = {}
     stated: UnitSystem | None = None
     try:
         for kind, lines in _blocks(path):
@@ -87,7 +92,9 @@ def read_modal_uff(path: str | Path, *, units: str | None = None) -> ModalModel:
                 length, force = (1.0 / value for value in _floats(" ".join(lines[1:3]))[:2])
                 stated = UnitSystem("dataset 164", length, force / length, 1.0)  # its time is the second
             elif kind in (15, 2411):
-                nodes.update(_nodes(kind, lines))
+                nodes.update(_nodes(kind, lines, systems))
+            elif kind in (18, 2420):
+                frames.update(frames_of(kind, [line.split() for line in lines]))
             elif kind == 2412:
                 for label, element in _elements(lines):
                     if elements.setdefault(label, element) != element:
@@ -117,10 +124,19 @@ def read_modal_uff(path: str | Path, *, units: str | None = None) -> ModalModel:
     added = found.centres.shape[0]
     frequency, damping = (np.array([getattr(mode, name) for mode in modes]) for name in ("frequency", "damping"))
     shapes = np.zeros((len(modes), len(labels) + added, 3))
+    turned = {label: axes_of(system, label, frames, str(path)) for label, system in systems.items()}
     for shape in shapes:
         mode = modes.pop(0)  # released after the copy: modes may take gigabytes
-        require(mode.mass > 0, f"{path}: a mode has modal mass {mode.mass:g}: export shapes with their modal mass")
-        shape[select_rows(labels, mode.labels, f"{path}: a mode")] = mode.motion / np.sqrt(mode.mass * system.mass)
+        require(
+            mass_normalized or mode.mass > 0,
+            f"{path}: a mode has modal mass {mode.mass:g}: export shapes with their modal mass, or state "
+            "mass_normalized = true if it is one",
+        )
+        mass = 1.0 if mass_normalized else mode.mass
+        shape[select_rows(labels, mode.labels, f"{path}: a mode")] = mode.motion / np.sqrt(mass * system.mass)
+        for label, axes in turned.items():
+            row = select_rows(labels, np.array([label]), f"{path}: a node")
+            shape[row] = shape[row] @ axes.T
         shape[len(labels) :] = found.centres @ shape[: len(labels)]
     return ModalModel(
         nodes=np.vstack([place, found.centres @ place]),
@@ -197,17 +213,16 @@ def _integer(text: str) -> int:
     return number
 
 
-def _nodes(kind: int, lines: list[str]) -> Iterator[tuple[int, list[float]]]:
+def _nodes(kind: int, lines: list[str], systems: dict[int, int]) -> Iterator[tuple[int, list[float]]]:
+    """Yield label and place; numbers of systems in which nodes move go into `systems`."""
     step = 1 if kind == 15 else 2
     for i in range(0, len(lines) - step + 1, step):
         head = lines[i].split()
-        if int(head[2]) > 1:  # 0 and 1 are the part's own rectangular system
-            raise InputError(
-                f"node {head[0]} moves in its own system {head[2]}: export displacements in the global one"
-            )
         place = [_float(x) for x in (head[4:7] if step == 1 else _NUMBER.findall(lines[i + 1]))]
         if len(place) != 3:
             raise ValueError(f"node {head[0]} has {len(place)} coordinates, 3 are needed")
+        if int(head[2]) > 1:  # 0 and 1 are the part's own rectangular system
+            systems[_integer(head[0])] = int(head[2])
         yield _integer(head[0]), place
 
 

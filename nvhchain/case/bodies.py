@@ -13,7 +13,7 @@ from nvhchain import acoustics
 from nvhchain.acoustics.surfaces.needles import SECONDS, remesh_needles
 from nvhchain.dimensions import Length
 from nvhchain.errors import InputError, require, warn_caller
-from nvhchain.fem.mesh_files import read_mesh, triangulated
+from nvhchain.fem.mesh_files import closed_surface, read_mesh
 from nvhchain.handoff import RigidPlane, Surface
 from nvhchain.interop.solids.nastran_faces import NASTRAN_ENDINGS, read_nastran_faces
 from nvhchain.kinds import check_fields
@@ -155,17 +155,14 @@ class SurfaceFile:
         return remeshed.surface
 
     def read(self, folder: Path) -> Surface:
-        """Return the unchanged surface; InputError where the file is missing or the surface open."""
+        """Return the surface, with a warning of each repair; InputError where the file is missing or open."""
         path = folder / self.file
         require(path.is_file(), f"{path}: no such surface file")
         mesh = read_nastran_faces(path) if path.suffix.lower() in NASTRAN_ENDINGS else read_mesh(path)
         try:
-            vertices, triangles, dropped = triangulated(mesh)
-            if dropped:
-                warn_caller(
-                    f"{path}: {dropped} of {dropped + len(triangles)} triangles have two corners in one place and are "
-                    "left out"
-                )
+            vertices, triangles, repairs = closed_surface(mesh)
+            for repair in repairs:
+                warn_caller(f"{path}: {repair}")
             return Surface(vertices * self.scale, triangles)
         except InputError as error:
             raise type(error)(f"{path}: {error}") from None

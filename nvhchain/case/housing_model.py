@@ -213,6 +213,8 @@ class ModalResults(Housing):
         housing.check_modes(modes, case.band.high)
         held = not (driven and housing.has_rigid_motion(modes, case.band.high))
         require_support(case, f"{modes.source} has a rigid motion", held)
+        if self.surface is not None:
+            self.surface.read(Path(case.folder))
         top = knobs.mode_ratio * case.band.high
         return Extent(housing.modal_extent(modes), f"the modes to {top:g} Hz in {self.file}")
 

@@ -55,19 +55,28 @@ class Surface(HandOff):
         forward, backward = edges[:, 0] * n + edges[:, 1], edges[:, 1] * n + edges[:, 0]
         unique, count = np.unique(forward, return_counts=True)
         undirected, sides = np.unique(np.minimum(forward, backward), return_counts=True)
-        open_edges = int((sides == 1).sum())
+        single, crowded = undirected[sides == 1], undirected[sides > 2]
         require(
-            open_edges == 0,
-            f"Surface is open: {open_edges} edges belong to one triangle only; close it (cap the openings)",
+            len(single) == 0,
+            f"Surface is open: {len(single)} edges belong to one triangle only{self._place(single)}; close it (cap the "
+            "openings)",
         )
         require(
-            bool((sides == 2).all()),
-            f"Surface has {int((sides > 2).sum())} edges shared by more than two triangles: make it a manifold",
+            len(crowded) == 0,
+            f"Surface has {len(crowded)} edges shared by more than two triangles{self._place(crowded)}: make it a "
+            "manifold",
         )
         require(
             bool((count == 1).all()) and len(undirected) * 2 == len(unique),
             "Surface triangles are not oriented alike: neighbours must run along a common edge in opposite directions",
         )
+
+    def _place(self, edges: IntArray) -> str:
+        """Return words for the first of `edges`, numbers of their ends in one."""
+        if not len(edges):
+            return ""
+        middle = self.vertices[list(divmod(int(edges[0]), len(self.vertices)))].mean(axis=0)
+        return f", the first at [{', '.join(f'{c:.4g}' for c in middle)}] m"
 
     def _check_outward(self) -> None:
         """Refuse bodies without a positive volume, such as the wall of a closed cavity, which radiates no sound."""

@@ -112,8 +112,7 @@ def check_case(case: Case) -> None:
         If nothing drives the gearbox or holds its housing, or if the housing's file does not fit it.
     """
     _apply(_CASE_CHECKS, Scene(case, STANDARD))
-    if not case.states_velocity:
-        case.extent(STANDARD, driven=True)
+    case.extent(STANDARD, driven=not case.states_velocity)
     _check_background(case)
 
 

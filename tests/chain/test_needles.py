@@ -194,3 +194,11 @@ def test_layers_of_longer_needles_are_refused_with_what_meshes_them_anew():
         nvh.acoustics.transfer_vectors(layered(1100.0), points, [300.0], air=air)
     made = nvh.acoustics.remesh_needles(layered(1100.0), 0.025).surface
     assert nvh.acoustics.ExteriorProblem(made).surface is made
+
+
+def test_check_opens_the_surface_file(case, capsys):
+    points, faces = cylinder(32, 8, 2)
+    assert main(["check", str(case(points, faces))]) == 0
+    file = case(points, faces[1:])
+    assert main(["check", str(file)]) == 2
+    assert "body.stl: Surface is open: 3 edges belong to one triangle only, the first at [" in capsys.readouterr().err

@@ -230,3 +230,48 @@ def test_no_code_of_the_working_directory_is_run_for_a_med_file(folder, tmp_path
     done = subprocess.run([sys.executable, "-P", "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.stdout.strip() == str(len(POINTS)), done.stderr
     assert not Path(tmp_path / "ran").exists()
+
+
+def test_triangles_turned_inward_are_turned_over_and_counted(tmp_path):
+    """Some, all, and all of one of two bodies; a cavity inside a body stays refused."""
+    rng = np.random.default_rng(2)
+    some = np.where(rng.random((len(TRIANGLES), 1)) < 0.3, TRIANGLES[:, ::-1], TRIANGLES)
+    turned = int((some != TRIANGLES).any(axis=1).sum())
+    (tmp_path / "some.stl").write_text(_stl(POINTS[some]))
+    with pytest.warns(AccuracyWarning, match=rf"some\.stl: {turned} of 80 triangles turned over, so that all normals"):
+        surface = SurfaceFile("some.stl").read(tmp_path)
+    assert np.einsum("ka,ka->k", surface.normals, surface.centroids - POINTS.mean(axis=0)).min() > 0
+    beside = POINTS[TRIANGLES[:, ::-1]] + [5 * np.ptp(POINTS[:, 0]), 0.0, 0.0]
+    (tmp_path / "two.stl").write_text(_stl(np.concatenate([POINTS[TRIANGLES], beside])))
+    with pytest.warns(AccuracyWarning, match="80 of 160 triangles turned over"):
+        SurfaceFile("two.stl").read(tmp_path)
+    cavity = POINTS.mean(axis=0) + 0.5 * (POINTS[TRIANGLES[:, ::-1]] - POINTS.mean(axis=0))
+    (tmp_path / "cavity.stl").write_text(_stl(np.concatenate([POINTS[TRIANGLES], cavity])))
+    with pytest.raises(InputError, match=r"cavity\.stl: body 1 of 2 .* its normals point inward"):
+        SurfaceFile("cavity.stl").read(tmp_path)
+
+
+def test_corners_of_six_digits_are_joined_where_that_closes_the_surface(tmp_path):
+    rng = np.random.default_rng(3)
+    rough = POINTS[TRIANGLES] + 1e-5 * np.ptp(POINTS, axis=0).max() * rng.uniform(-1, 1, (len(TRIANGLES), 3, 3))
+    (tmp_path / "a.stl").write_text(_stl(rough))
+    with pytest.warns(AccuracyWarning, match=r"a\.stl: corners within 0\.0001 of its extent joined"):
+        surface = SurfaceFile("a.stl").read(tmp_path)
+    assert surface.vertices.shape == POINTS.shape
+    (tmp_path / "open.stl").write_text(_stl(POINTS[TRIANGLES[1:]]))
+    with pytest.raises(InputError, match=r"open\.stl: Surface is open: 3 edges .* only, the first at \["):
+        SurfaceFile("open.stl").read(tmp_path)
+
+
+def test_triangles_without_area_are_left_out_and_their_neighbours_divided(tmp_path):
+    """One side of the ball is cut at a corner that its neighbour lacks, with a triangle of no area in between."""
+    a, b, c = TRIANGLES[0]
+    points = np.vstack([POINTS, (POINTS[a] + POINTS[b]) / 2])
+    middle = len(POINTS)
+    triangles = np.vstack([TRIANGLES[1:], [[a, middle, c], [middle, b, c], [a, b, middle]]])
+    (tmp_path / "a.stl").write_text(_stl(points[triangles]))
+    with pytest.warns(AccuracyWarning, match=r"a\.stl: 1 triangles without area are left out"):
+        surface = SurfaceFile("a.stl").read(tmp_path)
+    assert surface.areas.sum() == pytest.approx(
+        np.linalg.norm(np.cross(*(POINTS[TRIANGLES[:, i]] - POINTS[TRIANGLES[:, 0]] for i in (1, 2))), axis=1).sum() / 2
+    )

@@ -35,13 +35,15 @@ _REFINED = {
 """Triangles of faces of second order, over all of their nodes."""
 
 
-def triangulated(mesh: MeshFile) -> tuple[FloatArray, IntArray, int]:
+def triangulated(mesh: MeshFile, tolerance: float = JOINED) -> tuple[FloatArray, IntArray, int]:
     """Return the triangles of the faces of a mesh file, with joined corners.
 
     Parameters
     ----------
     mesh : MeshFile
         Points and cells.
+    tolerance : float
+        Distance within which corners are one, relative to the largest extent.
 
     Returns
     -------
@@ -66,23 +68,23 @@ def triangulated(mesh: MeshFile) -> tuple[FloatArray, IntArray, int]:
     corners = np.vstack([np.empty((0, 3), dtype=np.int64), *parts])
     require(len(corners) > 0, "holds no triangles: export a triangulated surface")
     used, index = np.unique(corners, return_inverse=True)
-    vertices, joined = _joined(mesh.points[used])
+    vertices, joined = _joined(mesh.points[used], tolerance)
     triangles = joined[index.reshape(corners.shape)]
     flat = (triangles == np.roll(triangles, 1, axis=1)).any(axis=1)
     require(
         flat.mean() < _COLLAPSED,
-        f"{int(flat.sum())} of {len(flat)} triangles have two corners within {JOINED:g} of its extent: export it "
+        f"{int(flat.sum())} of {len(flat)} triangles have two corners within {tolerance:g} of its extent: export it "
         "in double precision, without points far away",
     )
     kept, numbers = np.unique(triangles[~flat], return_inverse=True)
     return vertices[kept], numbers.reshape(-1, 3), int(flat.sum())
 
 
-def _joined(points: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Return one point for all within `JOINED`, and its number for each."""
+def _joined(points: FloatArray, tolerance: float) -> tuple[FloatArray, IntArray]:
+    """Return one point for all within `tolerance` of the extent, and its number for each."""
     points, same = np.unique(points, axis=0, return_inverse=True)
     same = same.ravel()
-    near = max(JOINED * float(np.ptp(points, axis=0).max()), float(np.spacing(np.float32(np.abs(points).max()))))
+    near = max(tolerance * float(np.ptp(points, axis=0).max()), float(np.spacing(np.float32(np.abs(points).max()))))
     tree = KDTree(points)
     count = (int(tree.count_neighbors(tree, near)) - len(points)) // 2
     require(

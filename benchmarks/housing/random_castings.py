@@ -1,6 +1,6 @@
 """Random castings within the limits of their fields: how many are meshed, refused before the work, or fail.
 
-    python -m benchmarks.housing.random_castings COUNT [FIRST]
+    python -m benchmarks random_castings COUNT [FIRST]
 
 Lengths are round numbers, as in drawings: coincidences of faces are what solid modellers fail at. Prints every failure
 with its seed, then the count. A casting takes some seconds.

@@ -2,10 +2,12 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from benchmarks.housing.random_castings import COARSE, random_casting
 from nvhchain.errors import InputError, SolverError
 from nvhchain.fem import mesher, stiffness_and_mass
 from nvhchain.housing.casting import _gmsh
@@ -139,3 +141,19 @@ def test_seat_without_nodes_is_refused(casting, fidelity, monkeypatch):
     monkeypatch.setattr("nvhchain.housing.casting._gmsh.mesh", lambda recipe: {**raw, "nodes": raw["nodes"] * 1.01})
     with pytest.raises(InputError, match="seat A1 got 0 mesh nodes"):
         mesh_casting(casting, fidelity)
+
+
+def test_lug_that_just_touches_the_side_wall_is_part_of_the_casting(casting):
+    """At its top, 17.5 mm above the foot, with a draft of 8 mm over 140 mm."""
+    rear = tuple(replace(bore, centre=(*bore.centre[:2], min(bore.centre[2], 0.137))) for bore in casting.bores)
+    touching = replace(casting, bores=rear, depth=0.14, draft=0.008, flange_width=0.012)
+    made = _gmsh.mesh(casting_recipe(touching, 0.03, 6.0) | {"dimension": 2})
+    assert made["nodes"][:, 2].max() > touching.depth
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(4))
+def test_random_castings_are_meshed(seed):
+    """More of them: python -m benchmarks random_castings COUNT."""
+    made = random_casting(seed)
+    assert len(mesh_casting(made, COARSE).seats) == len(made.bores)

@@ -57,7 +57,7 @@ class Cad(housing.CadPart, Housing):
 
     def shape(self, case: GearboxCase, knobs: HousingFidelity) -> housing.HousingShape:
         """Return the surface with seats and bolts, for pictures."""
-        return housing.cad_shape(self.survey(case, knobs))
+        return housing.cad_shape(housing.survey(self, Path(case.folder), case.seats, knobs, smooth=True))
 
     def read(self, case: GearboxCase, face_size: float) -> tuple[Any, ...]:
         """Return the file's bytes and the seats of the case."""

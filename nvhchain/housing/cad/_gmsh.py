@@ -18,6 +18,7 @@ import numpy as np
 
 from nvhchain.errors import InputError
 from nvhchain.fem.mesher import run_mesher, serve
+from nvhchain.housing.casting._gmsh import generate
 
 _TIME_LIMIT = 1800.0
 """Time (s) after which the mesher is stopped."""
@@ -105,7 +106,7 @@ def _meshed(job: dict[str, Any]) -> dict[str, Any]:
         found |= {"nodes": skin["nodes"], "elements": skin["elements"][outer], "face": skin["face"][outer]}
         found["members"] = _pairs(found["face"], found["elements"])
     else:
-        gmsh.model.mesh.generate(3)
+        generate(gmsh, 3, job["size"], job["smallest"])
         gmsh.model.mesh.setOrder(2)
         found |= _tetrahedra(gmsh)
     gmsh.finalize()

@@ -32,6 +32,9 @@ _USUAL, _USUAL_REACH = 1.8, 0.2
 _UNITS = {1000.0: "metres", 25.4: "inches", 0.001: "millimetres", 1 / 25.4: "millimetres", 10.0: "centimetres"}
 """Factors that wrong units of a file leave."""
 
+_SMOOTH = 40.0
+"""Triangles around a full circle in pictures."""
+
 _UNKNOWNS_PER_TRIANGLE = 9.0
 """Displacement unknowns of quadratic tetrahedra per triangle of the skin, from the meshes in docs/housings.md."""
 
@@ -72,7 +75,14 @@ class Survey:
         return _UNKNOWNS_PER_TRIANGLE * len(self.triangles) * (surveyed / size) ** 2
 
 
-def survey(part: CadPart, folder: Path, positions: Mapping[str, Sequence[float]], fidelity: HousingFidelity) -> Survey:
+def survey(
+    part: CadPart,
+    folder: Path,
+    positions: Mapping[str, Sequence[float]],
+    fidelity: HousingFidelity,
+    *,
+    smooth: bool = False,
+) -> Survey:
     """Read a part, and find its seats and bolts.
 
     Parameters
@@ -85,6 +95,8 @@ def survey(part: CadPart, folder: Path, positions: Mapping[str, Sequence[float]]
         Bearing → centre of its seat (m).
     fidelity : HousingFidelity
         Size of the triangles of the skin.
+    smooth : bool
+        True for small triangles on round faces, for pictures.
 
     Returns
     -------
@@ -96,7 +108,7 @@ def survey(part: CadPart, folder: Path, positions: Mapping[str, Sequence[float]]
     InputError
         If the part is open, has another size than the gearbox, or lacks seats or bolts.
     """
-    made = mesh_part(part, folder, positions, fidelity.element_size, fidelity, dimension=2)
+    made = mesh_part(part, folder, positions, fidelity.element_size, fidelity, dimension=2, smooth=smooth)
     nodes, triangles = part.placed(made["nodes"]), made["elements"]
     seats, bolts = chosen(part, made["cylinders"], positions)
     skin = Skin(nodes, triangles, sp.identity(len(nodes), format="csr"))
@@ -135,6 +147,7 @@ def mesh_part(
     fidelity: HousingFidelity,
     *,
     dimension: int,
+    smooth: bool = False,
 ) -> dict[str, Any]:
     """Mesh a part with elements of `size` (m); refuse one much smaller or larger than the reach of its bearings."""
     path = folder / part.file
@@ -145,8 +158,8 @@ def mesh_part(
         {
             "file": str(path),
             "size": unit * size,
-            "smallest": unit * size / 2,
-            "per_turn": fidelity.elements_per_turn,
+            "smallest": unit * size / (20 if smooth else 2),
+            "per_turn": _SMOOTH if smooth else fidelity.elements_per_turn,
             "ignore": unit * part.smallest_feature,
             "lengths": [unit * limit for limit in (_FITTING * needed if needed > 0 else _ANY)],
             "dimension": dimension,

@@ -22,6 +22,11 @@ from nvhchain.fem.mesher import run_mesher, serve
 _TIME_LIMIT = 900.0
 """Time (s) after which the mesher is stopped."""
 
+_OPEN = "the skin of the casting is not closed: avoid edges that nearly coincide"
+
+FINER = (1.0, 0.8, 0.65, 0.5)
+"""Factors on the size of the elements that are tried in turn: faces of long ones cross in narrow places."""
+
 
 def mesh(recipe: dict[str, Any]) -> dict[str, np.ndarray]:
     """Mesh a recipe; return `nodes` (n, 3) m and `elements`.
@@ -51,8 +56,6 @@ def _meshed(job: bytes) -> dict[str, np.ndarray]:
         "General.Terminal": 0,
         "General.NumThreads": 1,
         "Mesh.RandomSeed": 1,
-        "Mesh.MeshSizeMax": recipe["size"],
-        "Mesh.MeshSizeMin": recipe["smallest"],
         "Mesh.MeshSizeFromCurvature": recipe["per_turn"],
         "Mesh.MeshSizeExtendFromBoundary": 1,
         "Mesh.Algorithm": 6,
@@ -76,12 +79,29 @@ def _meshed(job: bytes) -> dict[str, np.ndarray]:
         raise RuntimeError(f"the casting falls apart into {len(body)} pieces: check wall, bosses and ribs")
     occ.synchronize()
     dimension = recipe["dimension"]
-    gmsh.model.mesh.generate(dimension)
+    generate(gmsh, dimension, recipe["size"], recipe["smallest"])
     if dimension == 3:
         gmsh.model.mesh.setOrder(2)
     made = _arrays(gmsh, dimension)
     gmsh.finalize()
     return made
+
+
+def generate(gmsh: Any, dimension: int, size: float, smallest: float) -> None:
+    """Mesh with elements between `smallest` and `size`, or with finer ones where their faces cross each other."""
+    for factor in FINER:
+        gmsh.option.setNumber("Mesh.MeshSizeMax", factor * size)
+        gmsh.option.setNumber("Mesh.MeshSizeMin", factor * smallest)
+        try:
+            gmsh.model.mesh.generate(dimension)
+            if not len(gmsh.model.mesh.getElementsByType(4 if dimension == 3 else 2)[0]):
+                raise RuntimeError(_OPEN)
+        except Exception:  # gmsh has no class for a mesh that it cannot make
+            if factor == FINER[-1]:
+                raise
+            gmsh.model.mesh.clear()
+        else:
+            return
 
 
 def _solid(occ: Any, solid: dict[str, Any]) -> int:
@@ -118,8 +138,6 @@ def _arrays(gmsh: Any, dimension: int) -> dict[str, np.ndarray]:
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     _, number = gmsh.model.mesh.getElementsByType(11 if dimension == 3 else 2)
     elements = number.reshape(-1, 10 if dimension == 3 else 3)
-    if len(elements) == 0:
-        raise RuntimeError("the skin of the casting is not closed: avoid edges that nearly coincide")
     if dimension == 3:
         elements = elements[:, [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]]  # gmsh numbers the last two edges the other way round
     used = np.unique(elements)

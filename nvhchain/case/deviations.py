@@ -127,16 +127,20 @@ class Deviations:
     single_pitch, cumulative_pitch : float, optional
         Largest single pitch deviation f_pt and range of the cumulative one F_p of the draw (m).
     pitch : tuple of float
-        Place of the drive flank of every tooth (m), in the order of mesh, along the reference circle, > 0 towards the
-        mating flank; in place of a draw. The coast flanks move along with their teeth.
+        Place of the drive flank of every tooth (m) in the order of mesh, an arc of the reference circle, in place of a
+        draw. It is > 0 towards the mating flank. The coast flanks move along with their teeth.
     run_out : float, optional
         Radial run-out F_r (m), twice the eccentricity.
     run_out_phase : float, optional
         Angle of the eccentricity from the mating axis at time 0, in running direction (rad); drawn by default.
-    profile_slope, helix_slope : float, optional
-        Slopes f_Hα and f_Hβ of all teeth (m), > 0 where material is added at the tip, or at +z.
-    profile_form, helix_form : float, optional
-        Form deviations f_fα and f_fβ of all teeth (m), the range of a wave.
+    profile_slope : float, optional
+        Slope f_Hα of all teeth (m), > 0 where material is added at the tip.
+    profile_form : float, optional
+        Form deviation f_fα of all teeth (m), the range of a wave.
+    helix_slope : float, optional
+        Slope f_Hβ of all teeth (m), > 0 where material is added at +z.
+    helix_form : float, optional
+        Form deviation f_fβ of all teeth (m), the range of a wave.
     ghosts : tuple of GhostOrder
         Undulations by the generating machine.
     topography : Topography, optional
@@ -181,7 +185,7 @@ class Deviations:
             "deviations: pitch states every tooth: leave single_pitch and cumulative_pitch out",
         )
 
-    def of_gear(self, geometry: GearGeometry, *, drives: bool) -> GearDeviations:
+    def gear_deviations(self, geometry: GearGeometry, *, drives: bool) -> GearDeviations:
         """Return the deviations of a gear.
 
         Parameters
@@ -288,16 +292,15 @@ class StageTolerances:
         Largest change of the centre distance to either side (m).
     centre_distance_grade : int, optional
         IT grade of ISO 286 for the centre distance, 5 to 11, in place of a value: JS, half to either side.
-    in_plane, normal : float
-        Largest angle of the axes to either side (rad), as in the stage's `misalignment`.
+    misalignment : Misalignment
+        Largest angles of the axes to either side (rad).
     seed : int
         Number of the draw, even within the tolerances.
     """
 
     centre_distance: Length | None = None
     centre_distance_grade: int | None = None
-    in_plane: Angle = 0.0
-    normal: Angle = 0.0
+    misalignment: Misalignment = Misalignment()  # noqa: RUF009 (frozen)
     seed: int = 1
 
     def __post_init__(self) -> None:
@@ -307,8 +310,8 @@ class StageTolerances:
             self.centre_distance is None or self.centre_distance_grade is None,
             "tolerances: give centre_distance or centre_distance_grade, not both",
         )
-        for name in ("centre_distance", "in_plane", "normal"):
-            value = getattr(self, name)
+        sizes = {"centre_distance": self.centre_distance, **vars(self.misalignment)}
+        for name, value in sizes.items():
             require(value is None or value >= 0.0, f"tolerances: {name} = {value} must be 0 or more: it is ±")
         _check_size("centre_distance", self.centre_distance)
 
@@ -319,7 +322,8 @@ class StageTolerances:
             half = 0.5 * standard_tolerance(centre_distance, self.centre_distance_grade)
         shares = np.random.default_rng(self.seed).uniform(-1.0, 1.0, 3)
         change, in_plane, normal = (
-            float(s * t) for s, t in zip(shares, (half, self.in_plane, self.normal), strict=True)
+            float(share * size)
+            for share, size in zip(shares, (half, self.misalignment.in_plane, self.misalignment.normal), strict=True)
         )
         return centre_distance + change, Misalignment(in_plane, normal)
 

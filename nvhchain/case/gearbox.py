@@ -315,7 +315,7 @@ class GearboxCase:
         for stage in self.stages:
             ends = ((gears[stage.pinion], True), (gears[stage.wheel], False))
             pinion, wheel = (
-                None if gear.deviations is None else gear.deviations.of_gear(gear.geometry, drives=drives)
+                None if gear.deviations is None else gear.deviations.gear_deviations(gear.geometry, drives=drives)
                 for gear, drives in ends
             )
             tilt = stage.drawn_axes[1]

@@ -75,7 +75,7 @@ class Gear:
         _ = self.body
         if self.deviations is not None:
             try:
-                self.deviations.of_gear(self.geometry, drives=True)
+                self.deviations.gear_deviations(self.geometry, drives=True)
             except InputError as error:
                 raise InputError(f"gear {self.name}: deviations: {error}") from None
 

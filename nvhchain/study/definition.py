@@ -135,9 +135,9 @@ class Study:
     parameters : tuple of Parameter
         Parameters.
     plan : str
-        `grid` (every combination of values), `list` (the n-th values of all parameters together), `monte_carlo`
-        (independent draws, for percentiles and shares that fail), `latin_hypercube`, `sobol` (points of low
-        discrepancy), or `sensitivity` (for Sobol indices).
+        Plan: `grid` has every combination of values, `list` the n-th values of all parameters together.
+        `monte_carlo` has independent draws, for percentiles and shares that fail. `latin_hypercube` and `sobol` fill
+        the space evenly, `sensitivity` is for Sobol indices.
     designs : int
         Number of designs of the last four plans, a power of two for `sobol` and `sensitivity`. The latter multiplies
         it by the number of parameters plus two.

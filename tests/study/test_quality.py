@@ -1,4 +1,4 @@
-"""What leaves the factory: draws, percentiles, shares that fail, ranked tolerances, and their sound."""
+"""Quality of a series: draws, percentiles, shares that fail, ranked tolerances, and their sound."""
 
 from __future__ import annotations
 

@@ -38,8 +38,8 @@ class ToothFlanks:
     profile_wave, helix_wave : tuple of 2 float
         Number of waves over the usable profile, or the face width, and their phase at its start (rad).
     topography : (n_tooth or 1, n_profile, n_face) array, optional
-        Measured deviations along the normal (m), on even steps of rolled length from the form to the tip circle, and of
-        z over the face width.  One tooth stands for all.
+        Measured deviations along the normal (m). Steps are even in rolled length from form to tip circle, and in z over
+        the face width. One tooth stands for all.
     """
 
     pitch: FloatArray

@@ -95,7 +95,7 @@ def _deviated_law(case: GearboxCase, stage: Stage, knobs: GearFidelity) -> list[
     alone = _SECONDS_PER_PAIR * angles * slices**2
     words = f"{meshes} meshes until the same teeth meet again"
     seconds = alone + _SECONDS_PER_DEVIATED * rows * size + 2 * angles * _lines_seconds(slices)
-    megabytes = BASE_MEGABYTES + 1e-6 * 8 * rows * (_COPIES * size + 6 * slices)
+    megabytes = BASE_MEGABYTES + 1e-6 * 8 * rows * (_COPIES * size + 32 * slices)
     return [PlannedStep(MESH_LAWS, f"deviated law {stage.name}", words, seconds, megabytes)]
 
 

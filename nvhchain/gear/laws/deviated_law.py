@@ -20,6 +20,8 @@ FINER = 2
 places."""
 _GRADING = 1.25
 """Exponent of the spacing of deflections, densest at first contact."""
+_EXTENSIONS = 20
+"""Largest number of extensions of the deflections, by a quarter each."""
 _EVEN = 1e-9
 """Largest variation of a shape over the face (m) that counts as even."""
 _TOLERANCE = 1e-7
@@ -61,7 +63,7 @@ def deviated_mesh_law(pair: GearPair, law: MeshLaw, pairs: ToothPairs, deviation
     deviations.check(pair)
     later = np.arange(deviations.meshes(pair) // pair.meshes_per_body_period) * pair.meshes_per_body_period
     sides = [_side(pair, pairs, deviations, flank, later) for flank in (DRIVE, BACK)]
-    deflection = _grid(pair, law, pairs, [side.start for side in sides])
+    deflection = _grid(pair, law, pairs, sides)
     force = sum(_carried(pair, law, pairs, side, deflection) for side in sides)
     turns = np.arange(len(later))[:, None] * law.period + law.angle
     rows = np.reshape(force, (-1, len(deflection)))
@@ -157,27 +159,26 @@ def slice_gaps(
 
 def _carried(pair: GearPair, law: MeshLaw, pairs: ToothPairs, side: _Side, deflection: FloatArray) -> FloatArray:
     """Return the forces of one flank (n_later, n_angle, n_defl) in N, > 0 on the drive flank and < 0 on the back."""
-    from nvhchain.gear.laws._pair_forces import mesh_forces  # compiled, or read from its cache, when first needed
-
-    flank, rows = side.flank, len(pairs.angle)
-    first, coupling, count = pairs.first_contact[flank], np.array(pairs.coupling[flank]), np.array(pairs.count[flank])
-
-    def summed(force: FloatArray, start: FloatArray, tilt: FloatArray, approach: FloatArray) -> FloatArray:
-        total, step = np.zeros((len(start), rows, len(approach))), float(pairs.approach[1])
-        table, at = np.array(force, order="C"), np.array(approach, order="C")
-        mesh_forces(
-            table, coupling, count, step, np.array(start, order="C"), np.array(tilt, order="C"), at, _TOLERANCE, total
-        )
-        return total
-
+    flank, first = side.flank, pairs.first_contact[side.flank]
     even = np.append(pairs.approach + first.min(), 2.0 * pairs.approach[-1])
-    (model,) = summed(pairs.force[flank][None], first[None], np.zeros_like(first[None]), even)
-    drawn = _drawn_forces(pair, law, flank, even)
-    drive = flank == DRIVE
-    total = summed(side.force, side.start, side.tilt, deflection if drive else -(deflection + pair.backlash)[::-1])
-    for row in range(rows):
+    as_drawn = _Side(flank, first[None], np.zeros_like(first[None]), pairs.force[flank][None])
+    (model,) = _summed(pairs, as_drawn, even)
+    drawn, drive = _drawn_forces(pair, law, flank, even), flank == DRIVE
+    total = _summed(pairs, side, deflection if drive else -(deflection + pair.backlash)[::-1])
+    for row in range(len(model)):
         total[:, row] = np.interp(total[:, row], model[row], drawn[row])
     return total if drive else -total[..., ::-1]
+
+
+def _summed(pairs: ToothPairs, side: _Side, approach: FloatArray) -> FloatArray:
+    """Return the sums (n_later, n_angle, n_approach) of the forces of all pairs of one flank (N)."""
+    from nvhchain.gear.laws._pair_forces import mesh_forces  # compiled, or read from its cache, when first needed
+
+    total = np.zeros((len(side.start), len(pairs.angle), len(approach)))
+    coupling, count = np.array(pairs.coupling[side.flank]), np.array(pairs.count[side.flank])
+    force, start, tilt, at = (np.array(part, order="C") for part in (side.force, side.start, side.tilt, approach))
+    mesh_forces(force, coupling, count, float(pairs.approach[1]), start, tilt, at, _TOLERANCE, total)
+    return total
 
 
 def _drawn_forces(pair: GearPair, law: MeshLaw, flank: int, approach: FloatArray) -> FloatArray:
@@ -190,21 +191,25 @@ def _drawn_forces(pair: GearPair, law: MeshLaw, flank: int, approach: FloatArray
     return np.maximum(force if drive else -force, 0.0)
 
 
-def _grid(pair: GearPair, law: MeshLaw, pairs: ToothPairs, touches: list[FloatArray]) -> FloatArray:
+def _grid(pair: GearPair, law: MeshLaw, pairs: ToothPairs, sides: list[_Side]) -> FloatArray:
     """Return deflections (m) from back to drive flanks, `FINER` times those of the law as drawn.
 
-    They reach as far beyond the first contact of any pair as the law as drawn, and further by the largest deviation.
+    They reach from the first contact of any pair until all positions carry the largest forces of the law as drawn.
     """
     parts, nearest = [], []
-    for flank, touched in zip((DRIVE, BACK), touches, strict=True):
-        there = np.arange(touched.shape[-1]) < pairs.count[flank][:, None]
-        touch = np.where(there, touched, np.inf).min(axis=-1)
-        drawn = np.where(there, pairs.first_contact[flank], np.inf).min()
-        later = float((touch.max(axis=0) - touch.min()).max())
-        reach = law.deflection[-1] - drawn if flank == DRIVE else -law.deflection[0] - pair.backlash - drawn
+    for side in sides:
+        flank, there = side.flank, np.arange(side.start.shape[-1]) < pairs.count[side.flank][:, None]
+        touch = np.where(there, side.start, np.inf).min(axis=-1)
+        first, wanted = float(touch.min()), float((law.force[:, -1] if flank == DRIVE else -law.force[:, 0]).min())
+        reach = law.deflection[-1] if flank == DRIVE else -law.deflection[0] - pair.backlash
+        for _ in range(_EXTENSIONS):
+            carried = float(_summed(pairs, side, np.array([first + reach])).min())
+            if carried >= wanted:
+                break
+            reach *= 1.25
         columns = (law.deflection > 0).sum() if flank == DRIVE else (law.deflection < -pair.backlash).sum()
         steps = np.arange(FINER * columns + 1) / (FINER * columns)
-        parts.append(float(touch.min()) + (reach + later) * steps**_GRADING)
+        parts.append(first + 1.1 * reach * steps**_GRADING)
         nearest.append(touch)
     play = float((nearest[0] + nearest[1]).min()) + pair.backlash
     require(

@@ -22,10 +22,10 @@ from nvhchain.gear.laws.transmission_error import deflection_at_force
 from nvhchain.handoff import FloatArray, IntArray, MeshLaw, ToothPairs
 from nvhchain.kinds import checked
 
-SOLVED, TABULATED = 16, 160
+SOLVED, TABULATED = 20, 256
 """Approaches at which a pair is solved, and at which its force is tabulated between them."""
-REACH = 1.5
-"""Largest approach of a tooth pair over that of the law: pairs that meet early are pressed further."""
+REACH, EARLY = 1.5, 40e-6
+"""Largest approach of a tooth pair over that of the law, and beyond (m): pairs that meet early are pressed further."""
 RESIDUAL = 1e-9
 """Residual of a pair alone, relative to its approach; the springs err far more."""
 
@@ -74,7 +74,8 @@ def tooth_pairs(
     """
     engagement, _ = engaged(pair, nominal_force, fidelity, compliances or pair_compliances(pair, fidelity))
     loaded = float(deflection_at_force(law, nominal_force).mean())
-    approach = np.linspace(0.0, REACH * max(law.deflection[-1], -law.deflection[0] - pair.backlash), TABULATED)
+    reach = max(law.deflection[-1], -law.deflection[0] - pair.backlash)
+    approach = np.linspace(0.0, REACH * reach + EARLY, TABULATED)
     found = [_fields(engagement, float(angle), flank) for flank in (DRIVE, BACK) for angle in law.angle]
     most = max(1, *(len(one["order"]) for one in found))
     slices = max(1, *(one["gap"].shape[-1] for one in found))

@@ -209,7 +209,7 @@ def _grid(pair: GearPair, law: MeshLaw, pairs: ToothPairs, sides: list[_Side]) -
             reach *= 1.25
         columns = (law.deflection > 0).sum() if flank == DRIVE else (law.deflection < -pair.backlash).sum()
         steps = np.arange(FINER * columns + 1) / (FINER * columns)
-        parts.append(first + 1.1 * reach * steps**_GRADING)
+        parts.append(first + reach * steps**_GRADING)
         nearest.append(touch)
     play = float((nearest[0] + nearest[1]).min()) + pair.backlash
     require(

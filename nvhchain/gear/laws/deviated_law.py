@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from math import ceil
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -24,6 +26,8 @@ _EXTENSIONS = 20
 """Largest number of extensions of the deflections, by a quarter each."""
 _EVEN = 1e-9
 """Largest variation of a shape over the face (m) that counts as even."""
+_MOST = 20_000_000
+"""Largest number of gaps of slices held at once (0.2 GB); more are computed twice, in parts."""
 _TOLERANCE = 1e-7
 """Change of the force of a pair, relative to the mesh force, at which the rounds over the pairs end."""
 
@@ -92,8 +96,16 @@ def _side(pair: GearPair, pairs: ToothPairs, deviations: PairDeviations, flank: 
 
     Shape and tilt bend the force of a pair where they open a part of the face. The bend is of second order in the tilt.
     """
-    gaps = slice_gaps(pair, pairs, deviations, flank, later)
-    there, shape = pairs.length[flank] > 0, gaps.mean(axis=0)
+    there = pairs.length[flank] > 0
+    parts = np.array_split(later, ceil(len(later) * there.size / _MOST))
+    # all gaps at once where they fit
+    kept = slice_gaps(pair, pairs, deviations, flank, later) if len(parts) == 1 else None
+
+    def gaps() -> Iterator[FloatArray]:
+        for part in parts:
+            yield slice_gaps(pair, pairs, deviations, flank, part) if kept is None else kept
+
+    shape = np.asarray(sum(part.sum(axis=0) for part in gaps()) / len(later))
     first, force, weight = pairs.first_contact[flank], pairs.force[flank], pairs.weight[flank]
     mean = (shape * weight).sum(axis=-1)
     if np.abs(np.where(there, shape - mean[..., None], 0.0)).max(initial=0.0) > _EVEN:
@@ -101,20 +113,23 @@ def _side(pair: GearPair, pairs: ToothPairs, deviations: PairDeviations, flank: 
     else:
         shape = np.where(there, mean[..., None], 0.0)
         first = first + mean
-    own = gaps - shape
     along = np.where(there, pairs.axial[flank] - (weight * pairs.axial[flank]).sum(axis=-1, keepdims=True), 0.0)
     along = along / np.maximum(np.abs(along).max(axis=-1, keepdims=True), 1e-12)
     bent = (weight * along**2).sum(axis=-1)
-    tilt = (own * weight * along).sum(axis=-1) / np.where(bent > 0, bent, 1.0)
+    slope = weight * along / np.where(bent > 0, bent, 1.0)[..., None]
+    own, tilt = (
+        np.concatenate([np.einsum("mapi,api->map", part - shape, pattern) for part in gaps()])
+        for pattern in (weight, slope)
+    )
     steepest = float(np.abs(tilt).max(initial=0.0))
     if steepest <= _EVEN:
-        return _Side(flank, first + (own * weight).sum(axis=-1), np.zeros_like(tilt), force[None])
+        return _Side(flank, first + own, np.zeros_like(tilt), force[None])
     whole = pairs.gap[flank] + shape
     tilted = [whole, *(whole + sign * steepest * along for sign in (-1.0, 1.0))]
     begin = np.where(there, tilted, np.inf).min(axis=(0, -1))
     begin = np.where(there.any(axis=-1), begin, 0.0)
     tables = [solved_alone(pair, pairs, flank, each, begin)[1] for each in tilted]
-    return _Side(flank, begin + (own * weight).sum(axis=-1), tilt / steepest, np.stack(tables))
+    return _Side(flank, begin + own, tilt / steepest, np.stack(tables))
 
 
 def slice_gaps(

@@ -16,6 +16,7 @@ from nvhchain.case import AUTO, DECIDABLE, OFF, ON, Case, GearboxCase, Options
 from nvhchain.errors import InputError
 from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import FloatArray
+from nvhchain.scene.body_modes import vibrating_bodies
 from nvhchain.scene.linear_level import LinearGearbox, level_change, spectral_distance
 
 ORDER_TOLERANCE = 1e-6
@@ -106,6 +107,8 @@ class Modelling:
         Distance of their spectra (dB).
     left_out_orders : tuple of (float, float)
         Order of the input → relative change of its amplitude by what is left out, at constant speed.
+    not_modelled : tuple of str
+        Effects in the band without a model: gear bodies that vibrate.
     """
 
     case: GearboxCase
@@ -114,6 +117,7 @@ class Modelling:
     left_out_db: float = 0.0
     left_out_distance_db: float = 0.0
     left_out_orders: tuple[tuple[float, float], ...] = ()
+    not_modelled: tuple[str, ...] = ()
 
     def left_out_error(self, orders: FloatArray | None = None) -> Any:
         """Return the estimated error by the options that the program left out, relative to the amplitude.
@@ -149,7 +153,7 @@ class Modelling:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """Decision in words, and every option that the case leaves out against its estimate."""
+        """Decision in words, options that the case leaves out against their estimate, and what has no model."""
         auto = [each for each in self.options if not each.stated]
         found = []
         if auto:
@@ -158,7 +162,7 @@ class Modelling:
             parts = [f"modelled: {on or 'no option'}"]
             parts += [f"left out: {off}, in all {self.left_out_db:+z.1f} dB"] if off else []
             found.append("; ".join(parts))
-        return (*found, *(each.line(self.tolerance_db) for each in self.against_estimate))
+        return (*found, *(each.line(self.tolerance_db) for each in self.against_estimate), *self.not_modelled)
 
     def values(self) -> dict[str, Any]:
         """Return the decision for JSON files.
@@ -314,7 +318,8 @@ def _described(
         found.append(OptionEstimate(name, asked.get(name, stated), on, level, distance, note))
     case = replace(linear.case, options=chosen) if linear.case.options != chosen else linear.case
     left, far = linear.change(chosen, full), linear.distance(chosen, full)
-    return Modelling(case, tolerance, tuple(found), left, far, linear.order_changes(chosen, full))
+    orders, bodies = linear.order_changes(chosen, full), tuple(vibrating_bodies(linear.case))
+    return Modelling(case, tolerance, tuple(found), left, far, orders, bodies)
 
 
 def _switched_on(names: Sequence[str]) -> dict[str, Any]:

@@ -103,7 +103,7 @@ def option_lines(case: Case, fidelity: Fidelity) -> tuple[str, ...]:
             seconds = _option_seconds(decision.case, on, fidelity) - _option_seconds(decision.case, off, fidelity)
             line = f"{line}; {max(seconds, 0.0):.1f} s"
         lines.append(line)
-    return tuple(lines)
+    return (*lines, *decision.not_modelled)
 
 
 def _option_seconds(case: GearboxCase, options: Options, fidelity: Fidelity) -> float:

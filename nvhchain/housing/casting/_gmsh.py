@@ -94,7 +94,7 @@ def generate(gmsh: Any, dimension: int, size: float, smallest: float) -> None:
         gmsh.option.setNumber("Mesh.MeshSizeMin", factor * smallest)
         try:
             gmsh.model.mesh.generate(dimension)
-            if not len(gmsh.model.mesh.getElementsByType(4 if dimension == 3 else 2)[0]):
+            if not (len(gmsh.model.mesh.getElementsByType(4)[0]) if dimension == 3 else _is_closed(gmsh)):
                 raise RuntimeError(_OPEN)
         except Exception:  # gmsh has no class for a mesh that it cannot make
             if factor == FINER[-1]:
@@ -102,6 +102,13 @@ def generate(gmsh: Any, dimension: int, size: float, smallest: float) -> None:
             gmsh.model.mesh.clear()
         else:
             return
+
+
+def _is_closed(gmsh: Any) -> bool:
+    """Return True if every edge of the triangles belongs to two of them."""
+    triangles = gmsh.model.mesh.getElementsByType(2)[1].reshape(-1, 3)
+    edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    return len(edges) > 0 and bool((np.unique(edges, axis=0, return_counts=True)[1] == 2).all())
 
 
 def _solid(occ: Any, solid: dict[str, Any]) -> int:

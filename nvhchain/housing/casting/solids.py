@@ -21,6 +21,9 @@ _CORNER = np.sqrt(2) - 1
 _TOUCHING = 1e-5
 """Distance (m) below which two faces touch for the solid modeller, which joins neither."""
 
+_NARROW = 5e-4
+"""Width (m) of a gap or rim that leaves the mesher without elements."""
+
 
 def casting_recipe(casting: Casting, size: float, elements_per_turn: float) -> dict[str, Any]:
     """Return the recipe of the casting for quadratic tetrahedra of edge length `size` (m), or shorter if walls need it.
@@ -186,7 +189,22 @@ def _boss(casting: Casting, bore: Bore) -> Solid:
     wall = casting.wall_of(bore)
     lower, upper = casting.wall_span(wall)
     low, high = min(low, lower), max(high + casting.cover_thickness if wall == REAR else high, upper)
-    return _cylinder(bore.centre, low, high, bore.radius + casting.boss_thickness)
+    return _cylinder(bore.centre, low, high, _boss_radius(casting, bore, low, min(high, casting.depth)))
+
+
+def _boss_radius(casting: Casting, bore: Bore, low: float, high: float) -> float:
+    """Return the radius (m) of a boss, larger where it would leave a gap or a rim too narrow for elements.
+
+    low, high : ends of the boss within the casting (m).
+    """
+    radius = bore.radius + casting.boss_thickness
+    centre = np.array([bore.centre[:2]])
+    walls = [_growth(casting, low), _growth(casting, high)]
+    if casting.wall_of(bore) == REAR:
+        walls.append(casting.wall - casting.chamfer)  # rim of the rear wall's outside
+    gaps = [float(inner_distance(outline_at(casting, offset), centre)[0]) - radius for offset in walls]
+    narrow = [gap for gap in gaps if abs(gap) < _NARROW]
+    return radius + (max(narrow) + _NARROW if narrow else 0.0)
 
 
 def _first_outside(border: tuple[Arc, ...], path: FloatArray) -> int:

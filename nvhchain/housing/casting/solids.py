@@ -203,7 +203,11 @@ def _boss_radius(casting: Casting, bore: Bore, low: float, high: float) -> float
     if casting.wall_of(bore) == REAR:
         walls.append(casting.wall - casting.chamfer)  # rim of the rear wall's outside
     gaps = [float(inner_distance(outline_at(casting, offset), centre)[0]) - radius for offset in walls]
-    narrow = [gap for gap in gaps if abs(gap) < _NARROW]
+    for other in casting.bores_in(casting.wall_of(bore)):
+        if other is not bore:  # a boss that touches its neighbour meets it half-way
+            apart = float(np.hypot(*(centre[0] - other.centre[:2]))) - radius - other.radius - casting.boss_thickness
+            gaps.append((apart - _NARROW) / 2 if abs(apart) < _NARROW else np.inf)
+    narrow = [gap for gap in gaps if abs(gap) <= _NARROW]
     return radius + (max(narrow) + _NARROW if narrow else 0.0)
 
 

@@ -152,8 +152,11 @@ def test_lug_that_just_touches_the_side_wall_is_part_of_the_casting(casting):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [0, 56, 90, 139])
 def test_random_castings_are_meshed(seed):
-    """More of them: python -m benchmarks random_castings COUNT."""
+    """A common one, and a boss beside the wall, two bosses that touch, and ribs that end at the wall.
+
+    More of them: python -m benchmarks random_castings COUNT.
+    """
     made = random_casting(seed)
     assert len(mesh_casting(made, COARSE).seats) == len(made.bores)

@@ -21,6 +21,9 @@ _CORNER = np.sqrt(2) - 1
 _TOUCHING = 1e-5
 """Distance (m) below which two faces touch for the solid modeller, which joins neither."""
 
+_RIB_STEP = 2e-3
+"""Distance (m) between the end of a rib and the inside of the wall below which its corners may lie on either side."""
+
 _NARROW = 5e-4
 """Width (m) of a gap or rim that leaves the mesher without elements."""
 
@@ -222,7 +225,7 @@ def _end_ribs(casting: Casting, bores: Sequence[Bore]) -> list[Solid]:
         return []
     if casting.wall_of(bores[0]) == ENGINE_SIDE:
         low, high = casting.bell_depth - casting.rib_height, casting.bell_depth + casting.end_wall / 2
-        border = outline_at(casting, 0.5 * casting.wall)
+        border = outline_at(casting, _rib_end(casting, low))
     else:
         low, high = casting.depth - casting.end_wall / 2, casting.depth + casting.rib_height
         border = outline_at(casting, casting.wall - casting.chamfer - casting.rib_thickness / 2)
@@ -245,6 +248,15 @@ def _end_ribs(casting: Casting, bores: Sequence[Bore]) -> list[Solid]:
             if own and length > reach + 2 * casting.rib_thickness:
                 ribs.append(_web(np.array(bore.centre[:2]), end, low, high, casting.rib_thickness))
     return ribs
+
+
+def _rib_end(casting: Casting, low: float) -> float:
+    """Return the offset (m) of the outline at which engine-side ribs end: half the wall, or within the drafted wall.
+
+    low : lower end (m) of the ribs. Ends that just reach the inside of the wall leave the mesher a crack.
+    """
+    half, inside = 0.5 * casting.wall, _growth(casting, low)
+    return inside + half if abs(inside - half) < _RIB_STEP else half
 
 
 def _web(start: FloatArray, end: FloatArray, low: float, high: float, thickness: float) -> Solid:

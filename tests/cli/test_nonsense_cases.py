@@ -137,6 +137,7 @@ SI_ONLY = set(
         "axial_damping",
         "axial_load",
         "axial_stiffness",
+        "confidence",
         "dedendum",
         "density",
         "displacement",
@@ -147,8 +148,10 @@ SI_ONLY = set(
         "frequencies",
         "frequency",
         "friction",
+        "full_scale",
         "high",
         "input_torque",
+        "level",
         "load_ratio",
         "loss_factor",
         "loss_factor_frequency",
@@ -176,10 +179,13 @@ SI_ONLY = set(
         "static_load_rating",
         "stiffness_damping",
         "torque_unbalance",
+        "used",
         "velocity",
+        "x_axis",
+        "z_axis",
     ]
 )
-"""Fields of numbers whose keys take no unit: ratios, directions, and what is in N, kg, Hz or s."""
+"""Fields of numbers whose keys take no unit: ratios, directions, levels, and what is in N, kg, Pa, Hz or s."""
 
 
 def test_every_field_of_numbers_declares_its_dimension_or_takes_no_unit():

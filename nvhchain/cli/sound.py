@@ -28,9 +28,12 @@ def sound(options: argparse.Namespace) -> int:
         background=options.background,
         full_scale=options.full_scale,
         seconds=options.seconds,
+        universal=options.uff,
     )
     for path, made in written:
         level = 20 * log10(max(made.rms, 1e-300) / REFERENCE_PRESSURE)
+        if options.uff:
+            show(f"{path.with_suffix('.unv')}: all microphones")
         show(f"{path}: {made.seconds:.2f} s, {made.rms:.4g} Pa RMS, {level:.1f} dB re 20 µPa; sample 1.0 = 1 Pa")
     return 0
 
@@ -102,6 +105,7 @@ def add_commands(verbs: Any) -> None:
     listen.add_argument(
         "--seconds", metavar="S", type=float, default=4.0, help="duration of a steady sound (default: 4)"
     )
+    listen.add_argument("--uff", action="store_true", help="universal files (dataset 58) of all microphones, too")
     listen.set_defaults(action=sound)
 
     heard = verbs.add_parser(

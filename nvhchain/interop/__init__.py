@@ -3,6 +3,7 @@
 from nvhchain.interop.forces.channels import Record
 from nvhchain.interop.forces.force_channels import BearingChannels, ForceChannels
 from nvhchain.interop.forces.forces import read_bearing_forces, read_record, write_bearing_forces
+from nvhchain.interop.forces.uff58 import write_pressure_uff
 from nvhchain.interop.models import read_modal_model, read_solid_model
 from nvhchain.interop.modes.modal_hdf5 import read_modal_hdf5, write_modal_hdf5
 from nvhchain.interop.modes.modal_uff import read_modal_uff
@@ -38,6 +39,7 @@ __all__ = [
     "write_modal_uff",
     "write_modes_vtkhdf",
     "write_nastran",
+    "write_pressure_uff",
     "write_velocity_vtkhdf",
     "write_vtu",
 ]

@@ -6,6 +6,7 @@ Channels are called `node:x`, `node:y`, `node:z` by response node and direction,
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +14,11 @@ import numpy as np
 
 from nvhchain.errors import FileFormatError
 from nvhchain.files.atomic_write import write_output
-from nvhchain.handoff import BearingForces, FloatArray
+from nvhchain.handoff import BearingForces, FloatArray, PressureHistory
 from nvhchain.interop.forces.channel_units import TIME_UNITS, unit_called
 from nvhchain.interop.forces.channels import Record
 from nvhchain.interop.forces.force_channels import MESH_QUANTITIES, mesh_quantities
+from nvhchain.kinds import checked
 from nvhchain.runtime.extras import check_installed
 
 DIRECTIONS = ("scalar", "x", "y", "z", "rx", "ry", "rz")
@@ -28,6 +30,9 @@ SPEED_TYPES = {0, 1, 11, 19}
 
 DISPLACEMENT = 8
 """Ordinate of transmission errors and mesh deflections."""
+
+PRESSURE = 15
+"""Type of data of a pressure."""
 
 TIME_RESPONSE, TIME_AXIS, DOUBLE = 1, 17, 4
 
@@ -94,6 +99,38 @@ def write_uff(forces: BearingForces, path: Path) -> Path:
             label, node, unit = quantity.replace("_", " "), MESH_NODES[quantity] + i, MESH_QUANTITIES[quantity]
             sets.append(_function(forces.time, column, node, 0, label, DISPLACEMENT, unit))
     return write_output(path, sets)
+
+
+@checked
+def write_pressure_uff(history: PressureHistory, path: str | Path, *, names: Sequence[str] = ()) -> Path:
+    """Write sound pressure over time for test systems.
+
+    Parameters
+    ----------
+    history : PressureHistory
+        Sound pressure at microphones.
+    path : str or Path
+        Universal file (.uff or .unv).
+    names : sequence of str
+        Names of the microphones; by default numbers.
+
+    Returns
+    -------
+    Path
+        Path of the file.
+
+    Notes
+    -----
+    The file holds binary datasets 58: the pressure (Pa) of microphone number i at node i + 1, and the input speed at
+    node 0 where the input turns.
+    """
+    sets = []
+    if history.input_speed.any():
+        sets.append(_function(history.time, history.input_speed, SPEED_NODE, 0, "input speed", 11, "rad/s"))
+    for i, signal in enumerate(history.pressure.T):
+        name = names[i] if i < len(names) else f"microphone {i + 1}"
+        sets.append(_function(history.time, signal, i + 1, 0, name, PRESSURE, "Pa"))
+    return write_output(Path(path), sets)
 
 
 def _function(

@@ -10,6 +10,7 @@ import numpy as np
 from nvhchain.case.checks.names import nearest
 from nvhchain.errors import require
 from nvhchain.handoff import FieldPressure, PressureHistory
+from nvhchain.interop import write_pressure_uff
 from nvhchain.report.page.stored import StoredRun, stored_results
 from nvhchain.report.sound.write import BACKGROUND
 from nvhchain.sound import (
@@ -34,6 +35,7 @@ def render_sounds(
     background: str | Path | None = None,
     full_scale: float = 1.0,
     seconds: float = 4.0,
+    universal: bool = False,
 ) -> list[tuple[Path, Sound]]:
     """Write the sound of every configuration in a folder, in pascals.
 
@@ -53,11 +55,13 @@ def render_sounds(
         Pressure (Pa) of a sample of 1.0 of the background.
     seconds : float
         Shortest duration (s) of a steady sound.
+    universal : bool
+        Write the signals of all microphones as a universal file (dataset 58), too.
 
     Returns
     -------
     list of (Path, Sound)
-        Written files.
+        Written WAV files.
 
     Raises
     ------
@@ -81,7 +85,29 @@ def render_sounds(
         path = path.with_name(path.name + ".wav")
         title = ", ".join([run.name, run.point_name(number), " ".join(words)]).rstrip(", ")
         found.append((write_wav(sound, path, title=title), sound))
+        if universal:
+            signals = [_filtered(run, at, only, without, seconds) for at in range(_microphones(run))]
+            write_pressure_uff(_history(run, signals), path.with_suffix(".unv"), names=run.points)
     return found
+
+
+def _microphones(run: StoredRun) -> int:
+    """Return the number of microphones."""
+    heard = run.pressure_history if run.pressure_history is not None else run.pressure
+    return 0 if heard is None else len(heard.points)
+
+
+def _history(run: StoredRun, signals: Sequence[Sound]) -> PressureHistory:
+    """Return the signals of all microphones as a record."""
+    time = np.arange(len(signals[0].pressure)) / signals[0].rate
+    history, pressure = run.pressure_history, run.pressure
+    if history is not None:
+        speed = np.interp(time, history.time - history.time[0], history.input_speed)
+        points = history.points
+    else:
+        assert pressure is not None
+        speed, points = np.full(len(time), pressure.input_speed), pressure.points
+    return PressureHistory(time, points, np.stack([of.pressure for of in signals], axis=1), speed)
 
 
 def _point(run: StoredRun, name: str | None) -> int:

@@ -11,7 +11,7 @@ from nvhchain.handoff import FloatArray
 from nvhchain.report.page.blocks import Figure, Text, axes, colour, dash, grid, label, packed
 from nvhchain.report.page.sections.answer import over_speed_traces, speed_range
 from nvhchain.report.page.stored import Stored
-from nvhchain.report.run_up import Curve, curves_of, run_up_maps
+from nvhchain.report.run_up import Curve, curves_of
 from nvhchain.spectrum import Waterfall
 
 TITLE = "Run-up"
@@ -28,9 +28,7 @@ def blocks(stored: Stored) -> list[Any]:
     heard = [(number, run.name, of) for number, run in enumerate(stored.runs) if (of := run.pressure_history)]
     if not heard:
         return []
-    high = max((float(of.case.get("values", {}).get("band.high", 0.0)) for of in stored.runs), default=0.0)
-    rate = min((len(of.time) - 1) / float(of.time[-1] - of.time[0]) for _, _, of in heard)
-    maps = {name: run_up_maps(of, stored.marks, high=high or rate / 2.56) for _, name, of in heard}
+    maps = stored.run_up_maps
     curves = curves_of(maps, stored.marks)
     numbers = {name: number for number, name, _ in heard}
     found: list[Any] = [

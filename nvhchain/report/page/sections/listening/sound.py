@@ -14,8 +14,7 @@ from nvhchain.levels import a_weighting, decibel
 from nvhchain.report.marks import order_name
 from nvhchain.report.page.blocks import Figure, Table, Text, colour, label, packed
 from nvhchain.report.page.stored import Stored, StoredRun
-from nvhchain.report.run_up import main_orders as run_up_orders
-from nvhchain.report.run_up import run_up_maps
+from nvhchain.report.run_up import main_orders
 from nvhchain.report.sound.write import BACKGROUND
 from nvhchain.sound import Loop, Sound, order_track, read_wav, run_up_sound, steady_loop
 from nvhchain.sound.signals import RATES, audible_rate
@@ -35,9 +34,11 @@ LEAST_RANGE = 40.0
 FAINT = 90.0
 """Range (dB) below the strongest line within which lines are played."""
 
+TOGETHER = "All designs play together; the buttons choose which one is heard, at the same instant. "
+
 EXPLANATION = (
-    "All designs play together; the buttons choose which one is heard, at the same instant. One gain holds for all of "
-    "them and for the background: full scale is {scale:.3g} Pa. The WAV files beside this page hold pascals."
+    "One gain holds for everything that is played: full scale is {scale:.3g} Pa. The WAV files beside this page hold "
+    "pascals."
 )
 
 
@@ -55,7 +56,11 @@ def blocks(stored: Stored) -> list[Any]:
         data["background"] = _text(encoded_16_bit(background.resampled(rate), scale))
     words = "run-up" if "wav" in data["runs"][0] else "steady sound, a loop"
     caption = f"Player: {words}, at {stored.microphone or 'the first microphone'}."
-    return [Text(EXPLANATION.format(scale=scale)), Figure(caption, data, height=90, kind="player"), *_files(stored)]
+    return [
+        Text((TOGETHER if len(data["runs"]) > 1 else "") + EXPLANATION.format(scale=scale)),
+        Figure(caption, data, height=90, kind="player"),
+        *_files(stored),
+    ]
 
 
 def _peak(run: StoredRun) -> float:
@@ -141,13 +146,9 @@ def _tracks(history: PressureHistory, orders: list[tuple[float, str]]) -> dict[s
 
 def _orders(stored: Stored) -> list[tuple[float, str]]:
     """Return the orders, or frequencies without an input speed, that are loudest in dB(A), with their names."""
-    histories = [of for run in stored.runs if (of := run.pressure_history) is not None]
-    if histories:
-        rate = (len(histories[0].time) - 1) / float(histories[0].time[-1] - histories[0].time[0])
-        with suppress(InputError):
-            found = run_up_orders([run_up_maps(of, stored.marks, high=rate / 2.56)[1] for of in histories])
-            return [(order, _name(stored, order)) for order in found[:ORDERS]]
-        return []
+    if any(run.pressure_history is not None for run in stored.runs):
+        found = main_orders([in_orders for _, in_orders in stored.run_up_maps.values()])
+        return [(order, _name(stored, order)) for order in found[:ORDERS]]
     loudest: dict[float, float] = {}
     turning = False
     for run in stored.runs:

@@ -5,6 +5,7 @@ import pytest
 
 from nvhchain.errors import InputError
 from nvhchain.fem import factorize, lowest_modes
+from nvhchain.fem.structural.sections import section
 from nvhchain.housing.imported.repair import sound_mesh
 from nvhchain.housing.imported.seats import bearing_seats
 from nvhchain.housing.imported.solid_model import append_seats, constrained
@@ -206,6 +207,7 @@ def test_multi_point_constraints_and_bars_join_two_plates(tmp_path):
         (["CQUAD4,9,2,1,2,3,4"], "1 shells of 2 on solids left out"),
         (["CBAR,9,2,1,2,0.,0.,1."], "1 beams of 2 on solids left out"),
         (["DESVAR,1,A,1.", "BCTSET,1,2,3,0."], "1 BCTSET, 1 DESVAR left out"),
+        (["DEQATN  7       F(A,B) = A", "        + B", "PDAMP,1,2."], "1 DEQATN, 1 PDAMP left out"),
         (["MPC,4,1,1,1.,2,1,-1."], "MPC 4 left out"),
     ],
 )
@@ -236,3 +238,23 @@ def test_a_model_of_shells_is_not_written_without_them(tmp_path):
     with pytest.raises(InputError, match="are read, but not written"):
         write_nastran(model, tmp_path / "out.bdf", units="mm-t-s")
     assert not (tmp_path / "out.bdf").exists()
+
+
+@pytest.mark.parametrize(
+    ("kind", "dimensions", "area", "second"),
+    [
+        ("I", "40.,20.,20.,2.,4.,4.", 2 * 80 + 64, (20 * 40**3 - 18 * 32**3) / 12),
+        ("I1", "18.,2.,32.,40.", 2 * 80 + 64, (20 * 40**3 - 18 * 32**3) / 12),
+        ("CHAN", "20.,40.,2.,4.", 2 * 80 + 64, (20 * 40**3 - 18 * 32**3) / 12),
+        ("CHAN1", "18.,2.,32.,40.", 2 * 80 + 64, (20 * 40**3 - 18 * 32**3) / 12),
+        ("TUBE2", "10.,2.", np.pi * 36, np.pi / 4 * (10**4 - 8**4)),
+        ("T2", "20.,30.,4.,2.", 80 + 52, None),
+    ],
+)
+def test_sections_by_dimensions_have_the_area_and_moment_of_their_drawing(kind, dimensions, area, second):
+    found = section(kind, [1e-3 * float(x) for x in dimensions.split(",")])
+    if second is None:  # flange 20 × 4 and web 2 × 26 about their common centre
+        centre = (80 * 0.0 + 52 * 15.0) / 132
+        second = 20 * 4**3 / 12 + 80 * centre**2 + 2 * 26**3 / 12 + 52 * (15 - centre) ** 2
+    assert found.area == pytest.approx(1e-6 * area)
+    assert found.about_z == pytest.approx(1e-12 * second)

@@ -15,7 +15,7 @@ from nvhchain.fem.structural.model import BeamSection
 
 
 def section(kind: str, dimensions: Sequence[float]) -> BeamSection:
-    """Return the section of a `kind` (`ROD`, `TUBE`, `BAR`, `BOX`, `I`, `CHAN`, `T`, `L`) with its dimensions (m).
+    """Return the section of a kind of `KINDS` with its dimensions (m).
 
     Raises InputError for another kind or impossible dimensions.
     """
@@ -93,6 +93,19 @@ def _l(width: float, height: float, level: float, upright: float) -> BeamSection
     return _strips((0.0, width / 2, level, width), (height / 2, upright / 2, height - level, upright))
 
 
+def _tube_by_wall(outer: float, wall: float) -> BeamSection:
+    return round_tube(outer, outer - wall)
+
+
+def _i_by_overhang(overhang: float, web: float, inside: float, height: float) -> BeamSection:
+    flange, width = (height - inside) / 2, overhang + web
+    return _i(height, width, width, web, flange, flange)
+
+
+def _channel_by_overhang(overhang: float, web: float, inside: float, height: float) -> BeamSection:
+    return _channel(overhang + web, height, web, (height - inside) / 2)
+
+
 _SHAPES: Mapping[str, tuple[int, Callable[..., BeamSection]]] = MappingProxyType(
     {
         "ROD": (1, round_tube),
@@ -102,6 +115,12 @@ _SHAPES: Mapping[str, tuple[int, Callable[..., BeamSection]]] = MappingProxyType
         "I": (6, _i),
         "CHAN": (4, _channel),
         "T": (4, _t),
+        "T2": (4, _t),
+        "TUBE2": (2, _tube_by_wall),
+        "I1": (4, _i_by_overhang),
+        "CHAN1": (4, _channel_by_overhang),
         "L": (4, _l),
     }
 )
+KINDS: Mapping[str, int] = MappingProxyType({kind: count for kind, (count, _) in _SHAPES.items()})
+"""Kind of section → number of its dimensions."""

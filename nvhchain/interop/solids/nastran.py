@@ -33,16 +33,20 @@ SOLIDS: dict[str, tuple[str, str, tuple[int, ...]]] = {
 _PASSED_OVER = re.compile(
     r"(GRID|GRDSET|CORD[12][RCS]|CTETRA|CPENTA|CHEXA|PSOLID|MAT1|RBE2|SPC|SPC1|SPCADD|SPCD|SET1|SET3|PARAM|MDLPRM|ENDDATA|ECHO\w*)$"
     r"|(EIG\w*|FORCE\d?|MOMENT\d?|PLOAD\w*|GRAV|ACCEL\d?|RFORCE|TEMP\w*|LOAD|LSEQ|DLOAD|[RT]LOAD[12]|DAREA|DELAY|DPHASE"
-    r"|PLOTEL\d?|FREQ\d?|TSTEP\w*|TABLE\w*|TABD\w*|RANDPS|NLPARM|NLPCI|RLOAD\w*|DTI|CSET1?|BSET1?|ASET1?|OMIT1?|SPOINT)$"
+    r"|PLOTEL\d?|FREQ\d?|TSTEP\w*|TABLE\w*|TABD\w*|TABRND\w*|RANDPS|RANDT\d|NL\w*|QVOL|QHBDY|RLOAD\w*|DTI|CSET1?|BSET1?|ASET1?|OMIT1?|SPOINT)$"
 )
 """Cards that are read, and those of loads, frequencies, tables and output, which change neither stiffness nor mass."""
 
 _NO_EFFECT = re.compile(
-    r"(DESVAR|DRESP\w*|DCONSTR|DCONADD|DVPREL\w*|DVCREL\w*|DVMREL\w*|DVGRID|DLINK|DOPTPRM|DSCREEN|DTPL|DTPG|DSHAPE|DSIZE"
-    r"|DOBJREF|DREPADD|DREPORT|DEQATN|DGLOBAL|TOPVAR|BSURF\w*|BCPROP\w*|BCRPARA|BCTPARM|BCTPARA|BCPARA|BGPARM|BCTSET|BCTADD"
-    r"|BLSEG|BCONP|BFRIC|PARAMARM|OMI|HM\w*)$"
+    r"(DESVAR|DRESP\w*|DCONSTR|DCONADD|DVPREL\w*|DVCREL\w*|DVMREL\w*|DVTREL\w*|DVGRID|DLINK|DOPTPRM|DSCREEN|DTPL|DTPG|DSHAPE"
+    r"|DSIZE|DOBJREF|DREPADD|DREPORT|DEQATN|DTABLE|DGLOBAL|DMNCON|DMRLAW|TOPVAR|BSURF\w*|BCPROP\w*|BCRPARA|BCTPARM|BCTPARA"
+    r"|BCPARA|BGPARM|BCTSET|BCTADD|BLSEG|BCONP|BFRIC|GROUP|HM\w*|CDAMP\d|PDAMP|CVISC|PVISC|MAT[TS]\d|MAT(2|3|4|5|8|9|10)"
+    r"|USET\d?|SUPORT1?|MONPNT\d)$"
 )
-"""Cards of optimisation and of contact without glue, which change neither stiffness nor mass of a linear model."""
+"""Cards of optimisation, contact without glue, damping and further laws of materials, without effect on a linear model.
+
+A section that refers to one of these materials is refused.
+"""
 
 _READ = frozenset((*SHELLS, *BEAMS, *SECTIONS, *OTHERS))
 
@@ -98,7 +102,7 @@ def read_nastran(path: str | Path, *, units: str, spc: int | None = None) -> Sol
     parts, found = Parts(str(path)), dict(marks(bulk))
     if idle:
         listed = ", ".join(f"{count} {name}" for name, count in idle.items())
-        parts.notes.append(f"{listed} left out: optimisation and contact change neither stiffness nor mass")
+        parts.notes.append(f"{listed} left out: they change neither stiffness nor mass")
     try:
         scale = _parameters(named_cards, path, system)
         frames = _grids(named_cards, parts)

@@ -59,6 +59,8 @@ def cards(lines: list[str]) -> Iterator[list[str]]:
         if card:
             yield card
         name = fields[0].rstrip("*").upper()
+        if name.startswith("DEQATN"):  # its formula may have commas
+            name = "DEQATN"
         if name == "ENDDATA":
             return
         card = [name, *fields[1:]]

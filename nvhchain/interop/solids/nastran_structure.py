@@ -11,7 +11,7 @@ from nvhchain.conventions import Material
 from nvhchain.errors import InputError, require
 from nvhchain.fem.structural.model import BeamSection
 from nvhchain.fem.structural.relations import rigid_motion
-from nvhchain.fem.structural.sections import section
+from nvhchain.fem.structural.sections import KINDS, section
 from nvhchain.handoff import FloatArray
 from nvhchain.interop.notation.units import UnitSystem
 from nvhchain.interop.solids._model_parts import Parts, Rigid
@@ -171,7 +171,7 @@ def _beam_sections(deck: Deck) -> None:
         stations = "YES" in [x.upper() for x in own] or "NO" in [x.upper() for x in own]
         dimensions = [L * real(x) for x in own if x and x.upper() not in ("YES", "NO")]
         kind, name = card[4].upper(), where.split(": ")[-1]
-        count = {"ROD": 1, "TUBE": 2, "BAR": 2, "BOX": 4, "I": 6, "CHAN": 4, "T": 4, "L": 4}.get(kind, 0)
+        count = KINDS.get(kind, 0)
         require(not stations, f"{where} changes along the beam: only constant sections are read")
         extra = dimensions[count] / L if len(dimensions) == count + 1 else 0.0
         try:

@@ -258,3 +258,16 @@ def test_sections_by_dimensions_have_the_area_and_moment_of_their_drawing(kind, 
         second = 20 * 4**3 / 12 + 80 * centre**2 + 2 * 26**3 / 12 + 52 * (15 - centre) ** 2
     assert found.area == pytest.approx(1e-6 * area)
     assert found.about_z == pytest.approx(1e-12 * second)
+
+
+def test_a_rod_with_a_mass_at_its_end_as_in_simcenter_nastran(tmp_path):
+    """Frequencies (Hz) that release 2019.2 prints for ten CBAR of pyNastran's model beam_modes, with lumped mass."""
+    lines = [f"GRID,{i + 1},,{float(i)},0.,0." for i in range(11)] + ["GRID,12,,10.5,0.,0.", "GRID,13,,10.,.5,0."]
+    lines += [f"CBAR,{i},1,{i},{i + 1},0.,1.,0." for i in range(1, 10)] + ["CBEAM,10,3,10,11,0.,1.,0."]
+    lines += ["PBARL,1,2,,ROD", "+,1.", "PBEAML,3,2,,ROD", "+,1.", "CONM2,21,11,,2.59-3", "+,2.59-3,,2.59-3,,,2.59-3"]
+    lines += ["CTRIA3,90,9,11,12,13", "PSHELL,9,2,.01,2,,2", "MAT1,2,3.+7,1.1628+7,.29,7.4851-4", "SPC1,1,123456,1"]
+    path = tmp_path / "rod.bdf"
+    path.write_text("\n".join(["BEGIN BULK", *lines, "ENDDATA", ""]))
+    found = frequencies(read_nastran(path, units="in-lbf-s"), 8000.0)
+    for printed, error in ((456.6603, 2e-3), (2674.588, 0.015), (4507.487, 3e-3)):
+        assert np.abs(found / printed - 1).min() < error

@@ -271,3 +271,33 @@ def test_a_rod_with_a_mass_at_its_end_as_in_simcenter_nastran(tmp_path):
     found = frequencies(read_nastran(path, units="in-lbf-s"), 8000.0)
     for printed, error in ((456.6603, 2e-3), (2674.588, 0.015), (4507.487, 3e-3)):
         assert np.abs(found / printed - 1).min() < error
+
+
+def half_of_solids(solids, overlap):
+    """Cards of a cantilever, 200 × 80 × 8 mm, of bricks for x below a number of rows and of shells beyond."""
+    label, cells = {}, []
+
+    def node(i, j, k):
+        return label.setdefault((i, j, k), len(label) + 1)
+
+    for i in range(20):
+        for j in range(8):
+            around = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)]
+            for k in (-1, 0) if i < solids else ():
+                eight = [node(*at, k + up) for up in (0, 1) for at in around]
+                cells += [f"CHEXA,{len(cells) + 1},1,{','.join(map(str, eight[:6]))}", f"+,{eight[6]},{eight[7]}"]
+            if i >= solids - overlap:
+                four = [node(*at, 0) for at in around]
+                cells.append(f"CQUAD4,{len(cells) + 1},{2 if i >= solids else 3},{','.join(map(str, four))}")
+    grids = [f"GRID,{n},,{10.0 * i},{10.0 * j},{4.0 * k}" for (i, j, k), n in label.items()]
+    held = [f"SPC1,1,123456,{n}" for (i, _, _), n in label.items() if i == 0]
+    laws = ["PSOLID,1,1", "PSHELL,2,1,8.,1,,1", "PSHELL,3,2,8.,2,,2", "MAT1,2,200000.,,.3,8.-11"]
+    return [*grids, *cells, *held, *laws]
+
+
+def test_shells_that_reach_one_row_into_solids_carry_moments_and_those_that_do_not_hang_as_by_a_hinge(tmp_path):
+    whole, joined, hinged = (
+        frequencies(deck(tmp_path, half_of_solids(*rows)), 3000.0) for rows in ((0, 0), (10, 1), (10, 0))
+    )
+    assert joined[:6] == pytest.approx(whole[:6], rel=0.015)
+    assert hinged[0] < 1e-3

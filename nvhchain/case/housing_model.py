@@ -92,8 +92,7 @@ class HousingModel(Housing):
         """Return area and unknowns of the model, whose seats and supports are checked."""
         model = self.model(case)
         housing.bearing_seats(model, case.seats, self._nodes)
-        held = bool(model.held.any()) or any(rigid.held.any() for rigid in model.rigid_sets)
-        require_support(case, f"{model.source} holds no freedom", held or not driven)
+        require_support(case, f"{model.source} holds no freedom", model.supported or not driven)
         area, unknowns = housing.model_extent(model)
         return Extent(area, f"the mesh in {self.file}", unknowns=unknowns)
 

@@ -134,6 +134,13 @@ class SolidModel:
             )
 
     @property
+    def supported(self) -> bool:
+        """True if freedoms are held or springs stand on the ground."""
+        springs = self.structure.springs
+        grounded = springs is not None and bool((springs.nodes < 0).any())
+        return grounded or bool(self.held.any()) or any(bool(rigid.held.any()) for rigid in self.rigid_sets)
+
+    @property
     def elements(self) -> int:
         """Number of solid elements."""
         return sum(len(block.nodes) for block in self.blocks)

@@ -47,6 +47,19 @@ def test_a_box_of_shells_sounds_like_the_box_of_solids(request, tmp_path, coarse
     assert frequency[1] == pytest.approx(frequency[0], rel=0.03)
 
 
+def test_a_box_on_elastic_mounts_stands(request, tmp_path, capsys):
+    cards = box_of_shells(0.012)
+    feet = [card.split(",")[-1] for card in cards if card.startswith("SPC1")]
+    assert len(feet) > 8
+    free = [card for card in cards if not card.startswith("SPC1")]
+    mounts = [f"CBUSH,{950000 + n},950,{foot},,,,,0" for n, foot in enumerate(feet)]
+    case = str(written(request, tmp_path, "mounted", [*free, *mounts, "PBUSH,950,K,500.,500.,500."]))
+    assert main(["check", case]) == 0
+    case = str(written(request, tmp_path, "loose", free))
+    assert main(["check", case]) == 2
+    assert "loose.bdf holds no freedom" in capsys.readouterr().err
+
+
 def test_plan_and_check_read_a_deck_of_shells(request, tmp_path, capsys):
     case = str(written(request, tmp_path, "shells", box_of_shells(0.012)))
     assert main(["check", case]) == 0

@@ -151,7 +151,7 @@ def reduce_model(
 def rigid_motions(model: SolidModel, frequency: FloatArray) -> list[str]:
     """Return warnings of a model with more modes at 0 Hz than its held freedoms leave; `frequency` is (m,) Hz."""
     found = int((frequency == 0).sum())
-    if found and (model.held.any() or any(rigid.held.any() for rigid in model.rigid_sets)):
+    if found and model.supported:
         return [
             f"{model.source}: freedoms are held, and still {found} rigid motions are left: hold at least three nodes "
             "that are not on a line, or none for a free housing"

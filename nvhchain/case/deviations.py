@@ -28,6 +28,8 @@ from nvhchain.kinds import check_fields
 
 LARGEST = 0.5e-3
 """Largest deviation (m); a larger one has a wrong unit."""
+LARGEST_SHIFT = 0.1e-3
+"""Largest tolerance of a centre distance to either side (m), up to which the dynamics takes the axes as drawn."""
 COLUMNS = ("tooth", "profile", "face", "deviation_um")
 """Columns of a file of measured topography."""
 
@@ -320,6 +322,11 @@ class StageTolerances:
         half = self.centre_distance or 0.0
         if self.centre_distance_grade is not None:
             half = 0.5 * standard_tolerance(centre_distance, self.centre_distance_grade)
+        require(
+            half <= LARGEST_SHIFT,
+            f"tolerances: centre_distance ± {1e6 * half:g} µm is beyond ±{1e6 * LARGEST_SHIFT:g} µm: take a finer "
+            "grade, or another centre distance of stage and shafts",
+        )
         shares = np.random.default_rng(self.seed).uniform(-1.0, 1.0, 3)
         change, in_plane, normal = (
             float(share * size)

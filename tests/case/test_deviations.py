@@ -97,6 +97,7 @@ def test_measured_flanks_are_read_from_a_table(case_file: Path, tmp_path: Path) 
         ("gears.pinion.deviations.used = -1", "used = -1 is outside 0…10"),
         ("gears.pinion.deviations.ghosts = [{ order = 2.5, amplitude_um = 1 }]", "ghost order = 2.5 must be whole"),
         ("stages.stage.tolerances.centre_distance_grade = 12", "IT grade 12 is not a whole number of 5…11"),
+        ("stages.stage.tolerances.centre_distance_um = 120", "± 120 µm is beyond ±100 µm: take a finer grade"),
         ("gears.pinion.geometry.face_width_mm = 3", "face width 3 mm is outside 4…1200 mm"),
     ],
 )

@@ -19,6 +19,9 @@ from nvhchain.dynamics.model.train import Train
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray, IntArray, MeshLaw
 
+LARGEST_SHIFT = 0.1e-3
+"""Largest difference (m) of the centre distance of a mesh law and that of its shafts: the tolerance of its bores."""
+
 
 @dataclass(frozen=True, eq=False)
 class End:
@@ -75,9 +78,9 @@ def check_law(gearbox: Gearbox, mesh: Mesh, law: MeshLaw) -> None:
     distance = float(np.linalg.norm(axes[1] - axes[0]))
     where = f"mesh {mesh.pinion_shaft}–{mesh.wheel_shaft}"
     require(
-        abs(distance - law.centre_distance) <= 1e-5,
+        abs(distance - law.centre_distance) <= LARGEST_SHIFT,
         f"{where}: the shaft axes are {1e3 * distance:.4f} mm apart, but its mesh law is for "
-        f"{1e3 * law.centre_distance:.4f} mm (limit 0.01 mm): move an axis or compute the law anew",
+        f"{1e3 * law.centre_distance:.4f} mm (limit {1e3 * LARGEST_SHIFT:g} mm): move an axis or compute the law anew",
     )
     base = law.base_radius
     require(

@@ -1,0 +1,60 @@
+"""Gears with manufacturing deviations through the chain: whole turns, sidebands, options, both flanks."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import pi
+
+import numpy as np
+import pytest
+
+import nvhchain as nvh
+from nvhchain.case import Deviations, GearboxCase
+from nvhchain.handoff import BearingForces
+from nvhchain.testing.coarse_runs import SMALL, TINY
+
+QUICK = replace(
+    TINY, gear=replace(TINY.gear, bodies="analytic", slices=12), dynamics=replace(TINY.dynamics, time_step=30e-6)
+)
+
+
+def forces(*changes: str, deviations: Deviations | None = None) -> BearingForces:
+    """Bearing forces of the small stage on rigid seats, its pinion with deviations."""
+    plain = ("quantities = ['bearing_forces']", "options.rigid_housing = true", *changes)
+    case = nvh.load_case(SMALL, changes=plain)
+    assert isinstance(case, GearboxCase)
+    pinion, wheel = case.gears
+    case = replace(case, gears=(replace(pinion, deviations=deviations), wheel))
+    made = nvh.run(case, fidelity=QUICK).bearing_forces
+    assert made is not None
+    return made
+
+
+def test_run_out_makes_sidebands_of_its_shaft_over_whole_turns() -> None:
+    """One turn of the pinion is recorded; mesh order 20 gains 19 and 21, which gears as drawn do not have."""
+    made = forces("band.resolution = 100", deviations=Deviations(run_out=20e-6, run_out_phase=0.0))
+    duration = len(made.time) * float(made.time[1])
+    turns = duration * float(made.input_speed[0]) / (2 * pi)
+    assert turns == pytest.approx(1.0, rel=1e-9)
+    lines = np.abs(np.fft.rfft(made.force[:, 0, 0]))
+    assert min(lines[1], lines[19], lines[21]) > 1e-3 * lines[20]
+    as_drawn = forces("band.resolution = 30")
+    few = np.abs(np.fft.rfft(as_drawn.force[:, 0, 0]))
+    mesh = round(20 * len(as_drawn.time) * float(as_drawn.time[1]) * float(as_drawn.input_speed[0]) / (2 * pi))
+    between = np.arange(1, 3 * mesh) % mesh != 0
+    assert few[1 : 3 * mesh][between].max() < 1e-3 * few[mesh]
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        ("options.friction = 0.05", "options.shuttling = true", "options.tilt = true"),
+        ("operation.input_torque = -60",),
+        ("operation.ramp = { end_speed_rpm = 1900, duration = 0.1 }",),
+        ("stages.stage.tolerances = { centre_distance_grade = 7, seed = 3 }",),
+    ],
+)
+def test_deviations_go_with_every_option(changes: tuple[str, ...]) -> None:
+    """Friction, shuttling and tilt; coast; a run-up; another centre distance."""
+    made = forces(*changes, deviations=Deviations(6, seed=2))
+    assert np.ptp(made.force) > 1.0

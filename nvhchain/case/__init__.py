@@ -27,7 +27,7 @@ from nvhchain.case.operation import (
     Ramp,
     TorqueRamp,
 )
-from nvhchain.case.options import AUTO, DECIDABLE, OFF, ON, PLAIN, Options
+from nvhchain.case.options import AUTO, DECIDABLE, OFF, ON, PLAIN, Options, Spread
 from nvhchain.case.radiator import RadiatorCase
 from nvhchain.case.sound import BackgroundLevels, RecordedBackground, Target
 from nvhchain.case.toml import case_schema, save_case
@@ -66,6 +66,7 @@ __all__ = [
     "SpeedHarmonics",
     "SpeedRecord",
     "Sphere",
+    "Spread",
     "Stage",
     "StageTolerances",
     "SurfaceFile",

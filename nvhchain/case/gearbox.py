@@ -31,7 +31,7 @@ from nvhchain.case.operation import (
     check_plane,
     check_quantities,
 )
-from nvhchain.case.options import Options
+from nvhchain.case.options import Options, Spread
 from nvhchain.case.sound import BackgroundLevels, RecordedBackground, Target
 from nvhchain.conventions import Air
 from nvhchain.dynamics import Bearing, Equilibrium, Gearbox, LooseGear, Mesh, Shaft, ShaftBearing
@@ -102,6 +102,8 @@ class GearboxCase:
         Rigid plane beside the housing, such as the floor; without one the field is free.
     options : Options
         Additions to the plain dynamic model, such as friction.
+    spread : Spread, optional
+        Ranges of inputs that are rarely known, which the limits then include.
     shaft_bearings : tuple of ShaftBearing
         Bearings between coaxial shafts; they have no seat in the housing.
     assumptions : tuple of str
@@ -131,6 +133,7 @@ class GearboxCase:
     engine: Literal["fused", "bempp"] = "fused"
     reflecting_plane: RigidPlane | None = None
     options: Options = Options()  # noqa: RUF009 (frozen)
+    spread: Spread | None = None
     shaft_bearings: tuple[ShaftBearing, ...] = ()
     assumptions: tuple[str, ...] = ()
     background: RecordedBackground | BackgroundLevels | None = None

@@ -22,6 +22,9 @@ ON: dict[str, Any] = dict.fromkeys(DECIDABLE, True) | {"friction": USUAL_FRICTIO
 OFF: dict[str, Any] = dict.fromkeys(DECIDABLE, False) | {"friction": 0.0}
 """Values of the decidable options."""
 
+LARGEST_SPREAD = 10.0
+"""Largest factor of a spread."""
+
 TILT_POINTS = 2
 """Points across the face of a mesh that tilts.
 
@@ -114,6 +117,34 @@ class Options:
     def load_distribution(self) -> bool:
         """True where friction or shuttling needs the place of the load on the flanks."""
         return self.models("friction") or self.models("shuttling")
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Ranges of inputs that are rarely known, as factors: 2 is from half to twice the value of the case.
+
+    Parameters
+    ----------
+    bearing_stiffness : float
+        Stiffness of all bearings; the spread of catalogue formulas and clearances.
+    damping : float
+        Damping of all bearings and elastic modes of shafts.
+    friction : float
+        Coefficient of friction, where it is modelled.
+    """
+
+    bearing_stiffness: float = 1.3
+    damping: float = 2.0
+    friction: float = 1.6
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        for field in fields(self):
+            value = getattr(self, field.name)
+            require(
+                1.0 <= value <= LARGEST_SPREAD,
+                f"spread {field.name} = {value:g} is outside 1…{LARGEST_SPREAD:g}: give a factor, 1 for a known value",
+            )
 
 
 PLAIN = Options(**OFF)

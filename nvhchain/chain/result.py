@@ -10,7 +10,7 @@ import numpy as np
 from nvhchain import levels
 from nvhchain.case import Case, GearboxCase
 from nvhchain.chain.display import ResultPlots, html, summary
-from nvhchain.error_band import BANDS, ErrorBand, RunUpBand
+from nvhchain.error_band import BANDS, COVERAGE, ErrorBand, RunUpBand
 from nvhchain.errors import require
 from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import (
@@ -31,6 +31,8 @@ from nvhchain.handoff import (
     TransferVectors,
 )
 from nvhchain.scene import Modelling, Scene, modelled
+from nvhchain.scene.inputs import input_effects
+from nvhchain.scene.order_error import OrderError
 from nvhchain.scene.steps import BEARING_FORCES
 
 OPTIONS_LEFT_OUT = "options left out"
@@ -139,14 +141,26 @@ class Result:
         }
 
     def _widened(self, band: ErrorBand | RunUpBand) -> ErrorBand | RunUpBand:
-        """Return a band that includes the options that the program left out; those that a case states do not count."""
-        left = self.decision
-        if left is None or left.left_out_distance_db == 0.0:
-            return band
-        if isinstance(band, RunUpBand) or self.force_spectrum is None or not self.force_spectrum.input_speed:
-            return band.widened(OPTIONS_LEFT_OUT, left.left_out_error())
-        orders = 2 * np.pi * band.frequency / self.force_spectrum.input_speed
-        return band.widened(OPTIONS_LEFT_OUT, left.left_out_error(orders))
+        """Return a band with the options that the program left out, and the spread of inputs that a case states.
+
+        Options that the case itself leaves out do not count.
+        """
+        for source, error in self._order_errors.items():
+            if isinstance(band, RunUpBand) or self.force_spectrum is None or not self.force_spectrum.input_speed:
+                band = band.widened(source, error.mean)
+            else:
+                band = band.widened(source, error.at(2 * np.pi * band.frequency / self.force_spectrum.input_speed))
+        return band
+
+    @cached_property
+    def _order_errors(self) -> dict[str, OrderError]:
+        """Source of error → its relative error by orders; the ends of a spread are those of the band."""
+        found, left, case = dict[str, OrderError](), self.decision, self.case
+        if left is not None and left.left_out_distance_db > 0.0:
+            found[OPTIONS_LEFT_OUT] = left.left_out_error
+        if isinstance(case, GearboxCase) and case.spread is not None and self.modelling is not None:
+            found |= {f"input: {each.name}": each.error.over(COVERAGE) for each in input_effects(case)}
+        return found
 
     @cached_property
     def modelling(self) -> Modelling | None:

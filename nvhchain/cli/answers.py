@@ -87,7 +87,13 @@ def plan_answer(plan: Plan) -> dict[str, Any]:
         for step in plan.steps
     ]
     own = {"case": plan.case, "fidelity": plan.fidelity, "seconds": plan.seconds, "megabytes": plan.megabytes}
-    return {**own, "steps": steps, "skipped": list(plan.skipped), "options": list(plan.options)}
+    return {
+        **own,
+        "steps": steps,
+        "skipped": list(plan.skipped),
+        "options": list(plan.options),
+        "inputs": list(plan.inputs),
+    }
 
 
 def doctor_answer(findings: Iterable[Finding]) -> dict[str, Any]:

@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 
 from nvhchain import dynamics, gear, levels
+from nvhchain.bearings import StiffnessMatrix
 from nvhchain.case import GearboxCase, Options
-from nvhchain.dynamics import Gearbox, LoadCentre, MeshFriction
+from nvhchain.dynamics import Bearing, Gearbox, LoadCentre, MeshFriction
 from nvhchain.dynamics.time_loop.one_thread import one_blas_thread
 from nvhchain.fidelity import STANDARD, GearFidelity
 from nvhchain.gear import SOLID, GearPair, MeshPeriod, Misalignment
@@ -56,6 +57,28 @@ class LinearGearbox:
     @cached_property
     def _gearbox(self) -> Gearbox:
         return self.case.gearbox_on_rigid_seats
+
+    def scaled(self, *, stiffness: float = 1.0, damping: float = 1.0) -> LinearGearbox:
+        """Return the gearbox with other stiffness and damping of its bearings.
+
+        Parameters
+        ----------
+        stiffness : float
+            Factor on the stiffness of all bearings.
+        damping : float
+            Factor on the damping of bearings and of elastic modes of shafts.
+
+        Returns
+        -------
+        LinearGearbox
+            Gearbox with the same meshes.
+        """
+        other, gearbox = LinearGearbox(self.case), self._gearbox
+        other._periods = self._periods
+        shafts = (replace(each, modal_damping=min(0.5, damping * each.modal_damping)) for each in gearbox.shafts)
+        bearings = (_scaled(each, stiffness, damping) for each in gearbox.bearings)
+        other.__dict__["_gearbox"] = replace(gearbox, shafts=tuple(shafts), bearings=tuple(bearings))
+        return other
 
     @cached_property
     def speeds(self) -> tuple[float, ...]:
@@ -163,6 +186,25 @@ class LinearGearbox:
             tilted = replace(pair, misalignment=Misalignment(own.in_plane + tilt[0], own.normal + tilt[1]))
             self._periods[stage, tilt] = gear.mesh_period(tilted, nominal_force=force, fidelity=TEETH)
         return self._periods[stage, tilt]
+
+
+def _scaled(bearing: Bearing, stiffness: float, damping: float) -> Bearing:
+    """Return a bearing with other stiffness and damping; its damping does not follow its stiffness."""
+    damped = replace(
+        bearing,
+        radial_damping=damping * bearing.radial_damping,
+        axial_damping=damping * bearing.axial_damping,
+        stiffness_damping=damping / stiffness * bearing.stiffness_damping,
+        loss_factor=damping / stiffness * bearing.loss_factor,
+    )
+    if isinstance(bearing.model, StiffnessMatrix):
+        matrix = tuple(tuple(stiffness * value for value in row) for row in bearing.model.matrix)
+        return replace(damped, model=replace(bearing.model, matrix=matrix))
+    return replace(
+        damped,
+        radial_stiffness=stiffness * bearing.radial_stiffness,
+        axial_stiffness=stiffness * bearing.axial_stiffness,
+    )
 
 
 def _rounded(tilt: FloatArray) -> tuple[float, float]:

@@ -18,12 +18,7 @@ from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import FloatArray
 from nvhchain.scene.body_modes import vibrating_bodies
 from nvhchain.scene.linear_level import LinearGearbox, level_change, spectral_distance
-
-ORDER_TOLERANCE = 1e-6
-"""Relative difference of orders that count as equal."""
-
-LARGEST_CHANGE = 10.0
-"""Largest relative change of an order by what is left out; the order is then silent in the chosen model."""
+from nvhchain.scene.order_error import NO_ERROR, OrderError
 
 DECIMALS = 3
 """Decimal digits of estimates (dB). Rounding of another machine then decides alike."""
@@ -105,8 +100,8 @@ class Modelling:
         Level of the model with all open options over that of the chosen model (dB).
     left_out_distance_db : float
         Distance of their spectra (dB).
-    left_out_orders : tuple of (float, float)
-        Order of the input → relative change of its amplitude by what is left out, at constant speed.
+    left_out_error : OrderError
+        Relative change of amplitudes by what is left out; of single orders at constant speed.
     not_modelled : tuple of str
         Effects in the band without a model: gear bodies that vibrate.
     """
@@ -116,28 +111,8 @@ class Modelling:
     options: tuple[OptionEstimate, ...]
     left_out_db: float = 0.0
     left_out_distance_db: float = 0.0
-    left_out_orders: tuple[tuple[float, float], ...] = ()
+    left_out_error: OrderError = NO_ERROR
     not_modelled: tuple[str, ...] = ()
-
-    def left_out_error(self, orders: FloatArray | None = None) -> Any:
-        """Return the estimated error by the options that the program left out, relative to the amplitude.
-
-        Parameters
-        ----------
-        orders : (n,) array, optional
-            Orders of the input. Those of no mesh have the mean error.
-
-        Returns
-        -------
-        float or (n,) array
-            Relative error.
-        """
-        mean = 10.0 ** (self.left_out_distance_db / 20.0) - 1.0
-        if orders is None or not self.left_out_orders:
-            return mean if orders is None else np.full(np.shape(orders), mean)
-        known, error = np.array(self.left_out_orders).T
-        nearest = np.abs(orders[:, None] - known).argmin(axis=1)
-        return np.where(np.abs(orders - known[nearest]) < ORDER_TOLERANCE * orders, error[nearest], mean)
 
     @property
     def lines(self) -> tuple[str, ...]:
@@ -318,8 +293,8 @@ def _described(
         found.append(OptionEstimate(name, asked.get(name, stated), on, level, distance, note))
     case = replace(linear.case, options=chosen) if linear.case.options != chosen else linear.case
     left, far = linear.change(chosen, full), linear.distance(chosen, full)
-    orders, bodies = linear.order_changes(chosen, full), tuple(vibrating_bodies(linear.case))
-    return Modelling(case, tolerance, tuple(found), left, far, orders, bodies)
+    error, bodies = linear.order_changes(chosen, full), tuple(vibrating_bodies(linear.case))
+    return Modelling(case, tolerance, tuple(found), left, far, error, bodies)
 
 
 def _switched_on(names: Sequence[str]) -> dict[str, Any]:
@@ -382,15 +357,15 @@ class _Estimates:
     def distance(self, before: Options, after: Options) -> float:
         return self._compared(spectral_distance, before, after)
 
-    def order_changes(self, before: Options, after: Options) -> tuple[tuple[float, float], ...]:
-        """Return order → relative change of its amplitude, for the orders in the band; none for a run-up."""
+    def order_changes(self, before: Options, after: Options) -> OrderError:
+        """Return the relative change of amplitudes; of single orders at one speed alone."""
+        mean = 10.0 ** (self.distance(before, after) / 20.0) - 1.0
         if before == after or len(self._linear.speeds) > 1:
-            return ()
+            return OrderError((), mean)
         first, second = self.power(before)[0], self.power(after)[0]
         heard = np.maximum(first, second) > 0.0
         change = np.abs(np.sqrt(second[heard] / np.maximum(first[heard], 1e-300)) - 1.0)
-        capped = np.round(np.minimum(change, LARGEST_CHANGE), DECIMALS + 1)
-        return tuple(zip(self._linear.orders[heard].tolist(), capped.tolist(), strict=True))
+        return OrderError.rounded(self._linear.orders[heard], change, mean)
 
     def _compared(self, measure: Any, before: Options, after: Options) -> float:
         if before == after:

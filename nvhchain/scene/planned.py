@@ -64,6 +64,8 @@ class Plan:
         Assumptions of the case.
     deviations : tuple of str
         Manufacturing deviations of the stages, and the lines that they ask for.
+    inputs : tuple of str
+        Effects of inputs that are rarely known, the largest first.
     """
 
     case: str
@@ -74,6 +76,7 @@ class Plan:
     bearings: tuple[str, ...] = ()
     assumptions: tuple[str, ...] = ()
     deviations: tuple[str, ...] = ()
+    inputs: tuple[str, ...] = ()
 
     @property
     def seconds(self) -> float:
@@ -102,5 +105,7 @@ class Plan:
         lines += ["assumed:", *(f"  {sentence}" for sentence in self.assumptions)] if self.assumptions else []
         lines += ["options, by the gearbox linearised at its mean load:"] if self.options else []
         lines += [f"  {line}" for line in self.options]
+        lines += ["inputs that are rarely known, over their spread:"] if self.inputs else []
+        lines += [f"  {line}" for line in self.inputs]
         lines += [f"in all about {self.seconds:.0f} s of processor time, {self.megabytes:.0f} MB at the peak"]
         return "\n".join(lines)

@@ -12,6 +12,7 @@ from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.kinds import checked
 from nvhchain.scene.bearing_lines import bearing_lines
 from nvhchain.scene.deviation_lines import deviation_lines
+from nvhchain.scene.inputs import input_effects
 from nvhchain.scene.mechanics import (
     dynamics_step,
     housing_step,
@@ -74,6 +75,7 @@ def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
             bearing_lines(case),
             case.assumptions,
             deviation_lines(case),
+            tuple(effect.line for effect in input_effects(case)),
         )
     return Plan(case.name, fidelity.name, steps, _RADIATOR_EXCLUDES)
 

@@ -144,7 +144,7 @@ def test_what_is_left_out_has_an_error_at_every_order(small):
     full = linear.power(Options(**{**dict.fromkeys(DECIDABLE, True), "friction": 0.05, "loaded_misalignment": False}))
     chosen = linear.power(decision.case.options)
     orders = np.array([20.0, 40.0, 41.3])
-    error = decision.left_out_error(orders)
+    error = decision.left_out_error.at(orders)
     first, second = (np.sqrt(power[0, np.searchsorted(linear.orders, orders[:2])]) for power in (chosen, full))
     np.testing.assert_allclose(error[:2], np.abs(second / first - 1), atol=2e-4)
-    assert error[2] == decision.left_out_error() == 10 ** (decision.left_out_distance_db / 20) - 1
+    assert error[2] == decision.left_out_error.mean == 10 ** (decision.left_out_distance_db / 20) - 1

@@ -20,6 +20,9 @@ MEANINGS = {
     "cancellation": "parts of the motion that cancel each other",
     "time step": "time step of the dynamics",
     "options left out": "options of the dynamics whose estimated effect is below the tolerance of the fidelity",
+    "input: bearing stiffness": "spread of the bearings' stiffness that the case states",
+    "input: damping": "spread of the damping of bearings and shafts that the case states",
+    "input: friction": "spread of the coefficient of friction that the case states",
     "settling": "rest of the transient in the steady state",
 }
 """Source of error → its meaning."""

@@ -1,0 +1,107 @@
+"""Effects of inputs that are rarely known exactly: stiffness and damping of bearings, friction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from nvhchain.case import GearboxCase, Spread
+from nvhchain.errors import InputError
+from nvhchain.handoff import FloatArray
+from nvhchain.scene.linear_level import LinearGearbox, level_change
+from nvhchain.scene.order_error import OrderError
+
+
+@dataclass(frozen=True)
+class InputEffect:
+    """Change of the level over the range of one input, estimated on the linear gearbox.
+
+    Parameters
+    ----------
+    name : str
+        Input.
+    factor : float
+        Range: from the value over this factor to the value times it.
+    low_db, high_db : float
+        Changes of the overall level at the lower and the upper end of the range (dB).
+    error : OrderError
+        Half of the range of every order's amplitude, relative to that of the case.
+    """
+
+    name: str
+    factor: float
+    low_db: float
+    high_db: float
+    error: OrderError
+
+    @property
+    def line(self) -> str:
+        """Effect in words."""
+        ends = f"{self.low_db:+z.1f} and {self.high_db:+z.1f} dB"
+        return f"{self.name} over and times {self.factor:g}: {ends}"
+
+    @property
+    def largest_db(self) -> float:
+        """Largest change (dB)."""
+        return max(abs(self.low_db), abs(self.high_db))
+
+
+def input_effects(case: GearboxCase) -> tuple[InputEffect, ...]:
+    """Return the effects of the inputs over the spread of the case, the largest first.
+
+    Parameters
+    ----------
+    case : GearboxCase
+        Case without `auto`. Without a spread the usual one is taken.
+
+    Returns
+    -------
+    tuple of InputEffect
+        Effects; none where the gearbox has no mean load or no order in the band.
+    """
+    return _effects(case, case.spread or Spread())
+
+
+@lru_cache(maxsize=64)
+def _effects(case: GearboxCase, spread: Spread) -> tuple[InputEffect, ...]:
+    options, linear = case.options, LinearGearbox(case)
+    if case.operation.input_torque == 0.0:
+        return ()
+    try:
+        nominal = linear.power(options)
+    except InputError:
+        return ()
+    if float(nominal.sum()) <= 0.0:
+        return ()
+    ends = {
+        "bearing stiffness": (
+            spread.bearing_stiffness,
+            lambda factor: linear.scaled(stiffness=factor).power(options),
+        ),
+        "damping": (spread.damping, lambda factor: linear.scaled(damping=factor).power(options)),
+    }
+    if options.models("friction"):
+        ends["friction"] = (
+            spread.friction,
+            lambda factor: linear.power(replace(options, friction=min(1.0, factor * options.coefficient))),
+        )
+    found = []
+    for name, (factor, power) in ends.items():
+        if factor > 1.0:
+            low, high = power(1.0 / factor), power(factor)
+            down, up = (round(level_change(nominal, each), 3) for each in (low, high))
+            found.append(InputEffect(name, factor, down, up, _half_range(linear.orders, nominal, low, high)))
+    return tuple(sorted(found, key=lambda effect: -effect.largest_db))
+
+
+def _half_range(orders: FloatArray, nominal: FloatArray, low: FloatArray, high: FloatArray) -> OrderError:
+    """Return half of the range of amplitudes, relative to the nominal ones, by order and over all."""
+    powers = np.array([nominal, low, high])
+    heard = nominal.sum(axis=0) > 0.0
+    amplitude = np.sqrt(powers.sum(axis=1)[:, heard])
+    total = np.sqrt(powers.sum(axis=(1, 2)))
+    return OrderError.rounded(
+        orders[heard], 0.5 * np.ptp(amplitude, axis=0) / amplitude[0], float(0.5 * np.ptp(total) / total[0])
+    )

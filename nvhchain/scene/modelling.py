@@ -257,7 +257,17 @@ def _like(case: GearboxCase, common: Mapping[str, Any], source: Mapping[str, str
 @lru_cache(maxsize=256)
 def _modelled(case: GearboxCase, tolerance: float) -> Modelling:
     linear = _Estimates(case)
-    left = linear.together
+    chosen, full = _eliminated(linear, linear.together, tolerance)
+    if "tilt" in linear.together and "loaded_misalignment" in linear.open and not chosen.tilt:
+        # meshes that do not follow the tilt may still be loaded unevenly by it
+        names = ["loaded_misalignment" if name == "tilt" else name for name in linear.together]
+        chosen, full = _eliminated(linear, names, tolerance)
+    return _described(linear, chosen, full, tolerance, dict.fromkeys(case.options.undecided, AUTO))
+
+
+def _eliminated(linear: _Estimates, names: Sequence[str], tolerance: float) -> tuple[Options, Options]:
+    """Return the options that remain of those named, and all of them."""
+    left = list(names)
     full = chosen = linear.plain(**_switched_on(left))
     while left:
         without = {name: chosen.switched(name, modelled=False) for name in left}
@@ -267,11 +277,7 @@ def _modelled(case: GearboxCase, tolerance: float) -> Modelling:
             break
         left.remove(name)
         chosen = without[name]
-    if "loaded_misalignment" in linear.open and not chosen.tilt:
-        tilted = replace(chosen, loaded_misalignment=True)
-        if linear.distance(chosen, tilted) > tolerance:
-            chosen = tilted
-    return _described(linear, chosen, full, tolerance, dict.fromkeys(case.options.undecided, AUTO))
+    return chosen, full
 
 
 def _described(

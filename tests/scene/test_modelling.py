@@ -4,10 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 import nvhchain as nvh
 from nvhchain import dynamics, gear
-from nvhchain.case import DECIDABLE, PLAIN, Options
+from nvhchain.case import AUTO, DECIDABLE, PLAIN, Options
 from nvhchain.errors import InputError
 from nvhchain.scene import Scene, decided, modelled, modelled_alike
 from nvhchain.scene.linear_level import LinearGearbox, level_change, spectral_distance
@@ -45,7 +47,7 @@ def test_what_is_left_out_stays_below_the_tolerance(small, fidelity):
     assert abs(decision.left_out_db) <= decision.left_out_distance_db <= fidelity.option_tolerance_db
     assert not decision.case.options.undecided
     linear = LinearGearbox(small)
-    full = linear.power(Options(**{**dict.fromkeys(DECIDABLE, True), "friction": 0.05, "loaded_misalignment": False}))
+    full = linear.power(everything(decision))
     chosen = linear.power(decision.case.options)
     assert level_change(chosen, full) == pytest.approx(decision.left_out_db, abs=1e-3)
 
@@ -53,6 +55,12 @@ def test_what_is_left_out_stays_below_the_tolerance(small, fidelity):
 def test_a_finer_fidelity_models_no_less(small):
     on = [set(_on(modelled(replace(small, options=OPEN), fidelity))) for fidelity in (nvh.DRAFT, nvh.REFERENCE)]
     assert on[0] <= on[1]
+
+
+def everything(decision):
+    """All options; of tilt and misalignment by the load, which includes less, the one that is modelled."""
+    tilt = decision.case.options.tilt
+    return Options(0.05, True, tilt, not tilt, True, True)
 
 
 def _on(decision):
@@ -141,10 +149,32 @@ def test_linear_orders_are_those_of_the_time_loop(small):
 def test_what_is_left_out_has_an_error_at_every_order(small):
     decision = modelled(replace(small, options=Options()), nvh.DRAFT)
     linear = LinearGearbox(small)
-    full = linear.power(Options(**{**dict.fromkeys(DECIDABLE, True), "friction": 0.05, "loaded_misalignment": False}))
+    full = linear.power(everything(decision))
     chosen = linear.power(decision.case.options)
     orders = np.array([20.0, 40.0, 41.3])
     error = decision.left_out_error.at(orders)
     first, second = (np.sqrt(power[0, np.searchsorted(linear.orders, orders[:2])]) for power in (chosen, full))
     np.testing.assert_allclose(error[:2], np.abs(second / first - 1), atol=2e-4)
-    assert error[2] == decision.left_out_error.mean == 10 ** (decision.left_out_distance_db / 20) - 1
+    assert error[2] == pytest.approx(10 ** (decision.left_out_distance_db / 20) - 1, abs=1e-4)
+
+
+STATES = {name: st.sampled_from([AUTO, False, True]) for name in DECIDABLE} | {
+    "friction": st.sampled_from([AUTO, 0.0, 0.08])
+}
+
+
+@settings(max_examples=6, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.fixed_dictionaries(STATES), st.floats(10.0, 120.0), st.floats(60.0, 600.0))
+def test_statements_hold_and_the_rest_stays_within_the_tolerance(small, states, torque, speed):
+    if states["tilt"] is True and states["loaded_misalignment"] is True:
+        states["tilt"] = AUTO
+    operation = replace(small.operation, input_torque=torque, input_speed=speed)
+    case = replace(small, options=Options(**states), operation=operation)
+    decision = modelled(case, nvh.DRAFT)
+    assert not decision.case.options.undecided
+    for each in decision.options:
+        stated = states[each.option]
+        assert each.asked == (AUTO if stated == AUTO else "on" if stated else "off")
+        if stated != AUTO:
+            assert getattr(decision.case.options, each.option) == stated
+    assert abs(decision.left_out_db) <= decision.left_out_distance_db <= nvh.DRAFT.option_tolerance_db

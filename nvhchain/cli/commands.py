@@ -297,7 +297,7 @@ def compare(options: argparse.Namespace) -> int:
         show(sentence)
     for case in cases:
         _show_assumptions(case)
-        for sentence in summary["modelling"].get(case.name, {}).get("sentences", ()):
+        for sentence in summary.get("modelling", {}).get(case.name, {}).get("sentences", ()):
             show(f"{case.name}: {sentence}")
     show(f"Figures, sound and tables: {out / 'report.html'}")
     judged = {name: of.get("targets", []) for name, of in summary["configurations"].items()}

@@ -160,8 +160,8 @@ class Deviations:
     run_out: Length | None = None
     run_out_phase: Angle | None = None
     profile_slope: Length | None = None
-    helix_slope: Length | None = None
     profile_form: Length | None = None
+    helix_slope: Length | None = None
     helix_form: Length | None = None
     ghosts: tuple[GhostOrder, ...] = ()
     topography: Topography | None = None

@@ -10,6 +10,7 @@ from nvhchain.case import load_case
 from nvhchain.case.rexs import export_rexs, import_rexs
 from nvhchain.cli import main
 from nvhchain.gear.drawing.micro_geometry import Flank, MicroGeometry, Relief
+from nvhchain.testing.rexs_units import coaxial_unit
 
 CASES = Path(__file__).parents[2] / "cases"
 
@@ -59,6 +60,15 @@ def test_rolling_bearings_return_from_the_file(tmp_path):
         assert (inside.diameter, inside.length) == pytest.approx((found.diameter, found.length), abs=2e-9)
         assert getattr(one.model, "clearance", 0.0) == pytest.approx(getattr(other.model, "clearance", 0.0))
         assert getattr(one.model, "thrust", 0) == getattr(other.model, "thrust", 0)
+
+
+def test_bearings_between_shafts_return_from_the_file(tmp_path):
+    coaxial_unit().save(tmp_path / "coaxial.rexs")
+    case = load_case(import_rexs(tmp_path / "coaxial.rexs", tmp_path / "first").case)
+    (back,) = returned(case, tmp_path).shaft_bearings
+    (link,) = case.shaft_bearings
+    assert (back.shaft, back.outer_shaft) == (link.shaft, link.outer_shaft)
+    assert back.radial_stiffness == pytest.approx(link.radial_stiffness, rel=1e-3)
 
 
 def test_flank_modifications_return_from_the_file(tmp_path):

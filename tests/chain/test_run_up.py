@@ -72,7 +72,8 @@ def test_run_ups_compared_leave_figures_sound_and_levels(cases, coarse, operator
 def test_a_tone_has_its_root_mean_square_level():
     time = np.arange(48000) / 48000.0
     tone = np.sqrt(2.0) * np.sin(2 * np.pi * 1000.0 * time)  # 1 Pa RMS, A-weighting 0 dB at 1 kHz
-    assert equivalent(tone, sample_rate=48000.0) == pytest.approx(20 * np.log10(1 / 20e-6), abs=1e-3)
+    # 0.0013 dB below: the kink at the mirror of a record, without which tones that do not close are 9 dB off
+    assert equivalent(tone, sample_rate=48000.0) == pytest.approx(20 * np.log10(1 / 20e-6), abs=1.5e-3)
     assert equivalent(tone[:, None], sample_rate=48000.0, weighted=False).shape == (1,)
 
 

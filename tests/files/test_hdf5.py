@@ -37,6 +37,7 @@ from nvhchain.handoff import (
     SurfaceAccuracy,
     SurfacePressure,
     SurfaceVelocity,
+    ToothPairs,
     TransferVectors,
 )
 
@@ -46,6 +47,18 @@ EXAMPLES = [
     MeshLaw([0.0, 0.1], [0.0, 1e-5], [[0.0, 5.0], [0.0, 6.0]], 0.2, (20, 50), [0.025, 0.06], 0.16, 0.35, 0.09, 0.022),
     MeshLaw(
         [0.0, 0.1], [0.0, 1e-5], [[0.0, 5.0], [0.0, 6.0]], 0.2, (20, 50), [0.025, 0.06], 0.16, 0.35, 0.09, 0.022, 1.65
+    ),
+    ToothPairs(
+        [0.0, 0.1],
+        0.2,
+        1e-5,
+        [0.0, 1e-6],
+        np.ones((2, 2), dtype=int),
+        np.zeros((2, 2, 1), dtype=int),
+        *(np.ones((2, 2, 1)), np.ones((2, 2, 1, 2)), np.ones((2, 2, 1, 1))),
+        *[np.ones((2, 2, 1, 1))] * 4,
+        *[np.ones((2, 2, 2, 1, 1))] * 3,
+        *(np.ones((2, 2, 1, 1)), np.ones((2, 2, 1, 1)), np.ones((2, 2, 1, 1, 1)), [0, 1]),
     ),
     LoadDistribution([0.0, 0.1], 0.2, [0.5, -0.2], [0.01, 0.02], [1e-3, -1e-3], 5e3, 1.65),
     GearField(

@@ -55,6 +55,8 @@ def export_rexs(case: GearboxCase, path: str | Path) -> tuple[str, ...]:
         _stage(draft, unit, stage, pair, gears)
     for bearing, loaded in zip(case.gearbox_with_gears.bearings, case.gearbox_on_rigid_seats.bearings, strict=True):
         _bearing(draft, bearing if isinstance(bearing.model, RollingBearing) else loaded, shafts, starts, casing)
+    for link in case.shaft_bearings:
+        _bearing(draft, link, shafts, starts, casing)
     _load(draft, case, shafts)
     now = datetime.now(UTC).isoformat(timespec="seconds")
     write_draft(draft, Path(path), application="nvhchain", application_version=__version__, date=now)

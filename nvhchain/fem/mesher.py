@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import io
 import os
+import re
 import sys
 from collections.abc import Callable
 from typing import Any
@@ -16,6 +17,9 @@ import numpy as np
 
 from nvhchain.errors import SolverError
 from nvhchain.runtime import processes
+
+_COLOURS = re.compile(r"\x1b\[[0-9;]*m")
+"""Marks of colours in a terminal."""
 
 _LIBRARIES = "libgl1 libglu1-mesa libxcursor1 libxft2 libxinerama1 libgomp1"
 
@@ -39,7 +43,7 @@ def run_mesher(module: str, job: bytes, *, time_limit: float, failure: str, reme
                 return {name: file[name] for name in file.files}
         except (OSError, EOFError, ValueError, BadZipFile):
             errors = errors or "no mesh"
-    said = (errors.strip() or "nothing").splitlines()[-1]
+    said = (_COLOURS.sub("", errors).strip(" *\n") or "nothing").splitlines()[-1]
     if "cannot open shared object file" in errors:
         remedy = f"install the system libraries gmsh needs: {_LIBRARIES}"
     raise SolverError(f"{failure} (exit code {done.returncode}): {said}; {remedy}")

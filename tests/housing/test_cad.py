@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from random import Random
 
 import numpy as np
 import pytest
@@ -223,3 +224,15 @@ def test_step_file_goes_to_sound(case, tmp_path):
     assert result.pressure is not None
     level = 20 * np.log10(np.sqrt(0.5 * (np.abs(result.pressure.pressure[:, 0]) ** 2).sum()) / 20e-6)
     assert 50.0 < level < 75.0
+
+
+def test_a_file_whose_reader_crashes_is_refused_as_damaged(tmp_path, request):
+    """A few changed bytes leave references to lines that are gone."""
+    step = bytearray((request.config.rootpath / "cases" / "small" / "gear_case.step").read_bytes())
+    random = Random(6)
+    random.choice("abcd")
+    for _ in range(random.randint(1, 20)):
+        step[random.randrange(len(step))] = random.randrange(256)
+    (tmp_path / "part.step").write_bytes(step)
+    with pytest.raises(InputError, match=r"part\.step: it cannot be read as STEP \(Unresolved Reference"):
+        survey(CadPart("part.step"), tmp_path, {"A": (0, 0, 0)}, COARSE)

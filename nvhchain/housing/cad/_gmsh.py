@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from nvhchain.errors import InputError
+from nvhchain.errors import InputError, SolverError
 from nvhchain.fem.mesher import run_mesher, serve
 from nvhchain.housing.casting._gmsh import generate
 
@@ -27,6 +27,9 @@ _SEWN = 1e-2
 """Largest gap (mm) between faces that are sewn into a solid."""
 
 _OTHER_SHAPES = ("Plane", "Cone", "Sphere", "Torus")
+
+_BROKEN = "StepReaderData"
+"""Word of OpenCASCADE's reader in its last message on a damaged file, after which it may crash."""
 
 _SAMPLES, _ROUND = 9, 2e-3
 """Samples each way over a spline, and the largest distance (mm) of one from the cylinder that it counts as."""
@@ -43,13 +46,21 @@ def mesh(job: dict[str, Any]) -> dict[str, np.ndarray]:
 
     Raises InputError for a part that is no closed body, SolverError with gmsh's message if it cannot mesh.
     """
-    made = run_mesher(
-        "nvhchain.housing.cad._gmsh",
-        json.dumps(job).encode(),
-        time_limit=_TIME_LIMIT,
-        failure=f"{job['file']}: gmsh could not mesh the part",
-        remedy="use another element size, remove the fillets in the CAD program, or raise smallest_feature",
-    )
+    try:
+        made = run_mesher(
+            "nvhchain.housing.cad._gmsh",
+            json.dumps(job).encode(),
+            time_limit=_TIME_LIMIT,
+            failure=f"{job['file']}: gmsh could not mesh the part",
+            remedy="use another element size, remove the fillets in the CAD program, or raise smallest_feature",
+        )
+    except SolverError as error:
+        if _BROKEN not in str(error):
+            raise
+        said = str(error).split(_BROKEN)[1].partition(";")[0].strip(" :*")
+        raise InputError(
+            f"{job['file']}: it cannot be read as STEP ({said}): export it again as AP214 or AP242"
+        ) from None
     if "refused" in made:
         raise InputError(f"{job['file']}: {made['refused']}")
     return made

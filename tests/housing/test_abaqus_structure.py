@@ -217,3 +217,12 @@ def test_faces_and_edges_that_meshers_leave_are_noted(tmp_path):
     assert any("2 faces or edges on solids left out, first 901" in note for note in sound_mesh(read(tmp_path, text))[1])
     with pytest.raises(InputError, match=r"1 elements of type C3D5 are not read \(the first is 903, 1"):
         read(tmp_path, text + "*ELEMENT, TYPE=C3D5\n903, 1, 2, 3, 4, 5\n")
+
+
+def test_a_range_without_end_is_refused_at_once(tmp_path):
+    lines, _ = brick("ALL", 1, (1, 1, 1), (0, 0, 0), (80.0, 80.0, 20.0))
+    text = "\n".join([*lines, *STEEL, "*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL"])
+    with pytest.raises(InputError, match=r"deck\.inp: .*degrees of freedom 1 to 99999999"):
+        read(tmp_path, f"{text}\n*BOUNDARY\n1, 1, 99999999\n")
+    with pytest.raises(InputError, match="GENERATE makes 99999999 numbers"):
+        read(tmp_path, f"{text}\n*NSET, NSET=FAR, GENERATE\n1, 99999999\n*BOUNDARY\nFAR, 1, 3\n")

@@ -154,9 +154,15 @@ def _reference(file: AbaqusFile, cell: str) -> int:
     return labels[0]
 
 
+_LAST_MOTION = 31
+"""Highest number of a degree of freedom in Abaqus: temperatures of shells."""
+
+
 def _range(row: list[str]) -> set[str]:
     first = int(row[0])
     last = int(row[1]) if len(row) > 1 and row[1] else first
+    if not 1 <= first <= last <= _LAST_MOTION:
+        raise ValueError(f"degrees of freedom {first} to {last} do not rise from 1 to {_LAST_MOTION} at most")
     return {str(c) for c in range(first, last + 1)}
 
 

@@ -206,6 +206,10 @@ class AbaqusFile:
         return named
 
 
+MOST_NUMBERS = 20_000_000
+"""Largest number of members of a set."""
+
+
 def members_of(file: AbaqusFile, block: Block, sets: Sets) -> list[int]:
     """Return labels of a set: numbers, names, `GENERATE`d ranges, `instance.number`, of INSTANCE or of this level."""
     inside = block.get("INSTANCE")
@@ -213,7 +217,12 @@ def members_of(file: AbaqusFile, block: Block, sets: Sets) -> list[int]:
     cells = [cell for row in block.data for cell in row if cell]
     if "GENERATE" in block.parameters:
         ranges = [[int(c) for c in row if c] for row in block.data]
-        cells = [str(n) for r in ranges for n in range(r[0], r[1] + 1, r[2] if len(r) > 2 else 1)]
+        spans = [range(r[0], r[1] + 1, r[2] if len(r) > 2 else 1) for r in ranges]
+        require(
+            sum(map(len, spans)) <= MOST_NUMBERS,
+            f"{file.parts.source}: GENERATE makes {sum(map(len, spans))} numbers, more than {MOST_NUMBERS}: correct it",
+        )
+        cells = [str(n) for span in spans for n in span]
     return [n for cell in cells for n in file.labels(prefix + cell, sets, own=sets is file.nsets)]
 
 

@@ -92,6 +92,10 @@ def real(text: str) -> float:
     return float(text)
 
 
+_MOST_NUMBERS = 20_000_000
+"""Largest number of members of a range."""
+
+
 def numbers(fields: list[str], known: Collection[int] | None = None) -> list[int]:
     """Return whole numbers with `THRU` (and `BY`) expanded, without blanks.
 
@@ -104,6 +108,8 @@ def numbers(fields: list[str], known: Collection[int] | None = None) -> list[int
         if words[i] == "THRU":
             by = i + 2 < len(words) and words[i + 2] == "BY"
             span = range(result.pop(), int(words[i + 1]) + 1, int(words[i + 3]) if by else 1)
+            if known is None and len(span) > _MOST_NUMBERS:
+                raise ValueError(f"THRU makes {len(span)} numbers, more than {_MOST_NUMBERS}")
             result += span if known is None else _known_in_range(span, known)
             i += 4 if by else 2
         else:

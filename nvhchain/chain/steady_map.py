@@ -14,7 +14,7 @@ from nvhchain.case import Case, GearboxCase
 from nvhchain.chain.order import run
 from nvhchain.chain.result import Result
 from nvhchain.conventions import Progress
-from nvhchain.errors import AccuracyWarning, InputError, concerning, require
+from nvhchain.errors import AccuracyWarning, InputError, SolverError, concerning, require
 from nvhchain.handoff import FloatArray
 from nvhchain.kinds import checked
 from nvhchain.runtime.threads import cores
@@ -41,6 +41,8 @@ class SteadyMap:
         Swing of the transmission error (m), highest minus lowest value.
     failed : tuple of str
         Reasons of states that have no level.
+    remarks : tuple of str
+        First accuracy warning of each kind, with the number of all of that kind.
     """
 
     speed: FloatArray
@@ -48,6 +50,7 @@ class SteadyMap:
     level: FloatArray
     transmission_error: FloatArray
     failed: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
 
 
 @checked
@@ -102,11 +105,15 @@ def steady_map(
             at = replace(at, input_torque=float(torque[i]))
         try:
             return _heard(replace(case, operation=at, quantities=("bearing_forces",)), result)
-        except InputError as error:
+        except (InputError, SolverError) as error:
             return f"{speed[j] * 30 / np.pi:.0f} rpm, {torque[i]:g} N m: {error}"
 
-    with concerning(case.name), warnings.catch_warnings(), ThreadPoolExecutor(cores()) as threads:
-        warnings.simplefilter("ignore", AccuracyWarning)  # those of the run itself were shown
+    with (
+        concerning(case.name),
+        warnings.catch_warnings(record=True) as given,
+        ThreadPoolExecutor(cores()) as threads,
+    ):
+        warnings.simplefilter("always", AccuracyWarning)
         for (i, j), found in zip(places, threads.map(state, places), strict=True):
             done += 1
             if progress is not None:
@@ -116,7 +123,14 @@ def steady_map(
             else:
                 level[i, j], swing[i, j] = found
     require(len(failed) < count, f"{case.name}: no state has a level; the first: {failed[0] if failed else ''}")
-    return SteadyMap(speed, torque, level, swing, tuple(failed))
+    remarks: dict[str, list[str]] = {}
+    for warning in given:
+        if isinstance(warning.message, AccuracyWarning):
+            remarks.setdefault(warning.message.kind, []).append(str(warning.message))
+        else:
+            warnings.warn_explicit(warning.message, warning.category, warning.filename, warning.lineno)
+    told = tuple(f"{found[0]} ({len(found)} such remarks)" for found in remarks.values())
+    return SteadyMap(speed, torque, level, swing, tuple(failed), told)
 
 
 def check_states(case: Case, speeds: ArrayLike, torques: ArrayLike | None = None) -> None:

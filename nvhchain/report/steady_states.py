@@ -19,6 +19,9 @@ from nvhchain.plots.files import save
 TABLE, FIGURE = "levels_over_speed.csv", "levels_over_speed.png"
 """Names of the files."""
 
+RANGE = 45.0
+"""Range of the figure (dB) below the highest level."""
+
 _RPM = 30.0 / pi
 
 
@@ -47,7 +50,8 @@ def steady_maps(
     Returns
     -------
     dict
-        Configuration → {`field_point`, `speed_rpm`, `torque_Nm`, `level_dBA` (torque, speed) there, `failed`}.
+        Configuration → {`field_point`, `speed_rpm`, `torque_Nm`, `level_dBA` (torque, speed) there, `failed`,
+        `remarks`}.
     """
     watching, maps = watcher or Unwatched(), dict[str, SteadyMap]()
     for name, result in results.items():
@@ -59,7 +63,7 @@ def steady_maps(
     if all(len(of.torque) == 1 for of in maps.values()):
         place = next(iter(results.values())).case.field_points[0].name
         profiles = {name: {f"dB(A) at {place}": (of.speed, of.level[0, :, 0])} for name, of in maps.items()}
-        save(plots.levels_over_speed(profiles), out / FIGURE)
+        save(plots.levels_over_speed(profiles, dynamic_range=RANGE), out / FIGURE)
     return {name: _summary(of, results[name].case.field_points[0].name) for name, of in maps.items()}
 
 
@@ -88,4 +92,5 @@ def _summary(of: SteadyMap, field_point: str) -> dict[str, Any]:
         "torque_Nm": [float(torque) for torque in of.torque],
         "level_dBA": [[float(x) if np.isfinite(x) else None for x in row] for row in of.level[:, :, 0]],
         "failed": list(of.failed),
+        "remarks": list(of.remarks),
     }

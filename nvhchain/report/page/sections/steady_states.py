@@ -26,7 +26,8 @@ def blocks(stored: Stored) -> list[Any]:
         "no confidence limits."
     )
     failed = [f"{name}, {reason}" for name, of in states.items() for reason in of.get("failed", [])]
-    found: list[Any] = [Text(note), *(Text(f"Not computed: {text}") for text in failed[:3])]
+    remarks = [f"{name}: {remark}" for name, of in states.items() for remark in of.get("remarks", [])]
+    found: list[Any] = [Text(note), *(Text(f"Not computed: {text}") for text in failed[:3]), *map(Text, remarks)]
     if all(len(of["torque_Nm"]) == 1 for of in states.values()):
         curve = over_steady_speeds(stored)
         return [*found, curve] if len(states) == 1 else [*found, curve, _difference(states)]

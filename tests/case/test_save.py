@@ -29,7 +29,8 @@ def test_a_saved_case_reads_back_equal(example, tmp_path):
     assert nvh.load_case(saved) == case
     elsewhere = nvh.save_case(nvh.load_case(example), tmp_path / "saved elsewhere.toml")
     folder = Path(os.path.relpath(example.parent, tmp_path)).as_posix()
-    assert elsewhere.read_text().replace(f"{folder}/", "") == saved.read_text()
+    # Lines break where paths are long: the content alone is compared.
+    assert tomllib.loads(elsewhere.read_text().replace(f"{folder}/", "")) == tomllib.loads(saved.read_text())
 
 
 def test_keys_have_short_digits_and_a_meaning(tmp_path):

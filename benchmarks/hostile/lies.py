@@ -2,9 +2,9 @@
 
     python -m benchmarks lies [N] [SEED] [SECONDS]
 
-Writes docs/measured/project/lies.md: N cases (5000) and N files, 2 N / 5 hand-offs with a bit turned, N / 50 runs on a
-disk that is full, each kind for SECONDS at most (no limit). Exits with 1 where one is a traceback, a wrong answer, more
-than one line, or takes too long.
+Writes docs/measured/project/lies.md: N cases (5000) and N files, 2 N / 5 hand-offs with a bit turned, N / 50 parts in
+STEP, N / 50 runs on a disk that is full, each kind for SECONDS at most (no limit). Exits with 1 where one is a
+traceback, a wrong answer, more than one line, or takes too long.
 """
 
 from __future__ import annotations
@@ -248,13 +248,49 @@ def _commanded(*arguments: str) -> str:
     return next((end for end in map(one_line, lines) if end.startswith(FAULT)), one_line(lines[-1]))
 
 
+EVERYTHING = """base = "single_stage.toml"
+name = "everything"
+
+[options]
+friction = "auto"
+flexible_shafts = true
+gyroscopic = false
+
+[[gears]]
+name = "pinion"
+deviations = { tolerance_class = 5, seed = 4, run_out_um = 12, ghosts = [{ order = 61, amplitude_um = 0.3 }] }
+
+[[stages]]
+name = "stage"
+tolerances = { misalignment = { in_plane_mrad = 0.1, normal_mrad = 0.2 }, seed = 1 }
+
+[spread]
+bearing_stiffness = 1.5
+friction = 1.4
+
+[background]
+type = "background_levels"
+frequency = [100, 1000, 8000]
+level = [50, 45, 20]
+
+[[targets]]
+name = "at one metre"
+level = [70, 74]
+input_speed_rpm = [1000, 3000]
+confidence = 0.9
+"""
+"""Fields of what a case may state beside its parts."""
+
+
 def cases(folder: Path, count: int, seed: int, seconds: float) -> Outcome:
     """Changed cases: `check` accepts or refuses them; of a sphere that is accepted the level is that of theory."""
     folder.mkdir(parents=True)
     spheres = [CASES / "sphere" / "pulsating.toml", CASES / "sphere" / "on_floor.toml"]
-    others = [CASES / "small" / "single_stage.toml", CASES / "gearbox" / "slotted.toml"]
+    small = [CASES / "small" / f"{name}.toml" for name in ("single_stage", "catalogue_bearings", "class_6", "rattle")]
+    others = [*small, CASES / "gearbox" / "slotted.toml"]
     texts = {path.name: path.read_text(encoding="utf-8") for path in spheres + others}
-    names = ["pulsating.toml"] * 2 + ["on_floor.toml", "single_stage.toml", "single_stage.toml", "slotted.toml"]
+    texts["everything.toml"] = EVERYTHING
+    names = [*texts, "pulsating.toml", "pulsating.toml", "single_stage.toml", "everything.toml"]
     for name in texts:
         (folder / name).write_text(texts[name], encoding="utf-8")
     for base in CASES.glob("gearbox/*"):
@@ -272,6 +308,23 @@ def cases(folder: Path, count: int, seed: int, seconds: float) -> Outcome:
         return run_of_sphere(path)
 
     return judged("cases", count, judge, seconds=seconds)
+
+
+def parts(folder: Path, count: int, seed: int, seconds: float) -> Outcome:
+    """Damaged STEP files and changed cases of them: `check` reads the part in a process of its own."""
+    folder.mkdir(parents=True)
+    for name in ("cad.toml", "single_stage.toml", "gear_case.step"):
+        (folder / name).write_bytes((CASES / "small" / name).read_bytes())
+    step, case = ((folder / name).read_bytes() for name in ("gear_case.step", "cad.toml"))
+
+    def judge(number: int) -> str:
+        rng = random.Random(f"{seed} part {number}")
+        (folder / "gear_case.step").write_bytes(damaged(step, rng) if number % 2 else step)
+        text = case.decode() if number % 2 else changed_case(case.decode(), rng)
+        (folder / "cad.toml").write_text(text, encoding="utf-8", errors="surrogateescape")
+        return _commanded("check", str(folder / "cad.toml"))
+
+    return judged("parts in STEP", count, judge, seconds=seconds)
 
 
 def run_of_sphere(path: Path) -> str:
@@ -395,6 +448,7 @@ def all_lies(folder: Path, count: int, seed: int, seconds: float) -> list[Outcom
         bits(folder / "bits", 2 * count // 5, seed, seconds),
         summaries(folder / "summaries", count // 20, seed, seconds),
         cases(folder / "cases", count, seed, seconds),
+        parts(folder / "parts", count // 50, seed, seconds),
         full_disks(folder / "disks", count // 50, seed, seconds),
         small_file_systems(folder / "systems", count // 50, seed, seconds),
     ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import warnings
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,12 +14,17 @@ import numpy as np
 import pyvista
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
+from benchmarks.hostile.valid_decks import abaqus_frame, nastran_frame
+from nvhchain.case import Topography, load_case
+from nvhchain.case.rexs import export_rexs
 from nvhchain.conventions import Material
 from nvhchain.fem.mesh_files import read_mesh
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fem.solid_model import ElementBlock, SolidModel
 from nvhchain.files import hdf5
 from nvhchain.handoff import BearingForces, FieldPressure, ForceSpectrum, Surface, SurfaceVelocity
+from nvhchain.housing.imported.repair import sound_mesh
+from nvhchain.housing.imported.solid_model import constrained
 from nvhchain.interop import (
     read_abaqus,
     read_bearing_forces,
@@ -30,9 +36,14 @@ from nvhchain.interop import (
     write_modal_uff,
     write_nastran,
 )
+from nvhchain.interop.rexs import read_rexs
 from nvhchain.interop.solids.nastran_faces import read_nastran_faces
+from nvhchain.sound import Sound, read_wav, write_wav
+from nvhchain.study import load_study
 
 Reader = Callable[[Path], Any]
+
+CASES = Path(__file__).parents[2] / "cases"
 
 BALL = pyvista.Icosphere(radius=0.1, nsub=1)
 POINTS, TRIANGLES = np.asarray(BALL.points, dtype=float), BALL.faces.reshape(-1, 4)[:, 1:].astype(int)
@@ -104,7 +115,50 @@ def write_others(folder: Path) -> dict[str, Reader]:
     write_modal_uff(_modes(), folder / "modes.unv")
     write_modal_hdf5(_modes(), folder / "modes.h5")
     readers["modes.unv"] = readers["modes.h5"] = read_modal_model
+    (folder / "frame.bdf").write_text(nastran_frame())
+    (folder / "frame.inp").write_text(abaqus_frame())
+    readers["frame.bdf"] = lambda path: _matrices(read_nastran(path, units="mm-t-s"))
+    readers["frame.inp"] = lambda path: _matrices(read_abaqus(path, units="mm-t-s"))
+    write_wav(Sound(np.sin(np.arange(800) / 3.0), 8000), folder / "sound.wav")
+    readers["sound.wav"] = read_wav
+    export_rexs(load_case(CASES / "small" / "catalogue_bearings.toml"), folder / "unit.rexs")
+    readers["unit.rexs"] = read_rexs
+    with zipfile.ZipFile(folder / "unit.rexsz", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.write(folder / "unit.rexs", "unit.rexs")
+    readers["unit.rexsz"] = read_rexs
+    places = [(profile, face) for profile in (0, 0.5, 1) for face in (0, 1)]
+    table = [f"{tooth},{profile},{face},{tooth - 2 * profile + face}" for tooth in range(3) for profile, face in places]
+    (folder / "flanks.csv").write_text("\n".join(["tooth,profile,face,deviation_um", *table, ""]))
+    readers["flanks.csv"] = lambda path: Topography(str(path)).read()
+    (folder / "study.toml").write_text(_STUDY.format(case=CASES / "small" / "single_stage.toml"))
+    readers["study.toml"] = load_study
     return readers
+
+
+def _matrices(model: SolidModel) -> tuple[Any, ...]:
+    """Stored numbers of stiffness and mass."""
+    return tuple(matrix.data for matrix in constrained(sound_mesh(model)[0])[:2])
+
+
+_STUDY = """case = "{case}"
+speeds_rpm = [1500, 1800]
+plan = "latin_hypercube"
+designs = 8
+seed = 3
+targets = {{ level = 65 }}
+
+[[parameters]]
+name = "torque"
+path = "operation.input_torque"
+low = 40
+high = 60
+
+[[parameters]]
+name = "relief"
+path = "gears.pinion.geometry.x"
+mean = 0.1
+deviation = 0.01
+"""
 
 
 def mesh_reader(name: str) -> Reader:

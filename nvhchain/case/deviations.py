@@ -97,6 +97,13 @@ class Topography:
             f"{path}: columns {', '.join(header)[:80]}: give {', '.join(COLUMNS)}, one row per point",
         )
         values = np.array(rows)
+        wrong = np.flatnonzero(~(np.isfinite(values).all(axis=1) & (np.abs(values[:, 3]) <= 1e6 * LARGEST)))
+        if len(wrong):
+            row = ", ".join(f"{value:g}" for value in values[wrong[0]])
+            raise InputError(
+                f"{path}: row {wrong[0] + 2} ({row}) is not finite, or its deviation is beyond ±{1e6 * LARGEST:g} µm: "
+                "repair it, or give µm"
+            )
         axes = [np.unique(values[:, column]) for column in range(3)]
         sizes = tuple(len(axis) for axis in axes)
         require(

@@ -90,6 +90,7 @@ class ModalModel:
 
     def _check_repeated(self) -> None:
         flat = self.shapes.reshape(len(self.frequency), -1)
+        flat = flat / np.maximum(np.abs(flat).max(axis=1, keepdims=True), np.finfo(float).tiny)
         for i, frequency in enumerate(self.frequency):
             close = int(np.searchsorted(self.frequency, frequency * (1 + _SAME_FREQUENCY), side="right"))
             own, next_ones = flat[i], flat[i + 1 : close]

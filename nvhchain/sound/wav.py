@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import warnings
 from io import BytesIO
 from pathlib import Path
 
@@ -87,9 +88,16 @@ def read_wav(path: str | Path, *, full_scale: float = 1.0) -> Sound:
     """
     require(0 < full_scale < np.inf, f"full_scale = {full_scale:g} Pa of {path} must be positive and finite")
     try:
-        rate, samples = wavfile.read(path)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", wavfile.WavFileWarning)
+            warnings.filterwarnings("ignore", "Chunk .* not understood", wavfile.WavFileWarning)
+            rate, samples = wavfile.read(path)
     except FileNotFoundError:
         raise InputError(f"{path} does not exist: give a WAV file") from None
+    except wavfile.WavFileWarning as error:
+        raise InputError(f"{path} is cut off or damaged ({error}): give the whole file") from None
+    except UnboundLocalError:  # scipy's, where no samples follow the header
+        raise InputError(f"{path} holds no samples: give a record") from None
     except (ValueError, EOFError, struct.error) as error:
         raise InputError(f"{path} is no WAV file that can be read ({error}): give PCM or floating point") from None
     require(samples.size > 0, f"{path} holds no samples: give a record")

@@ -75,7 +75,7 @@ def test_check_and_plan_print_the_lines(capsys):
         ),
         (["bearings.B1.model.bore=30"], ["bore = 30.0 m is outside 0.001…5 m: give it in m, or in mm as bore_mm"]),
         (["bearings.B2.model.element_length_mm=30"], ["longer than the width of 16 mm"]),
-        (["bearings.B1.model={type='needle'}"], ["model.type = 'needle': choose one of deepgroove"]),
+        (["bearings.B1.model={type='needle'}"], ["model.type = 'needle': choose one of deep_groove"]),
         (["bearings.B1.radial_stiffness=1e8"], ["belong to a bearing without model"]),
     ],
 )

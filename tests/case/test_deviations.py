@@ -77,6 +77,8 @@ def test_measured_flanks_are_read_from_a_table(case_file: Path, tmp_path: Path) 
         ("tooth,profile,face,deviation_um\n" + "\n".join(rows[1:]), "5 points are no grid of 1 × 3 × 2"),
         ("tooth,roll,face,deviation_um\n" + "\n".join(rows), "give tooth, profile, face, deviation_um"),
         ("tooth,profile,face,deviation_um\n0,x,0,1", "no table of numbers"),
+        ("tooth,profile,face,deviation_um\n0,0,0,1\n0,0,1,nan", r"row 3 \(0, 0, 1, nan\) is not finite"),
+        ("tooth,profile,face,deviation_um\n0,0,0,0.02\n0,0,1,501", "row 3 .* is beyond|beyond ±500 µm"),
     ):
         table.write_text(text, encoding="utf-8")
         with pytest.raises(InputError, match=message):

@@ -126,6 +126,14 @@ def test_unusable_background_is_refused_with_a_remedy(tmp_path):
         read_wav(tmp_path / "no.wav")
     with pytest.raises(InputError, match="does not exist: give a WAV file"):
         read_wav(tmp_path / "none.wav")
+    write_wav(background_sound(Background(np.array([100.0]), np.array([70.0]))), tmp_path / "whole.wav")
+    whole = (tmp_path / "whole.wav").read_bytes()
+    (tmp_path / "cut.wav").write_bytes(whole[:9000])
+    with pytest.raises(InputError, match=r"cut\.wav is cut off or damaged .*give the whole file"):
+        read_wav(tmp_path / "cut.wav")
+    end = whole.index(b"data")
+    (tmp_path / "marked.wav").write_bytes(whole[:end] + b"iXML\4\0\0\0<a/>" + whole[end:])  # as recorders write
+    assert len(read_wav(tmp_path / "marked.wav").pressure) == len(read_wav(tmp_path / "whole.wav").pressure)
     wavfile.write(tmp_path / "short.wav", 8000, np.zeros(100, dtype=np.int16))
     with pytest.raises(InputError, match="too short for a background"):
         recorded_background(tmp_path / "short.wav")

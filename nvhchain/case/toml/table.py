@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from math import isfinite
 from typing import Any, TypeVar
 
+from nvhchain.case.toml.meanings import type_name
 from nvhchain.dimensions import UNITS, si_unit
 from nvhchain.errors import InputError, Mistakes, mistakes
 from nvhchain.names import LONGEST
@@ -123,8 +124,8 @@ def _split_unit(key: str, fields: Mapping[str, Any]) -> tuple[str, str | None]:
 def _convert_union(choices: list[Any], raw: Any, place: str, factor: float) -> Any:
     """Convert a value to one of several types.
 
-    A table becomes a dataclass, anything else another type. The key `type` of a table holds the lower-case name of its
-    dataclass; without it the first dataclass is taken.
+    A table becomes a dataclass, anything else another type. The key `type` of a table holds the name of its dataclass
+    in lower case, words joined by underscores or not; without it the first dataclass is taken.
     """
     choices = [c for c in choices if dataclasses.is_dataclass(c) is isinstance(raw, Mapping)] or choices
     words = [c for c in choices if typing.get_origin(c) is typing.Literal]
@@ -132,12 +133,11 @@ def _convert_union(choices: list[Any], raw: Any, place: str, factor: float) -> A
         return _convert_word_or_value(words[0], next(c for c in choices if c not in words), raw, place, factor)
     if len(choices) == 1 or (isinstance(raw, Mapping) and "type" not in raw):
         return convert(choices[0], raw, place, factor)
-    by_name = {choice.__name__.lower(): choice for choice in choices}
-    if not isinstance(raw, Mapping) or str(raw["type"]).replace("_", "") not in by_name:
-        given = raw.get("type") if isinstance(raw, Mapping) else raw
-        raise InputError(f"{place}.type = {given!r}: choose one of {', '.join(by_name)}")
-    fields = {key: value for key, value in raw.items() if key != "type"}
-    return build(by_name[raw["type"].replace("_", "")], fields, place)
+    given = raw["type"] if isinstance(raw, Mapping) else raw
+    chosen = [c for c in choices if type_name(c).replace("_", "") == str(given).replace("_", "")]
+    if not chosen or not isinstance(raw, Mapping):
+        raise InputError(f"{place}.type = {given!r}: choose one of {', '.join(map(type_name, choices))}")
+    return build(chosen[0], {key: value for key, value in raw.items() if key != "type"}, place)
 
 
 def _convert_word_or_value(word: Any, other: Any, raw: Any, place: str, factor: float) -> Any:

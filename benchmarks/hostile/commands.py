@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import os
 import re
@@ -162,12 +163,25 @@ def write_cases(folder: Path) -> None:
         f'base = "{small}"\nname = "ramp"\n[operation]\ninput_speed_rpm = 1500\n'
         "ramp = { end_speed_rpm = 1800, duration = 0.2 }\n"
     )
+    (folder / "study.toml").write_text(
+        f'case = "{sphere}"\n[[parameters]]\nname = "size"\npath = "body.radius_mm"\nvalues = [8, 10, 12, 14]\n'
+    )
 
 
 def _errors(out: Path, ended: Ended) -> list[tuple[str, str, Any]]:
     """Errors of a sweep, without its times."""
     rows = [json.loads(file.read_text()) for file in sorted((out / "rows").glob("*.json"))]
     return sorted((row["knob"], row["value"], json.dumps(_without_costs(row))) for row in rows)
+
+
+def _studied(out: Path, ended: Ended) -> list[str]:
+    """Rows of a study without seconds."""
+    with (out / "study.csv").open(newline="", encoding="utf-8") as file:
+        return sorted(json.dumps({k: v for k, v in row.items() if "second" not in k}) for row in csv.DictReader(file))
+
+
+def _tabulated(out: Path, ended: Ended) -> list[tuple[str, str]]:
+    return [(path.name, path.read_text(encoding="utf-8")) for path in sorted((out / "tables").glob("*.csv"))]
 
 
 def _without_costs(row: Mapping[str, Any]) -> dict[str, Any]:
@@ -213,6 +227,17 @@ def commands(cases: Path) -> dict[str, Command]:
             says_lost=True,
             answer=_errors,
         ),
+        "study": Command(into("study", str(cases / "study.toml")), 8, answer=_studied),
+        "study, workers": Command(
+            into("study", str(cases / "study.toml"), "--workers", "2"),
+            6,
+            children=True,
+            says_lost=True,
+            answer=_studied,
+        ),
+        "sound": Command(lambda out: ["sound", str(out), "--seconds", "1"], 4, "run, gearbox"),
+        "tables": Command(lambda out: ["tables", str(out)], 6, "run, gearbox", answer=_tabulated),
+        "modes": Command(into("modes", small), 4),
         "check": Command(lambda out: ["check", small], 4),
         "plan": Command(lambda out: ["plan", small], 4, answer=lambda out, ended: re.sub(r"\d+", "N", ended.out)),
     }

@@ -15,10 +15,11 @@ from _thread import interrupt_main
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
+from multiprocessing.connection import wait
 from pathlib import Path
 from subprocess import DEVNULL, PIPE
-from threading import current_thread, main_thread
+from threading import Thread, current_thread, main_thread
 from typing import IO
 
 __all__ = ["DEVNULL", "PIPE", "end_here", "exchange", "isolated", "process_pool", "run", "run_python", "start_python"]
@@ -183,11 +184,24 @@ def isolated() -> Iterator[None]:
             os.environ["PYTHONSAFEPATH"] = before
 
 
+def _end_with_caller() -> None:
+    """Let this worker of `multiprocessing` end as soon as its caller is gone, even if that is killed."""
+    caller = parent_process()
+    if caller is None:
+        return
+
+    def watch() -> None:
+        wait([caller.sentinel])
+        os._exit(1)
+
+    Thread(target=watch, name="end with the caller", daemon=True).start()
+
+
 @contextmanager
 def process_pool(workers: int) -> Iterator[Executor]:
     """Yield an executor of `workers` processes, which end with this context and cancel waiting tasks on an error."""
     with isolated():
-        pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
+        pool = ProcessPoolExecutor(workers, get_context("spawn"), _end_with_caller)
         try:
             yield pool
         except BaseException:

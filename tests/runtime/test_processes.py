@@ -6,6 +6,7 @@ import sys
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
+import psutil
 import pytest
 
 import nvhchain
@@ -152,3 +153,24 @@ print(processes.exchange("-c", "", content=bytes(2**24), seconds=60.0).returncod
 """
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (0, "0\n")
+
+
+CALLER = """
+import os, time
+from nvhchain.runtime.processes import process_pool
+if __name__ == "__main__":
+    with process_pool(1) as pool:
+        print(pool.submit(os.getpid).result(), flush=True)
+        pool.submit(time.sleep, 600).result()
+"""
+
+
+def test_workers_of_a_pool_end_with_a_caller_that_is_killed(tmp_path):
+    """Children of `multiprocessing` wait for their next task for ever."""
+    (tmp_path / "caller.py").write_text(CALLER)
+    caller = subprocess.Popen([sys.executable, tmp_path / "caller.py"], stdout=subprocess.PIPE, text=True)
+    with caller:
+        worker = psutil.Process(int(caller.stdout.readline()))
+        caller.kill()
+    worker.wait(60.0)
+    assert not worker.is_running()

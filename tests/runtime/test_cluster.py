@@ -4,7 +4,8 @@ import itertools
 import os
 import signal
 import socket
-import tempfile
+import subprocess
+import sys
 import threading
 import time
 import warnings
@@ -334,16 +335,43 @@ def test_workers_that_end_at_their_start_are_started_once_more(monkeypatch, fail
         pass
 
 
-def test_an_interrupted_worker_goes_on_and_nothing_is_left(capfd, monkeypatch, tmp_path):
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    monkeypatch.setenv("TMPDIR", str(tmp_path))
-    with cluster.local_cluster(1, memory_per_worker=2**30) as executor:
-        number = executor.submit(os.getpid).result()
-        os.kill(number, signal.SIGINT)
-        assert executor.submit(os.getpid).result() == number
-    assert "Traceback" not in "".join(capfd.readouterr())
+INTERRUPTED = """
+import os, re, signal, threading
+from pathlib import Path
+import psutil
+from nvhchain.runtime.cluster import local_cluster
+
+def interrupt(ended):
+    while not ended.wait(0.05):
+        for child in psutil.Process().children():
+            if "spawn_main" in " ".join(child.cmdline()):
+                status = Path(f"/proc/{child.pid}/status").read_text()
+                assert int(re.search("SigBlk:\\t(.*)", status)[1], 16) & 2, "an interruption reaches the worker"
+                child.send_signal(signal.SIGINT)
+
+if __name__ == "__main__":
+    ended = threading.Event()
+    threading.Thread(target=interrupt, args=(ended,), daemon=True).start()
+    with local_cluster(1, memory_per_worker=2**30) as executor:
+        assert executor.submit(os.getpid).result() == executor.submit(os.getpid).result()
+        ended.set()
+"""
+
+
+def test_workers_interrupted_from_their_start_go_on_and_nothing_is_left(tmp_path):
+    """As by Ctrl-C at a terminal, which reaches every process."""
+    (tmp_path / "script.py").write_text(INTERRUPTED)
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    done = subprocess.run(
+        [sys.executable, tmp_path / "script.py"],
+        env={**os.environ, "TMPDIR": str(temporary)},
+        capture_output=True,
+        text=True,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
     # locks that dask keeps on purpose
-    assert [path.name for path in tmp_path.iterdir()] in ([], ["dask-scratch-space"])
+    assert [path.name for path in temporary.iterdir()] in ([], ["dask-scratch-space"])
 
 
 def test_without_dask_the_remedy_is_named(monkeypatch):

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-import shutil
 import tomllib
+from contextlib import ExitStack
 from pathlib import Path
 
 import nvhchain
 from nvhchain.case.options import DECIDABLE
 from nvhchain.errors import InputError
+from nvhchain.files.atomic_write import write_output
 
 EXAMPLES = {
     "single-stage": ("small/single_stage.toml", "one helical pair in a small casting; seconds at `draft`"),
@@ -59,15 +60,18 @@ def copy_example(name: str, folder: Path) -> list[Path]:
     for target in targets:
         if target.exists():
             raise InputError(f"{target} exists: name another folder, or remove it")
-    folder.mkdir(parents=True, exist_ok=True)
-    for source, target in zip(files, targets[len(sources) :], strict=True):
-        shutil.copyfile(source, target)
+    contents = {target: source.read_bytes() for target, source in zip(targets[len(sources) :], files, strict=True)}
     for source, target in zip(sources, targets, strict=False):
         text = source.read_text(encoding="utf-8")
-        if name in OF_ONES_OWN:
-            text = _opened(text)
-        target.write_text(f"#:schema ./{FILE_NAME}\n{text}", encoding="utf-8")
-    (folder / FILE_NAME).write_text(schema_text(), encoding="utf-8")
+        text = _opened(text) if name in OF_ONES_OWN else text
+        contents[target] = f"#:schema ./{FILE_NAME}\n{text}".encode()
+    folder.mkdir(parents=True, exist_ok=True)
+    write_output(folder / FILE_NAME, schema_text().encode())
+    with ExitStack() as undone:
+        for target, content in contents.items():
+            write_output(target, content)
+            undone.callback(target.unlink)
+        undone.pop_all()
     return targets
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -34,6 +35,12 @@ class Arc:
 
 def hull(circles: Sequence[tuple[float, float, float]], offset: float = 0.0) -> tuple[Arc, ...]:
     """Return the convex hull of `circles` (x, y, radius; m) as counter-clockwise arcs, radii grown by `offset` (m)."""
+    return _hull(tuple(circles), offset)
+
+
+@lru_cache(maxsize=128)
+def _hull(circles: tuple[tuple[float, float, float], ...], offset: float) -> tuple[Arc, ...]:
+    """Return the hull; every state of a map checks its case with the same ones."""
     x, y, radius = np.array(circles, dtype=float).T
     angle = np.linspace(0.0, 2 * np.pi, _DIRECTIONS, endpoint=False)
     reach = x[:, None] * np.cos(angle) + y[:, None] * np.sin(angle) + radius[:, None]
@@ -87,7 +94,13 @@ def stations(arcs: Sequence[Arc], count: int, start: float = 0.0) -> tuple[Float
 
 def inner_distance(arcs: Sequence[Arc], points: FloatArray) -> FloatArray:
     """Return the distance (k,) m of `points` (k, 2) inside the outline; outside, minus a lower bound of it."""
+    normal, support = _support(tuple(arcs))
+    return np.asarray((support - np.atleast_2d(points) @ normal).min(axis=1))
+
+
+@lru_cache(maxsize=128)
+def _support(arcs: tuple[Arc, ...]) -> tuple[FloatArray, FloatArray]:
+    """Return normals (2, n) of an outline and its largest reach (n,) m along them."""
     angle = np.linspace(0.0, 2 * np.pi, _DIRECTIONS, endpoint=False)
     normal = np.stack([np.cos(angle), np.sin(angle)])
-    support = np.max([arc.x * normal[0] + arc.y * normal[1] + arc.radius for arc in arcs], axis=0)
-    return np.asarray((support - np.atleast_2d(points) @ normal).min(axis=1))
+    return normal, np.max([arc.x * normal[0] + arc.y * normal[1] + arc.radius for arc in arcs], axis=0)

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from nvhchain import dynamics, gear
 from nvhchain.case import GearboxCase
 from nvhchain.conventions import Progress
-from nvhchain.fidelity import Fidelity
-from nvhchain.handoff import ReducedHousing
+from nvhchain.fidelity import Fidelity, GearFidelity
+from nvhchain.files.result_cache import ResultCache
+from nvhchain.handoff import FlankFlexibility, ReducedHousing
+from nvhchain.scene.steps import MESH_LAWS
 
 ANGLE_DIGITS = 9
 """Decimal digits of tilts in rad: 1 nrad, 0.04 nm at the ends of a face.
@@ -22,17 +25,35 @@ Compliances = Callable[[Progress], tuple[Any, Any]]
 """Function that returns the flank compliances of a pair, computed at the first call."""
 
 
-def compliances(case: GearboxCase, fidelity: Fidelity) -> tuple[Compliances, ...]:
-    """Flank compliances of every stage, for several steps."""
-    return tuple(_lazily(pair, fidelity) for pair in case.pairs)
+def compliances(case: GearboxCase, fidelity: Fidelity, shared: ResultCache) -> tuple[Compliances, ...]:
+    """Flank compliances of every stage, for several steps; those of every gear body are kept in `shared`."""
+    flanks = partial(_kept_flanks, ResultCache(shared.folder))
+    return tuple(_lazily(pair, fidelity, flanks) for pair in case.pairs)
 
 
-def _lazily(pair: gear.GearPair, fidelity: Fidelity) -> Compliances:
+def _kept_flanks(
+    cache: ResultCache, body: gear.GearBody, knobs: GearFidelity, *, reach: int, progress: Progress
+) -> gear.FlankCompliance:
+    """Return the compliance of a gear from the cache, or compute and keep it; imported meshes are not kept."""
+    if isinstance(body.blank, gear.VolumeMesh):
+        return gear.flank_compliance(body, knobs, reach=reach, progress=progress)
+    found = cache.cached(
+        "flank_flexibility-{key}",
+        FlankFlexibility,
+        MESH_LAWS.code,
+        (body, reach),
+        lambda _: gear.flank_flexibility(body, knobs, reach=reach, progress=progress),
+        fidelity=knobs,
+    )
+    return gear.compliance_at_points(found)
+
+
+def _lazily(pair: gear.GearPair, fidelity: Fidelity, flanks: Callable[..., gear.FlankCompliance]) -> Compliances:
     computed: list[tuple[Any, Any]] = []
 
     def once(progress: Progress) -> tuple[Any, Any]:
         if not computed:
-            computed.append(gear.pair_compliances(pair, fidelity.gear, progress=progress))
+            computed.append(gear.pair_compliances(pair, fidelity.gear, progress=progress, flanks=flanks))
         return computed[0]
 
     return once

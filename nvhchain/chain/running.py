@@ -71,7 +71,7 @@ class Run:
     @cached_property
     def compliances(self) -> tuple[Compliances, ...]:
         """Flank compliances of every stage."""
-        return compliances(self.loaded, self.fidelity)
+        return compliances(self.loaded, self.fidelity, self.shared)
 
     @property
     def housing_in_loop(self) -> ReducedHousing | None:

@@ -1,7 +1,12 @@
 """Gears: drawings, finite elements, compliance, contact, mesh laws, root strain, displacement and stress."""
 
 from nvhchain.gear.compliance.analytic import SliceCompliance, slice_compliance
-from nvhchain.gear.compliance.flank_compliance import FlankCompliance, flank_compliance
+from nvhchain.gear.compliance.flank_compliance import (
+    FlankCompliance,
+    compliance_at_points,
+    flank_compliance,
+    flank_flexibility,
+)
 from nvhchain.gear.contact.closing_edges import close_edges
 from nvhchain.gear.contact.contact_lines import ContactLines, contact_lines
 from nvhchain.gear.contact.engagement import Engagement, engaged_reach, slice_count
@@ -73,6 +78,7 @@ __all__ = [
     "VolumeMesh",
     "bricks_over_even",
     "close_edges",
+    "compliance_at_points",
     "contact_lines",
     "deflection_at_force",
     "deviated_mesh_law",
@@ -80,6 +86,7 @@ __all__ = [
     "engaged",
     "engaged_reach",
     "flank_compliance",
+    "flank_flexibility",
     "flank_tolerances",
     "gear_field",
     "iso_stiffness",

@@ -13,6 +13,7 @@ from nvhchain.handoff.accuracy import (
     warn_of,
 )
 from nvhchain.handoff.base import ACCURACIES, HAND_OFFS, Accuracy, ComplexArray, FloatArray, HandOff, IntArray
+from nvhchain.handoff.flank_flexibility import FlankFlexibility
 from nvhchain.handoff.forces import BearingForces, ForceSpectrum
 from nvhchain.handoff.gear_field import GearField
 from nvhchain.handoff.housing import ReducedHousing, SurfaceVelocity
@@ -44,6 +45,7 @@ __all__ = [
     "ComplexArray",
     "Directivity",
     "FieldPressure",
+    "FlankFlexibility",
     "FloatArray",
     "ForceAccuracy",
     "ForceSpectrum",

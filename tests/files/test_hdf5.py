@@ -17,6 +17,7 @@ from nvhchain.handoff import (
     BearingForces,
     Directivity,
     FieldPressure,
+    FlankFlexibility,
     ForceAccuracy,
     ForceSpectrum,
     GearField,
@@ -60,6 +61,7 @@ EXAMPLES = [
         *[np.ones((2, 2, 2, 1, 1))] * 3,
         *(np.ones((2, 2, 1, 1)), np.ones((2, 2, 1, 1)), np.ones((2, 2, 1, 1, 1)), [0, 1]),
     ),
+    FlankFlexibility([0.06, 0.07], [0.0], 50, np.ones((5, 2, 3, 3)), np.ones((3, 4)), np.eye(4)),
     LoadDistribution([0.0, 0.1], 0.2, [0.5, -0.2], [0.01, 0.02], [1e-3, -1e-3], 5e3, 1.65),
     GearField(
         np.eye(10, 3), np.arange(10)[None], np.full((10, 3), 1e-6), np.arange(10.0), "wheel", 0.1, 57, 2e-3, 0.4, 0.05,

@@ -71,21 +71,18 @@ def load_distributions(run: Run) -> tuple[LoadDistribution, ...]:
 
 def _stage_hand_offs(run: Run, step: Step[Any], compute: Callable[..., Any]) -> tuple[Any, ...]:
     case = run.loaded
-    options = case.options
-    several = options.tilt or options.load_distribution or any(case.deviations)
-    shared: tuple[Compliances | None, ...] = run.compliances if several else (None,) * len(case.stages)
 
-    def compute_pair(pair: gear.GearPair, force: float, once: Compliances | None, progress: Progress) -> Any:
+    def compute_pair(pair: gear.GearPair, force: float, once: Compliances, progress: Progress) -> Any:
         return compute(
             pair,
             nominal_force=force,
             fidelity=run.fidelity.gear,
-            compliances=once(progress) if once else None,
+            compliances=once(progress),
             executor=run.executor,
             progress=progress,
         )
 
     return tuple(
         run.cached(step, (pair, abs(force)), partial(compute_pair, pair, abs(force), once), gear_stage=stage.name)
-        for stage, pair, force, once in zip(case.stages, case.pairs, case.mesh_forces, shared, strict=True)
+        for stage, pair, force, once in zip(case.stages, case.pairs, case.mesh_forces, run.compliances, strict=True)
     )

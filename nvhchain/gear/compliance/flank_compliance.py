@@ -16,7 +16,7 @@ from nvhchain.gear.compliance.tooth_compliance import CondensedTooth, condensed_
 from nvhchain.gear.drawing.body import GearBody
 from nvhchain.gear.drawing.volume_mesh import VolumeMesh
 from nvhchain.gear.elements.gear_mesh import gear_mesh
-from nvhchain.handoff import FloatArray, IntArray
+from nvhchain.handoff import FlankFlexibility, FloatArray, IntArray
 from nvhchain.kinds import checked
 
 USUAL_REACH = 3
@@ -175,36 +175,102 @@ def flank_compliance(
     ResourceError
         If memory is short.
     """
+    _check_reach(body, reach)
+    if isinstance(body.blank, VolumeMesh):
+        radius, axial, blocks, along = imported_compliance(
+            body, body.blank, fidelity, reach=reach, friction=friction, progress=progress
+        )
+        return FlankCompliance(radius, axial, body.geometry.teeth, body.sector, blocks, friction=along)
+    if not friction:
+        return compliance_at_points(flank_flexibility(body, fidelity, reach=reach, progress=progress))
+    tooth, share, flexibility = _solved(body, fidelity, reach, friction, progress)
+    n = tooth.own.shape[0]
+    normal, sliding = share[:, :n], share[:, n:]
+    found = FlankFlexibility(tooth.radius, tooth.axial, body.geometry.teeth, flexibility, normal, tooth.own)
+    assert tooth.own_friction is not None
+    along = _friction(normal, sliding, flexibility, tooth.own_friction)
+    return replace(compliance_at_points(found), friction=along)
+
+
+def flank_flexibility(
+    body: GearBody, fidelity: GearFidelity, *, reach: int = USUAL_REACH, progress: Progress | None = None
+) -> FlankFlexibility:
+    """Compute the flexibility of one symmetric sector of a gear without friction, in a form that is small to keep.
+
+    Parameters
+    ----------
+    body : GearBody
+        Gear whose blank is drawn.
+    fidelity, reach, progress
+        As in `flank_compliance`.
+
+    Returns
+    -------
+    FlankFlexibility
+        Flexibility; `compliance_at_points` gives its `FlankCompliance`.
+
+    Raises
+    ------
+    InputError
+        If the blank is an imported mesh, the fidelity cannot resolve it, or `reach` is out of range.
+    ResourceError
+        If memory is short.
+    """
+    _check_reach(body, reach)
+    tooth, share, flexibility = _solved(body, fidelity, reach, False, progress)
+    return FlankFlexibility(tooth.radius, tooth.axial, body.geometry.teeth, flexibility, share, tooth.own)
+
+
+def compliance_at_points(found: FlankFlexibility) -> FlankCompliance:
+    """Return the compliance between all points of the flanks.
+
+    Parameters
+    ----------
+    found : FlankFlexibility
+        Flexibility in patterns of force.
+
+    Returns
+    -------
+    FlankCompliance
+        Compliance, without friction.
+    """
+    sector, distances = found.response.shape[:2]
+    n_p, n_w = len(found.radius), len(found.axial)
+    blocks = found.share.T @ found.response @ found.share
+    blocks[:, 0] += found.own
+    return FlankCompliance(
+        radius=found.radius,
+        axial=found.axial,
+        tooth_count=found.teeth,
+        sector=sector,
+        blocks=blocks.reshape(sector, distances, 2, n_p, n_w, 2, n_p, n_w),
+    )
+
+
+def _check_reach(body: GearBody, reach: int) -> None:
+    """Refuse a number of coupled teeth that the gear does not have."""
     teeth = body.geometry.teeth
     require(
         is_whole(reach) and 0 <= reach < teeth,
         f"reach = {reach} must be a whole number from 0 to {teeth - 1}: the gear has {teeth} teeth, and each can be in "
         "contact at one place at a time; make the face narrower or the helix angle smaller",
     )
-    if isinstance(body.blank, VolumeMesh):
-        radius, axial, blocks, along = imported_compliance(
-            body, body.blank, fidelity, reach=reach, friction=friction, progress=progress
-        )
-        return FlankCompliance(radius, axial, teeth, body.sector, blocks, friction=along)
+
+
+def _solved(
+    body: GearBody, fidelity: GearFidelity, reach: int, friction: bool, progress: Progress | None
+) -> tuple[CondensedTooth, FloatArray, FloatArray]:
+    """Return the condensed tooth, the shares of its patterns in flank loads, and the response to the patterns."""
     mesh = gear_mesh(body, fidelity)
     tooth = condensed_tooth(body.geometry, mesh, body.material, friction=friction)
     patterns, share, strength = load_patterns(tooth, fidelity.load_pattern_tolerance)
     far = int((strength > fidelity.far_pattern_tolerance).sum())
-    flexibility = body_flexibility(
-        mesh, tooth, body.material, patterns, far=far, sector=body.sector, reach=reach, progress=progress
-    )
-    n = tooth.own.shape[0]
-    normal, sliding = share[:, :n], share[:, n:]
-    blocks = normal.T @ flexibility @ normal
-    blocks[:, 0] += tooth.own
-    n_p, n_w = len(tooth.radius), len(tooth.axial)
-    return FlankCompliance(
-        radius=tooth.radius,
-        axial=tooth.axial,
-        tooth_count=teeth,
-        sector=body.sector,
-        blocks=blocks.reshape(body.sector, reach + 1, 2, n_p, n_w, 2, n_p, n_w),
-        friction=None if tooth.own_friction is None else _friction(normal, sliding, flexibility, tooth.own_friction),
+    return (
+        tooth,
+        share,
+        body_flexibility(
+            mesh, tooth, body.material, patterns, far=far, sector=body.sector, reach=reach, progress=progress
+        ),
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import Executor
 
 import numpy as np
@@ -157,7 +158,11 @@ def engaged(
 
 @checked
 def pair_compliances(
-    pair: GearPair, fidelity: GearFidelity, *, progress: Progress | None = None
+    pair: GearPair,
+    fidelity: GearFidelity,
+    *,
+    progress: Progress | None = None,
+    flanks: Callable[..., FlankCompliance] = flank_compliance,
 ) -> tuple[FlankCompliance | SliceCompliance, FlankCompliance | SliceCompliance]:
     """Compute the compliances of pinion and wheel, each over `engaged_reach(pair)` teeth.
 
@@ -169,6 +174,8 @@ def pair_compliances(
         `bodies` selects elements or closed-form slices.
     progress : Progress, optional
         Called with (teeth done, teeth of both sectors).
+    flanks : callable
+        Function of one gear, with the arguments of `flank_compliance`; one that keeps results saves repeated work.
 
     Returns
     -------
@@ -197,8 +204,8 @@ def pair_compliances(
             progress(done, teeth)
 
     return (
-        flank_compliance(pair.pinion, fidelity, reach=reach, progress=lambda done, _: report(done)),
-        flank_compliance(pair.wheel, fidelity, reach=reach, progress=lambda done, _: report(first + done)),
+        flanks(pair.pinion, fidelity, reach=reach, progress=lambda done, _: report(done)),
+        flanks(pair.wheel, fidelity, reach=reach, progress=lambda done, _: report(first + done)),
     )
 
 

@@ -17,7 +17,7 @@ from nvhchain.conventions import Progress
 from nvhchain.errors import AccuracyWarning, InputError, SolverError, concerning, require
 from nvhchain.handoff import FloatArray
 from nvhchain.kinds import checked
-from nvhchain.runtime.threads import cores
+from nvhchain.runtime.threads import blas_threads, cores
 
 FAINT = 1e-3
 """A-weighted force of a line, relative to the strongest, below which it is not heard: it changes levels by 0.01 dB."""
@@ -111,6 +111,7 @@ def steady_map(
     with (
         concerning(case.name),
         warnings.catch_warnings(record=True) as given,
+        blas_threads(1),
         ThreadPoolExecutor(cores()) as threads,
     ):
         warnings.simplefilter("always", AccuracyWarning)

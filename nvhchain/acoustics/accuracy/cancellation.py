@@ -17,6 +17,7 @@ from nvhchain.acoustics.surfaces.surface import SHARP_ANGLE, edge_table, mean_ed
 from nvhchain.conventions import Air
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, RigidPlane, SoundAccuracy, Surface, SurfaceVelocity
+from nvhchain.runtime.threads import blas_threads
 
 CANCELLATION = 0.22
 """Bound on the residual thrust F due to the error of the mesh: F = CANCELLATION S p h²/(a² w). S is the area and p the
@@ -179,7 +180,8 @@ def pressure_of_motion(body: Surface, wavenumber: FloatArray, velocity: ComplexA
     """
     _, factors = _walls(body)
     areas, columns = body.areas[:, None], velocity.shape[1]
-    parts = factors.solve(np.concatenate([areas * velocity.real, areas * velocity.imag], axis=1))
+    with blas_threads(1):  # SuperLU multiplies small blocks; further threads spin and take ten times the processor time
+        parts = factors.solve(np.concatenate([areas * velocity.real, areas * velocity.imag], axis=1))
     smooth = parts[:, :columns] + 1j * parts[:, columns:]
     ahead = (areas * velocity.conj() * smooth).sum(axis=0).real * wavenumber**2
     energy = np.minimum(ahead, (areas * np.abs(velocity) ** 2).sum(axis=0))

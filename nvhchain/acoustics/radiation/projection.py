@@ -16,6 +16,7 @@ from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, TransferVectors
 from nvhchain.kinds import checked
 from nvhchain.runtime.memory import free_memory
+from nvhchain.runtime.threads import blas_threads
 
 
 @checked
@@ -148,15 +149,16 @@ def products(
     product = np.zeros((len(lines), points, columns.shape[1]), dtype=complex)
     report = progress or (lambda done, total: None)
     report(0, len(lines))
-    for piece, end, values in _pieces(smooth, lines):
-        point = end % points
-        if real:  # half the work of a complex product
-            product[piece, point].real += values.real @ columns
-            product[piece, point].imag += values.imag @ columns
-        else:
-            product[piece, point] += values @ columns
-        if point == points - 1:
-            report(piece.stop, len(lines))
+    with blas_threads(1):  # pieces are small: a second thread takes more processor time than it saves
+        for piece, end, values in _pieces(smooth, lines):
+            point = end % points
+            if real:  # half the work of a complex product
+                product[piece, point].real += np.ascontiguousarray(values.real) @ columns
+                product[piece, point].imag += np.ascontiguousarray(values.imag) @ columns
+            else:
+                product[piece, point] += values @ columns
+            if point == points - 1:
+                report(piece.stop, len(lines))
     return product
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.interpolate import Akima1DInterpolator
@@ -42,8 +43,12 @@ def _interpolate(position: FloatArray, values: FloatArray, wanted: FloatArray) -
     return np.asarray(result)
 
 
+@lru_cache(maxsize=8)
 def refine(law: MeshLaw, refinement: int) -> FloatArray:
-    """Return the force (refinement · n_angle, n_defl) at equally spaced angles of one period, starting at angle 0."""
+    """Return the force (refinement · n_angle, n_defl) at equally spaced angles of one period, starting at angle 0.
+
+    It is kept for further speeds and torques with the same law, and must not be changed.
+    """
     n_row = refinement * len(law.angle)
     wanted = np.asarray(np.arange(n_row) * (law.period / n_row), dtype=float)
     if len(law.angle) == 1:
@@ -61,6 +66,7 @@ def refine(law: MeshLaw, refinement: int) -> FloatArray:
     force[:, anchor] = column
     force[:, anchor + 1 :] = column[:, None] + np.cumsum(rise[:, anchor:], axis=1)
     force[:, :anchor] = column[:, None] - np.cumsum(rise[:, :anchor][:, ::-1], axis=1)[:, ::-1]
+    force.setflags(write=False)
     return force
 
 

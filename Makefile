@@ -7,6 +7,8 @@ FIDELITY ?= standard
 OUT ?= out
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+# two processes on two cores: threads of their libraries would only wait for each other
+TESTS := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 $(BIN)/python -m pytest --durations=15 -n 2 --dist loadfile --no-loadscope-reorder
 
 .PHONY: help setup demo gallery test test-all extremes kills lies lint docs clean distclean
 
@@ -34,10 +36,10 @@ gallery: $(READY)
 	$(BIN)/python -m nvhchain.gallery --fidelity $(FIDELITY) --out $(OUT)/gallery
 
 test: $(READY)
-	$(BIN)/python -m pytest --durations=15 -n 2 --dist loadfile -m "not slow"
+	$(TESTS) -m "not slow"
 
 test-all: $(READY)
-	$(BIN)/python -m pytest --durations=15 -n 2 --dist loadfile
+	$(TESTS)
 
 extremes: $(READY)
 	NVHCHAIN_EXTREMES=1000 $(BIN)/python -m pytest tests/extremes

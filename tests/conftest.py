@@ -14,6 +14,12 @@ from nvhchain.report import compare
 from nvhchain.testing.coarse_runs import COARSE, Record
 
 
+def pytest_collection_modifyitems(items):
+    """Run files with slow tests first: what is left at the end is shared evenly between processes."""
+    slow = {item.path for item in items if item.get_closest_marker("slow")}
+    items.sort(key=lambda item: item.path not in slow)
+
+
 @pytest.fixture(scope="session")
 def cases(request):
     folder = request.config.rootpath / "cases" / "gearbox"

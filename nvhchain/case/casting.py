@@ -13,7 +13,7 @@ from nvhchain.case.bodies import Extent
 from nvhchain.case.checks.fit import radius_at
 from nvhchain.case.checks.names import nearest
 from nvhchain.case.housing import Housing, lowest_wall_frequency
-from nvhchain.errors import InputError, require
+from nvhchain.errors import InputError, require, require_all
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import ReducedHousing
 from nvhchain.housing.reduction import bending_wavelength, check_bending_resolution, check_thin_walls
@@ -41,11 +41,12 @@ class Casting(housing.Casting, Housing):
 
     def check(self, case: GearboxCase) -> None:
         """Raise `InputError` for field points inside, bearings outside their bores and walls behind the floor."""
-        for point in case.field_points:
-            require(
-                not housing.encloses(self, point.position),
-                f"field point {point.name!r} at {point.position} m lies inside the housing: move it out",
-            )
+        places = np.array([point.position for point in case.field_points], dtype=float).reshape(-1, 3)
+        require_all(
+            f"field point {point.name!r} at {point.position} m lies inside the housing: move it out"
+            for point, inside in zip(case.field_points, housing.encloses(self, places), strict=True)
+            if inside
+        )
         self._check_floor(case)
         require(
             self.bores != housing.Casting.bores or self._bores_fit(case),

@@ -17,7 +17,5 @@ def test_envelope_of_a_round_casting_is_a_cylinder():
 
 
 def test_points_inside_the_walls_are_told_from_points_outside():
-    assert encloses(ROUND, (0.05, 0.05, 0.1))
-    assert not encloses(ROUND, (0.1, 0.1, 0.1))
-    assert not encloses(ROUND, (0.0, 0.0, 0.4))
-    assert not encloses(ROUND, (0.0, 0.0, -0.1))
+    points = np.array([(0.05, 0.05, 0.1), (0.1, 0.1, 0.1), (0.0, 0.0, 0.4), (0.0, 0.0, -0.1)])
+    assert encloses(ROUND, points).tolist() == [True, False, False, False]

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
+from nvhchain.handoff import FloatArray
 from nvhchain.housing.casting.casting import Casting
 from nvhchain.housing.casting.outline import Arc, inner_distance
 from nvhchain.housing.casting.solids import outline_at
@@ -30,24 +32,24 @@ def face_size(casting: Casting, wanted: float) -> float:
     return min(wanted, COARSEST_FACE * casting.depth)
 
 
-def encloses(casting: Casting, point: tuple[float, float, float]) -> bool:
-    """Return True if `point` lies within the outer walls; bosses, ribs and flange protrude.
+def encloses(casting: Casting, points: FloatArray) -> NDArray[np.bool_]:
+    """Return True for points within the outer walls; bosses, ribs and flange protrude.
 
     Parameters
     ----------
     casting : Casting
         Casting.
-    point : (float, float, float)
-        Place (m).
+    points : ndarray, shape (k, 3)
+        Places (m).
 
     Returns
     -------
-    bool
+    ndarray of bool, shape (k,)
         True inside the outer walls.
     """
-    x, y, z = point
-    depth_inside = inner_distance(outline_at(casting, casting.wall), np.array([[x, y]]))[0]
-    return bool(0.0 < z < casting.depth and depth_inside > 0)
+    inside = (points[:, 2] > 0.0) & (points[:, 2] < casting.depth)
+    inside[inside] = inner_distance(outline_at(casting, casting.wall), points[inside, :2]) > 0.0
+    return inside
 
 
 def room_around(casting: Casting, axis: tuple[float, float]) -> float:

@@ -239,6 +239,7 @@ def test_low_singular_orders_compression_and_unfinished_iterations_are_part_of_t
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:needles, sharp edges or thin gaps")
 def test_a_plate_three_hundred_times_as_wide_as_thick_errs_by_less_than_is_stated():
     """Yardstick: twice as many elements along each edge; the plate shakes, bends in one wave and breathes."""
     frequency, width = np.array([50.0, 1200.0]), 0.3

@@ -4,6 +4,8 @@ import os
 import subprocess
 import sys
 
+import pytest
+
 REPORT = """
 from nvhchain.acoustics.fused import engine as _fused
 {before}
@@ -13,6 +15,7 @@ print(*(["compiled", "read"][bool(_fused.compiled(*kernel, "double").stats.cache
 """
 
 
+@pytest.mark.slow
 def test_one_large_kernel_is_left_on_disk_by_another_process_while_the_other_is_compiled(tmp_path):
     def run(before):
         environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "NUMBA_NUM_THREADS": "2"}

@@ -58,7 +58,7 @@ def dense(matrix):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("error", [1e-2, 1e-3, 1e-5, 1e-6])
+@pytest.mark.parametrize("error", [1e-2, 1e-5])
 def test_error_is_what_was_asked_for_and_not_much_less(body, error):
     surface, _, a, b = body
     for values, columns in ((a, surface.vertices), (b, surface.centroids)):
@@ -104,7 +104,7 @@ def test_a_rigid_plane_is_part_of_the_compressed_matrices(body, air):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("per_wavelength", [4.0, 6.0, 20.0])
+@pytest.mark.parametrize("per_wavelength", [4.0, 20.0])
 def test_estimated_size_is_that_of_the_matrices(body, per_wavelength):
     surface, _, _, _ = body
     knobs = replace(FIDELITY, elements_per_wavelength=per_wavelength)

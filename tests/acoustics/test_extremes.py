@@ -142,6 +142,7 @@ def two(body, gap):
 
 
 @pytest.mark.parametrize("gap", [0.2, 0.025, 1e-3, 2e-4])
+@pytest.mark.filterwarnings("ignore:144 triangles face each other:RuntimeWarning")
 def test_two_bodies_far_apart_to_a_fifth_of_a_millimetre_are_as_accurate_as_one(gap):
     """The narrowest gap is a hundredth of an edge."""
     body = bodies.box((0.15, 0.15, 0.1), 0.025)

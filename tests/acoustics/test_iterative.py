@@ -92,6 +92,7 @@ def test_a_body_smaller_than_a_patch_is_solved_in_one_step():
     assert np.abs(a.T @ x - 1).max() < 1e-12
 
 
+@pytest.mark.filterwarnings("ignore:the parts of the motion cancel")
 def test_iterative_transfer_vectors_meet_the_identity_and_the_direct_ones(ribbed, air):
     surface, _ = ribbed
     points, frequency = bodies.shell(6, 0.8), np.array([150.0, 1500.0])

@@ -65,6 +65,7 @@ def test_chosen_masters_keep_the_tolerance_between_them_near_and_far(box, air, l
     assert atv.frequency[[0, -1]].tolist() == [low, 4000.0]
 
 
+@pytest.mark.filterwarnings("ignore:the air in openings")
 def test_a_resonating_cavity_is_found_and_kept_within_the_tolerance(resonator, air):
     """18 masters in 1 kHz, none of them asked for at the resonance 3 Hz wide."""
     fidelity = chosen(0.3)
@@ -74,6 +75,7 @@ def test_a_resonating_cavity_is_found_and_kept_within_the_tolerance(resonator, a
     assert len(atv.frequency) <= 24
 
 
+@pytest.mark.filterwarnings("ignore:the air in openings", "ignore:the parts of the motion cancel")
 def test_error_estimate_of_a_resonating_cavity_is_within_a_factor_of_ten_of_the_truth(resonator, air):
     fidelity = chosen(0.3)
     masters = np.linspace(50.0, 1050.0, 11)
@@ -91,6 +93,7 @@ def test_error_estimate_of_a_resonating_cavity_is_within_a_factor_of_ten_of_the_
     ("body", "low", "high", "most"),
     [("box", 1000.0, 1200.0, 6), ("box", 0.0, 100.0, 7), ("box", 50.0, 1200.0, 10), ("resonator", 200.0, 300.0, 9)],
 )
+@pytest.mark.filterwarnings("ignore:the air in openings")
 def test_a_narrow_band_takes_few_masters_and_keeps_tolerance_and_estimate(body, low, high, most, air, request):
     """Three to begin with and two of test; the resonance at 257 Hz lies in the last band."""
     surface, fidelity = request.getfixturevalue(body), chosen(0.1)
@@ -110,6 +113,7 @@ def test_a_narrow_band_takes_few_masters_and_keeps_tolerance_and_estimate(body, 
         ("resonator", 200.0, 300.0, 5),
     ],
 )
+@pytest.mark.filterwarnings("ignore:interpolation between", "ignore:the air in openings")
 def test_the_estimate_from_three_to_five_masters_is_within_a_factor_of_ten_of_the_truth(
     body, low, high, count, air, request
 ):
@@ -124,6 +128,7 @@ def test_the_estimate_from_three_to_five_masters_is_within_a_factor_of_ten_of_th
     assert worst / 10 < estimate < 10 * worst
 
 
+@pytest.mark.filterwarnings("ignore:the air in openings")
 def test_peaks_predicted_between_masters_are_tested_before_they_are_trusted(resonator, air):
     """Without a master at the predicted peak 11 masters passed for 1 dB and were wrong by 4.6 dB at 257 Hz."""
     fidelity = chosen(1.0)
@@ -134,6 +139,7 @@ def test_peaks_predicted_between_masters_are_tested_before_they_are_trusted(reso
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("low", "high", "tolerance"), [(50.0, 2193.0, 1.0), (21.0, 2108.0, 0.3)])
+@pytest.mark.filterwarnings("ignore:the air in openings")
 def test_two_resonances_closer_to_each_other_than_masters_are_both_found(low, high, tolerance, air):
     """A cavity of 90 mm with sides that differ by 0.3 and 0.6 %: resonances at 1923 and 1938 Hz, 6 and 8 Hz wide. With
     tests of the lines of test masters alone 13 masters passed and were wrong by 11 dB (2.9 dB) between the two."""

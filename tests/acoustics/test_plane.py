@@ -111,6 +111,7 @@ def test_interior_source_and_its_image_are_reproduced_above_a_plane(air, coarse)
 
 
 @pytest.mark.parametrize(("height", "array_radius"), [(0.021, None), (0.021, 0.5), (0.2, None), (0.2, 2.0)])
+@pytest.mark.filterwarnings("ignore:array radius")
 def test_sound_power_of_a_monopole_on_and_above_a_plane_within_a_tenth_of_a_decibel(air, coarse, height, array_radius):
     """A small pulsating sphere of volume flow Q: P = (1 + sin 2kh / 2kh) ρ c k² Q² / 8π, twice the free one on the
     plane (ISO 3744 hemisphere; Pierce, Acoustics, 4.10)."""
@@ -162,6 +163,7 @@ def test_rigid_sphere_above_a_plane_scatters_like_the_pair_with_its_image(air, c
     assert relative(above, pair[:, :count]) < 5e-3
 
 
+@pytest.mark.filterwarnings("ignore:interpolation between")
 def test_each_path_loses_its_own_phase_between_masters(air, coarse):
     """High above the plane the reflected path is 20 wavelengths longer than the spacing of the masters resolves."""
     body = sphere(0.1, 1, (0.0, 0.0, 10.0))

@@ -64,6 +64,7 @@ def test_power_at_the_masters_is_that_of_the_velocity_itself(ball, resistance, a
     assert power_from_waves(resistance, MASTERS, velocity, fidelity=coarse).power == pytest.approx(exact, rel=1e-8)
 
 
+@pytest.mark.filterwarnings("ignore:interpolation between")
 def test_error_of_motions_that_cancel_is_that_of_the_velocity_itself(ball, air, coarse):
     """At the masters but for the extent and area that carry the pressure, which are those of every shape by itself (6 %
     less here); half way between two within what a straight line over f⁴ leaves."""
@@ -162,6 +163,7 @@ def test_radiation_modes_of_a_sphere_are_its_harmonics(ball, resistance, air, co
     )
 
 
+@pytest.mark.filterwarnings("ignore:equivalent radiated power")
 def test_plane_wave_resistance_gives_the_equivalent_radiated_power(ball, resistance, air):
     velocity = random_velocity(LINES, 9)
     exact = equivalent_radiated_power(SurfaceVelocity(LINES, velocity @ harmonics(ball).T, ball), air).power
@@ -275,6 +277,7 @@ def test_masters_that_do_not_suffice_are_refused(ball, air, coarse):
         adaptive_radiation_resistance(SurfaceShapes(ball, harmonics(ball)), 50.0, 2400.0, air=air, fidelity=knobs)
 
 
+@pytest.mark.filterwarnings("ignore:the air in openings")
 def test_a_resonating_cavity_is_kept_within_the_tolerance_between_masters(air):
     """A resonance at 257 Hz with a Q of 210 in a band of 1 kHz, a master at its predicted peak."""
     body = bodies.resonator()

@@ -36,6 +36,7 @@ def random_velocity(surface, frequency, seed=3):
     return SurfaceVelocity(frequency, rng.normal(size=shape) + 1j * rng.normal(size=shape), surface)
 
 
+@pytest.mark.filterwarnings("ignore:the parts of the motion cancel")
 def test_transfer_vectors_times_velocity_equal_the_direct_solution_at_the_masters(bracket, air, coarse):
     frequency = np.array([120.0, 700.0, 1900.0])
     velocity = random_velocity(bracket, frequency)
@@ -59,6 +60,7 @@ def small_body():
     return surface, air, fidelity, atv, lines
 
 
+@pytest.mark.filterwarnings("ignore:the parts of the motion cancel")
 def test_fifty_masters_interpolate_to_a_thousandth_and_a_tenth_of_a_decibel(small_body):
     surface, air, fidelity, atv, lines = small_body
     velocity = random_velocity(surface, lines)
@@ -68,6 +70,7 @@ def test_fifty_masters_interpolate_to_a_thousandth_and_a_tenth_of_a_decibel(smal
     assert np.abs(20 * np.log10(np.abs(pressure / exact))).max() < 0.1
 
 
+@pytest.mark.filterwarnings("ignore:the parts of the motion cancel")
 def test_the_lower_end_of_the_band_profits_from_the_conjugate_vectors_at_negative_frequency(small_body):
     """Errors relative to the line itself; one-sided interpolation errs by 4 to 10 % here."""
     surface, air, fidelity, atv, _ = small_body
@@ -78,6 +81,7 @@ def test_the_lower_end_of_the_band_profits_from_the_conjugate_vectors_at_negativ
     assert np.abs(pressure / exact - 1).max() < 0.015
 
 
+@pytest.mark.filterwarnings("ignore:interpolation between")
 def test_far_from_zero_the_error_estimate_does_not_count_on_mirrored_masters(air, coarse):
     """A detour of 0.4 m, as around a gearbox, and few masters: the far mirror images tell nothing about it."""
     body, points, masters = sphere(0.1, 1), np.array([[0.0, 0.0, 1.0]]), np.array([3000.0, 3100.0, 3200.0])
@@ -95,6 +99,7 @@ def test_far_from_zero_the_error_estimate_does_not_count_on_mirrored_masters(air
 
 
 @pytest.mark.parametrize(("step", "nodes"), [(1, 4), (3, 8), (3, 2)])
+@pytest.mark.filterwarnings("ignore:the parts of the motion cancel", "ignore:interpolation between")
 def test_error_estimate_is_within_a_factor_of_ten_of_the_truth(small_body, step, nodes):
     surface, air, fidelity, atv, _ = small_body
     thinned = atv.replace(frequency=atv.frequency[::step], vectors=atv.vectors[::step])
@@ -242,6 +247,7 @@ def test_what_gives_no_futures_of_concurrent_futures_is_refused_as_an_executor(b
         transfer_vectors(bracket, [[0.0, 0.0, 1.0]], [100.0], air=air, fidelity=coarse, executor=Client())
 
 
+@pytest.mark.filterwarnings("ignore:the parts of the motion cancel")
 def test_a_single_master_serves_its_own_line_only(bracket, air, coarse):
     atv = transfer_vectors(bracket, [[0.0, 0.0, 1.0]], [400.0], air=air, fidelity=coarse)
     assert isinstance(atv, TransferVectors)

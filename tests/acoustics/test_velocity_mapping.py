@@ -20,6 +20,7 @@ def moving(surface, normal):
     return SurfaceVelocity(FREQUENCY, np.array([[1.0], [2j]]) * normal, surface)
 
 
+@pytest.mark.slow
 def test_a_shaking_cylinder_of_needles_shakes_after_remeshing():
     given = needles()
     new = remesh_needles(given, 0.02).surface
@@ -54,6 +55,7 @@ def test_a_face_takes_the_velocity_of_its_own_side_even_where_the_other_one_is_n
     assert set(found[down]) == {-1.0}
 
 
+@pytest.mark.slow
 def test_a_superposition_remains_one():
     given, rng = needles(), np.random.default_rng(2)
     coordinates, shapes = rng.normal(size=(2, 3)) + 1j, rng.normal(size=(3, len(given.triangles)))

@@ -91,6 +91,7 @@ def test_an_interior_source_errs_less_than_if_its_velocity_were_constant_on_ever
     assert told < 0.015 * np.abs(exact).max()
 
 
+@pytest.mark.filterwarnings("ignore:the parts of the motion cancel")
 def test_vectors_pass_on_what_the_direct_solution_does_also_of_waves_from_face_to_face(air, coarse):
     """On a lid of fans and rings, whose areas differ."""
     body, points, frequency = bodies.cylinder(0.1, 0.08, 16), bodies.shell(5, 0.6), [300.0]

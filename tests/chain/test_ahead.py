@@ -33,6 +33,7 @@ def worth(monkeypatch):
     monkeypatch.setattr(ahead, "cores", lambda: 2)
 
 
+@pytest.mark.slow
 def test_laws_are_found_or_made_here_where_the_process_failed(case, coarse, tmp_path, record, monkeypatch, worth):
     with ahead.operators_ahead([case], coarse, tmp_path / "two", record):
         assert record.ended == [("housing", "computed")]

@@ -121,6 +121,7 @@ def files(told):
     return housing, out / "surface_velocity.h5"
 
 
+@pytest.mark.slow
 def test_mode_and_line_nearest_to_a_frequency_are_drawn_and_moved(files, plot):
     housing, velocity = files
     natural = hdf5.load(housing).natural_frequency.tolist()
@@ -209,6 +210,7 @@ def test_groups_of_an_imported_model_are_its_panels(case, told, tmp_path):
     assert (np.array(modal.names)[modal.part[rear]] == "rear").all()
 
 
+@pytest.mark.slow
 def test_number_of_modes_follows_from_a_tolerance_on_the_command_line(
     told, load, fidelity, request, capsys, tmp_path, monkeypatch
 ):

@@ -83,6 +83,7 @@ def test_a_failing_system_is_an_object_with_exit_code_1(answer, monkeypatch):
     assert (code, found["exit_code"], found["errors"]) == (1, 1, [{"message": "disk is gone"}])
 
 
+@pytest.mark.slow
 def test_a_sweep_answers_with_its_measurements(answer, tmp_path):
     code, found = answer(
         "tradeoff", SPHERE, "--fidelity", "draft", "--knob", "acoustics.elements_per_wavelength", "--out", str(tmp_path)

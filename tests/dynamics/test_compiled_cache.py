@@ -36,6 +36,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 def test_changed_code_that_is_inlined_is_compiled_anew_and_unchanged_is_not(tmp_path):
     (tmp_path / "outer.py").write_text(OUTER)
 

@@ -34,6 +34,7 @@ def ragged(make_laws, error):
     return made
 
 
+@pytest.mark.filterwarnings("ignore:mesh .* its flanks part")
 def test_idle_gears_are_told_with_the_time_for_which_no_flank_carries(make_gearbox, make_laws):
     with pytest.warns(AccuracyWarning, match=TOLD):
         record = run_up(
@@ -79,6 +80,7 @@ def test_a_record_in_files_says_of_all_of_them_what_one_says(make_gearbox, make_
     assert pieces.parted_time == pytest.approx(whole.accuracy.parted_time, rel=1e-9)
 
 
+@pytest.mark.filterwarnings("ignore:mesh .* its flanks part")
 def test_a_steady_run_at_light_load_is_told_too(make_gearbox, make_laws):
     laws = ragged(make_laws, 4e-6)
     with pytest.warns(AccuracyWarning, match="mesh A–B: its flanks part"):

@@ -26,6 +26,7 @@ def _run_up(gearbox, laws, housing=None, step=1e-5, **changes):
     return run_up(gearbox, laws, housing, **({"fidelity": DynamicsFidelity(step)} | operation | changes))
 
 
+@pytest.mark.filterwarnings("ignore:mesh .* its flanks part")
 def test_without_load_it_rattles_across_its_backlash(make_gearbox, make_laws, make_housing):
     """15 µm of transmission error at mesh order throw the teeth from flank to flank, both of which they hit often."""
     gearbox = make_gearbox()
@@ -94,6 +95,7 @@ def test_standstill_is_the_static_load_and_no_steady_run(make_gearbox, make_laws
         )
 
 
+@pytest.mark.filterwarnings("ignore:mesh .* its flanks part", "ignore:mesh .* deflections of")
 def test_twenty_thousand_rpm(make_gearbox, make_laws, make_housing):
     gearbox = make_gearbox()
     record = _run_up(gearbox, make_laws(), make_housing(gearbox), end_speed=8 * SPEED, duration=1.0)
@@ -148,6 +150,7 @@ def test_a_step_that_does_not_cover_the_band_gives_no_record(make_gearbox, make_
 
 @pytest.mark.parametrize("backlash", [0.0, 1e-3])
 @pytest.mark.parametrize("torque", [250.0, 0.0])
+@pytest.mark.filterwarnings("ignore:mesh .* its flanks part")
 def test_no_backlash_and_a_millimetre_of_it(make_gearbox, make_law, backlash, torque):
     laws = []
     for stage, hand in ((0, 1), (1, -1)):

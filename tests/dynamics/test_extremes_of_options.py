@@ -177,6 +177,7 @@ FINITE = [
 
 @pytest.mark.parametrize("option", OPTIONS)
 @pytest.mark.parametrize("extreme", FINITE)
+@pytest.mark.filterwarnings("ignore:mesh .* its flanks part", "ignore:mesh .* deflections of")
 def test_bounded_and_on_every_shaft_in_balance(scenes, extreme, option):
     scene = scenes[extreme]
     force = _force(option, scene)
@@ -220,6 +221,7 @@ def test_the_torque_reversed(scenes, option):
 
 
 @pytest.mark.parametrize("option", OPTIONS)
+@pytest.mark.filterwarnings("ignore:mesh .* its flanks part")
 def test_speeding_up_without_load_lies_on_the_back_flanks(scenes, option):
     """The output brings the inertia's torque then, by the back flanks."""
     scene = replace(scenes["no load"], operation={})

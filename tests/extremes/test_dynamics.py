@@ -46,6 +46,7 @@ def gearbox(mass, bearing, damping):
     return Gearbox(shafts, bearings, (Mesh("A", "B", 0.06),), "A", "B")
 
 
+@pytest.mark.slow
 @given(
     mass=powers(1e-3, 1e3),
     bearing=powers(1e4, 1e11),

@@ -110,6 +110,7 @@ def check(case, result, knobs):
 WILD = st.sampled_from([None] * 5 + ["helix", "damping", "speed", "torque", "point"])
 
 
+@pytest.mark.slow
 @given(st.data())
 @settings(max_examples=MANY or 5)
 def test_any_gearbox_of_any_size_sounds_as_it_must_or_is_refused(tried, case, data):
@@ -136,6 +137,7 @@ def test_any_gearbox_of_any_size_sounds_as_it_must_or_is_refused(tried, case, da
 @pytest.mark.slow
 @given(st.data())
 @settings(max_examples=MANY // 10 or 1)
+@pytest.mark.filterwarnings("ignore:the parts of the motion cancel")
 def test_any_gearbox_in_its_casting_with_elements_in_its_gears_is_right_or_refused(tried, case, data):
     """Gears and housing are meshed and solved anew for every case."""
     knobs = replace(COARSE, gear=replace(COARSE.gear, bodies="elements"))

@@ -73,6 +73,7 @@ def test_nonsense_is_refused_or_harmless(tried, radius, frequency, speed, densit
 
 @pytest.mark.slow
 @given(ka=powers(1e-4, 4.0), scale=powers(1e-4, 1e2), seed=st.integers(0, 1000))
+@pytest.mark.filterwarnings("ignore:the parts of the motion cancel")
 def test_transfer_vectors_are_the_direct_solution_at_every_scale(tried, ka, scale, seed):
     air, fidelity = Air(), AcousticsFidelity(elements_per_wavelength=4.5, masters=8)
     surface = BALL.replace(vertices=scale * BALL.vertices)

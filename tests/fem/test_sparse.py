@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import scipy.linalg
 import scipy.sparse as sp
 
 import nvhchain.fem._sparse as door
@@ -38,7 +39,7 @@ def test_solution_leaves_no_residual_and_keeps_the_shape(matrices, engine, colum
 @ENGINES
 def test_negative_pivots_count_the_eigenvalues_below_the_shift(matrices, engine):
     K, M = matrices
-    exact = np.sort(np.linalg.eigvals(np.linalg.solve(M.toarray(), K.toarray())).real)
+    exact = scipy.linalg.eigh(K.toarray(), M.toarray(), eigvals_only=True)
     for count in (0, 1, 7, 20):
         shift = 0.5 * exact[0] if count == 0 else (exact[count - 1] + exact[count]) / 2
         with factorize(K - shift * M, symmetric_positive_definite=False, engine=engine) as factor:

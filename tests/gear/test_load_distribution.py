@@ -84,6 +84,7 @@ def test_slices_by_themselves_resist_tilt_as_springs_side_by_side_and_coupled_on
     assert coupled.tilt_ratio > 1.2
 
 
+@pytest.mark.filterwarnings("ignore:the wheel's blank counts as solid")
 def test_pieces_of_an_executor_give_the_same(make_pair):
     pair = make_pair(1, symmetries=(0, 5))
     alone, steps = _found(pair, angles_per_mesh=12), []

@@ -63,6 +63,7 @@ def modes():
     return places, root_strain_modes(PAIR, WHEEL, places, TEETH, COARSE)
 
 
+@pytest.mark.slow
 def test_static_modes_meet_nodal_forces_at_three_root_elements_and_a_gauge(modes):
     """Without friction, over the passage at 50 and 300 N m; the thesis has 7 % between its reduced and full models."""
     places, reduced = modes
@@ -90,6 +91,7 @@ def test_teeth_over_a_slot_are_pressed_along_the_rim_where_those_between_are_not
     assert -0.2 < least[BETWEEN] < 0.0
 
 
+@pytest.mark.slow
 def test_friction_unloads_the_root_before_the_pitch_point_and_loads_it_after():
     """250 N m, friction 0.3 and 0, single contact farthest from pitch, five root elements; relative to the value with.
 

@@ -110,6 +110,7 @@ def test_an_interruption_while_an_object_is_deleted_is_not_lost(name, raised):
     assert (done.stdout, done.stderr) == (f"{raised}\n", "")
 
 
+@pytest.mark.slow
 def test_spheres_survive_random_signals(tmp_path):
     """In a process of its own, as it is copied for every command; until each signal has come before the end."""
     script = """

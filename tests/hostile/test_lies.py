@@ -36,10 +36,12 @@ def test_lies_end_in_one_line_or_are_right(kind, count, tmp_path):
     lies(kind, count, tmp_path)
 
 
+@pytest.mark.slow
 def test_files_limited_in_size_leave_nothing_wrong(tmp_path):
     lies("full_disks", 6, tmp_path)
 
 
+@pytest.mark.slow
 def test_thirty_runs_in_one_process_do_not_grow(tmp_path):
     script = """
 import sys

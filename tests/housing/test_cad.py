@@ -84,6 +84,7 @@ def test_cantilever_in_a_step_file_has_the_frequency_of_a_beam(tmp_path):
     assert float(made["volume"]) == pytest.approx(300 * 12 * 8)
 
 
+@pytest.mark.slow
 def test_parametric_casting_as_step_has_the_same_modes(casting, tmp_path):
     fidelity = HousingFidelity(element_size=0.019, elements_per_turn=8.0, elements_per_bending_wavelength=3.0)
     mesh = mesh_casting(casting, fidelity)
@@ -218,6 +219,7 @@ for x in (0, 60):
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:gear_case.step")
 def test_step_file_goes_to_sound(case, tmp_path):
     result = nvh.run(case, fidelity=DRAFT, out=tmp_path)
     assert isinstance(case.housing, Cad)

@@ -45,6 +45,7 @@ def test_natural_frequencies_lie_above_those_of_the_full_model_by_little(exchang
     assert exchange.interface_frequency[0] > reduced.natural_frequency[0]
 
 
+@pytest.mark.slow
 def test_response_is_that_of_the_default_reduction_which_is_the_closer_one(exchange, matrices, reduced, rich):
     def error(exchange):
         at, K, M = translations(exchange), exchange.stiffness, exchange.mass

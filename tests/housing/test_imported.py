@@ -45,6 +45,7 @@ def foreign(mesh, casting, fidelity, surface, tmp_path_factory):
     )
 
 
+@pytest.mark.filterwarnings("ignore:.*tetrahedra are 5.6 times as long")
 def test_casting_read_from_a_file_has_the_same_natural_frequencies(foreign, reduced):
     assert foreign.natural_frequency == pytest.approx(reduced.natural_frequency, rel=1e-10)
 

@@ -118,6 +118,7 @@ def with_vectors(mesh, casting):
     return modal_model(model, seats, f_top=1.4 * 4000.0, modal_damping=casting.modal_damping)
 
 
+@pytest.mark.filterwarnings("ignore:casting")
 def test_residual_vectors_carry_the_whole_residual_flexibility(with_vectors, reduced, casting, fidelity, surface):
     at = {bore.name: bore.centre for bore in casting.bores}
     found = housing_from_modes(

@@ -145,6 +145,7 @@ def test_bad_arguments_are_refused(f_max, size, message):
         reduce_housing(Casting(), f_max=f_max, surface_size=size, fidelity=STANDARD.housing)
 
 
+@pytest.mark.filterwarnings("ignore:housing elements of 30 mm")
 def test_reduce_housing_reports_its_progress_and_names_the_seats(casting, fidelity):
     steps = []
     reduced = reduce_housing(

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nvhchain.errors import InputError
+from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.housing import reduce_housing, reduction, truncation_error
 from nvhchain.housing.modes.response import face_displacement
 from nvhchain.housing.modes.truncation import exclude_modes
@@ -21,7 +21,8 @@ def pair(mesh, surface, casting, fidelity, reduced, monkeypatch):
     monkeypatch.setattr(reduction, "radiating_surface", lambda *_: surface)
     monkeypatch.setattr(reduction, "reduce_mesh", lambda *_, **__: reduced)
     knobs = [replace(fidelity, residual_flexibility=switch) for switch in (True, False)]
-    return [reduce_housing(casting, f_max=F_MAX, surface_size=0.022, fidelity=knob) for knob in knobs]
+    with pytest.warns(AccuracyWarning, match="housing elements of 30 mm"):
+        return [reduce_housing(casting, f_max=F_MAX, surface_size=0.022, fidelity=knob) for knob in knobs]
 
 
 def test_modes_are_the_same_and_the_response_is_their_sum(pair):

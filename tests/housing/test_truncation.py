@@ -115,6 +115,8 @@ def test_modes_in_the_band_are_kept_whatever_the_tolerance(reduced):
     assert fewest_modes(reduced, F_MAX, 20.0) == in_band
 
 
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:housing elements of 30 mm")
 def test_free_housing_keeps_its_surface_velocity_to_the_tolerance_at_every_line(casting, fidelity, monkeypatch):
     free = replace(casting, bolts=0)
     mesh = mesh_casting(free, fidelity)
@@ -133,6 +135,7 @@ def test_free_housing_keeps_its_surface_velocity_to_the_tolerance_at_every_line(
     assert 0.5 < estimate / truth < 2
 
 
+@pytest.mark.filterwarnings("ignore:housing elements of 30 mm")
 def test_tolerance_in_decibel_decides_how_many_modes_a_reduction_takes(casting, fidelity, mesh, surface, monkeypatch):
     monkeypatch.setattr(reduction, "mesh_casting", lambda *_: mesh)
     monkeypatch.setattr(reduction, "radiating_surface", lambda *_: surface)
@@ -149,6 +152,7 @@ def test_tolerance_in_decibel_decides_how_many_modes_a_reduction_takes(casting, 
     assert found[1.0] < found[0.3]
 
 
+@pytest.mark.filterwarnings("ignore:housing elements of 30 mm")
 def test_tolerance_that_no_number_of_modes_reaches_is_an_error(casting, fidelity, reduced, monkeypatch):
     monkeypatch.setattr(reduction, "reduce_mesh", lambda *_, **__: reduced)
     asked = replace(fidelity, truncation_tolerance_db=1e-9)

@@ -69,12 +69,14 @@ def test_a_scene_twice_the_size_at_half_the_speed_has_the_same_pressure_at_half_
     assert close(pressure.pressure, run.pressure.pressure, 1e-4)
 
 
+@pytest.mark.filterwarnings("ignore:bearing forces. on average")
 def test_twice_the_force_is_six_point_zero_two_decibels_more(case, run):
     forces = run.bearing_forces
     louder = heard(case, housing=run.housing, bearing_forces=forces.replace(force=2 * forces.force))
     assert decibel(louder) - decibel(run.pressure.pressure) == pytest.approx(6.0206, abs=1e-4)
 
 
+@pytest.mark.filterwarnings("ignore:bearing forces. on average")
 def test_bearings_sound_as_the_sum_of_each_alone(case, run):
     forces, own = run.bearing_forces, dict(housing=run.housing, transfer_vectors=run.transfer_vectors)
     alone = [

@@ -16,7 +16,11 @@ STUDIES = ROOT / "cases" / "studies"
     ("study", "figures"),
     [
         ("gear_pair_sweeps", {"pair_sweeps.png", "pair_spectra.png"}),
-        ("gear_pair_run_up", {"pair_run_up.png", "pair_b_waterfall.png", "pair_d_waterfall.png"}),
+        pytest.param(
+            "gear_pair_run_up",
+            {"pair_run_up.png", "pair_b_waterfall.png", "pair_d_waterfall.png"},
+            marks=pytest.mark.slow,
+        ),
         ("transmission_error_harmonics", {"ste_av.png", "ste_m.png", "ste_h.png", "stiffness_orders.png"}),
         ("contact_loss_backbone", {"backbone.png"}),
         ("torsional_rig", {"rig_response.png"}),

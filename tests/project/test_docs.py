@@ -37,6 +37,7 @@ def rows_of(page):
     return [[cell.strip() for cell in line.split("|")[1:5]] for line in page.splitlines() if "|" in line]
 
 
+@pytest.mark.slow
 def test_every_fidelity_knob_is_listed_with_its_three_values(pages):
     rows = {row[0].strip('"'): row[1:] for row in rows_of(pages["fidelity"])}
     draft = PRESETS["draft"]
@@ -46,6 +47,7 @@ def test_every_fidelity_knob_is_listed_with_its_three_values(pages):
     assert rows["masters"] == [str(preset.acoustics.masters) for preset in PRESETS.values()]
 
 
+@pytest.mark.slow
 def test_every_field_of_a_case_is_listed_with_its_meaning(pages):
     rows = [row for row in rows_of(pages["cases"]) if re.match(r'"[a-z]', row[0])]
     assert len(rows) > 150
@@ -59,6 +61,7 @@ PACKAGES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("package", PACKAGES)
 def test_every_name_that_a_package_offers_is_documented_on_its_page(pages, package):
     documented = set(re.findall(r"nvhchain\.[\w.]+", pages[f"api/{package.removeprefix('nvhchain.')}"]))

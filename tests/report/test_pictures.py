@@ -39,6 +39,7 @@ def test_surface_velocity_is_a_picture_of_the_housing(compared, drawn):
     assert drawn(compared[0] / "slotted" / "surface_velocity.h5").std() > 0.01
 
 
+@pytest.mark.slow
 def test_modes_and_operating_shapes_are_drawn_and_exported(compared, drawn, tmp_path, capsys):
     solid = compared[0] / "solid"
     housing = next((compared[0] / "operators").glob("housing-*.h5"))

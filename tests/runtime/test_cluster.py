@@ -142,6 +142,7 @@ def _refuse(frequency):
     raise ResourceError("too large")
 
 
+@pytest.mark.filterwarnings("ignore:surface mesh has 2.58 elements")
 def test_a_process_pool_broken_by_a_killed_worker_is_finished_here_with_a_warning():
     """Its tasks fit into a pipe (64 KiB): with others the shutdown of a broken pool of Python before 3.11.5 may never
     end (CPython gh-94777)."""
@@ -396,6 +397,7 @@ def test_clusters_of_no_meaning_are_refused(opened, said):
         pass
 
 
+@pytest.mark.slow
 def test_an_executor_whose_client_was_closed_is_refused():
     with cluster.local_cluster(1, memory_per_worker=2**30) as executor:
         pass

@@ -33,12 +33,14 @@ def outcome(code, folder):
     return done.stdout
 
 
+@pytest.mark.slow
 def test_a_run_without_the_names_of_linux_has_the_same_bits(tmp_path):
     taken = outcome(TAKEN + RUN, tmp_path / "a")
     assert taken == outcome("import sys" + RUN, tmp_path / "b")
     assert not list((tmp_path / "a").glob("*.part"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arguments", ["'check', 'cases/small/single_stage.toml'", "'doctor'"])
 def test_commands_work_without_the_names_of_linux(arguments, tmp_path):
     code = f"{TAKEN}\nfrom nvhchain.cli import main\ncode = main([{arguments}])\nassert code in (0, 1), code"

@@ -98,6 +98,7 @@ def test_no_child_imports_from_the_working_directory(kind, hostile, tmp_path):
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.slow
 def test_run_as_a_module_leaves_the_working_directory_alone_once_it_has_begun(hostile, tmp_path):
     """Python itself searches there for what `nvhchain.cli` takes to begin with."""
     folder, mark = hostile

@@ -177,11 +177,12 @@ def test_a_run_ends_where_nobody_listens_any_more(request, tmp_path):
     with (tmp_path / "arguments").open("rb") as arguments:
         command = ["sh", "-c", f"trap '' INT; exec {run}"]
         process = subprocess.Popen(command, stdin=arguments, stderr=subprocess.PIPE, pass_fds=[writer])
-    os.close(writer)
-    assert b"begin" in os.read(reader, 4096)
-    os.close(reader)
-    assert process.wait(timeout=60) == 0
-    assert process.stderr.read() == b""
+    with process:
+        os.close(writer)
+        assert b"begin" in os.read(reader, 4096)
+        os.close(reader)
+        assert process.wait(timeout=60) == 0
+        assert process.stderr.read() == b""
     assert not list(tmp_path.rglob("*.h5"))
 
 

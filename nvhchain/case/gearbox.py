@@ -18,7 +18,7 @@ from nvhchain.case.casting import Casting
 from nvhchain.case.checks.fit import check_fit
 from nvhchain.case.checks.names import unknown_names
 from nvhchain.case.checks.root_stress import breaking_teeth
-from nvhchain.case.gears import Gear, Stage
+from nvhchain.case.gears import Gear, Stage, set_backlashes
 from nvhchain.case.housing_model import HousingModel, ModalResults
 from nvhchain.case.operation import (
     RADIATED,
@@ -150,6 +150,7 @@ class GearboxCase:
             lambda: check_names([target.name for target in self.targets], "targets"),
             self._check_names,
         )
+        object.__setattr__(self, "gears", set_backlashes(self.gears, self.stages))
         check_all(
             lambda: self.housing.check(self),
             self._check_load,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from nvhchain.case.blank_mesh import Mesh as BlankMesh
@@ -10,7 +11,7 @@ from nvhchain.case.deviations import Deviations, StageTolerances
 from nvhchain.conventions import STEEL, Material
 from nvhchain.dimensions import Length
 from nvhchain.dynamics import RigidBody
-from nvhchain.errors import InputError, require
+from nvhchain.errors import InputError, Mistakes, mistakes, require
 from nvhchain.gear import (
     Differential,
     GearBody,
@@ -21,6 +22,7 @@ from nvhchain.gear import (
     Solid,
     ThinRim,
     mass_properties,
+    set_backlash,
 )
 from nvhchain.names import check_name
 
@@ -113,6 +115,10 @@ class Stage:
         Angles between the axes in the mesh (rad); the axes are parallel in the dynamics.
     tolerances : StageTolerances, optional
         Tolerances of the axes, within which centre distance and misalignment of the mesh are drawn.
+    normal_backlash : float, optional
+        Backlash along the line of action (m); gives the tooth thickness of gears that state none.
+    circumferential_backlash : float, optional
+        Backlash on the working pitch circles (m), instead of the normal one.
     """
 
     name: str
@@ -121,9 +127,16 @@ class Stage:
     centre_distance: Length
     misalignment: Misalignment = Misalignment()  # noqa: RUF009 (frozen)
     tolerances: StageTolerances | None = None
+    normal_backlash: Length | None = None
+    circumferential_backlash: Length | None = None
 
     def __post_init__(self) -> None:
         check_name(self.name, "stage: name")
+        require(
+            self.normal_backlash is None or self.circumferential_backlash is None,
+            f"stage {self.name}: normal_backlash = {self.normal_backlash} m and circumferential_backlash = "
+            f"{self.circumferential_backlash} m: give one of them",
+        )
 
     @property
     def drawn_axes(self) -> tuple[float, Misalignment]:
@@ -131,3 +144,45 @@ class Stage:
         if self.tolerances is None:
             return self.centre_distance, Misalignment()
         return self.tolerances.drawn(self.centre_distance)
+
+
+def set_backlashes(gears: Sequence[Gear], stages: Sequence[Stage]) -> tuple[Gear, ...]:
+    """Return the gears with the tooth thickness that the backlash of their stages gives.
+
+    Parameters
+    ----------
+    gears : sequence of Gear
+        Gears.
+    stages : sequence of Stage
+        Stages, whose gears exist.
+
+    Returns
+    -------
+    tuple of Gear
+        Gears in the same order.
+
+    Raises
+    ------
+    Mistakes
+        All contradictions at once.
+    """
+    found, wrong = {gear.name: gear for gear in gears}, []
+    for stage in stages:
+        if stage.normal_backlash is None and stage.circumferential_backlash is None:
+            continue
+        pair = [found[stage.pinion], found[stage.wheel]]
+        try:
+            shapes = set_backlash(
+                pair[0].geometry,
+                pair[1].geometry,
+                stage.centre_distance,
+                normal=stage.normal_backlash,
+                circumferential=stage.circumferential_backlash,
+            )
+            for gear, shape in zip(pair, shapes, strict=True):
+                found[gear.name] = gear if shape is gear.geometry else replace(gear, geometry=shape)
+        except InputError as error:
+            wrong += [f"stage {stage.name}: {text}" for text in mistakes(error)]
+    if wrong:
+        raise Mistakes(wrong)
+    return tuple(found.values())

@@ -15,12 +15,15 @@ from nvhchain.gear.deviations.drawn import drawn_deviations, pitch_deviations
 from nvhchain.gear.deviations.flanks import GearDeviations, Ghost, ToothFlanks
 from nvhchain.gear.deviations.pairs import PairDeviations
 from nvhchain.gear.deviations.tolerances import FlankTolerances, flank_tolerances, standard_tolerance
+from nvhchain.gear.drawing.backlash import normal_backlash, set_backlash
 from nvhchain.gear.drawing.blank import SOLID, Blank, Differential, Holes, Slots, Solid, ThinRim
 from nvhchain.gear.drawing.body import GearBody, MassProperties, mass_properties
 from nvhchain.gear.drawing.geometry import GearGeometry
 from nvhchain.gear.drawing.micro_geometry import Flank, MicroGeometry, Relief
 from nvhchain.gear.drawing.misalignment import Misalignment
 from nvhchain.gear.drawing.pair import GearPair, nominal_centre_distance
+from nvhchain.gear.drawing.thickness import MeasuredThickness, base_tangent_length, dimension_over_balls, sizes
+from nvhchain.gear.drawing.tooth_root import Protuberance
 from nvhchain.gear.drawing.volume_mesh import VolumeMesh
 from nvhchain.gear.elements.gear_mesh import bricks_over_even
 from nvhchain.gear.elements.mesh_files import read_gear_mesh, write_gear_mesh
@@ -61,10 +64,12 @@ __all__ = [
     "IsoStiffness",
     "LoadedMesh",
     "MassProperties",
+    "MeasuredThickness",
     "MeshPeriod",
     "MicroGeometry",
     "Misalignment",
     "PairDeviations",
+    "Protuberance",
     "Relief",
     "RootElement",
     "RootPlace",
@@ -76,12 +81,14 @@ __all__ = [
     "ThinRim",
     "ToothFlanks",
     "VolumeMesh",
+    "base_tangent_length",
     "bricks_over_even",
     "close_edges",
     "compliance_at_points",
     "contact_lines",
     "deflection_at_force",
     "deviated_mesh_law",
+    "dimension_over_balls",
     "drawn_deviations",
     "engaged",
     "engaged_reach",
@@ -99,11 +106,14 @@ __all__ = [
     "mesh_period",
     "nodal_force_strain",
     "nominal_centre_distance",
+    "normal_backlash",
     "pair_compliances",
     "pitch_deviations",
     "quasi_static_transmission_error",
     "read_gear_mesh",
     "root_strain_modes",
+    "set_backlash",
+    "sizes",
     "slice_compliance",
     "slice_count",
     "sliding_sense",

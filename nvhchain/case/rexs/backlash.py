@@ -3,35 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import acos, cos, pi
+from math import cos
 
-from nvhchain.gear import GearGeometry
+from nvhchain.gear import GearGeometry, normal_backlash
+from nvhchain.gear.drawing.thickness import ROUNDING
 from nvhchain.interop.rexs import GearUnit, ImportedGear, ImportedStage
-
-ROUNDING = 1e-6
-"""Largest negative backlash (m) that counts as zero."""
-
-
-def backlash(pinion: GearGeometry, wheel: GearGeometry, distance: float) -> float:
-    """Return the normal backlash (m), negative where the flanks jam.
-
-    Parameters
-    ----------
-    pinion, wheel : GearGeometry
-        Gears.
-    distance : float
-        Centre distance (m).
-
-    Returns
-    -------
-    float
-        Backlash along the line of action (m).
-    """
-    working = acos(min((pinion.base_radius + wheel.base_radius) / distance, 1.0))
-    radii = [gear.base_radius / cos(working) for gear in (pinion, wheel)]
-    thickness = sum(2 * r * float(g.half_tooth_angle(r)) for g, r in zip((pinion, wheel), radii, strict=True))
-    pitch = 2 * pi * radii[1] / wheel.teeth
-    return (pitch - thickness) * cos(working) * cos(pinion.base_helix_angle)
 
 
 def recommended_backlash(module: float, distance: float) -> float:
@@ -61,7 +37,7 @@ def set_backlash(
 ) -> None:
     """Give gears of unknown tooth thickness their allowances, and take a jam by rounding for none."""
     pair = [stage.pinion, stage.wheel]
-    found = backlash(drawn[pair[0]], drawn[pair[1]], distance)
+    found = normal_backlash(drawn[pair[0]], drawn[pair[1]], distance)
     cosine = cos(drawn[pair[0]].normal_pressure_angle)
     open_ = [n for n in pair if gears[n].thickness is None and gears[n].allowance is None]
     wanted, source = stage.backlash, "backlash of the stage in the file"
@@ -75,7 +51,7 @@ def set_backlash(
             drawn[name] = replace(drawn[name], thickness_allowance=max(already, each))
             text = f"{1e6 * max(already, each):.4g} µm"
             unit.findings.add("assumed", name, "thickness allowance", text, source)
-    found = backlash(drawn[pair[0]], drawn[pair[1]], distance)
+    found = normal_backlash(drawn[pair[0]], drawn[pair[1]], distance)
     if found < 0:
         kind, why = ("assumed", "rounding of a drawing") if found >= -ROUNDING else ("differs", "the flanks jam")
         text = f"0 instead of {1e6 * found:.4g} µm"

@@ -44,7 +44,7 @@ class SliceCompliance:
     Parameters
     ----------
     radius : (n,) array
-        Radii from form to tip circle (m), rising.
+        Radii from form to tip form circle (m), rising.
     compliance : (n,) array
         Displacement along the line of action per load and width (1/Pa, that is m per N/m).
     twist : float
@@ -84,7 +84,7 @@ def slice_compliance(body: GearBody) -> SliceCompliance:
         Compliance over the radius of the flank.
     """
     gear = body.geometry
-    radius = np.linspace(gear.form_radius, gear.tip_circle_radius, 50)
+    radius = np.linspace(gear.form_radius, gear.tip_form_radius, 50)
     angle = gear.pressure_angle_at(radius) - gear.half_tooth_angle(radius)  # load to the normal of the centre line
     arm = gear.base_radius / np.cos(angle)  # radius at which the load meets the centre line
     young, poisson = body.material.young, body.material.poisson
@@ -112,8 +112,8 @@ def _twist(body: GearBody) -> float:
 def _depth(gear: GearGeometry) -> tuple[FloatArray, FloatArray]:
     """Return positions along the tooth's centre line (m from the axis), root to tip, and the depths there (m)."""
     fillet = gear.fillet(np.linspace(1, 0, _PROFILE_POINTS))
-    flank = np.linspace(gear.form_radius, gear.tip_circle_radius, _PROFILE_POINTS)
-    r, psi = np.append(fillet[0], flank), np.append(fillet[1], gear.half_tooth_angle(flank))
+    flank = gear.outline(_PROFILE_POINTS)
+    r, psi = np.append(fillet[0], flank[0]), np.append(fillet[1], flank[1])
     order = np.argsort(r * np.cos(psi))
     return (r * np.cos(psi))[order], 2 * (r * np.sin(psi))[order]
 

@@ -50,7 +50,7 @@ def imported_compliance(
     outside the mesh is an InputError.
     """
     gear, sector = body.geometry, body.sector
-    radius = np.linspace(gear.form_radius, gear.tip_circle_radius, 2 * fidelity.profile_elements + 1)
+    radius = np.linspace(gear.form_radius, gear.tip_form_radius, 2 * fidelity.profile_elements + 1)
     axial = np.linspace(-0.5, 0.5, 2 * fidelity.width_layers + 1) * gear.face_width
     K, _ = stiffness_and_mass(mesh.nodes, mesh.elements, mesh.kind, body.material, mass=False)
     loads = _Loads(body, mesh, radius, axial)

@@ -143,7 +143,7 @@ def contact_lines(
     on_path = np.clip(position, *pair.path)
     radius = np.hypot(np.stack([on_path, pair.line_length - on_path]), pair.base_radius[:, None])
     corner, enclosed = _touch_edges(pair, position, radius)
-    tip_circles = np.array([[g.tip_circle_radius] for g in pair.geometries])
+    tip_circles = np.array([[g.tip_form_radius] for g in pair.geometries])
     there = np.flatnonzero((radius <= tip_circles * (1 + 1e-9)).all(axis=0))  # edges past the other tip are dropped
     axial, position, length, corner, enclosed = (a[there] for a in (axial, position, length, corner, enclosed))
     pairs, radius = pairs[there], radius[:, there]

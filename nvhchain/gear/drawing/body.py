@@ -158,15 +158,20 @@ def mass_properties(body: GearBody) -> MassProperties:
 
 def toothed_outline(gear: GearGeometry) -> tuple[FloatArray, FloatArray]:
     """Return radius (m) and angle (rad) of the closed toothed outline in the mid-width plane, counter-clockwise."""
-    flank = np.linspace(gear.form_radius, gear.tip_circle_radius, PROFILE_POINTS)
+    flank_radius, flank_angle = gear.outline(PROFILE_POINTS)
     fillet_radius, fillet_angle = gear.fillet(np.linspace(1.0, 0.0, PROFILE_POINTS))
-    edge = float(gear.half_tooth_angle(gear.tip_circle_radius))
+    edge = float(flank_angle[-1])
     tip = np.linspace(-edge, 0.0, PROFILE_POINTS // 8)[1:-1]
     land = np.linspace(-gear.pitch_angle / 2, -float(fillet_angle[0]), PROFILE_POINTS // 8)[:-1]
     radius = np.concatenate(
-        [np.full(len(land), gear.root_radius), fillet_radius, flank[1:], np.full(len(tip), gear.tip_circle_radius)]
+        [
+            np.full(len(land), gear.root_radius),
+            fillet_radius,
+            flank_radius[1:],
+            np.full(len(tip), gear.tip_circle_radius),
+        ]
     )
-    angle = np.concatenate([land, -fillet_angle, -gear.half_tooth_angle(flank[1:]), tip])
+    angle = np.concatenate([land, -fillet_angle, -flank_angle[1:], tip])
     radius = np.concatenate([radius, [gear.tip_circle_radius], radius[:0:-1]])
     angle = np.concatenate([angle, [0.0], -angle[:0:-1]])
     turns = gear.pitch_angle * np.arange(gear.teeth)

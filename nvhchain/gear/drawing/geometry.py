@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,10 +16,13 @@ from numpy.typing import ArrayLike
 from nvhchain.dimensions import Angle, Length
 from nvhchain.errors import is_whole, require, require_each
 from nvhchain.gear.drawing.micro_geometry import MicroGeometry
+from nvhchain.gear.drawing.reference_profile import REFERENCE_PROFILES, Unstated, state_profile
+from nvhchain.gear.drawing.thickness import MeasuredThickness, check_measured, state_thickness
+from nvhchain.gear.drawing.tooth_root import Protuberance, ToothRoot
 from nvhchain.handoff import FloatArray
 from nvhchain.kinds import check_fields
 
-USUAL_RACK_TIP_RADIUS = 0.38
+USUAL_RACK_TIP_RADIUS = REFERENCE_PROFILES["A"][1]
 """Tip radius of the basic rack ISO 53 type A (normal modules); the default, or the largest that fits."""
 
 
@@ -60,11 +64,27 @@ class GearGeometry:
         Tip circle radius (m); by default r + m_n (addendum + profile_shift).
     micro : MicroGeometry
         Material removed from the flanks.
+    reference_profile : {'A', 'B', 'C', 'D'}, optional
+        Basic rack tooth profile of ISO 53, which gives dedendum and rack_tip_radius.
+    tip_chamfer : float
+        Radial height of the tip chamfer (m); the flank ends below it, at the tip form circle.
+    tip_chamfer_angle : float
+        Angle of the chamfer to the radius (rad).
+    protuberance : Protuberance, optional
+        Protuberance of the tool.
+    thickness : MeasuredThickness, optional
+        Tooth thickness as measured; gives profile_shift, or thickness_allowance where profile_shift is given.
 
     Raises
     ------
     InputError
-        If the gear cannot be made (pointed tip, undercut, bore beyond the root) or a value is out of range.
+        If the gear cannot be made (pointed tip, neck too thin, bore beyond the root), a value is out of range or two
+        values contradict each other.
+
+    Notes
+    -----
+    A gear with fewer teeth than the tool allows is undercut: the trochoid of the tool's tip ends the involute at
+    `form_radius`, above the base circle.  Stages whose mating tip reaches below it are refused.
     """
 
     teeth: int
@@ -73,18 +93,24 @@ class GearGeometry:
     helix_angle: Angle
     face_width: Length
     bore_radius: Length
-    profile_shift: float = 0.0
+    profile_shift: float = Unstated(0.0)
     addendum: float = 1.0
-    dedendum: float = 1.25
+    dedendum: float = Unstated(1.25)
     rack_tip_radius: float | None = None
-    thickness_allowance: Length = 0.0
+    thickness_allowance: Length = Unstated(0.0)  # noqa: RUF009 (frozen)
     tip_radius: Length | None = None
     micro: MicroGeometry = MicroGeometry()  # noqa: RUF009 (frozen)
+    reference_profile: Literal["A", "B", "C", "D"] | None = None
+    tip_chamfer: Length = 0.0
+    tip_chamfer_angle: Angle = np.pi / 4
+    protuberance: Protuberance | None = None
+    thickness: MeasuredThickness | None = None
 
     def __post_init__(self) -> None:
         z = self.teeth
         whole = f"teeth = {z!r}: a whole number from 5 upwards is needed"
         require(is_whole(z), whole)
+        require(z >= 0, f"teeth = {z:g}: internal gears (ring gears) are not modelled: leave the stage out")
         object.__setattr__(self, "teeth", int(z))
         check_fields(self)
         limits = (
@@ -112,14 +138,26 @@ class GearGeometry:
                 abs(allowance) < 0.5 * self.normal_module,
                 f"thickness_allowance = {allowance:g} m exceeds half a module: give it in m",
             ),
+            (
+                0 <= self.tip_chamfer <= 0.5 * self.normal_module,
+                f"tip_chamfer = {self.tip_chamfer:g} m is outside 0…{0.5 * self.normal_module:g} m (half a module): "
+                "give it in m",
+            ),
+            (
+                0 <= self.tip_chamfer_angle <= np.radians(80),
+                f"tip_chamfer_angle = {np.degrees(self.tip_chamfer_angle):.4g}° is outside 0…80°: usual is 45°",
+            ),
         )
+        for name, value in (*state_profile(self), *state_thickness(self)):
+            object.__setattr__(self, name, value)
         self._check_rack()
         self._check_circles()
+        check_measured(self)
 
     def _check_rack(self) -> None:
-        """Refuse pointed or badly rounded rack teeth, and undercut."""
+        """Refuse pointed or badly rounded rack teeth, and teeth that their undercut cuts off."""
         largest, radius = self._largest_rack_tip_radius, self.rack_tip_radius_in_use
-        deepest = self._rack_half_width / np.tan(self.normal_pressure_angle)
+        deepest = self.rack_half_width / np.tan(self.normal_pressure_angle)
         require(
             self.dedendum <= deepest,
             f"dedendum = {self.dedendum:g} makes the rack tooth pointed: at most {deepest:.4g} normal modules, "
@@ -129,13 +167,8 @@ class GearGeometry:
             0 <= radius <= largest + 1e-12,
             f"rack_tip_radius = {radius:g} does not fit the rack tooth: at most {largest:.4g} normal modules",
         )
-        depth = self.dedendum - radius * (1 - np.sin(self.normal_pressure_angle)) - self.profile_shift
-        admissible = self.pitch_radius / self.normal_module * np.sin(self.transverse_pressure_angle) ** 2
-        require(
-            depth <= admissible,
-            f"{self.teeth} teeth with profile_shift = {self.profile_shift:g} are undercut: "
-            f"raise profile_shift to at least {self.profile_shift + depth - admissible:.4g}",
-        )
+        if self.undercut > 0 or self.protuberance is not None:
+            self._root.check_neck()
 
     def _check_circles(self) -> None:
         """Refuse pointed teeth, a bore beyond the root, and micro-geometry that does not fit."""
@@ -144,12 +177,23 @@ class GearGeometry:
             self.form_radius < tip < np.inf,
             f"tip_radius = {tip:g} m does not lie above the usable flank ({self.form_radius:g} m): give it in m",
         )
+        require(
+            self.form_radius < self.tip_form_radius,
+            f"tip_chamfer = {1e3 * self.tip_chamfer:g} mm leaves no flank between the form circle (radius "
+            f"{1e3 * self.form_radius:.6g} mm) and the tip circle ({1e3 * tip:.6g} mm): lower it",
+        )
         radius = np.linspace(tip, self.form_radius, 1000)
         half = self.half_tooth_angle(radius)
         require(
             bool(half[0] > 0),
             f"teeth are pointed at {np.interp(0.0, half, radius):g} m, below tip_radius = {tip:g} m: lower tip_radius, "
             "addendum or profile_shift",
+        )
+        land = 2e3 * tip * float(self.half_outline_angle(tip))
+        require(
+            land > 0,
+            f"tip_chamfer = {1e3 * self.tip_chamfer:g} mm at {np.degrees(self.tip_chamfer_angle):.4g}° leaves "
+            f"{land:.3g} mm of tip land, of more than 0: lower either",
         )
         require(
             bore < root - self.normal_module,
@@ -197,6 +241,28 @@ class GearGeometry:
         return self.pitch_radius + self.normal_module * (self.addendum + self.profile_shift)
 
     @property
+    def tip_form_radius(self) -> float:
+        """Tip form radius r_Fa = r_a − tip_chamfer (m), where the flank ends."""
+        return self.tip_circle_radius - self.tip_chamfer
+
+    @property
+    def normal_thickness(self) -> float:
+        """Normal tooth thickness at the reference circle (m): s_n = m_n (π/2 + 2 x tan α_n) − allowance."""
+        thickness = self.normal_module * (np.pi / 2 + 2 * self.profile_shift * np.tan(self.normal_pressure_angle))
+        return float(thickness - self.thickness_allowance)
+
+    @property
+    def undercut(self) -> float:
+        """Depth of the tool's straight flank below the least that an involute takes (normal modules).
+
+        Positive: undercut.  Zero is the limit h_fP − ρ_fP (1 − sin α_n) − x = z sin² α_t/(2 cos β).
+        """
+        radius = self.rack_tip_radius_in_use
+        depth = self.dedendum - radius * (1 - np.sin(self.normal_pressure_angle)) - self.profile_shift
+        admissible = self.pitch_radius / self.normal_module * np.sin(self.transverse_pressure_angle) ** 2
+        return float(depth - admissible)
+
+    @property
     def root_radius(self) -> float:
         """Root radius r − m_n (dedendum − profile_shift) (m)."""
         return self.pitch_radius - self.normal_module * (self.dedendum - self.profile_shift)
@@ -215,11 +281,11 @@ class GearGeometry:
         The tip arc takes the whole half width of the rack tooth at its tip.
         """
         angle = self.normal_pressure_angle
-        half_width = self._rack_half_width - self.dedendum * np.tan(angle)
+        half_width = self.rack_half_width - self.dedendum * np.tan(angle)
         return float(half_width * np.cos(angle) / (1 - np.sin(angle)))
 
     @property
-    def _rack_half_width(self) -> float:
+    def rack_half_width(self) -> float:
         """Half width of the rack tooth, which cuts the gear's tooth space, on its datum line (normal modules)."""
         return np.pi / 4 + 0.5 * self.thickness_allowance / self.normal_module
 
@@ -248,11 +314,22 @@ class GearGeometry:
     def half_tooth_angle(self, radius: ArrayLike) -> FloatArray:
         """Return the angle ψ (rad) from the tooth's centre line to its involute at `radius` (m).
 
-        ψ = s_t/(2 r) + inv α_t − inv α_r with s_n = m_n (π/2 + 2 x tan α_n) − allowance.
+        ψ = s_t/(2 r) + inv α_t − inv α_r with s_t = normal_thickness / cos β.
         """
-        thickness = self.normal_module * (np.pi / 2 + 2 * self.profile_shift * np.tan(self.normal_pressure_angle))
-        half = 0.5 * (thickness - self.thickness_allowance) / np.cos(self.helix_angle) / self.pitch_radius
+        half = 0.5 * self.normal_thickness / np.cos(self.helix_angle) / self.pitch_radius
         return half + involute(self.transverse_pressure_angle) - involute(self.pressure_angle_at(radius))
+
+    def half_outline_angle(self, radius: ArrayLike) -> FloatArray:
+        """Return the angle (rad) from the tooth's centre line to its outline at `radius` (m), chamfer included."""
+        radius = np.asarray(radius, float)
+        cut = np.maximum(radius - self.tip_form_radius, 0.0) * np.tan(self.tip_chamfer_angle) / radius
+        return self.half_tooth_angle(radius) - cut
+
+    def outline(self, points: int) -> tuple[FloatArray, FloatArray]:
+        """Return radius (m) and half angle (rad) of `points` from form circle to tip, and the end of a chamfer."""
+        radius = np.linspace(self.form_radius, self.tip_form_radius, points)
+        radius = np.append(radius, [self.tip_circle_radius] if self.tip_chamfer else [])
+        return radius, self.half_outline_angle(radius)
 
     def depth_to_centre_line(self, radius: ArrayLike) -> FloatArray:
         """Return the depth h (m) along the flank's inward normal from `radius` (m) to the tooth's centre-line surface.
@@ -279,10 +356,8 @@ class GearGeometry:
 
     @cached_property
     def usable_flank(self) -> tuple[float, float]:
-        """Rolled lengths √(r² − r_b²) of form and tip circle (m)."""
-        low, high = (
-            self.base_radius * float(self.roll_angle_at(r)) for r in (self.form_radius, self.tip_circle_radius)
-        )
+        """Rolled lengths √(r² − r_b²) of form and tip form circle (m)."""
+        low, high = (self.base_radius * float(self.roll_angle_at(r)) for r in (self.form_radius, self.tip_form_radius))
         return low, high
 
     def removed(self, radius: FloatArray, axial: FloatArray, *, drive: bool) -> FloatArray:
@@ -292,19 +367,12 @@ class GearGeometry:
         return flank.removed(rolled, self.usable_flank, axial, self.face_width)
 
     def fillet(self, fraction: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Return radius (m) and angle from the tooth's centre line (rad) of the root fillet cut by the rack's tip arc.
+        """Return radius (m) and angle from the tooth's centre line (rad) of the root fillet cut by the rack's tip.
 
-        fraction: 0 at the end of the involute, 1 on the root circle.  The arc of the normal section is stretched by
-        1/cos β in the transverse one.  Each of its points cuts where its normal passes through the pitch point.
+        fraction: 0 at the end of the involute, 1 on the root circle.
         """
-        alpha, rho = self.normal_pressure_angle, self.rack_tip_radius_in_use
-        turn = alpha + np.asarray(fraction, float) * (np.pi / 2 - alpha)  # angle of the arc's normal, from flank to tip
-        module, slant = self.normal_module, np.cos(self.helix_angle)
-        corner = self._rack_half_width - self.dedendum * np.tan(alpha) - rho * (1 - np.sin(alpha)) / np.cos(alpha)
-        across = module * (corner + rho * np.cos(turn)) / slant
-        height = module * (self.profile_shift - self.dedendum + rho * (1 - np.sin(turn)))
-        # normal (cos turn, −sin turn) in the normal section; its first component shrinks with cos β in the transverse
-        shift = -height * slant * np.cos(turn) / np.sin(turn) - across
-        x, y = across + shift, self.pitch_radius + height
-        from_space = np.arctan2(x, y) - shift / self.pitch_radius
-        return np.hypot(x, y), np.pi / self.teeth - from_space
+        return self._root.fillet(fraction)
+
+    @cached_property
+    def _root(self) -> ToothRoot:
+        return ToothRoot(self)

@@ -5,21 +5,28 @@ The pinion drives and turns counter-clockwise about +z (sense +1) or clockwise (
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import acos, cos, degrees, lcm, pi, sin, sqrt, tan
 
 import numpy as np
 
-from nvhchain.errors import InputError, require
+from nvhchain.errors import InputError, require, warn_caller
 from nvhchain.gear.drawing.body import GearBody
 from nvhchain.gear.drawing.geometry import GearGeometry, involute
 from nvhchain.gear.drawing.misalignment import Misalignment
+from nvhchain.gear.drawing.thickness import ROUNDING
 from nvhchain.gear.drawing.tip_edge_gap import extension
 from nvhchain.handoff import FloatArray
 from nvhchain.kinds import check_fields, checked
 
 DRIVE, BACK = 0, 1
+
+_EXACT = 1e-9
+"""Largest negative backlash (m) that counts as none."""
+
+_NEARLY = 5e-4
+"""Largest relative difference of two base pitches that counts as the rounding of a drawing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,23 +60,24 @@ class GearPair:
 
     def __post_init__(self) -> None:
         check_fields(self)
+        object.__setattr__(self, "wheel", _with_pitch_of(self.wheel, self.pinion))
+        self._check_axes()
+        self._check_contact()
+        object.__setattr__(self, "wheel", self._without_jam())
+
+    def _check_axes(self) -> None:
+        """Refuse helix angles, centre distances and tips that do not fit each other."""
         p, w, a = self.pinion.geometry, self.wheel.geometry, self.centre_distance
         require(self.sense in (1, -1), f"sense = {self.sense}: +1 (counter-clockwise about z) or -1")
         require(
-            abs(p.normal_module * cos(p.normal_pressure_angle) / (w.normal_module * cos(w.normal_pressure_angle)) - 1)
-            < 1e-6,
-            f"base pitches differ: modules {1e3 * p.normal_module:g} and {1e3 * w.normal_module:g} mm, pressure angles "
-            f"{degrees(p.normal_pressure_angle):g} and {degrees(w.normal_pressure_angle):g}°: give both gears the same",
-        )
-        require(
             abs(p.base_helix_angle + w.base_helix_angle) < 1e-6,
-            f"helix angles {degrees(p.helix_angle):g} and {degrees(w.helix_angle):g}° do not mesh: "
+            f"helix angles {degrees(p.helix_angle):.9g} and {degrees(w.helix_angle):.9g}° do not mesh: "
             "give them opposite hands",
         )
         lowest = p.base_radius + w.base_radius
         require(
             a > lowest,
-            f"centre_distance = {1e3 * a:g} mm is not beyond the base circles' {1e3 * lowest:g} mm: increase it",
+            f"centre_distance = {1e3 * a:.9g} mm is not beyond the base circles' {1e3 * lowest:.9g} mm: increase it",
         )
         for name, gear, other in (("pinion", p, w), ("wheel", w, p)):
             clearance = a - gear.tip_circle_radius - other.root_radius
@@ -78,22 +86,43 @@ class GearPair:
                 f"tip of the {name} reaches {-1e3 * clearance:.3g} mm into the mating root: increase centre_distance "
                 "or reduce its addendum",
             )
+
+    def _check_contact(self) -> None:
+        """Refuse tips that reach below the mating involute, and contact ratios below 1."""
+        p, w = self.geometries
         for name, gear, lowest_contact in (("pinion", p, self.path[0]), ("wheel", w, self.line_length - self.path[1])):
             limit = sqrt(max(gear.form_radius**2 - gear.base_radius**2, 0.0))
             require(
                 lowest_contact >= limit,
-                f"mating tip meets the {name} {1e3 * (limit - lowest_contact):.3g} mm below the start of its involute: "
-                f"use more teeth, a larger profile_shift or a smaller mating addendum",
+                f"mating tip meets the {name} {1e3 * (limit - lowest_contact):.3g} mm below the start of its involute "
+                f"(rolled length {1e3 * lowest_contact:.5g} of {1e3 * limit:.5g} mm; form circle of radius "
+                f"{1e3 * gear.form_radius:.6g} mm{', undercut' if gear.undercut > 0 else ''}): use more teeth, a "
+                "larger profile_shift or a smaller mating addendum",
             )
         require(
             self.transverse_contact_ratio > 0 and self.total_contact_ratio >= 1,
             f"contact ratio {self.total_contact_ratio:.3f} is below 1: reduce centre_distance or increase the addenda",
         )
+
+    def _without_jam(self) -> GearBody:
+        """Return the wheel, thinner by a negative backlash that is the rounding of a drawing; refuse a real one."""
+        found, wheel = self.backlash, self.wheel.geometry
         require(
-            self.backlash >= -1e-9,
-            f"backlash is {1e6 * self.backlash:.1f} µm, the flanks jam: increase centre_distance "
-            "or thickness_allowance",
+            found >= -ROUNDING,
+            f"backlash is {1e6 * found:.4g} µm, the flanks jam: increase centre_distance = "
+            f"{1e3 * self.centre_distance:.9g} mm or thickness_allowance",
         )
+        if found >= -_EXACT:
+            return self.wheel
+        warn_caller(
+            f"backlash is {1e6 * found:.4g} µm: counts as zero, the wheel is drawn thinner by as much (passes as the "
+            "rounding of a drawing)",
+            kind="rounding of a drawing",
+        )
+        self.__dict__.pop("backlash")
+        self.__dict__.pop("working_thickness")
+        allowance = wheel.thickness_allowance - found / cos(wheel.normal_pressure_angle)
+        return replace(self.wheel, geometry=replace(wheel, thickness_allowance=allowance, thickness=None))
 
     @property
     def geometries(self) -> tuple[GearGeometry, GearGeometry]:
@@ -143,14 +172,14 @@ class GearPair:
         """
         p, w = self.geometries
         return (
-            self.line_length - sqrt(w.tip_circle_radius**2 - w.base_radius**2),
-            sqrt(p.tip_circle_radius**2 - p.base_radius**2),
+            self.line_length - sqrt(w.tip_form_radius**2 - w.base_radius**2),
+            sqrt(p.tip_form_radius**2 - p.base_radius**2),
         )
 
     def edge(self, gear: int) -> tuple[float, float, float, float, float]:
         """Return the arguments of `edge_gap` for the tip edge of the pinion (0) or the wheel (1)."""
         own, mating = (float(r) for r in self.base_radius[[gear, 1 - gear]])
-        return own, mating, self.geometries[gear].tip_circle_radius, self.line_length, self.centre_distance
+        return own, mating, self.geometries[gear].tip_form_radius, self.line_length, self.centre_distance
 
     def extensions(self, corner_gap: float) -> tuple[float, float]:
         """Return the lengths (m) before and after the path where tip edges miss the flank by less than a gap.
@@ -267,3 +296,27 @@ def nominal_centre_distance(pinion: GearGeometry, wheel: GearGeometry) -> float:
         if abs(change) < 1e-14:
             return (pinion.base_radius + wheel.base_radius) / cos(working)
     raise InputError(f"no working pressure angle found for inv α = {target:g}")
+
+
+def _with_pitch_of(wheel: GearBody, pinion: GearBody) -> GearBody:
+    """Return the wheel with the pinion's module and pressure angle where only a rounding parts their base pitches."""
+    p, w = pinion.geometry, wheel.geometry
+    ratio = p.normal_module * cos(p.normal_pressure_angle) / (w.normal_module * cos(w.normal_pressure_angle))
+    text = (
+        f"modules {1e3 * p.normal_module:.9g} and {1e3 * w.normal_module:.9g} mm, pressure angles "
+        f"{degrees(p.normal_pressure_angle):.9g} and {degrees(w.normal_pressure_angle):.9g}°"
+    )
+    require(
+        abs(ratio - 1) <= _NEARLY,
+        f"base pitches differ by {abs(ratio - 1):.3g}, of {_NEARLY:g} at most: {text}: give both gears the same",
+    )
+    if abs(ratio - 1) < 1e-6:
+        return wheel
+    warn_caller(
+        f"base pitches differ by {abs(ratio - 1):.3g}: {text}; those of the pinion count (passes as the rounding of a "
+        "drawing)",
+        kind="rounding of a drawing",
+    )
+    tip, angle = w.tip_circle_radius, p.normal_pressure_angle
+    same = replace(w, normal_module=p.normal_module, normal_pressure_angle=angle, tip_radius=tip, thickness=None)
+    return replace(wheel, geometry=same)

@@ -34,7 +34,7 @@ class PitchMesh:
     plane : PlaneMesh
         Mesh.
     flanks : (2, n) int array
-        Nodes from form to tip circle of the flanks that face +φ and −φ.
+        Nodes from form to tip form circle of the flanks that face +φ and −φ.
     centre : int array
         Nodes of the tooth's centre line from the tip down.
     left, right : int array
@@ -80,6 +80,7 @@ def pitch_mesh(gear: GearGeometry, innermost: float, fidelity: GearFidelity) -> 
     corners = _Corners()
 
     radius, half = _profile(gear, k, fidelity.profile_elements)
+    flank = slice(k, k + fidelity.profile_elements + 1)  # rows from form to tip form circle; a chamfer adds one
     share = np.linspace(-1.0, 1.0, across + 1)
     tooth = corners.add(radius[::2, None], half[::2, None] * share)
 
@@ -114,7 +115,7 @@ def pitch_mesh(gear: GearGeometry, innermost: float, fidelity: GearFidelity) -> 
     centre = np.concatenate([tooth[::-1, across // 2], block[1:, columns // 2], first_middle, second_middle])
     return PitchMesh(
         plane=plane,
-        flanks=np.stack([plane.chain(tooth[k:, -1]), plane.chain(tooth[k:, 0])]),
+        flanks=np.stack([plane.chain(tooth[flank, -1]), plane.chain(tooth[flank, 0])]),
         centre=plane.chain(centre),
         left=side(0),
         right=side(-1),
@@ -125,8 +126,10 @@ def pitch_mesh(gear: GearGeometry, innermost: float, fidelity: GearFidelity) -> 
 def _profile(gear: GearGeometry, fillet_rows: int, flank_rows: int) -> tuple[FloatArray, FloatArray]:
     """Return radius (m) and half tooth angle (rad) of row ends and row middles from mid-fillet to the tip."""
     fillet = gear.fillet(np.linspace(_SPLIT, 0.0, 2 * fillet_rows + 1)[:-1])
-    flank = np.linspace(gear.form_radius, gear.tip_circle_radius, 2 * flank_rows + 1)
-    return np.append(fillet[0], flank), np.append(fillet[1], gear.half_tooth_angle(flank))
+    flank = np.linspace(gear.form_radius, gear.tip_form_radius, 2 * flank_rows + 1)
+    if gear.tip_chamfer:
+        flank = np.append(flank, gear.tip_form_radius + gear.tip_chamfer * np.array([0.5, 1.0]))
+    return np.append(fillet[0], flank), np.append(fillet[1], gear.half_outline_angle(flank))
 
 
 def _space(gear: GearGeometry, elements: int) -> tuple[FloatArray, FloatArray]:

@@ -137,11 +137,11 @@ class _Profile:
 
     def __init__(self, gear: GearGeometry) -> None:
         fillet_radius, fillet_angle = gear.fillet(np.linspace(1.0, 0.0, _PROFILE_POINTS))
-        flank = np.linspace(gear.form_radius, gear.tip_circle_radius, _PROFILE_POINTS)[1:]
+        flank_radius, flank_angle = gear.outline(_PROFILE_POINTS)
         land = np.linspace(gear.pitch_angle / 2, float(fillet_angle[0]), _PROFILE_POINTS)[:-1]
         land = land[land - fillet_angle[0] > 1e-9]  # a full fillet leaves none
-        self.radius = np.concatenate([np.full(len(land), gear.root_radius), fillet_radius, flank])
-        self.angle = np.concatenate([land, fillet_angle, gear.half_tooth_angle(flank)])
+        self.radius = np.concatenate([np.full(len(land), gear.root_radius), fillet_radius, flank_radius[1:]])
+        self.angle = np.concatenate([land, fillet_angle, flank_angle[1:]])
         x, y = self.radius * np.cos(self.angle), self.radius * np.sin(self.angle)
         self.length = np.append(0.0, np.cumsum(np.hypot(np.diff(x), np.diff(y))))
         on = slice(len(land), len(land) + _PROFILE_POINTS)

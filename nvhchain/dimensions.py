@@ -16,6 +16,13 @@ AngularSpeed = Annotated[float, "rad/s"]
 Inertia = Annotated[float, "kg m²"]
 Modulus = Annotated[float, "Pa"]
 
+
+class Unstated(float):
+    """Default of a field that other fields of its table may give; a number like any other."""
+
+    __slots__ = ()
+
+
 UNITS: dict[str, tuple[str, float]] = {
     "mm": ("m", 1e-3),
     "um": ("m", 1e-6),

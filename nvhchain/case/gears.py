@@ -23,6 +23,7 @@ from nvhchain.gear import (
     ThinRim,
     mass_properties,
     set_backlash,
+    sizes,
 )
 from nvhchain.names import check_name
 
@@ -85,6 +86,25 @@ class Gear:
     def rotor(self) -> str:
         """Name of the rotating part: the shaft, or the gear itself where it is loose."""
         return self.name if self.loose else self.shaft
+
+    @property
+    def drawing_line(self) -> str:
+        """Sizes of the teeth by which the gear is compared with its drawing, in words."""
+        teeth, found = self.geometry, sizes(self.geometry)
+        words = [
+            f"gear {self.name}: x = {found.profile_shift:.5f}, s_n = {1e3 * found.normal_thickness:.4f} mm, d_a = "
+            f"{2e3 * teeth.tip_circle_radius:.4f} mm, d_Ff = {2e3 * teeth.form_radius:.4f} mm"
+            + (f" ({1e3 * teeth.undercut * teeth.normal_module:.3g} mm of undercut)" if teeth.undercut > 0 else "")
+        ]
+        if found.base_tangent_length is not None:
+            words.append(f"W_{found.span_teeth} = {1e3 * found.base_tangent_length:.4f} mm")
+        if found.dimension_over_balls is not None and found.dimension_over_pins is not None:
+            ball, pins = f"{1e3 * (found.ball_diameter or 0.0):g} mm", found.dimension_over_pins
+            same = abs(pins - found.dimension_over_balls) < 1e-9
+            over = "balls or pins" if same else "balls"
+            words.append(f"M_d = {1e3 * found.dimension_over_balls:.4f} mm over {over} of {ball}")
+            words += [] if same else [f"{1e3 * pins:.4f} mm over pins"]
+        return "; ".join(words)
 
     @cached_property
     def rigid_body(self) -> RigidBody:

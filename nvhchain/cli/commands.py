@@ -446,7 +446,8 @@ def check(options: argparse.Namespace) -> int:
     lines = option_lines(case, PRESETS["standard"])
     options.answer = {"case": case.name, "file": options.case, "valid": True, "options": list(lines)}
     show(f"{options.case}: {case.name} is valid")
-    for line in (*bearing_lines(case), *deviation_lines(case)) if isinstance(case, GearboxCase) else ():
+    drawn = [gear.drawing_line for gear in case.gears] if isinstance(case, GearboxCase) else []
+    for line in (*drawn, *bearing_lines(case), *deviation_lines(case)) if isinstance(case, GearboxCase) else ():
         show(f"{case.name}: {line}")
     _show_assumptions(case)
     for line in lines:

@@ -19,10 +19,11 @@ from nvhchain.gear.drawing.backlash import normal_backlash, set_backlash
 from nvhchain.gear.drawing.blank import SOLID, Blank, Differential, Holes, Slots, Solid, ThinRim
 from nvhchain.gear.drawing.body import GearBody, MassProperties, mass_properties
 from nvhchain.gear.drawing.geometry import GearGeometry
+from nvhchain.gear.drawing.measures import ToothSizes, base_tangent_length, dimension_over_balls, sizes
 from nvhchain.gear.drawing.micro_geometry import Flank, MicroGeometry, Relief
 from nvhchain.gear.drawing.misalignment import Misalignment
 from nvhchain.gear.drawing.pair import GearPair, nominal_centre_distance
-from nvhchain.gear.drawing.thickness import MeasuredThickness, base_tangent_length, dimension_over_balls, sizes
+from nvhchain.gear.drawing.thickness import MeasuredThickness
 from nvhchain.gear.drawing.tooth_root import Protuberance
 from nvhchain.gear.drawing.volume_mesh import VolumeMesh
 from nvhchain.gear.elements.gear_mesh import bricks_over_even
@@ -80,6 +81,7 @@ __all__ = [
     "StrainGauge",
     "ThinRim",
     "ToothFlanks",
+    "ToothSizes",
     "VolumeMesh",
     "base_tangent_length",
     "bricks_over_even",

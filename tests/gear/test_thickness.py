@@ -40,7 +40,7 @@ def flank(g, sign, tooth, radius, z):
 @pytest.mark.parametrize(("teeth", "helix", "shift"), [(25, 0.0, 0.2), (40, 15.0, -0.3), (33, -20.0, 0.5)])
 def test_base_tangent_length_is_the_distance_of_planes_on_the_flanks(teeth, helix, shift):
     g = gear(teeth, helix, profile_shift=shift, face_width=80e-3)
-    k = sizes(g)["span_teeth"]
+    k = sizes(g).span_teeth
     radius, z = np.meshgrid(np.linspace(g.form_radius, g.tip_circle_radius, 1201), np.linspace(-20e-3, 20e-3, 1201))
     # plane normal to the axis of the tooth gap or tooth amid the span, tilted by the base helix angle
     tilt = g.base_helix_angle
@@ -55,7 +55,7 @@ def test_base_tangent_length_is_the_distance_of_planes_on_the_flanks(teeth, heli
 @pytest.mark.parametrize(("teeth", "helix"), [(24, 0.0), (25, 0.0), (31, 18.0)])
 def test_balls_touch_both_flanks_of_opposite_spaces(teeth, helix):
     g = gear(teeth, helix, profile_shift=0.1)
-    ball = sizes(g)["ball_diameter"]
+    ball = sizes(g).ball_diameter
 
     def gap(centre):
         """Distance of a ball's surface from the flank beside its space (m)."""
@@ -86,9 +86,13 @@ def test_balls_touch_both_flanks_of_opposite_spaces(teeth, helix):
 def test_profile_shift_returns_from_every_measure(teeth, helix, shift):
     g = gear(teeth, helix, profile_shift=shift)
     found = sizes(g)
-    measures = [{"base_tangent_length": found["base_tangent_length"], "span_teeth": found["span_teeth"]}]
+    measures = [{"base_tangent_length": found.base_tangent_length, "span_teeth": found.span_teeth}]
     measures += [
-        {"dimension_over_balls": found[f"dimension_over_{over}"], "ball_diameter": found["ball_diameter"], "over": over}
+        {
+            "dimension_over_balls": getattr(found, f"dimension_over_{over}"),
+            "ball_diameter": found.ball_diameter,
+            "over": over,
+        }
         for over in ("balls", "pins")
     ]
     for measure in measures:
@@ -101,7 +105,7 @@ def test_profile_shift_returns_from_every_measure(teeth, helix, shift):
 
 def test_limit_deviations_count_by_their_mean():
     g = gear(profile_shift=0.2)
-    k, length = sizes(g)["span_teeth"], sizes(g)["base_tangent_length"]
+    k, length = sizes(g).span_teeth, sizes(g).base_tangent_length
     thin = gear(profile_shift=0.2, thickness=MeasuredThickness(length, k, deviations=(-30e-6, -50e-6)))
     assert thin.thickness_allowance == pytest.approx(40e-6 / np.cos(np.radians(20)), rel=1e-9)
 
@@ -171,7 +175,7 @@ def test_published_examples():
     # SDP/SI, Elements of metric gear technology, tables 10-1 and 10-3: tooth thickness 17.8918 and 8.5819 mm
     spur = gear(12, normal_module=10e-3, profile_shift=0.3)
     helical = gear(16, 25.0, normal_module=5e-3, profile_shift=0.2)
-    assert sizes(spur)["normal_thickness"] == pytest.approx(17.8918e-3, abs=5e-8)
-    assert sizes(helical)["normal_thickness"] == pytest.approx(8.5819e-3, abs=5e-8)
+    assert sizes(spur).normal_thickness == pytest.approx(17.8918e-3, abs=5e-8)
+    assert sizes(helical).normal_thickness == pytest.approx(8.5819e-3, abs=5e-8)
     # machinecalcs.com, span measurement calculator: m 2, z 20, k 3
     assert base_tangent_length(gear(20, normal_module=2e-3, bore_radius=5e-3), 3) == pytest.approx(15.321e-3, abs=5e-7)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from math import acos, cos, pi, tan
 
+from nvhchain.dimensions import Unstated
 from nvhchain.errors import require, warn_caller
 from nvhchain.gear.drawing.geometry import GearGeometry
-from nvhchain.gear.drawing.reference_profile import Unstated
 from nvhchain.gear.drawing.thickness import ROUNDING
 from nvhchain.kinds import checked
 

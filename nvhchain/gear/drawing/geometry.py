@@ -13,12 +13,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nvhchain.dimensions import Angle, Length
+from nvhchain.dimensions import Angle, Length, Unstated
 from nvhchain.errors import is_whole, require, require_each
 from nvhchain.gear.drawing.micro_geometry import MicroGeometry
-from nvhchain.gear.drawing.reference_profile import REFERENCE_PROFILES, Unstated, state_profile
 from nvhchain.gear.drawing.thickness import MeasuredThickness, check_measured, state_thickness
-from nvhchain.gear.drawing.tooth_root import Protuberance, ToothRoot
+from nvhchain.gear.drawing.tooth_root import REFERENCE_PROFILES, Protuberance, ToothRoot, state_profile
 from nvhchain.handoff import FloatArray
 from nvhchain.kinds import check_fields
 

@@ -9,6 +9,7 @@ it: at the tool's own tangent point, or above it on an undercut tooth.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from math import acos, atan, cos, degrees, pi, radians, sin, tan
@@ -18,13 +19,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
-from nvhchain.dimensions import Angle, Length
+from nvhchain.dimensions import Angle, Length, Unstated
 from nvhchain.errors import require, require_each
 from nvhchain.handoff import FloatArray
 from nvhchain.kinds import check_fields
 
 if TYPE_CHECKING:
     from nvhchain.gear.drawing.geometry import GearGeometry
+
+REFERENCE_PROFILES = {"A": (1.25, 0.38), "B": (1.25, 0.30), "C": (1.25, 0.25), "D": (1.40, 0.39)}
+"""Profile → dedendum h_fP and root fillet radius ρ_fP (normal modules); all have 20° and addendum 1."""
+
+_PROFILE_ROUNDING = 5e-4
+"""Largest difference (normal modules) of a stated value from the profile's that counts as rounding."""
 
 _POINTS = 800
 """Points of the tool's tip among which the crossing with the involute is bracketed."""
@@ -221,3 +228,46 @@ class ToothRoot:
             f"{1e3 * thickness[at]:.4g} mm of tooth at radius {1e3 * radius[at]:.5g} mm, of {1e3 * least:.4g} mm at "
             f"least: raise profile_shift by about {max(self._gear.undercut, 0.1):.2g}",
         )
+
+
+def state_profile(gear: GearGeometry) -> Iterator[tuple[str, float]]:
+    """Yield the fields that the reference profile of a gear gives.
+
+    Parameters
+    ----------
+    gear : GearGeometry
+        Gear.
+
+    Yields
+    ------
+    tuple
+        Name and value of a field.
+
+    Raises
+    ------
+    InputError
+        If a stated value contradicts the profile.
+    """
+    name = gear.reference_profile
+    if name is None:
+        return
+    require(
+        name in REFERENCE_PROFILES,
+        f"reference_profile = {name!r}: choose one of {', '.join(map(repr, REFERENCE_PROFILES))} of ISO 53",
+    )
+    angle = degrees(gear.normal_pressure_angle)
+    require(
+        abs(angle - 20) < 1e-4,
+        f"normal_pressure_angle = {angle:.6g}° contradicts reference_profile = {name!r}, of 20°: leave the profile out "
+        "and give dedendum and rack_tip_radius",
+    )
+    for field, value in zip(("dedendum", "rack_tip_radius"), REFERENCE_PROFILES[name], strict=True):
+        stated = getattr(gear, field)
+        if stated is None or isinstance(stated, Unstated):
+            yield field, value
+        else:
+            require(
+                abs(stated - value) <= _PROFILE_ROUNDING,
+                f"{field} = {stated:g} contradicts reference_profile = {name!r}, of {value:g} normal modules: leave "
+                "one of them out",
+            )

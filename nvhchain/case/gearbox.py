@@ -46,6 +46,7 @@ from nvhchain.gear import (
     PairDeviations,
     tabulated,
 )
+from nvhchain.gear.drawing.pair import LEAST_SHARE, common_face, offset_bodies
 from nvhchain.handoff import MeshLaw, RigidPlane
 from nvhchain.kinds import check_fields
 from nvhchain.names import check_names
@@ -206,10 +207,13 @@ class GearboxCase:
         axes = {shaft.name: shaft.axis for shaft in self.shafts}
         for stage in self.stages:
             pinion, wheel = gears[stage.pinion], gears[stage.wheel]
-            if abs(pinion.z - wheel.z) >= _CENTRE_TOLERANCE:
+            widths = pinion.geometry.face_width, wheel.geometry.face_width
+            low, high = common_face((pinion.z, wheel.z), widths)
+            if high - low < LEAST_SHARE * min(widths):
                 yield (
                     f"stage {stage.name}: {stage.pinion} at z = {1e3 * pinion.z:g} mm and {stage.wheel} at "
-                    f"{1e3 * wheel.z:g} mm do not meet: give both gears the same mid-plane"
+                    f"{1e3 * wheel.z:g} mm share {1e3 * max(high - low, 0.0):.4g} mm of face, of "
+                    f"{1e3 * LEAST_SHARE * min(widths):.4g} mm at least: move one of them"
                 )
             (x1, y1), (x2, y2) = axes[pinion.shaft], axes[wheel.shaft]
             distance = hypot(x2 - x1, y2 - y1)
@@ -301,8 +305,9 @@ class GearboxCase:
         try:
             return tuple(
                 GearPair(
-                    gears[stage.pinion].body,
-                    gears[stage.wheel].body,
+                    *offset_bodies(
+                        gears[stage.pinion].body, gears[stage.wheel].body, (gears[stage.pinion].z, gears[stage.wheel].z)
+                    ),
                     stage.drawn_axes[0],
                     sense=self.rotations[gears[stage.pinion].rotor],
                     misalignment=stage.misalignment,
@@ -332,8 +337,8 @@ class GearboxCase:
         """Dynamic model of shafts, bearings and meshes, without the inertia of the gears."""
         gears = {gear.name: gear for gear in self.gears}
         meshes = tuple(
-            Mesh(gears[s.pinion].rotor, gears[s.wheel].rotor, 0.5 * (gears[s.pinion].z + gears[s.wheel].z))
-            for s in self.stages
+            Mesh(gears[s.pinion].rotor, gears[s.wheel].rotor, gears[s.pinion].z - pair.pinion.offset)
+            for s, pair in zip(self.stages, self.pairs, strict=True)
         )
         return Gearbox(
             self.shafts,

@@ -14,6 +14,7 @@ from nvhchain.cli import main
 from nvhchain.dynamics.model.assembly import assemble
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DRAFT
+from nvhchain.gear import GearGeometry, base_tangent_length, dimension_over_balls
 from nvhchain.testing.rexs_units import coaxial_unit, gear_train
 
 
@@ -57,10 +58,11 @@ def test_gears_of_different_width_and_plane_meet_on_their_common_face(tmp_path):
     first["u_coordinate_on_shaft"] = (first["u_coordinate_on_shaft"][0] + 4.0, "mm")  # 23…53 beside 26…50 mm… shifted
     case, page = imported(unit, tmp_path)
     pinion, wheel = case.gears
-    assert pinion.z == wheel.z
+    assert pinion.z == pytest.approx(wheel.z + 4e-3)
+    assert (pinion.geometry.face_width, wheel.geometry.face_width) == (0.03, 0.024)
     low, high = max(42 + 4 - 15, 42 - 12), min(42 + 4 + 15, 42 + 12)
     assert case.pairs[0].face_width == pytest.approx(1e-3 * (high - low))
-    assert "common to the gears in mesh" in page
+    assert "the mid-planes differ" in page
 
 
 def test_gears_that_do_not_meet_are_refused(tmp_path):
@@ -98,10 +100,67 @@ def test_a_jam_becomes_no_backlash_and_is_said(tmp_path, thicker, kind):
     assert "| backlash | 0 instead of -" in section
 
 
-def test_an_undercut_gear_is_drawn_with_a_higher_root(tmp_path):
+def test_an_undercut_gear_is_drawn_as_it_is_where_the_mating_tip_stays_above_it(tmp_path):
     case, page = imported(gear_train((16, 31), helix=0.0), tmp_path)
-    assert case.gears[0].geometry.dedendum < 1.25
-    assert "undercut" in page
+    assert case.gears[0].geometry.dedendum == 1.25
+    assert case.gears[0].geometry.undercut > 0
+    assert "| undercut | form diameter" in page
+
+
+def test_a_tip_that_reaches_below_the_undercut_is_refused_with_numbers(tmp_path):
+    with pytest.raises(InputError, match=r"mm below the start of its involute \(.* form circle of radius .* undercut"):
+        imported(gear_train((12, 31), helix=0.0), tmp_path)
+
+
+def test_chamfers_and_protuberances_of_a_file_are_drawn(tmp_path):
+    unit = gear_train((25, 31))
+    for flank in unit.of("cylindrical_gear_flank")[:2]:
+        unit.attributes(flank)["tooth_tip_chamfer"] = (0.2, "mm")
+    tip = 3.0 * (25 / np.cos(np.radians(15)) + 2)
+    unit.attributes(unit.of("cylindrical_gear")[0])["tip_diameter"] = (tip, "mm")
+    tool = unit.add(
+        "rack_shaped_tool",
+        addendum_coefficient_reference_profile=(1.4, "none"),
+        tip_radius_factor=(0.3, "none"),
+        protuberance_amount=(0.12, "mm"),
+        protuberance_angle=(8.0, "deg"),
+    )
+    settings = unit.add("cylindrical_gear_manufacturing_settings", machining_allowance=(0.1, "mm"))
+    unit.relate(
+        "manufacturing_step",
+        workpiece=unit.of("cylindrical_gear_flank")[0],
+        tool=tool,
+        manufacturing_settings=settings,
+    )
+    case, page = imported(unit, tmp_path)
+    drawn = case.gears[0].geometry
+    assert drawn.tip_chamfer == pytest.approx(0.2e-3, abs=1e-12)
+    assert drawn.tip_circle_radius == pytest.approx(0.5e-3 * tip)
+    assert drawn.protuberance.remaining == pytest.approx(0.02e-3, abs=1e-12)
+    assert np.degrees(drawn.protuberance.angle) == pytest.approx(8.0)
+    assert "of which 0.1 mm are machined off" in page
+
+
+def test_profile_shift_and_allowance_follow_from_the_measures_of_a_file(tmp_path):
+    unit = gear_train((25, 31), helix=0.0)
+    pinion, wheel = unit.of("cylindrical_gear")
+    reference = GearGeometry(25, 3e-3, np.radians(20), 0.0, 24e-3, 10e-3, thickness_allowance=60e-6)
+    unit.attributes(pinion).update(
+        span_measurement=(1e3 * base_tangent_length(reference, 3), "mm"),
+        number_of_teeth_for_span_measurement=(3, "none"),
+    )
+    mate = GearGeometry(31, 3e-3, np.radians(20), 0.0, 24e-3, 10e-3, profile_shift=-0.02)
+    unit.attributes(wheel).update(
+        size_over_balls=(1e3 * dimension_over_balls(mate, 5.25e-3), "mm"),
+        diameter_of_measuring_ball_or_pin=(5.25, "mm"),
+    )
+    for flank in unit.of("cylindrical_gear_flank")[2:]:
+        del unit.attributes(flank)["addendum_modification_coefficient"]
+    case, page = imported(unit, tmp_path)
+    drawn = [gear.geometry for gear in case.gears]
+    assert drawn[0].thickness_allowance == pytest.approx(60e-6, abs=1e-10)
+    assert drawn[1].profile_shift == pytest.approx(-0.02, abs=1e-8)
+    assert "over balls of 5.25 mm" in page
 
 
 def test_profile_shifts_follow_from_the_centre_distance(tmp_path):

@@ -31,8 +31,7 @@ def root_stress(pair: GearPair, force: float) -> float:
     """
     pinion = pair.pinion.geometry
     tangential = abs(force) * cos(pinion.normal_pressure_angle) * cos(pinion.helix_angle)
-    width = min(pinion.face_width, pair.wheel.geometry.face_width)
-    return ROOT_FACTOR * tangential / (width * pinion.normal_module)
+    return ROOT_FACTOR * tangential / (pair.face_width * pinion.normal_module)
 
 
 def breaking_teeth(case: GearboxCase) -> Iterator[str]:

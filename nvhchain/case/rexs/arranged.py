@@ -1,10 +1,11 @@
-"""Axes and planes of an imported unit: shafts at their centre distances, gears on their common width."""
+"""Axes and planes of an imported unit: shafts at their centre distances, gears on their mid-planes."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from math import cos, hypot, sin
 
+from nvhchain.gear.drawing.pair import LEAST_SHARE, common_face
 from nvhchain.interop.rexs import GearUnit, ImportedStage
 
 _AGREE = 5e-6
@@ -111,48 +112,36 @@ def _axis(
 
 
 def _common(unit: GearUnit, shifts: dict[str, float]) -> tuple[dict[str, float], dict[str, float]]:
-    """Return mid-plane and face width (m) of every gear, about the middle of the width common to those in mesh."""
+    """Return mid-plane and face width (m) of every gear; gears without a place take the mid-plane of their mate."""
     gears = {gear.name: gear for gear in unit.gears}
-    group = {name: name for name in gears}
+    planes = {gear.name: gear.z + shifts[gear.shaft] for gear in unit.gears if gear.z is not None}
+    waiting = [stage for stage in unit.stages if not {stage.pinion, stage.wheel} <= set(planes)]
+    while waiting:
+        stage = next((s for s in waiting if {s.pinion, s.wheel} & set(planes)), waiting[0])
+        waiting.remove(stage)
+        usual = planes.get(stage.pinion, planes.get(stage.wheel, 0.0))
+        for name in {stage.pinion: None, stage.wheel: None}:
+            if name not in planes:
+                planes[name] = usual
+                unit.findings.add("assumed", name, "mid-plane", f"z = {1e3 * usual:.5g} mm", "that of its mate")
+    widths = {gear.name: gear.face_width for gear in unit.gears}
     for stage in unit.stages:
-        one, other = group[stage.pinion], group[stage.wheel]
-        group = {name: one if of == other else of for name, of in group.items()}
-    planes: dict[str, float] = {}
-    widths: dict[str, float] = {}
-    for of in dict.fromkeys(group.values()):
-        members = [gears[name] for name in gears if group[name] == of]
-        known = [gear.z + shifts[gear.shaft] for gear in members if gear.z is not None]
-        usual = known[0] if known else 0.0
-        if len(known) < len(members):
-            unit.findings.add("assumed", members[0].name, "mid-plane", f"z = {1e3 * usual:.5g} mm", "that of its mate")
-        ends = {}
-        for gear in members:
-            z = usual if gear.z is None else gear.z + shifts[gear.shaft]
-            ends[gear.name] = z - 0.5 * gear.face_width, z + 0.5 * gear.face_width
-        low, high = max(low for low, _ in ends.values()), min(high for _, high in ends.values())
-        if high - low < 1e-4:
+        pair = stage.pinion, stage.wheel
+        low, high = common_face([planes[name] for name in pair], [widths[name] for name in pair])
+        narrow = min(pair, key=lambda name: widths[name])
+        if high - low < LEAST_SHARE * widths[narrow]:
             unit.findings.refuse(
-                f"gears {', '.join(ends)} do not meet: their faces share {1e3 * max(high - low, 0.0):.3g} mm along the "
+                f"gears {', '.join(pair)} do not meet: their faces share {1e3 * max(high - low, 0.0):.3g} mm along the "
                 "axis: correct u_coordinate_on_shaft"
             )
-            high = low + 1e-3
-        middle = 0.5 * (low + high)
-        for name, (start, end) in ends.items():
-            planes[name] = middle
-            widths[name] = 2.0 * min(middle - start, end - middle)
-            if abs(0.5 * (start + end) - middle) > 1e-6:
-                unit.findings.add(
-                    "assumed",
-                    name,
-                    "face",
-                    f"{1e3 * widths[name]:.5g} mm about z = {1e3 * middle:.5g} mm, of {1e3 * (end - start):.5g} mm",
-                    "contact on the width common to the gears in mesh; the rest of the face has no mass here",
-                )
-    for stage in unit.stages:
+            continue
+        if high - low < widths[narrow] - 1e-6:
+            text = f"{1e3 * (high - low):.5g} of {1e3 * widths[narrow]:.5g} mm"
+            unit.findings.add("taken", stage.name, "common face", text, "the mid-planes differ")
+            continue
         stated = stage.stated.get("common_face_width")
-        narrow = min((stage.pinion, stage.wheel), key=lambda name: widths[name])
         if stated is not None and 0.5 * widths[narrow] <= stated < widths[narrow] - 1e-6:
             text = f"{1e3 * stated:.5g} of {1e3 * widths[narrow]:.5g} mm"
             unit.findings.add("taken", narrow, "face", text, "common_face_width; the ends are chamfered")
             widths[narrow] = stated
-    return planes, widths
+    return {gear: planes[gear] for gear in gears if gear in planes}, widths

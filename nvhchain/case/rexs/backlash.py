@@ -6,6 +6,7 @@ from dataclasses import replace
 from math import cos
 
 from nvhchain.gear import GearGeometry, normal_backlash
+from nvhchain.gear.drawing.backlash import working_angle
 from nvhchain.gear.drawing.thickness import ROUNDING
 from nvhchain.interop.rexs import GearUnit, ImportedGear, ImportedStage
 
@@ -39,8 +40,11 @@ def set_backlash(
     pair = [stage.pinion, stage.wheel]
     found = normal_backlash(drawn[pair[0]], drawn[pair[1]], distance)
     cosine = cos(drawn[pair[0]].normal_pressure_angle)
-    open_ = [n for n in pair if gears[n].thickness is None and gears[n].allowance is None]
+    open_ = [n for n in pair if gears[n].thickness is None and gears[n].allowance is None and not drawn[n].thickness]
     wanted, source = stage.backlash, "backlash of the stage in the file"
+    if wanted is None and stage.circumferential_backlash is not None:
+        working = working_angle(drawn[pair[0]], drawn[pair[1]], distance)
+        wanted = stage.circumferential_backlash * cos(working) * cos(drawn[pair[0]].base_helix_angle)
     if wanted is None:
         wanted = recommended_backlash(drawn[pair[0]].normal_module, distance)
         source = "smallest backlash of ISO/TR 10064-2; no tooth thickness given"
@@ -57,4 +61,5 @@ def set_backlash(
         text = f"0 instead of {1e6 * found:.4g} µm"
         unit.findings.add(kind, stage.name, "backlash", text, f"{why}; {pair[1]} made thinner")  # type: ignore[arg-type]
         wheel = drawn[pair[1]]
-        drawn[pair[1]] = replace(wheel, thickness_allowance=wheel.thickness_allowance - found / cosine + 1e-12)
+        allowance = wheel.thickness_allowance - found / cosine + 1e-12
+        drawn[pair[1]] = replace(wheel, thickness_allowance=allowance, thickness=None)

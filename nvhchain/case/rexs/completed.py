@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import acos, cos, degrees, pi, sin, tan
+from typing import Any
 
 import numpy as np
 
 from nvhchain.case.rexs.arranged import Arrangement
 from nvhchain.case.rexs.backlash import set_backlash
 from nvhchain.case.rexs.flanks import micro_geometry
+from nvhchain.case.rexs.measured import measured_thickness, tool_fields
 from nvhchain.errors import InputError
 from nvhchain.gear import GearGeometry, GearPair
 from nvhchain.gear.drawing.body import GearBody
 from nvhchain.gear.drawing.geometry import USUAL_RACK_TIP_RADIUS, involute
+from nvhchain.gear.drawing.pair import offset_bodies
 from nvhchain.interop.rexs import GearUnit, ImportedGear, ImportedStage
 
 AGREEMENT = 1e-4
@@ -86,11 +89,24 @@ def shared_data(unit: GearUnit) -> GearUnit:
     return replace(unit, gears=tuple(gears.values()))
 
 
+def _by_measure(unit: GearUnit, gear: ImportedGear) -> ImportedGear:
+    """Return a gear without profile shift with that of its measured thickness, where the file has one."""
+    if gear.profile_shift is not None or gear.thickness is not None or gear.allowance is not None:
+        return gear
+    found = measured_thickness(unit, gear)
+    if found is None:
+        return gear
+    shift = found[1].profile_shift
+    unit.findings.add("assumed", gear.name, "profile shift x", f"{shift:.6g}", "measured tooth thickness, no allowance")
+    return replace(gear, profile_shift=shift, thickness=found[1].normal_thickness)
+
+
 def _shifted(unit: GearUnit, stage: ImportedStage, pinion: ImportedGear, wheel: ImportedGear) -> list[ImportedGear]:
     """Return both gears with profile shifts, from the centre distance where the file has none."""
+    pinion, wheel = (_by_measure(unit, gear) for gear in (pinion, wheel))
     open_ = [gear for gear in (pinion, wheel) if gear.profile_shift is None]
     if not open_:
-        return []
+        return [pinion, wheel]
     total, source = stage.shift_sum, "sum of the profile shifts in the file"
     if total is None and stage.centre_distance is not None:
         total, source = shift_sum(pinion, wheel, stage.centre_distance), "centre distance, without backlash"
@@ -100,7 +116,7 @@ def _shifted(unit: GearUnit, stage: ImportedStage, pinion: ImportedGear, wheel: 
     each = (total - known) / len(open_)
     for gear in open_:
         unit.findings.add("assumed", gear.name, "profile shift x", f"{each:.6g}", source)
-    return [replace(gear, profile_shift=each) for gear in open_]
+    return [replace(gear, profile_shift=each) if gear in open_ else gear for gear in (pinion, wheel)]
 
 
 def shift_sum(pinion: ImportedGear, wheel: ImportedGear, distance: float) -> float | None:
@@ -184,12 +200,13 @@ def complete_gears(
         _set_tips(unit, stage, gears, fields, arrangement.distances[stage.name])
     if unit.findings.mistakes:
         return {}, []
-    for name, gear in gears.items():
-        _avoid_undercut(unit, gear, fields[name])
     drawn: dict[str, GearGeometry] = {}
     for name in gears:
         try:
-            drawn[name] = GearGeometry(**fields[name])  # type: ignore[arg-type]
+            shape = drawn[name] = GearGeometry(**fields[name])
+            if shape.undercut > 0:
+                text = f"form diameter {2e3 * shape.form_radius:.6g} mm"
+                unit.findings.add("taken", name, "undercut", text, "drawn with the trochoid of the tool")
         except InputError as error:
             unit.findings.refuse(f"gear {name}: {error}")
     stages = [stage for stage in unit.stages if stage.pinion in drawn and stage.wheel in drawn]
@@ -205,7 +222,7 @@ def complete_gears(
     return drawn, comparisons
 
 
-def _fields(unit: GearUnit, gear: ImportedGear, arrangement: Arrangement, bore: float) -> dict[str, float]:
+def _fields(unit: GearUnit, gear: ImportedGear, arrangement: Arrangement, bore: float) -> dict[str, Any]:
     """Return the fields of a geometry, with assumptions for the basic profile."""
     record, x = unit.findings, gear.profile_shift or 0.0
     pitch = 0.5 * gear.teeth * gear.module / cos(gear.helix_angle)
@@ -219,7 +236,7 @@ def _fields(unit: GearUnit, gear: ImportedGear, arrangement: Arrangement, bore: 
         )
     else:
         record.add("taken", gear.name, "dedendum", f"{dedendum:.5g} modules", source)
-    fields: dict[str, float] = {
+    fields: dict[str, Any] = {
         "teeth": gear.teeth,
         "normal_module": gear.module,
         "normal_pressure_angle": gear.pressure_angle,
@@ -228,6 +245,7 @@ def _fields(unit: GearUnit, gear: ImportedGear, arrangement: Arrangement, bore: 
         "bore_radius": bore,
         "profile_shift": x,
         "dedendum": dedendum,
+        **tool_fields(unit, gear),
     }
     if gear.addendum is not None:
         fields["addendum"] = gear.addendum
@@ -248,6 +266,8 @@ def _fields(unit: GearUnit, gear: ImportedGear, arrangement: Arrangement, bore: 
         fields["thickness_allowance"] = nominal - gear.thickness
     elif gear.allowance is not None:
         fields["thickness_allowance"] = gear.allowance
+    elif (found := measured_thickness(unit, gear)) is not None:
+        fields["thickness"] = found[0]
     return fields
 
 
@@ -255,7 +275,7 @@ def _set_tips(
     unit: GearUnit,
     stage: ImportedStage,
     gears: dict[str, ImportedGear],
-    fields: dict[str, dict[str, float]],
+    fields: dict[str, dict[str, Any]],
     distance: float,
 ) -> None:
     """Shorten tips that the file leaves open so that the tip clearance is kept (DIN 3960: k = (a − a_v)/m_n)."""
@@ -284,34 +304,15 @@ def _set_tips(
         )
 
 
-def _avoid_undercut(unit: GearUnit, gear: ImportedGear, fields: dict[str, float]) -> None:
-    """Lower the dedendum of an undercut gear to the limit, which the chain can draw."""
-    alpha, x = gear.pressure_angle, fields["profile_shift"]
-    largest = (pi / 4 - fields["dedendum"] * tan(alpha)) * cos(alpha) / (1 - sin(alpha))
-    radius = fields.get("rack_tip_radius", min(USUAL_RACK_TIP_RADIUS, largest))
-    transverse = np.arctan(tan(alpha) / cos(gear.helix_angle))
-    admissible = 0.5 * gear.teeth / cos(gear.helix_angle) * sin(transverse) ** 2
-    excess = fields["dedendum"] - radius * (1 - sin(alpha)) - x - admissible
-    if excess <= 0:
-        return
-    lowered = fields["dedendum"] - excess - 1e-6
-    unit.findings.add(
-        "assumed",
-        gear.name,
-        "dedendum",
-        f"{lowered:.5g} instead of {fields['dedendum']:.5g} modules",
-        "undercut, which the chain does not draw: root raised to where it ends",
-    )
-    fields["dedendum"] = lowered
-
-
 def _compared(
     unit: GearUnit, stage: ImportedStage, drawn: dict[str, GearGeometry], arrangement: Arrangement
 ) -> list[Comparison]:
     """Return the results of a stage beside those of the file; differences beyond 1e-4 go into the record."""
     distance = arrangement.distances[stage.name]
     try:
-        pair = GearPair(GearBody(drawn[stage.pinion]), GearBody(drawn[stage.wheel]), distance)
+        planes = arrangement.planes[stage.pinion], arrangement.planes[stage.wheel]
+        bodies = offset_bodies(GearBody(drawn[stage.pinion]), GearBody(drawn[stage.wheel]), planes)
+        pair = GearPair(*bodies, distance)
     except InputError as error:
         unit.findings.refuse(f"{stage.name}: {error}")
         return []

@@ -12,6 +12,7 @@ import numpy as np
 from nvhchain.case.rexs.arranged import Arrangement
 from nvhchain.case.rexs.rolling import Elements, RollingModel, rolling_model
 from nvhchain.gear import GearGeometry
+from nvhchain.gear.drawing.pair import common_face
 from nvhchain.interop.rexs import GearUnit, ImportedBearing
 
 RIGID = 1e10
@@ -264,7 +265,10 @@ def bearing_loads(
         radial = tangential * tan(pinion.normal_pressure_angle) / cos(atan(sin(pinion.helix_angle)))
         sense = 1.0 if speed * unit.input_rotation > 0 else -1.0
         fx, fy = sense * tangential * ey - radial * ex, -sense * tangential * ex - radial * ey
-        plane = arrangement.planes[stage.pinion]
+        pair = stage.pinion, stage.wheel
+        plane = 0.5 * sum(
+            common_face([arrangement.planes[name] for name in pair], [arrangement.widths[name] for name in pair])
+        )
         pushes[one].append((plane, fx, fy))
         pushes[other].append((plane, -fx, -fy))
     loads = {bearing.name: 100.0 for bearing in unit.bearings}

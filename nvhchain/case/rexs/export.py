@@ -161,6 +161,7 @@ def _gear(draft: Draft, case: GearboxCase, gear: Gear, shaft: int, start: float)
     material: Material = gear.material or STEEL
     _material(draft, number, material.young, material.poisson, material.density)
     flanks = {side: _flank(draft, gear, flank) for side, flank in _sides(gear)}
+    bulge = drawn.protuberance
     draft.relate("flank", gear=number, **flanks)
     tool = draft.add(
         "rack_shaped_tool",
@@ -168,9 +169,15 @@ def _gear(draft: Draft, case: GearboxCase, gear: Gear, shaft: int, start: float)
         {
             "addendum_coefficient_reference_profile": (drawn.dedendum, _NO_UNIT),
             "tip_radius_factor": (drawn.rack_tip_radius_in_use, _NO_UNIT),
+            **(
+                {"protuberance_amount": _mm(bulge.amount), "protuberance_angle": (degrees(bulge.angle), "deg")}
+                if bulge
+                else {}
+            ),
         },
     )
-    settings = draft.add("cylindrical_gear_manufacturing_settings", "", {})
+    stock: dict[str, Value] = {"machining_allowance": _mm(bulge.grinding_allowance)} if bulge else {}
+    settings = draft.add("cylindrical_gear_manufacturing_settings", "", stock)
     for flank in flanks.values():
         draft.relate("manufacturing_step", workpiece=flank, tool=tool, manufacturing_settings=settings)
     return number
@@ -188,6 +195,7 @@ def _flank(draft: Draft, gear: Gear, flank: Flank) -> int:
         {
             "normal_pressure_angle": (degrees(drawn.normal_pressure_angle), "deg"),
             "addendum_modification_coefficient": (drawn.profile_shift, _NO_UNIT),
+            **({"tooth_tip_chamfer": _mm(drawn.tip_chamfer)} if drawn.tip_chamfer else {}),
         },
     )
     parts: list[tuple[str, Mapping[str, Value]]] = []

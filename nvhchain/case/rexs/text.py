@@ -169,6 +169,15 @@ def _gear(case: ImportedCase, gear: ImportedGear) -> str:
     if drawn.tip_radius is not None:
         lines.append(f"tip_radius_mm = {_mm(drawn.tip_radius)}")
     lines.append(f"thickness_allowance_um = {1e6 * drawn.thickness_allowance:.9g}")
+    if drawn.tip_chamfer:
+        lines.append(f"tip_chamfer_mm = {_mm(drawn.tip_chamfer)}")
+    if drawn.protuberance is not None:
+        tool = drawn.protuberance
+        lines.append(
+            f"protuberance = {{ amount_mm = {_mm(tool.amount)}, "
+            f"grinding_allowance_mm = {_mm(tool.grinding_allowance)}, "
+            f"angle_deg = {degrees(tool.angle):.9g} }}"
+        )
     lines += _micro(drawn)
     return "\n".join(lines) + "\n"
 

@@ -180,13 +180,13 @@ def flank_compliance(
         radius, axial, blocks, along = imported_compliance(
             body, body.blank, fidelity, reach=reach, friction=friction, progress=progress
         )
-        return FlankCompliance(radius, axial, body.geometry.teeth, body.sector, blocks, friction=along)
+        return FlankCompliance(radius, axial + body.offset, body.geometry.teeth, body.sector, blocks, friction=along)
     if not friction:
         return compliance_at_points(flank_flexibility(body, fidelity, reach=reach, progress=progress))
     tooth, share, flexibility = _solved(body, fidelity, reach, friction, progress)
     n = tooth.own.shape[0]
     normal, sliding = share[:, :n], share[:, n:]
-    found = FlankFlexibility(tooth.radius, tooth.axial, body.geometry.teeth, flexibility, normal, tooth.own)
+    found = FlankFlexibility(tooth.radius, tooth.axial + body.offset, body.geometry.teeth, flexibility, normal, tooth.own)
     assert tooth.own_friction is not None
     along = _friction(normal, sliding, flexibility, tooth.own_friction)
     return replace(compliance_at_points(found), friction=along)
@@ -218,7 +218,7 @@ def flank_flexibility(
     """
     _check_reach(body, reach)
     tooth, share, flexibility = _solved(body, fidelity, reach, False, progress)
-    return FlankFlexibility(tooth.radius, tooth.axial, body.geometry.teeth, flexibility, share, tooth.own)
+    return FlankFlexibility(tooth.radius, tooth.axial + body.offset, body.geometry.teeth, flexibility, share, tooth.own)
 
 
 def compliance_at_points(found: FlankFlexibility) -> FlankCompliance:

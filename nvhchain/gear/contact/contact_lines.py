@@ -230,8 +230,8 @@ def separation(pair: GearPair, lines: ContactLines) -> FloatArray:
     )
     gap = gap + lines.corner
     removed = np.zeros(len(gap))
-    for gear, radius in zip(pair.geometries, lines.radius, strict=True):
-        removed = removed + gear.removed(radius, lines.axial, drive=drive)
+    for gear, radius, along in zip(pair.geometries, lines.radius, pair.along_faces(lines.axial), strict=True):
+        removed = removed + gear.removed(radius, along, drive=drive)
     if any((g.micro.drive if drive else g.micro.coast).bends_profile for g in pair.geometries):
         removed = np.minimum(removed, _least_removed(pair, lines, removed))
     return np.asarray(gap + removed)
@@ -254,13 +254,15 @@ def _least_removed(pair: GearPair, lines: ContactLines, removed: FloatArray) -> 
     low = -np.minimum(np.minimum(lines.edges.distance[0], inward[1]), reach)
     high = np.minimum(np.minimum(lines.edges.distance[1], inward[0]), reach)
     angle = np.where(lines.corner > 0, np.maximum(lines.edges.angle, 0.0), 0.0)
-    everywhere = np.arange(len(removed))
+    everywhere, faces = np.arange(len(removed)), pair.along_faces(lines.axial)
     for _ in range(ZOOMS):
         t = low + np.linspace(0.0, 1.0, POINTS)[:, None] * (high - low)
         parted = t**2 / (2 * lines.curvature) + angle * np.abs(t)
-        for gear, squared, own, sign in zip(pair.geometries, rolled, pair.base_radius, (-1.0, 1.0), strict=True):
+        for gear, squared, own, along, sign in zip(
+            pair.geometries, rolled, pair.base_radius, faces, (-1.0, 1.0), strict=True
+        ):
             radius = np.sqrt(own**2 + squared + sign * 2 * own * t)
-            parted = parted + gear.removed(radius, lines.axial, drive=lines.flank == DRIVE)
+            parted = parted + gear.removed(radius, along, drive=lines.flank == DRIVE)
         best = parted.argmin(axis=0)
         low, high = (t[np.clip(best + step, 0, POINTS - 1), everywhere] for step in (-1, 1))
     return np.asarray(parted.min(axis=0))

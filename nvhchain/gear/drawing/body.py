@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nvhchain.conventions import STEEL, Material
+from nvhchain.dimensions import Length
 from nvhchain.errors import require
 from nvhchain.gear.drawing.blank import SOLID, Blank, Openings
 from nvhchain.gear.drawing.geometry import GearGeometry
@@ -35,6 +36,8 @@ class GearBody:
         Body between bore and rim.
     material : Material
         Material of teeth and blank.
+    offset : float
+        Mid-plane of its face from the middle of the contact, along z (m); for faces that do not align.
 
     Raises
     ------
@@ -45,6 +48,7 @@ class GearBody:
     geometry: GearGeometry
     blank: Blank = SOLID
     material: Material = STEEL
+    offset: Length = 0.0
 
     def __post_init__(self) -> None:
         check_fields(self)

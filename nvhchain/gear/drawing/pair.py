@@ -5,6 +5,7 @@ The pinion drives and turns counter-clockwise about +z (sense +1) or clockwise (
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import acos, cos, degrees, lcm, pi, sin, sqrt, tan
@@ -24,6 +25,9 @@ DRIVE, BACK = 0, 1
 
 _EXACT = 1e-9
 """Largest negative backlash (m) that counts as none."""
+
+LEAST_SHARE = 0.05
+"""Least share of the narrower face that gears in mesh have in common; less is a mistake in their mid-planes."""
 
 _NEARLY = 5e-4
 """Largest relative difference of two base pitches that counts as the rounding of a drawing."""
@@ -78,6 +82,18 @@ class GearPair:
         require(
             a > lowest,
             f"centre_distance = {1e3 * a:.9g} mm is not beyond the base circles' {1e3 * lowest:.9g} mm: increase it",
+        )
+        middle, shared = 0.5 * (self._face[0] + self._face[1]), self._face[1] - self._face[0]
+        least = LEAST_SHARE * min(p.face_width, w.face_width)
+        require(
+            shared >= least,
+            f"faces of pinion and wheel share {1e3 * max(shared, 0.0):.4g} mm along the axis, of {1e3 * least:.4g} mm "
+            "at least: move a mid-plane or widen a face",
+        )
+        require(
+            abs(middle) <= _EXACT,
+            f"offsets {1e3 * self.pinion.offset:g} and {1e3 * self.wheel.offset:g} mm put the middle of the contact at "
+            f"{1e3 * middle:g} mm, not 0: use `offset_bodies`",
         )
         for name, gear, other in (("pinion", p, w), ("wheel", w, p)):
             clearance = a - gear.tip_circle_radius - other.root_radius
@@ -146,8 +162,15 @@ class GearPair:
 
     @property
     def face_width(self) -> float:
-        """Common face width (m); both gears are centred on the same plane."""
-        return min(g.face_width for g in self.geometries)
+        """Common face width (m), about the middle of the contact."""
+        low, high = self._face
+        return high - low
+
+    @property
+    def _face(self) -> tuple[float, float]:
+        """Ends of the common face from the middle of the contact (m)."""
+        bodies = (self.pinion, self.wheel)
+        return common_face([b.offset for b in bodies], [b.geometry.face_width for b in bodies])
 
     @property
     def base_pitch(self) -> float:
@@ -221,14 +244,26 @@ class GearPair:
         Returns
         -------
         tuple of 2 float
-            Angles of the centre lines at mid-width (rad), counter-clockwise from the direction to the mating axis.
+            Angles of the centre lines at the mid-width of each gear (rad), counter-clockwise from the direction to the
+        mating axis.
         """
         half_p, half_w = (
             thickness / 2 * cos(self.working_pressure_angle) / float(base)
             for thickness, base in zip(self.working_thickness, self.base_radius, strict=True)
         )
         ratio = self.wheel.geometry.teeth / self.pinion.geometry.teeth
-        return self.sense * (ratio * angle - half_p), -self.sense * (angle + half_w)
+        turned = self.sense * (ratio * angle - half_p), -self.sense * (angle + half_w)
+        return (
+            turned[0] + self.pinion.geometry.twist * self.pinion.offset,
+            turned[1] + self.wheel.geometry.twist * self.wheel.offset,
+        )
+
+    def along_faces(self, axial: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return positions along the faces of pinion and wheel, from their own mid-planes (m).
+
+        axial: from the middle of the contact (m).
+        """
+        return axial - self.pinion.offset, axial - self.wheel.offset
 
     @cached_property
     def backlash(self) -> float:
@@ -320,3 +355,42 @@ def _with_pitch_of(wheel: GearBody, pinion: GearBody) -> GearBody:
     tip, angle = w.tip_circle_radius, p.normal_pressure_angle
     same = replace(w, normal_module=p.normal_module, normal_pressure_angle=angle, tip_radius=tip, thickness=None)
     return replace(wheel, geometry=same)
+
+
+def common_face(planes: Sequence[float], widths: Sequence[float]) -> tuple[float, float]:
+    """Return the ends of the face that gears share (m).
+
+    Parameters
+    ----------
+    planes, widths : sequence of float
+        Mid-planes and face widths (m).
+
+    Returns
+    -------
+    tuple of 2 float
+        Lower and upper end; the upper one is lower where they share none.
+    """
+    ends = [(plane - 0.5 * width, plane + 0.5 * width) for plane, width in zip(planes, widths, strict=True)]
+    return max(low for low, _ in ends), min(high for _, high in ends)
+
+
+def offset_bodies(pinion: GearBody, wheel: GearBody, planes: tuple[float, float]) -> tuple[GearBody, GearBody]:
+    """Return the bodies of a pair with their offsets from the middle of the contact.
+
+    Parameters
+    ----------
+    pinion, wheel : GearBody
+        Gears.
+    planes : tuple of 2 float
+        Mid-planes of their faces (m).
+
+    Returns
+    -------
+    tuple of 2 GearBody
+        Pinion and wheel; the same objects where their faces are centred on each other.
+    """
+    if abs(planes[0] - planes[1]) <= _EXACT:
+        return pinion, wheel
+    low, high = common_face(planes, [pinion.geometry.face_width, wheel.geometry.face_width])
+    middle = 0.5 * (low + high)
+    return replace(pinion, offset=planes[0] - middle), replace(wheel, offset=planes[1] - middle)

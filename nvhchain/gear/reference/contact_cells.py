@@ -112,6 +112,10 @@ def coarse_gear(body: GearBody, fidelity: GearFidelity) -> CoarseGear:
     CoarseGear
         Mesh and condensed tooth.
     """
+    require(
+        body.offset == 0,
+        f"offset = {body.offset:g} m: reference contact takes gears centred on each other, of offset 0: use `mesh_law`",
+    )
     mesh = gear_mesh(body, fidelity)
     return CoarseGear(body, mesh, condensed_tooth(body.geometry, mesh, body.material))
 

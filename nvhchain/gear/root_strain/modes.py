@@ -134,7 +134,7 @@ def root_strain_modes(
             for d in range(count):
                 modes[i, d] = moved[held.unknowns[(t + d) % count]].T @ passed
             modes[i, 0] += own
-    (over_radius, r), (over_axial, z) = local_basis(radius), local_basis(axial)
+    (over_radius, r), (over_axial, z) = local_basis(radius), local_basis(axial + body.offset)
     shape = (len(teeth), count, len(places), 6, 2, len(radius), len(axial))
     coefficients = np.einsum("ij,...jl,kl->...ik", r, modes.reshape(shape), z, optimize=True)
     return RootStrainModes(gear, tuple(teeth), over_radius, over_axial, coefficients.reshape(*shape[:5], -1))

@@ -9,6 +9,9 @@ from nvhchain.interop.rexs.contents.values import Values
 from nvhchain.interop.rexs.parts import TOOLS, Parts
 from nvhchain.interop.rexs.unit import FlankShape, ImportedGear, ImportedRelief
 
+_LARGEST_CHAMFER = 0.3
+"""Largest height of a tip chamfer (normal modules); a flank that ends further below counts as a lower tip."""
+
 _MODIFICATIONS = [
     "helix_slope",
     "profile_slope",
@@ -61,6 +64,7 @@ def read_gear(parts: Parts, component: Component, mate: Component | None, z: flo
     angle = _pressure_angle(parts, component, mate, flanks, helix)
     pitch = module * teeth / cos(helix)
     name = parts.names[component.id]
+    tip, chamfer = _tip(parts, component, flanks, pitch, module)
     return ImportedGear(
         name=name,
         shaft=parts.names[parts.rotor[shaft]],
@@ -72,13 +76,17 @@ def read_gear(parts: Parts, component: Component, mate: Component | None, z: flo
         face_width=width,
         profile_shift=_profile_shift(parts, name, flanks, [*flanks, values, *tools], module),
         addendum=_first(flanks, "addendum_coefficient_basic_profile"),
-        dedendum=_tool_depth(parts, name, tools, module),
+        dedendum=_tool_depth(tools, module),
         rack_tip_radius=_tool_radius(tools, module),
-        tip_radius=_tip_radius(parts, component, pitch, module),
+        tip_radius=tip,
+        tip_chamfer=chamfer,
         root_radius=_circle(parts, component, "root_diameter", pitch - 6 * module, pitch + 4 * module),
         bore_radius=_circle(parts, component, "inner_diameter", 1e-3, pitch - 2 * module),
         allowance=_allowance(parts, component, angle),
         thickness=_thickness(values, helix),
+        span=_span(values),
+        over_balls=_over_balls(values),
+        protuberance=_protuberance(parts, name, flanks, tools, module),
         flanks=_shapes(parts, name, flanks, pitch, angle, helix),
         driving_flank=_loaded_flank(parts, component),
         **material_of(parts, component),
@@ -213,14 +221,34 @@ def _compare_sides(parts: Parts, name: str, flanks: list[Values], quantity: str,
         parts.findings.add("differs", name, quantity, f"left {left:.6g}, right {right:.6g} {unit}", "left flank taken")
 
 
-def _tool_depth(parts: Parts, name: str, tools: list[Values], module: float) -> float | None:
+def _tool_depth(tools: list[Values], module: float) -> float | None:
     """Return the dedendum that the tool cuts (normal modules)."""
     depth = _first(tools, "addendum_coefficient_reference_profile")
     if depth is None and (length := _first(tools, "addendum_reference_profile", "m")) is not None:
         depth = length / module
-    if depth is not None and (_first(tools, "protuberance_amount", "m") or _first(tools, "protuberance_amount_factor")):
-        parts.findings.add("left out", name, "protuberance of the tool", "not modelled", "the fillet has none")
     return depth
+
+
+def _protuberance(
+    parts: Parts, name: str, flanks: list[Values], tools: list[Values], module: float
+) -> tuple[float, float, float | None] | None:
+    """Return amount and machining allowance (m) and angle (rad) of a tool's protuberance."""
+    amount, remaining = _first(tools, "protuberance_amount", "m"), _first(flanks, "remaining_protuberance", "m")
+    if amount is None and (factor := _first(tools, "protuberance_amount_factor")) is not None:
+        amount = factor * module
+    stock = _first(flanks, "grinding_allowance", "m") or _first(tools, "machining_allowance", "m") or 0.0
+    amount = amount or remaining
+    if not amount or amount < 0:
+        return None
+    if remaining is not None:
+        stock = amount - remaining
+    if not 0 <= stock <= amount:
+        text = f"{1e3 * amount:.4g} mm with {1e3 * stock:.4g} mm of machining allowance"
+        parts.findings.add("differs", name, "protuberance", text, "nothing is left of it: plain root")
+        return None
+    text = f"{1e3 * amount:.4g} mm, of which {1e3 * stock:.4g} mm are machined off"
+    parts.findings.add("taken", name, "protuberance", text, "tool")
+    return amount, stock, _first(tools, "protuberance_angle", "rad")
 
 
 def _tool_radius(tools: list[Values], module: float) -> float | None:
@@ -248,20 +276,49 @@ def _circle(parts: Parts, component: Component, name: str, low: float, high: flo
     return 0.5 * diameter
 
 
-def _tip_radius(parts: Parts, component: Component, pitch: float, module: float) -> float | None:
-    """Return the tip radius (m): that of the tip form or active tip circle where the tip is chamfered."""
+def _tip(
+    parts: Parts, component: Component, flanks: list[Values], pitch: float, module: float
+) -> tuple[float | None, float]:
+    """Return tip radius and height of the tip chamfer (m); a flank that ends far below the tip ends the tooth."""
     limits = pitch - 2 * module, pitch + 6 * module
-    tip = _circle(parts, component, "tip_diameter", *limits)
+    tip, gear = _circle(parts, component, "tip_diameter", *limits), parts.names[component.id]
     stages = parts.document.related("stage_gear_data", "gear", component.id)
     data = [parts.document.components[end] for r in stages if (end := r.end("stage_gear_data")) is not None]
     owners = [(component, "tip_form_diameter"), *((owner, "active_tip_diameter") for owner in (component, *data))]
+    form, source = tip, ""
     for owner, name in owners:
-        form = _circle(parts, owner, name, *limits)
-        if form is not None and (tip is None or form < tip - 1e-9):
-            gear = parts.names[component.id]
-            parts.findings.add("taken", gear, "tip circle", f"{2e3 * form:.6g} mm", f"{name}; the flank ends there")
-            tip = form
-    return tip
+        found = _circle(parts, owner, name, *limits)
+        if found is not None and (form is None or found < form - 1e-9):
+            form, source = found, name
+    chamfer = _first(flanks, "tooth_tip_chamfer", "m") or 0.0
+    if tip is not None and chamfer > 0 and (form is None or tip - chamfer < form - 1e-9):
+        form, source = tip - chamfer, "tooth_tip_chamfer"
+    if tip is None or form is None or not source:
+        if source and form is not None:
+            parts.findings.add("taken", gear, "tip circle", f"{2e3 * form:.6g} mm", f"{source}; the flank ends there")
+        return form, 0.0
+    if tip - form > _LARGEST_CHAMFER * module:
+        parts.findings.add("taken", gear, "tip circle", f"{2e3 * form:.6g} mm", f"{source}; the flank ends there")
+        return form, 0.0
+    parts.findings.add("taken", gear, "tip chamfer", f"{1e3 * (tip - form):.4g} mm", source)
+    return tip, tip - form
+
+
+def _span(values: Values) -> tuple[float, int] | None:
+    """Return the base tangent length (m) and the teeth that it spans."""
+    length = values.number("span_measurement", "m", low=0.0, high=20.0)
+    teeth = values.number("number_of_teeth_for_span_measurement")
+    return (length, round(teeth)) if length and teeth and teeth >= 1 else None
+
+
+def _over_balls(values: Values) -> tuple[float, float, str] | None:
+    """Return the dimension over balls or pins (m), their diameter (m) and their kind."""
+    ball = values.number("diameter_of_measuring_ball_or_pin", "m", low=0.0, high=1.0)
+    for name, over in (("size_over_balls", "balls"), ("size_over_pins", "pins"), ("diametral_measurement", "balls")):
+        size = values.number(name, "m", low=0.0, high=20.0)
+        if size and ball:
+            return size, ball, over
+    return None
 
 
 def _allowance(parts: Parts, component: Component, angle: float) -> float | None:

@@ -168,6 +168,7 @@ def _stage(
     angle = values.number("rotating_angle_around_neg_u_axis", "rad")
     least, most = (values.number(f"{end}imum_normal_backlash", "m") for end in ("min", "max"))
     given = [value for value in (least, most) if value is not None]
+    across = [v for end in ("min", "max") if (v := values.number(f"{end}imum_transverse_backlash", "m")) is not None]
     stated = {name: value for key, (name, unit) in _RESULTS.items() if (value := values.number(key, unit))}
     for relation in parts.document.related("stage_gear_data", "stage", stage.id):
         end = relation.end("stage_gear_data")
@@ -182,6 +183,7 @@ def _stage(
         distance,
         angle,
         sum(given) / len(given) if given else None,
+        sum(across) / len(across) if across else None,
         values.number("sum_of_addendum_modification_coefficients"),
         stated,
     )

@@ -139,6 +139,14 @@ class ImportedGear:
         Reduction of the normal tooth thickness (m).
     thickness : float, optional
         Normal tooth thickness at the reference circle (m).
+    span : tuple of (float, int), optional
+        Base tangent length (m) and the teeth that it spans.
+    over_balls : tuple of (float, float, str), optional
+        Dimension over balls or pins (m), their diameter (m), and `balls` or `pins`.
+    tip_chamfer : float
+        Radial height of the tip chamfer (m).
+    protuberance : tuple of (float, float, float or None), optional
+        Amount and machining allowance (m), and angle (rad, None where the file has none) of the tool's protuberance.
     flanks : tuple of 2 FlankShape
         Left and right flank.
     driving_flank : str
@@ -164,6 +172,10 @@ class ImportedGear:
     bore_radius: float | None = None
     allowance: float | None = None
     thickness: float | None = None
+    span: tuple[float, int] | None = None
+    over_balls: tuple[float, float, str] | None = None
+    tip_chamfer: float = 0.0
+    protuberance: tuple[float, float, float | None] | None = None
     flanks: tuple[FlankShape, FlankShape] = (FlankShape(), FlankShape())
     driving_flank: str = ""
     young: float = 210e9
@@ -185,6 +197,8 @@ class ImportedStage:
         Direction of the wheel's axis from that of the pinion, from +y towards +x (rad).
     backlash : float, optional
         Mean normal backlash (m).
+    circumferential_backlash : float, optional
+        Mean backlash in the transverse section (m).
     shift_sum : float, optional
         Sum of the profile shifts (normal modules).
     stated : dict
@@ -198,6 +212,7 @@ class ImportedStage:
     centre_distance: float | None
     angle: float | None = None
     backlash: float | None = None
+    circumferential_backlash: float | None = None
     shift_sum: float | None = None
     stated: dict[str, float] = field(default_factory=dict)
 

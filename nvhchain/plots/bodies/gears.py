@@ -121,7 +121,7 @@ def gear_pair(
             teeth=_in_contact(lines, gear, body),
             meshed=True,
             turn=turns[gear],
-            place=np.array([gear * pair.centre_distance, 0.0, 0.0]),
+            place=np.array([gear * pair.centre_distance, 0.0, body.offset]),
             colour=(STEEL, SECOND)[gear],
             mark=LOADED[gear],
         )
@@ -224,7 +224,12 @@ def _lines_of_contact(pair: GearPair, lines: ContactLines, turn: float) -> list[
     gear = pair.wheel.geometry
     side = 1.0 - 2.0 * lines.side
     radius, tooth = lines.radius[1], lines.tooth[1]
-    angle = side * gear.half_tooth_angle(radius) + gear.twist * lines.axial + tooth * gear.pitch_angle + turn
+    angle = (
+        side * gear.half_tooth_angle(radius)
+        + gear.twist * pair.along_faces(lines.axial)[1]
+        + tooth * gear.pitch_angle
+        + turn
+    )
     points = np.column_stack([radius * np.cos(angle) + pair.centre_distance, radius * np.sin(angle), lines.axial])
     return [points[tooth == number] for number in np.unique(tooth)]
 

@@ -1,0 +1,84 @@
+"""Measured tooth thickness, chamfer and tool of imported gears as the chain draws them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from nvhchain.errors import InputError
+from nvhchain.gear import GearGeometry, MeasuredThickness, Protuberance
+from nvhchain.interop.rexs import GearUnit, ImportedGear
+
+_SMALL_BORE = 1e-4
+"""Bore radius (m) of a gear of which only the teeth are wanted."""
+
+
+def measured_thickness(unit: GearUnit, gear: ImportedGear) -> tuple[MeasuredThickness, GearGeometry] | None:
+    """Return the measured tooth thickness of a gear, and a gear with its profile shift.
+
+    Parameters
+    ----------
+    unit : GearUnit
+        Unit with its record.
+    gear : ImportedGear
+        Gear.
+
+    Returns
+    -------
+    tuple or None
+        Measure and gear; None where the file has none, or one that does not fit, which goes into the record.
+    """
+    if gear.span is None and gear.over_balls is None:
+        return None
+    length, teeth = gear.span or (None, None)
+    size, ball, over = gear.over_balls or (None, None, "balls")
+    shown = [f"{1e3 * length:.7g} mm over {teeth} teeth"] if length else []
+    shown += [f"{1e3 * size:.7g} mm over {over} of {1e3 * (ball or 0.0):.4g} mm"] if size else []
+    given: dict[str, Any] = {} if gear.profile_shift is None else {"profile_shift": gear.profile_shift}
+    try:
+        measured = MeasuredThickness(length, teeth, size, ball, over)  # type: ignore[arg-type]
+        drawn = GearGeometry(
+            teeth=gear.teeth,
+            normal_module=gear.module,
+            normal_pressure_angle=gear.pressure_angle,
+            helix_angle=gear.helix_angle,
+            face_width=gear.face_width,
+            bore_radius=_SMALL_BORE,
+            thickness=measured,
+            **given,
+        )
+    except InputError as error:
+        unit.findings.add("differs", gear.name, "tooth thickness", " and ".join(shown), f"not used: {error}")
+        return None
+    unit.findings.add("taken", gear.name, "tooth thickness", " and ".join(shown), "measure in the file")
+    return measured, drawn
+
+
+def tool_fields(unit: GearUnit, gear: ImportedGear) -> dict[str, Any]:
+    """Return the fields of a geometry for the chamfer of a gear and the protuberance of its tool.
+
+    Parameters
+    ----------
+    unit : GearUnit
+        Unit with its record.
+    gear : ImportedGear
+        Gear.
+
+    Returns
+    -------
+    dict
+        Fields.
+    """
+    fields: dict[str, Any] = {"tip_chamfer": gear.tip_chamfer} if gear.tip_chamfer else {}
+    if gear.protuberance is None:
+        return fields
+    amount, stock, angle = gear.protuberance
+    if angle is None or angle >= gear.pressure_angle:
+        angle = 0.5 * gear.pressure_angle
+        unit.findings.add(
+            "assumed", gear.name, "angle of the protuberance", "half the pressure angle", "none that fits"
+        )
+    try:
+        return fields | {"protuberance": Protuberance(amount, stock, angle)}
+    except InputError as error:
+        unit.findings.add("left out", gear.name, "protuberance", f"{1e3 * amount:.4g} mm", str(error))
+        return fields

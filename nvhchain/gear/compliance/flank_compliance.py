@@ -186,7 +186,8 @@ def flank_compliance(
     tooth, share, flexibility = _solved(body, fidelity, reach, friction, progress)
     n = tooth.own.shape[0]
     normal, sliding = share[:, :n], share[:, n:]
-    found = FlankFlexibility(tooth.radius, tooth.axial + body.offset, body.geometry.teeth, flexibility, normal, tooth.own)
+    axial = tooth.axial + body.offset
+    found = FlankFlexibility(tooth.radius, axial, body.geometry.teeth, flexibility, normal, tooth.own)
     assert tooth.own_friction is not None
     along = _friction(normal, sliding, flexibility, tooth.own_friction)
     return replace(compliance_at_points(found), friction=along)

@@ -90,7 +90,7 @@ def test_six_mistakes_in_three_lists_are_reported_at_once_with_entry_and_field(t
     assert found == [
         "stages[0] (stage).centre_distance_mm",
         "stages[0] (stage).colour: unknown field; known fields: name, pinion, wheel, centre_distance, misalignment, "
-        "tolerances",
+        "tolerances, normal_backlash, circumferential_backlash",
         "shafts[0] (A): shaft A: coupled_inertia",
         "shafts[1] (B).axis_mm has 1 entries, but 2 are needed",
         "bearings[0] (A1): bearing A1: radial_damping",

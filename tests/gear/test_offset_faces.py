@@ -65,7 +65,7 @@ def test_teeth_of_both_gears_stand_where_their_contact_is():
     level, moved = (pair((0.0, plane), 10.0) for plane in (0.0, 4e-3))
     for gear_number in (0, 1):
         geometry = moved.geometries[gear_number]
-        along = moved.along_faces(np.array([0.0, 3e-3]))[gear_number]
+        along = moved.face_positions(np.array([0.0, 3e-3]))[gear_number]
         turned = moved.tooth_angles(0.02)[gear_number] + geometry.twist * along
         expected = level.tooth_angles(0.02)[gear_number] + geometry.twist * np.array([0.0, 3e-3])
         np.testing.assert_allclose(turned, expected, atol=1e-15)

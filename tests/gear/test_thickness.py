@@ -89,11 +89,11 @@ def test_profile_shift_returns_from_every_measure(teeth, helix, shift):
     measures = [{"base_tangent_length": found.base_tangent_length, "span_teeth": found.span_teeth}]
     measures += [
         {
-            "dimension_over_balls": getattr(found, f"dimension_over_{over}"),
+            "dimension_over_balls": getattr(found, f"dimension_over_{gauge}"),
             "ball_diameter": found.ball_diameter,
-            "over": over,
+            "gauge": gauge,
         }
-        for over in ("balls", "pins")
+        for gauge in ("balls", "pins")
     ]
     for measure in measures:
         assert gear(teeth, helix, thickness=MeasuredThickness(**measure)).profile_shift == pytest.approx(

@@ -27,10 +27,10 @@ def measured_thickness(unit: GearUnit, gear: ImportedGear) -> tuple[MeasuredThic
     tuple or None
         Measure and gear; None where the file has none, or one that does not fit, which goes into the record.
     """
-    if gear.span is None and gear.over_balls is None:
+    if gear.span is None and gear.ball_size is None:
         return None
     length, teeth = gear.span or (None, None)
-    size, ball, over = gear.over_balls or (None, None, "balls")
+    size, ball, over = gear.ball_size or (None, None, "balls")
     shown = [f"{1e3 * length:.7g} mm over {teeth} teeth"] if length else []
     shown += [f"{1e3 * size:.7g} mm over {over} of {1e3 * (ball or 0.0):.4g} mm"] if size else []
     given: dict[str, Any] = {} if gear.profile_shift is None else {"profile_shift": gear.profile_shift}

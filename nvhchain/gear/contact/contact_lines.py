@@ -230,7 +230,7 @@ def separation(pair: GearPair, lines: ContactLines) -> FloatArray:
     )
     gap = gap + lines.corner
     removed = np.zeros(len(gap))
-    for gear, radius, along in zip(pair.geometries, lines.radius, pair.along_faces(lines.axial), strict=True):
+    for gear, radius, along in zip(pair.geometries, lines.radius, pair.face_positions(lines.axial), strict=True):
         removed = removed + gear.removed(radius, along, drive=drive)
     if any((g.micro.drive if drive else g.micro.coast).bends_profile for g in pair.geometries):
         removed = np.minimum(removed, _least_removed(pair, lines, removed))
@@ -254,7 +254,7 @@ def _least_removed(pair: GearPair, lines: ContactLines, removed: FloatArray) -> 
     low = -np.minimum(np.minimum(lines.edges.distance[0], inward[1]), reach)
     high = np.minimum(np.minimum(lines.edges.distance[1], inward[0]), reach)
     angle = np.where(lines.corner > 0, np.maximum(lines.edges.angle, 0.0), 0.0)
-    everywhere, faces = np.arange(len(removed)), pair.along_faces(lines.axial)
+    everywhere, faces = np.arange(len(removed)), pair.face_positions(lines.axial)
     for _ in range(ZOOMS):
         t = low + np.linspace(0.0, 1.0, POINTS)[:, None] * (high - low)
         parted = t**2 / (2 * lines.curvature) + angle * np.abs(t)

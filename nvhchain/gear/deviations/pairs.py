@@ -109,7 +109,7 @@ class PairDeviations:
             tooth = (order[number] + gear.first_tooth + shift) % geometry.teeth
             flanks = gear.drive if drive else gear.coast
             turn = (travel + shift * pair.mesh_period) * (pair.wheel.geometry.teeth / geometry.teeth)
-            total = total - flanks.added(geometry, tooth, radius[number], pair.along_faces(axial)[number])
+            total = total - flanks.added(geometry, tooth, radius[number], pair.face_positions(axial)[number])
             total = total - gear.turned(
                 turn + gear.first_tooth * 2.0 * np.pi / geometry.teeth,
                 drives=number == 0,

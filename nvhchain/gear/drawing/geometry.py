@@ -77,12 +77,12 @@ class GearGeometry:
     Raises
     ------
     InputError
-        If the gear cannot be made (pointed tip, neck too thin, bore beyond the root), a value is out of range or two
-        values contradict each other.
+        If the gear cannot be made (pointed tip, neck too thin, bore beyond the root), a value is out of range, or two
+        values contradict.
 
     Notes
     -----
-    A gear with fewer teeth than the tool allows is undercut: the trochoid of the tool's tip ends the involute at
+    A gear with fewer teeth than the tool allows is undercut.  The trochoid of the tool's tip ends its involute at
     `form_radius`, above the base circle.  Stages whose mating tip reaches below it are refused.
     """
 

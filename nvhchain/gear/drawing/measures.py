@@ -15,7 +15,7 @@ from nvhchain.errors import is_whole, require
 if TYPE_CHECKING:
     from nvhchain.gear.drawing.geometry import GearGeometry
 
-Over = Literal["balls", "pins"]
+Gauge = Literal["balls", "pins"]
 
 _SIZES = (
     *(1.0, 1.1, 1.25, 1.4, 1.5, 1.75, 2.0, 2.25, 2.5, 2.75, 3.0, 3.25, 3.5, 3.75, 4.0, 4.25, 4.5, 5.0, 5.25, 5.5),
@@ -88,7 +88,7 @@ def base_tangent_length(gear: GearGeometry, span_teeth: int) -> float:
     return length
 
 
-def dimension_over_balls(gear: GearGeometry, ball_diameter: float, over: Over = "balls") -> float:
+def dimension_over_balls(gear: GearGeometry, ball_diameter: float, gauge: Gauge = "balls") -> float:
     """Return the dimension over two balls or pins in opposite tooth spaces (m).
 
     Parameters
@@ -97,7 +97,7 @@ def dimension_over_balls(gear: GearGeometry, ball_diameter: float, over: Over = 
         Gear.
     ball_diameter : float
         Diameter D_M (m).
-    over : {'balls', 'pins'}
+    gauge : {'balls', 'pins'}
         Balls lie in one transverse plane.  Pins lie along the teeth and may shift along the axis.
 
     Returns
@@ -117,7 +117,7 @@ def dimension_over_balls(gear: GearGeometry, ball_diameter: float, over: Over = 
     """
     wrong = _ball_misses(gear, ball_diameter)
     require(not wrong, wrong)
-    return centres_apart(gear, over) * 2 * gear.base_radius / cos(ball_angle(gear, ball_diameter)) + ball_diameter
+    return centres_apart(gear, gauge) * 2 * gear.base_radius / cos(ball_angle(gear, ball_diameter)) + ball_diameter
 
 
 def usual_span(gear: GearGeometry) -> int | None:
@@ -222,9 +222,9 @@ def _span_misses(gear: GearGeometry, length: float, k: int) -> str:
     return ""
 
 
-def centres_apart(gear: GearGeometry, over: Over) -> float:
+def centres_apart(gear: GearGeometry, gauge: Gauge) -> float:
     """Return the distance of two ball centres in opposite spaces, relative to the circle of the centres."""
-    even = gear.teeth % 2 == 0 or (over == "pins" and gear.helix_angle != 0)
+    even = gear.teeth % 2 == 0 or (gauge == "pins" and gear.helix_angle != 0)
     return 1.0 if even else cos(pi / (2 * gear.teeth))
 
 

@@ -258,7 +258,7 @@ class GearPair:
             turned[1] + self.wheel.geometry.twist * self.wheel.offset,
         )
 
-    def along_faces(self, axial: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def face_positions(self, axial: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return positions along the faces of pinion and wheel, from their own mid-planes (m).
 
         axial: from the middle of the contact (m).

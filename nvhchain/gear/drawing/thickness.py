@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from nvhchain.dimensions import Length, Unstated
 from nvhchain.errors import is_whole, require, require_each, warn_caller
 from nvhchain.gear.drawing.measures import (
-    Over,
+    Gauge,
     ball_angle,
     base_tangent_length,
     centres_apart,
@@ -45,7 +45,7 @@ class MeasuredThickness:
         Diametral dimension M_d over two balls or pins of `ball_diameter` (m).
     ball_diameter : float, optional
         Diameter D_M of balls or pins (m).
-    over : {'balls', 'pins'}
+    gauge : {'balls', 'pins'}
         Balls, or pins along the teeth; they differ for helical gears of odd tooth numbers.
     deviations : tuple of 2 float
         Limit deviations of the measure (m), mostly negative; their mean counts.
@@ -60,7 +60,7 @@ class MeasuredThickness:
     span_teeth: int | None = None
     dimension_over_balls: Length | None = None
     ball_diameter: Length | None = None
-    over: Over = "balls"
+    gauge: Gauge = "balls"
     deviations: tuple[Length, Length] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
@@ -85,7 +85,7 @@ class MeasuredThickness:
                 self.span_teeth is None or (is_whole(self.span_teeth) and self.span_teeth >= 1),
                 f"span_teeth = {self.span_teeth}: a whole number from 1 upwards is needed",
             ),
-            (self.over in ("balls", "pins"), f"over = {self.over!r}: choose balls or pins"),
+            (self.gauge in ("balls", "pins"), f"gauge = {self.gauge!r}: choose balls or pins"),
             (
                 max(map(abs, self.deviations)) <= 1e-3,
                 f"deviations = {self.deviations} m are beyond ±0.001 m: give them in m",
@@ -129,7 +129,7 @@ def state_thickness(gear: GearGeometry) -> Iterator[tuple[str, float]]:
     if len(found) == 2:
         (_, one), (_, other) = found
         _agree(
-            gear, measured, other, f"by base tangent length {in_mm(one)} and over {measured.over} {in_mm(other)}", one
+            gear, measured, other, f"by base tangent length {in_mm(one)} and over {measured.gauge} {in_mm(other)}", one
         )
     shift_stated = not isinstance(gear.profile_shift, Unstated)
     if shift_stated and not isinstance(gear.thickness_allowance, Unstated):
@@ -176,7 +176,7 @@ def check_measured(gear: GearGeometry) -> None:
     if measured.base_tangent_length is not None and measured.span_teeth is not None:
         base_tangent_length(gear, measured.span_teeth)
     if measured.ball_diameter is not None:
-        dimension_over_balls(gear, measured.ball_diameter, measured.over)
+        dimension_over_balls(gear, measured.ball_diameter, measured.gauge)
 
 
 def _measured(gear: GearGeometry, measured: MeasuredThickness) -> list[tuple[str, float]]:
@@ -188,8 +188,8 @@ def _measured(gear: GearGeometry, measured: MeasuredThickness) -> list[tuple[str
         found.append((name, (length - span_rest(gear, measured.span_teeth)) / cos(gear.normal_pressure_angle)))
     if measured.dimension_over_balls is not None and measured.ball_diameter is not None:
         ball, dimension = measured.ball_diameter, measured.dimension_over_balls + measured.mean_deviation
-        name = f"dimension_over_balls = {in_mm(measured.dimension_over_balls)} over {measured.over} of {in_mm(ball)}"
-        centres = (dimension - ball) / centres_apart(gear, measured.over)
+        name = f"dimension_over_balls = {in_mm(measured.dimension_over_balls)} over {measured.gauge} of {in_mm(ball)}"
+        centres = (dimension - ball) / centres_apart(gear, measured.gauge)
         require(
             centres > 2 * gear.base_radius,
             f"{name}: their centres lie within the base circle of diameter {in_mm(2 * gear.base_radius)}: correct "

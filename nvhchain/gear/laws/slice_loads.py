@@ -41,7 +41,7 @@ def slice_loads(
     # friction pushes both flanks towards their tips where the pinion's flank slides ahead of the wheel's
     along = friction * sliding_sense(pair, lines) * (1.0 if lines.flank == DRIVE else -1.0)
     flank = np.full(len(contact.force), lines.side)
-    axial = pair.along_faces(lines.axial)[gear]
+    axial = pair.face_positions(lines.axial)[gear]
     normal, slid = (
         point_forces(geometry, tooth, flank, lines.radius[gear], axial, profile_force=a) for a in (False, True)
     )

@@ -85,7 +85,7 @@ def read_gear(parts: Parts, component: Component, mate: Component | None, z: flo
         allowance=_allowance(parts, component, angle),
         thickness=_thickness(values, helix),
         span=_span(values),
-        over_balls=_over_balls(values),
+        ball_size=_ball_size(values),
         protuberance=_protuberance(parts, name, flanks, tools, module),
         flanks=_shapes(parts, name, flanks, pitch, angle, helix),
         driving_flank=_loaded_flank(parts, component),
@@ -311,7 +311,7 @@ def _span(values: Values) -> tuple[float, int] | None:
     return (length, round(teeth)) if length and teeth and teeth >= 1 else None
 
 
-def _over_balls(values: Values) -> tuple[float, float, str] | None:
+def _ball_size(values: Values) -> tuple[float, float, str] | None:
     """Return the dimension over balls or pins (m), their diameter (m) and their kind."""
     ball = values.number("diameter_of_measuring_ball_or_pin", "m", low=0.0, high=1.0)
     for name, over in (("size_over_balls", "balls"), ("size_over_pins", "pins"), ("diametral_measurement", "balls")):

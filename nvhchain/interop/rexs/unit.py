@@ -141,7 +141,7 @@ class ImportedGear:
         Normal tooth thickness at the reference circle (m).
     span : tuple of (float, int), optional
         Base tangent length (m) and the teeth that it spans.
-    over_balls : tuple of (float, float, str), optional
+    ball_size : tuple of (float, float, str), optional
         Dimension over balls or pins (m), their diameter (m), and `balls` or `pins`.
     tip_chamfer : float
         Radial height of the tip chamfer (m).
@@ -173,7 +173,7 @@ class ImportedGear:
     allowance: float | None = None
     thickness: float | None = None
     span: tuple[float, int] | None = None
-    over_balls: tuple[float, float, str] | None = None
+    ball_size: tuple[float, float, str] | None = None
     tip_chamfer: float = 0.0
     protuberance: tuple[float, float, float | None] | None = None
     flanks: tuple[FlankShape, FlankShape] = (FlankShape(), FlankShape())

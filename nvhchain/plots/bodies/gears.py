@@ -226,7 +226,7 @@ def _lines_of_contact(pair: GearPair, lines: ContactLines, turn: float) -> list[
     radius, tooth = lines.radius[1], lines.tooth[1]
     angle = (
         side * gear.half_tooth_angle(radius)
-        + gear.twist * pair.along_faces(lines.axial)[1]
+        + gear.twist * pair.face_positions(lines.axial)[1]
         + tooth * gear.pitch_angle
         + turn
     )

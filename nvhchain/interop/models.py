@@ -7,17 +7,18 @@ from pathlib import Path
 from nvhchain.errors import InputError, require
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fem.solid_model import SolidModel
+from nvhchain.interop.ansys.read import read_cdb
 from nvhchain.interop.modes.modal_hdf5 import read_modal_hdf5
 from nvhchain.interop.modes.modal_uff import read_modal_uff
 from nvhchain.interop.solids.abaqus import read_abaqus
 from nvhchain.interop.solids.nastran import read_nastran
 
-NASTRAN, ABAQUS = (".bdf", ".dat", ".nas", ".fem", ".pch", ".blk", ".bulk"), (".inp",)
+NASTRAN, ABAQUS, ANSYS = (".bdf", ".dat", ".nas", ".fem", ".pch", ".blk", ".bulk"), (".inp",), (".cdb",)
 UNIVERSAL, HDF5 = (".unv", ".uff", ".uf"), (".h5", ".hdf5", ".hdf")
 
 
 def read_solid_model(path: str | Path, *, units: str, spc: int | None = None) -> SolidModel:
-    """Read Nastran bulk data (.bdf, .dat, .nas, .fem, .pch) or an Abaqus input file (.inp).
+    """Read Nastran bulk data (.bdf, .dat, .nas, .fem, .pch), Abaqus input (.inp) or an archive of Ansys (.cdb).
 
     Parameters
     ----------
@@ -41,10 +42,11 @@ def read_solid_model(path: str | Path, *, units: str, spc: int | None = None) ->
     ending = Path(path).suffix.lower()
     if ending in NASTRAN:
         return read_nastran(path, units=units, spc=spc)
-    if ending in ABAQUS:
+    if ending in ABAQUS + ANSYS:
         require(spc is None, f"{path}: spc = {spc} chooses a constraint set of Nastran bulk data: leave it out")
-        return read_abaqus(path, units=units)
-    raise InputError(f"{path}: {ending or 'no ending'} is not a solid model: {', '.join(NASTRAN + ABAQUS)} are read")
+        return (read_abaqus if ending in ABAQUS else read_cdb)(path, units=units)
+    known = ", ".join(NASTRAN + ABAQUS + ANSYS)
+    raise InputError(f"{path}: {ending or 'no ending'} is not a solid model: {known} are read")
 
 
 def read_modal_model(path: str | Path, *, units: str | None = None, mass_normalized: bool = False) -> ModalModel:

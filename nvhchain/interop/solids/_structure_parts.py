@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -206,3 +206,23 @@ def _faces(faces: list[list[int | None]], rows: Rows, name: str) -> IntArray:
     result = np.full(len(flat), -1, dtype=np.int64)
     result[known] = rows([label for label in flat if label is not None], f"tie {name}")
     return result.reshape(-1, 8)
+
+
+def padded(face: Sequence[int]) -> list[int | None]:
+    """Return four corners and the middles of their edges; None for those that a face of 3, 4, 6 or 8 nodes lacks."""
+    corners = 3 if len(face) in (3, 6) else 4
+    middles = [*face[corners:], None, None, None, None]
+    return [*face[:corners], *[None] * (4 - corners), *middles[:4]]
+
+
+def face_shares(faces: Iterable[Sequence[int]], nodes: Mapping[int, Sequence[float]]) -> dict[int, float]:
+    """Return the share of the area of faces at each of their nodes."""
+    shares: dict[int, float] = {}
+    for face in faces:
+        a, b, c = (np.array(nodes[face[i]]) for i in range(3))
+        area = float(np.linalg.norm(np.cross(b - a, c - a))) / 2
+        if len(face) not in (3, 6):
+            area += float(np.linalg.norm(np.cross(c - a, np.array(nodes[face[3]]) - a))) / 2
+        for node in face:
+            shares[node] = shares.get(node, 0.0) + area / len(face)
+    return shares

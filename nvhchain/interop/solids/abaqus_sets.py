@@ -17,6 +17,7 @@ from nvhchain.errors import InputError, require
 from nvhchain.handoff import FloatArray
 from nvhchain.interop.notation.units import UnitSystem
 from nvhchain.interop.solids._model_parts import Parts
+from nvhchain.interop.solids._structure_parts import face_shares
 from nvhchain.interop.solids.abaqus_keywords import Block, real
 
 ASSEMBLY = "assembly"
@@ -184,16 +185,7 @@ class AbaqusFile:
             faces = self.faces_of(cell)
         except InputError:
             return {}
-        shares: dict[int, float] = {}
-        for face in faces:
-            corners = 3 if len(face) in (3, 6) else 4
-            a, b, c = (np.array(self.parts.nodes[face[i]]) for i in range(3))
-            area = float(np.linalg.norm(np.cross(b - a, c - a))) / 2
-            if corners == 4:
-                area += float(np.linalg.norm(np.cross(c - a, np.array(self.parts.nodes[face[3]]) - a))) / 2
-            for node in face:
-                shares[node] = shares.get(node, 0.0) + area / len(face)
-        return shares
+        return face_shares(faces, self.parts.nodes)
 
     def group_names(self) -> dict[str, list[int]]:
         """Return node sets as groups; those of instances are called `instance.name` if another has the same name."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from nvhchain.errors import InputError, require
+from nvhchain.interop.solids._structure_parts import padded
 from nvhchain.interop.solids.abaqus_keywords import Block, real
 from nvhchain.interop.solids.abaqus_sets import AbaqusFile
 
@@ -22,10 +23,3 @@ def read_tie(file: AbaqusFile, block: Block) -> None:
         require(len(faces) > 0, f"{file.parts.source}: *TIE {name}: master {master} must be a surface of element faces")
         rotations = "NO ROTATION" not in block.parameters
         file.parts.structure.ties.append((name, nodes, [padded(face) for face in faces], tolerance, adjust, rotations))
-
-
-def padded(face: tuple[int, ...]) -> list[int | None]:
-    """Return four corners and the middles of their edges; None for those that a face of 3, 4, 6 or 8 nodes lacks."""
-    corners = 3 if len(face) in (3, 6) else 4
-    middles = [*face[corners:], None, None, None, None]
-    return [*face[:corners], *[None] * (4 - corners), *middles[:4]]

@@ -1,0 +1,1 @@
+"""Archives of Ansys MAPDL, written by CDWRITE."""

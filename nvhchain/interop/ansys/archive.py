@@ -1,0 +1,79 @@
+"""Commands of an archive, each with the lines of numbers that follow it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from nvhchain.errors import FileFormatError
+
+_NUMBERS = re.compile(r"\s*[-+.\d]")
+_GROUP = re.compile(r"(\d{1,2})([iefg])(\d{1,2})", re.IGNORECASE)
+_TAGS = re.compile(r"R\d+\.\d+$")
+
+
+@dataclass
+class Command:
+    """Command of an archive.
+
+    Parameters
+    ----------
+    name : str
+        Name in capitals.
+    fields : list of str
+        Fields without the tag of the release.
+    rows : list of str
+        Lines of numbers that follow.
+    line : int
+        Its line in the file.
+    """
+
+    name: str
+    fields: list[str]
+    line: int
+    rows: list[str] = field(default_factory=list)
+    widths: tuple[tuple[int, int], ...] = ()
+
+    def get(self, place: int, default: str = "") -> str:
+        """Return a field, or the default where it is blank."""
+        return (self.fields[place] if place < len(self.fields) else "") or default
+
+    def cells(self) -> Iterator[list[str]]:
+        """Yield the lines of numbers, divided by the format of the block."""
+        for row in self.rows:
+            if "," in row:
+                yield [cell.strip() for cell in row.split(",")]
+                continue
+            at, cells = 0, []
+            for count, width in self.widths:
+                for _ in range(count):
+                    cells.append(row[at : at + width].strip())
+                    at += width
+            if not self.widths:
+                cells = row.split()
+            while cells and not cells[-1]:
+                cells.pop()
+            yield cells
+
+
+def commands(path: Path) -> list[Command]:
+    """Return the commands of an archive; FileFormatError for a file that cannot be read."""
+    try:
+        lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError as error:
+        raise FileFormatError(f"{path}: cannot be read: {error.strerror}") from None
+    found: list[Command] = []
+    for number, raw in enumerate(lines, start=1):
+        line = raw.split("!", 1)[0].rstrip()
+        if not line:
+            continue
+        if found and _NUMBERS.match(line):
+            found[-1].rows.append(line)
+        elif found and line.lstrip().startswith("("):
+            found[-1].widths = tuple((int(count), int(width)) for count, _, width in _GROUP.findall(line))
+        else:
+            name, *fields = (cell.strip() for cell in line.split(","))
+            found.append(Command(name.upper(), [one for one in fields if not _TAGS.match(one)], number))
+    return found

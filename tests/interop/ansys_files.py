@@ -12,6 +12,7 @@ BRICK = {
     "tet": [0, 1, 2, 2, 3, 3, 3, 3, 4, 5, 2, 6, 3, 3, 3, 3, 7, 8, 9, 9],
 }
 
+
 def nodes_block(labels, points):
     lines = [f"NBLOCK,6,SOLID,{max(labels):10d},{len(labels):10d}", "(3i9,6e21.13e3)"]
     for label, (x, y, z) in zip(labels, points, strict=True):
@@ -76,7 +77,9 @@ def archive(model, path, *, units, joint="CE", types=None):
         held = [label for label, fixed in zip("UX UY UZ ROTX ROTY ROTZ".split(), rigid.held, strict=True) if fixed]
         tail += [f"D,{rigid.label:10d},{label:4},  0.00000000    ,  0.00000000" for label in held]
     for row, fixed in zip(labels, model.held, strict=True):
-        tail += [f"D,{row:10d},{label:4},  0.0,  0.0" for label, one in zip(("UX", "UY", "UZ"), fixed, strict=True) if one]
+        tail += [
+            f"D,{row:10d},{label:4},  0.0,  0.0" for label, one in zip(("UX", "UY", "UZ"), fixed, strict=True) if one
+        ]
     for name, members in model.groups.items():
         own = model.labels[members].tolist()
         tail += [f"CMBLOCK,{name:8},NODE,{len(own):8d}  ! users node component definition", "(8i10)"]

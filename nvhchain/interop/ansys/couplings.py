@@ -74,9 +74,7 @@ def _coupled(base: Database, command: Command) -> None:
     for one in wanted:
         for node in nodes[1:]:
             (own, sign), (other, lead) = (_component(base, n, one, where) for n in (node, nodes[0]))
-            base.parts.structure.relations.append(
-                (where.split(": ")[-1], node, own, [(nodes[0], other, lead * sign)])
-            )
+            base.parts.structure.relations.append((where.split(": ")[-1], node, own, [(nodes[0], other, lead * sign)]))
 
 
 def _equations(base: Database, found: list[Command]) -> None:
@@ -191,16 +189,22 @@ def _contacts(base: Database) -> None:
             there = {n for face in others for n in face}
             odd = sum(len(face) not in (3, 4, 6, 8) for face in others)
             require(odd == 0, f"{base.source}: contact pair {number} has {odd} targets that are no faces")
-            held = {n for n in nodes if base.parts.held.get(n, set()) >= set("123")}
-            if held:
-                idle[f"nodes of bonded contact {number} that are held"] += len(held)
-            nodes = [n for n in nodes if n not in held]
             if any(set(nodes) <= master and there <= slave for slave, master in tied):
                 idle["elements of the second contact of a symmetric bond"] += len(members)
                 continue
+            held = {n for n in nodes if base.parts.held.get(n, set()) >= set("123")}
+            if held:
+                idle[f"nodes of bonded contact {number} that are held"] += len(held)
             tied.append((set(nodes), there))
             base.parts.structure.ties.append(
-                (f"contact {number}", nodes, [padded(face) for face in others], None, True, True)
+                (
+                    f"contact {number}",
+                    [n for n in nodes if n not in held],
+                    [padded(face) for face in others],
+                    None,
+                    True,
+                    True,
+                )
             )
     base.parts.notes += [f"{what}: {count} left out" for what, count in idle.items()]
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +16,9 @@ import numpy as np
 from nvhchain.errors import FileFormatError, InputError, require
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.handoff import FloatArray, IntArray
+from nvhchain.interop.modes.assembled import Geometry, Mode, modal_model
 from nvhchain.interop.modes.uff_frames import axes_of, frames_of
-from nvhchain.interop.modes.uff_skin import select_rows, skin
+from nvhchain.interop.modes.uff_skin import select_rows
 from nvhchain.interop.notation.units import UnitSystem, unit_system
 
 _NUMBER = re.compile(r"[+-]?(?:\d+\.\d*[+-]\d{3}(?![\d.])|(?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?)")
@@ -34,17 +35,6 @@ _BEAMS = {11, 21, 22, 23, 24}
 """Descriptors with a record of orientation before the nodes."""
 
 NORMAL_MODE, DISPLACEMENT = 2, 8
-
-
-@dataclass(frozen=True, eq=False)
-class _Mode:
-    """Mode in units of the file: frequency, modal mass, damping, node labels (n,) and motion (n, 3)."""
-
-    frequency: float
-    mass: float
-    damping: float
-    labels: IntArray
-    motion: FloatArray
 
 
 def read_modal_uff(path: str | Path, *, units: str | None = None, mass_normalized: bool = False) -> ModalModel:
@@ -81,7 +71,7 @@ def read_modal_uff(path: str | Path, *, units: str | None = None, mass_normalize
     nodes: dict[int, list[float]] = {}
     elements: dict[int, tuple[int, list[int]]] = {}
     groups: dict[str, tuple[list[int], list[int]]] = {}
-    modes: list[_Mode] = []
+    modes: list[Mode] = []
     others: set[int] = set()
     systems: dict[int, int] = {}
     frames: dict[int, FloatArray | None] = {}
@@ -113,43 +103,13 @@ def read_modal_uff(path: str | Path, *, units: str | None = None, mass_normalize
         f"{path}: no displacements of normal modes (dataset 55 or 2414 with analysis type 2 and result type 8), "
         f"{f'only of result type {sorted(others)}' if others else 'nor other results of them'}: export displacements",
     )
-    system = _agreed(stated, asked, path)
-    labels = np.array(sorted(nodes), dtype=np.int64)
-    moves = np.ones(len(labels), dtype=bool)
-    for mode in modes:
-        moves &= np.isin(labels, mode.labels)
-    place = system.length * np.array([nodes[int(label)] for label in labels])
-    found = skin(list(elements.values()), labels, place, moves, f"{path}: dataset 2412")
-    modes.sort(key=lambda mode: mode.frequency)
-    added = found.centres.shape[0]
-    frequency, damping = (np.array([getattr(mode, name) for mode in modes]) for name in ("frequency", "damping"))
-    shapes = np.zeros((len(modes), len(labels) + added, 3))
     turned = {label: axes_of(system, label, frames, str(path)) for label, system in systems.items()}
-    for shape in shapes:
-        mode = modes.pop(0)  # released after the copy: modes may take gigabytes
-        require(
-            mass_normalized or mode.mass > 0,
-            f"{path}: a mode has modal mass {mode.mass:g}: export shapes with their modal mass, or state "
-            "mass_normalized = true if it is one",
-        )
-        mass = 1.0 if mass_normalized else mode.mass
-        shape[select_rows(labels, mode.labels, f"{path}: a mode")] = mode.motion / np.sqrt(mass * system.mass)
-        for label, axes in turned.items():
-            row = select_rows(labels, np.array([label]), f"{path}: a node")
-            shape[row] = shape[row] @ axes.T
-        shape[len(labels) :] = found.centres @ shape[: len(labels)]
-    return ModalModel(
-        nodes=np.vstack([place, found.centres @ place]),
-        labels=np.concatenate([labels, labels[-1] + 1 + np.arange(added)]),
-        triangles=found.triangles,
-        two_sided=found.two_sided,
-        frequency=frequency / system.time,
-        damping=damping,
-        shapes=shapes,
-        groups={name: _members(of, elements, labels, f"{path}: group {name}") for name, of in groups.items()},
-        source=str(path),
-        notes=found.notes,
-    )
+    labels = np.array(sorted(nodes), dtype=np.int64)
+    geometry = Geometry(nodes, list(elements.values()), turned, f"{path}: dataset 2412")
+    units_of_file = _agreed(stated, asked, path)
+    model = modal_model(modes, geometry, units_of_file, str(path), mass_normalized=mass_normalized)
+    members = {name: _members(of, elements, labels, f"{path}: group {name}") for name, of in groups.items()}
+    return replace(model, groups=members)
 
 
 def _agreed(stated: UnitSystem | None, requested: UnitSystem | None, path: Path) -> UnitSystem:
@@ -266,7 +226,7 @@ def _members(
     return np.unique(select_rows(labels, [*nodes, *(n for label in of_elements for n in elements[label][1])], subject))
 
 
-def _mode(kind: int, lines: list[str], others: set[int]) -> Iterator[_Mode]:
+def _mode(kind: int, lines: list[str], others: set[int]) -> Iterator[Mode]:
     """Yield the mode of one block, if it holds a real normal mode.
 
     others : receives the result type of a block with other results of a mode, such as reaction forces.
@@ -297,7 +257,7 @@ def _mode(kind: int, lines: list[str], others: set[int]) -> Iterator[_Mode]:
         raise ValueError(f"{len(numbers)} displacements of {len(labels)} nodes, {count} of each are needed")
     motion = np.array(numbers, dtype=float).reshape(-1, count)[:, :3].copy()  # rotations are not kept
     # a loss factor η of a mode damps it as η/2 of critical
-    yield _Mode(frequency, mass, viscous + hysteretic / 2, labels, motion)
+    yield Mode(frequency, mass, viscous + hysteretic / 2, labels, motion)
 
 
 def _lines_of(body: list[str], count: int) -> int:

@@ -141,14 +141,14 @@ class SeatNode:
 
 @dataclass(frozen=True)
 class ModalResults(Housing):
-    """Normal modes from a file: universal file (55, 2414) or HDF5, in the frame of the case.
+    """Normal modes from a file: universal file (55, 2414), HDF5 or Nastran results, in the frame of the case.
 
     Parameters
     ----------
     file : str
         Path of the modes, relative to the case.
     units : str, optional
-        Units of a universal file without dataset 164; None: those of the file, or SI.
+        Units of a universal file without dataset 164; None: those of the file, or SI. Nastran results need them.
     seats : tuple of SeatNode
         Seats of bearings; others have a node at their place.
     surface : SurfaceFile, optional
@@ -157,7 +157,7 @@ class ModalResults(Housing):
         True where the uppermost modes are residual vectors of unit forces at the seats, which complete the static
         flexibility.
     mass_normalized : bool
-        True where the shapes of a universal file have modal mass 1 in its units, whatever modal mass it states.
+        True where the shapes have modal mass 1 in the units of the file, whatever modal mass it states.
     modal_damping : float or DampingCurve, optional
         Damping in place of the file's, as in `HousingModel`.
     structural_damping : bool
@@ -166,6 +166,8 @@ class ModalResults(Housing):
         As in `HousingModel`.
     opening : float, optional
         As in `HousingModel`.
+    deck : str, optional
+        Nastran deck with nodes and elements, relative to the case, for Nastran results (HDF5, OP2, punch) without them.
     """
 
     file: str
@@ -178,6 +180,7 @@ class ModalResults(Housing):
     structural_damping: bool = False
     engine_plane: EnginePlane | None = None
     opening: Length | None = None
+    deck: str | None = None
 
     @property
     def unused_knobs(self) -> frozenset[str]:
@@ -197,8 +200,12 @@ class ModalResults(Housing):
 
     def model(self, case: GearboxCase) -> ModalModel:
         """Read the modes."""
+        folder = Path(case.folder)
         return interop.read_modal_model(
-            Path(case.folder) / self.file, units=self.units, mass_normalized=self.mass_normalized
+            folder / self.file,
+            units=self.units,
+            mass_normalized=self.mass_normalized,
+            deck=None if self.deck is None else folder / self.deck,
         )
 
     @property

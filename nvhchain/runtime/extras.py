@@ -7,11 +7,14 @@ from importlib.util import find_spec
 from nvhchain.errors import require
 
 EXTRAS = {
+    "asammdf": "records",
     "bempp_cl": "bempp",
     "mosqito": "sound",
+    "nptdms": "records",
     "pandas": "xarray",
     "pyuff": "uff",
     "pyvista": "pictures",
+    "pyyeti": "nastran",
     "shtab": "completion",
     "xarray": "xarray",
     "xlsxwriter": "excel",

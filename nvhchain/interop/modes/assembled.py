@@ -62,7 +62,8 @@ def modal_model(
     added = found.centres.shape[0]
     frequency, damping = (np.array([getattr(mode, name) for mode in modes]) for name in ("frequency", "damping"))
     shapes = np.zeros((len(modes), len(labels) + added, 3))
-    rows_of = {label: int(select_rows(labels, [label], f"{source}: a node")[0]) for label in geometry.axes}
+    turned = select_rows(labels, list(geometry.axes), f"{source}: a node")
+    axes = np.array(list(geometry.axes.values())).reshape(-1, 3, 3)
     for shape in shapes:
         mode = modes.pop(0)  # released after the copy: modes may take gigabytes
         require(
@@ -72,8 +73,7 @@ def modal_model(
         )
         mass = 1.0 if mass_normalized else mode.mass
         shape[select_rows(labels, mode.labels, f"{source}: a mode")] = mode.motion / np.sqrt(mass * system.mass)
-        for label, axes in geometry.axes.items():
-            shape[rows_of[label]] = shape[rows_of[label]] @ axes.T
+        shape[turned] = np.einsum("nij,nj->ni", axes, shape[turned])
         shape[len(labels) :] = found.centres @ shape[: len(labels)]
     return ModalModel(
         nodes=np.vstack([place, found.centres @ place]),

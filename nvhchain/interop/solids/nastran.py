@@ -105,8 +105,8 @@ def read_nastran(path: str | Path, *, units: str, spc: int | None = None) -> Sol
         parts.notes.append(f"{listed} left out: they change neither stiffness nor mass")
     try:
         scale = _parameters(named_cards, path, system)
-        frames = _grids(named_cards, parts)
-        _elements(named_cards, parts)
+        frames = read_grids(named_cards, parts)
+        read_solids(named_cards, parts)
         material = _material_reader(named_cards, parts, system, scale)
         _solid_sections(named_cards, parts, material)
         _rigid_sets(named_cards, parts)
@@ -121,7 +121,7 @@ def read_nastran(path: str | Path, *, units: str, spc: int | None = None) -> Sol
     return restored(parts.model(system.length), found)
 
 
-def _grids(named_cards: dict[str, list[list[str]]], parts: Parts) -> dict[int, Frame]:
+def read_grids(named_cards: dict[str, list[list[str]]], parts: Parts) -> dict[int, Frame]:
     """Read grid points with what holds them; return the coordinate systems."""
     frames, grids = frames_and_grids(named_cards, parts.source)
     parts.nodes.update(grids)  # type: ignore[arg-type]
@@ -152,7 +152,8 @@ def _held(label: int, components: str, parts: Parts, frames: Mapping[int, Frame]
     return {str(one[0] + 1) for one in found if one is not None}
 
 
-def _elements(named_cards: dict[str, list[list[str]]], parts: Parts) -> None:
+def read_solids(named_cards: dict[str, list[list[str]]], parts: Parts) -> None:
+    """Read solids; FileFormatError for an element that is there twice or lacks nodes."""
     for names in ((*SOLIDS, *SHELLS, *BEAMS), ("RBE2", "RBE3", "RBAR")):
         _check_once([card[1] for name in names for card in named_cards.get(name, [])], "element", parts)
     for name, (linear, quadratic, place) in SOLIDS.items():

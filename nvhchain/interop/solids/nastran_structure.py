@@ -89,7 +89,7 @@ def read_structure(deck: Deck, chosen_mpc: int | None) -> None:
 
     Raises InputError for what is stated by other means than those read.
     """
-    _shells(deck)
+    read_shells(deck)
     _shell_sections(deck)
     _beam_sections(deck)
     _beams(deck)
@@ -105,7 +105,8 @@ def _number(text: str, default: float = 0.0) -> float:
     return real(text) if text else default
 
 
-def _shells(deck: Deck) -> None:
+def read_shells(deck: Deck) -> None:
+    """Read shells without their sections; InputError for one that lacks nodes."""
     length = deck.system.length
     for name, (count, offset_field, thick, flag) in SHELLS.items():
         for where, card in deck.fields(name):

@@ -1,0 +1,138 @@
+"""Normal modes in the HDF5 results of MSC Nastran: eigenvectors, their summary, and the model where it is stored."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from nvhchain.errors import FileFormatError, InputError, require
+from nvhchain.fem.modal_model import ModalModel
+from nvhchain.interop.modes.assembled import Geometry, Mode, modal_model
+from nvhchain.interop.modes.nastran_geometry import card_geometry, deck_geometry
+from nvhchain.interop.notation.units import unit_system
+
+_RESULT = "NASTRAN/RESULT"
+_NORMAL_MODES = 2
+"""Value of ANALYSIS."""
+
+_ELEMENTS = ("CTETRA", "CPENTA", "CHEXA", "CQUAD4", "CQUADR", "CQUAD8", "CTRIA3", "CTRIAR", "CTRIA6")
+_FRAMES = ("CORD1R", "CORD1C", "CORD1S", "CORD2R", "CORD2C", "CORD2S")
+_DAMAGE = (OSError, RuntimeError, KeyError, TypeError, ValueError, AttributeError, IndexError, MemoryError)
+
+
+def holds_nastran_results(path: Path) -> bool:
+    """Return True for an HDF5 file of Nastran; False for others, and for files that cannot be opened."""
+    try:
+        with h5py.File(path, "r") as file:
+            return "NASTRAN" in file
+    except (OSError, RuntimeError):
+        return False
+
+
+def read_nastran_hdf5(
+    path: str | Path, *, units: str, mass_normalized: bool = False, deck: str | Path | None = None
+) -> ModalModel:
+    """Read normal modes of an HDF5 file of MSC Nastran.
+
+    Parameters
+    ----------
+    path : str or Path
+        HDF5 file.
+    units : str
+        Units of the file, a key of `UNIT_SYSTEMS`.
+    mass_normalized : bool
+        True for shapes with modal mass 1, whatever the summary states.
+    deck : str or Path, optional
+        Deck with nodes and elements; by default those in the file.
+
+    Returns
+    -------
+    ModalModel
+        Modes in SI units.
+
+    Raises
+    ------
+    FileFormatError
+        For a damaged file.
+    InputError
+        For a file without modes, with modes of several subcases, or without its model.
+    """
+    path, system = Path(path), unit_system(units)
+    try:
+        with h5py.File(path, "r") as file:
+            geometry = _geometry(file, path) if deck is None else deck_geometry(Path(deck))
+            modes = list(_modes(file, path))
+    except _DAMAGE as error:
+        if isinstance(error, InputError):
+            raise
+        raise FileFormatError(f"{path}: damaged or truncated HDF5 of Nastran: {error}") from None
+    return modal_model(modes, geometry, system, str(path), mass_normalized=mass_normalized)
+
+
+def _table(file: h5py.File, name: str) -> Any:
+    """Return a table by name, None where it is missing."""
+    return file[name][()] if name in file else None
+
+
+def _modes(file: h5py.File, path: Path) -> Iterator[Mode]:
+    domains, vectors = _table(file, f"{_RESULT}/DOMAINS"), _table(file, f"{_RESULT}/NODAL/EIGENVECTOR")
+    require(
+        vectors is not None and domains is not None,
+        f"{path}: no {_RESULT}/NODAL/EIGENVECTOR with DOMAINS: request VECTOR (or DISPLACEMENT) of real modes, HDF5",
+    )
+    own = domains[(domains["ANALYSIS"] == _NORMAL_MODES) & np.isin(domains["ID"], np.unique(vectors["DOMAIN_ID"]))]
+    require(len(own) > 0, f"{path}: its eigenvectors are no real normal modes: export SOL 103")
+    names = [name for name in ("SUBCASE", "DESIGN_CYCLE", "SE") if name in own.dtype.names]
+    for name in names:
+        several = sorted(set(own[name].tolist()))
+        require(len(several) == 1, f"{path}: modes of {name} {', '.join(map(str, several))} are there: export one")
+    summary = _table(file, f"{_RESULT}/SUMMARY/EIGENVALUE")
+    mass = {} if summary is None else dict(zip(summary["MODE"].tolist(), summary["MASS"].tolist(), strict=True))
+    order = np.argsort(vectors["DOMAIN_ID"], kind="stable")
+    vectors = vectors[order]
+    for domain in own:
+        first, last = np.searchsorted(vectors["DOMAIN_ID"], [domain["ID"], domain["ID"] + 1])
+        rows = vectors[first:last]
+        yield Mode(
+            float(np.sqrt(max(float(domain["TIME_FREQ_EIGR"]), 0.0)) / (2 * np.pi)),
+            float(mass.get(int(domain["MODE"]), 0.0)),
+            0.0,
+            rows["ID"].astype(np.int64),
+            np.column_stack([rows[axis] for axis in "XYZ"]).astype(float),
+        )
+
+
+def _geometry(file: h5py.File, path: Path) -> Geometry:
+    """Return the stored model, as cards."""
+    grids = _table(file, "NASTRAN/INPUT/NODE/GRID")
+    require(
+        grids is not None,
+        f"{path}: no NASTRAN/INPUT/NODE/GRID: state the deck of these modes by deck, or write the input with them",
+    )
+    named = {
+        "GRID": [
+            ["GRID", str(row["ID"]), str(row["CP"]), *map(repr, row["X"].tolist()), str(row["CD"])] for row in grids
+        ]
+    }
+    for name in _ELEMENTS:
+        table = _table(file, f"NASTRAN/INPUT/ELEMENT/{name}")
+        if table is not None:
+            named[name] = [
+                [name, str(row["EID"]), str(row["PID"]), *(str(n) if n else "" for n in row["G"].tolist())]
+                for row in table
+            ]
+    for name in _FRAMES:
+        table = _table(file, f"NASTRAN/INPUT/COORDINATE_SYSTEM/{name}")
+        if table is not None:
+            fields = [one for one in table.dtype.names if one != "DOMAIN_ID"]
+            named[name] = [[name, *(_text(row[one]) for one in fields)] for row in table]
+    return card_geometry(named, str(path))
+
+
+def _text(value: Any) -> str:
+    """Return a number as a field of a card."""
+    return repr(float(value)) if isinstance(value, np.floating) else str(int(value))

@@ -11,6 +11,7 @@ BRICK = {
     "wedge": [0, 1, 2, 2, 3, 4, 5, 5, 6, 7, 2, 8, 9, 10, 5, 11, 12, 13, 14, 14],
     "tet": [0, 1, 2, 2, 3, 3, 3, 3, 4, 5, 2, 6, 3, 3, 3, 3, 7, 8, 9, 9],
 }
+FREEDOMS = ("UX", "UY", "UZ", "ROTX", "ROTY", "ROTZ")
 
 
 def nodes_block(labels, points):
@@ -56,9 +57,8 @@ def archive(model, path, *, units, joint="CE", types=None):
         if joint == "CE":
             for node, motion in zip(model.labels[rigid.nodes].tolist(), rigid_motion(arms), strict=True):
                 for axis in range(3):
-                    terms = [(node, "UX UY UZ".split()[axis], 1.0)]
-                    names = "UX UY UZ ROTX ROTY ROTZ".split()
-                    terms += [(rigid.label, names[i], -float(motion[axis, i])) for i in range(6) if motion[axis, i]]
+                    terms = [(node, FREEDOMS[axis], 1.0)]
+                    terms += [(rigid.label, FREEDOMS[i], -float(motion[axis, i])) for i in range(6) if motion[axis, i]]
                     tail.append(f"CE,R5.0,DEFI,{len(terms):8d},{10 * node + axis:8d},  0.00000000")
                     for start in range(0, len(terms), 2):
                         pair = [f"{n:10d},{label:4},{value!r}" for n, label, value in terms[start : start + 2]]
@@ -74,7 +74,7 @@ def archive(model, path, *, units, joint="CE", types=None):
             for face in _faces(model, own):
                 rows.append((count, 9, 1, 50 + place, 1, model.labels[face].tolist()))
                 count += 1
-        held = [label for label, fixed in zip("UX UY UZ ROTX ROTY ROTZ".split(), rigid.held, strict=True) if fixed]
+        held = [label for label, fixed in zip(FREEDOMS, rigid.held, strict=True) if fixed]
         tail += [f"D,{rigid.label:10d},{label:4},  0.00000000    ,  0.00000000" for label in held]
     for row, fixed in zip(labels, model.held, strict=True):
         tail += [

@@ -51,7 +51,10 @@ def write_punch(path, labels, modes, subcase=1):
         lines += ["$TITLE   = BOX", "$SUBTITLE=", "$LABEL   =", "$EIGENVECTOR", "$REAL OUTPUT"]
         lines += [f"$SUBCASE ID = {subcase:11d}", f"$EIGENVALUE = {eigenvalue(frequency):14.7E}  MODE = {number:5d}"]
         for label, at in zip(labels, motion, strict=True):
-            lines += [f"{label:10d}       G" + "".join(f"{x:18.6E}" for x in at), "-CONT-" + " " * 12 + 3 * f"{0.0:18.6E}"]
+            lines += [
+                f"{label:10d}       G" + "".join(f"{x:18.6E}" for x in at),
+                "-CONT-" + " " * 12 + 3 * f"{0.0:18.6E}",
+            ]
     path.write_text("".join(f"{line:72}{i:8d}\n" for i, line in enumerate(lines, start=1)))
     return path
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
@@ -197,7 +198,7 @@ def _constant_block(base: Database, command: Command) -> None:
     for row in command.rows:
         widths = (8, 8, *[16] * 6) if left <= 0 else (16,) * 7
         ends = np.cumsum((0, *widths))
-        cells = [row[a:b].strip() for a, b in zip(ends, ends[1:], strict=False)]
+        cells = [row[a:b].strip() for a, b in pairwise(ends)]
         if left <= 0:
             own = base.constants[int(cells[0])] = []
             left, cells = int(cells[1]), cells[2:]

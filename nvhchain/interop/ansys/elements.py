@@ -140,8 +140,8 @@ def _beam_section(base: Database, element: Element, where: str) -> BeamSection:
     L, found = base.system.length, base.sections.get(element.section)
     if base.types[element.kind][0] in TRUSSES:
         data = [float(x) for row in found.data for x in row if x] if found else base.constants.get(element.constants)
-        require(bool(data) and data[0] > 0, f"{where} has no area: write SECDATA or R")
-        assert data
+        data = data or [0.0]
+        require(data[0] > 0, f"{where} has no area: write SECDATA or R")
         return BeamSection(data[0] * L**2, 0.0, 0.0, 0.0)
     require(found is not None and found.kind == "BEAM", f"{where} has no beam section {element.section} (SECTYPE)")
     assert found is not None

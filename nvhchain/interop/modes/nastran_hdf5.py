@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,17 +11,23 @@ import numpy as np
 
 from nvhchain.errors import FileFormatError, InputError, require
 from nvhchain.fem.modal_model import ModalModel
+from nvhchain.interop.modes._hdf5 import read_tables
 from nvhchain.interop.modes.assembled import Geometry, Mode, modal_model
 from nvhchain.interop.modes.nastran_geometry import card_geometry, deck_geometry
 from nvhchain.interop.notation.units import unit_system
 
-_RESULT = "NASTRAN/RESULT"
+_DOMAINS, _VECTORS = "NASTRAN/RESULT/DOMAINS", "NASTRAN/RESULT/NODAL/EIGENVECTOR"
+_SUMMARY, _GRID = "NASTRAN/RESULT/SUMMARY/EIGENVALUE", "NASTRAN/INPUT/NODE/GRID"
 _NORMAL_MODES = 2
 """Value of ANALYSIS."""
 
 _ELEMENTS = ("CTETRA", "CPENTA", "CHEXA", "CQUAD4", "CQUADR", "CQUAD8", "CTRIA3", "CTRIAR", "CTRIA6")
 _FRAMES = ("CORD1R", "CORD1C", "CORD1S", "CORD2R", "CORD2C", "CORD2S")
-_DAMAGE = (OSError, RuntimeError, KeyError, TypeError, ValueError, AttributeError, IndexError, MemoryError)
+_TABLES = (
+    *(_DOMAINS, _VECTORS, _SUMMARY, _GRID),
+    *(f"NASTRAN/INPUT/ELEMENT/{name}" for name in _ELEMENTS),
+    *(f"NASTRAN/INPUT/COORDINATE_SYSTEM/{name}" for name in _FRAMES),
+)
 
 
 def holds_nastran_results(path: Path) -> bool:
@@ -62,35 +68,31 @@ def read_nastran_hdf5(
         For a file without modes, with modes of several subcases, or without its model.
     """
     path, system = Path(path), unit_system(units)
+    found = read_tables(path, _TABLES)
     try:
-        with h5py.File(path, "r") as file:
-            geometry = _geometry(file, path) if deck is None else deck_geometry(Path(deck))
-            modes = list(_modes(file, path))
-    except _DAMAGE as error:
+        geometry = _geometry(found, path) if deck is None else deck_geometry(Path(deck))
+        modes = list(_modes(found, path))
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
         if isinstance(error, InputError):
             raise
-        raise FileFormatError(f"{path}: damaged or truncated HDF5 of Nastran: {error}") from None
+        raise FileFormatError(f"{path}: tables of another layout than Nastran's: {error}") from None
     return modal_model(modes, geometry, system, str(path), mass_normalized=mass_normalized)
 
 
-def _table(file: h5py.File, name: str) -> Any:
-    """Return a table by name, None where it is missing."""
-    return file[name][()] if name in file else None
-
-
-def _modes(file: h5py.File, path: Path) -> Iterator[Mode]:
-    domains, vectors = _table(file, f"{_RESULT}/DOMAINS"), _table(file, f"{_RESULT}/NODAL/EIGENVECTOR")
+def _modes(found: Mapping[str, Any], path: Path) -> Iterator[Mode]:
+    domains, vectors = found.get(_DOMAINS), found.get(_VECTORS)
     require(
         vectors is not None and domains is not None,
-        f"{path}: no {_RESULT}/NODAL/EIGENVECTOR with DOMAINS: request VECTOR (or DISPLACEMENT) of real modes, HDF5",
+        f"{path}: no {_VECTORS} with {_DOMAINS}: request VECTOR (or DISPLACEMENT) of real modes, HDF5",
     )
+    assert domains is not None and vectors is not None
     own = domains[(domains["ANALYSIS"] == _NORMAL_MODES) & np.isin(domains["ID"], np.unique(vectors["DOMAIN_ID"]))]
     require(len(own) > 0, f"{path}: its eigenvectors are no real normal modes: export SOL 103")
     names = [name for name in ("SUBCASE", "DESIGN_CYCLE", "SE") if name in own.dtype.names]
     for name in names:
         several = sorted(set(own[name].tolist()))
         require(len(several) == 1, f"{path}: modes of {name} {', '.join(map(str, several))} are there: export one")
-    summary = _table(file, f"{_RESULT}/SUMMARY/EIGENVALUE")
+    summary = found.get(_SUMMARY)
     mass = {} if summary is None else dict(zip(summary["MODE"].tolist(), summary["MASS"].tolist(), strict=True))
     order = np.argsort(vectors["DOMAIN_ID"], kind="stable")
     vectors = vectors[order]
@@ -106,27 +108,28 @@ def _modes(file: h5py.File, path: Path) -> Iterator[Mode]:
         )
 
 
-def _geometry(file: h5py.File, path: Path) -> Geometry:
+def _geometry(found: Mapping[str, Any], path: Path) -> Geometry:
     """Return the stored model, as cards."""
-    grids = _table(file, "NASTRAN/INPUT/NODE/GRID")
+    grids = found.get(_GRID)
     require(
         grids is not None,
-        f"{path}: no NASTRAN/INPUT/NODE/GRID: state the deck of these modes by deck, or write the input with them",
+        f"{path}: no {_GRID}: state the deck of these modes by deck, or write the input with them",
     )
+    assert grids is not None
     named = {
         "GRID": [
             ["GRID", str(row["ID"]), str(row["CP"]), *map(repr, row["X"].tolist()), str(row["CD"])] for row in grids
         ]
     }
     for name in _ELEMENTS:
-        table = _table(file, f"NASTRAN/INPUT/ELEMENT/{name}")
+        table = found.get(f"NASTRAN/INPUT/ELEMENT/{name}")
         if table is not None:
             named[name] = [
                 [name, str(row["EID"]), str(row["PID"]), *(str(n) if n else "" for n in row["G"].tolist())]
                 for row in table
             ]
     for name in _FRAMES:
-        table = _table(file, f"NASTRAN/INPUT/COORDINATE_SYSTEM/{name}")
+        table = found.get(f"NASTRAN/INPUT/COORDINATE_SYSTEM/{name}")
         if table is not None:
             fields = [one for one in table.dtype.names if one != "DOMAIN_ID"]
             named[name] = [[name, *(_text(row[one]) for one in fields)] for row in table]

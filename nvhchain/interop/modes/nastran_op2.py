@@ -29,9 +29,7 @@ _NODE_WORDS = 8
 """Words of a node: ten times its number and a code, its type, three shifts, three turns."""
 
 
-def read_op2(
-    path: str | Path, *, units: str, deck: str | Path | None, mass_normalized: bool = False
-) -> ModalModel:
+def read_op2(path: str | Path, *, units: str, deck: str | Path | None, mass_normalized: bool = False) -> ModalModel:
     """Read normal modes of an OP2 file.
 
     Parameters
@@ -58,7 +56,9 @@ def read_op2(
         For a file without real normal modes, or without a deck; without the extra `nastran`.
     """
     path, system = Path(path), unit_system(units)
-    require(deck is not None, f"{path}: the elements of an OP2 file are not read: state the deck of these modes by deck")
+    require(
+        deck is not None, f"{path}: the elements of an OP2 file are not read: state the deck of these modes by deck"
+    )
     assert deck is not None
     geometry = deck_geometry(Path(deck))
     check_installed("pyyeti")
@@ -105,9 +105,9 @@ def _modes(file: Any, path: Path) -> Iterator[Mode]:
     subcases = set()
     records = _records(file, name)
     for head in records:
-        kind, table, subcase, number = int(head[0]) // 10, int(head[1]), int(head[3]), int(head[4])
+        kind, code, subcase, number = int(head[0]) // 10, int(head[1]), int(head[3]), int(head[4])
         require(
-            kind == _NORMAL_MODES and table in _REAL_SORTED and int(head[8]) in (0, 1),
+            kind == _NORMAL_MODES and code in _REAL_SORTED and int(head[8]) in (0, 1),
             f"{path}: {name} holds other results than real normal modes: export SOL 103, SORT1",
         )
         subcases.add(subcase)

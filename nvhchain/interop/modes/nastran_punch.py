@@ -79,7 +79,7 @@ def _modes(lines: Iterable[str], path: Path) -> Iterator[Mode]:
                 wanted = False
             elif line.startswith("$EIGENVECTOR"):
                 wanted = True
-            elif wanted and line.startswith("$REAL-IMAGINARY") or line.startswith("$MAGNITUDE-PHASE"):
+            elif wanted and line.startswith(("$REAL-IMAGINARY", "$MAGNITUDE-PHASE")):
                 raise InputError(f"{path}: line {number}: complex modes are not read: export real normal modes")
             elif wanted and line.startswith("$SUBCASE ID"):
                 subcases.add(line.split("=")[1].split()[0])
@@ -95,10 +95,9 @@ def _modes(lines: Iterable[str], path: Path) -> Iterator[Mode]:
                 if found is None:
                     raise FileFormatError(f"{path}: line {number}: {line.strip()[:60]!r} states no eigenvalue")
                 eigenvalue = float(found[1])
-        elif wanted and not line.startswith("-CONT-") and line.strip():
-            if line[10:_WIDTH].strip() == "G":
-                labels.append(int(line[:10]))
-                motion.append([float(line[_WIDTH * k : _WIDTH * (k + 1)]) for k in (1, 2, 3)])
+        elif wanted and line[10:_WIDTH].strip() == "G":
+            labels.append(int(line[:10]))
+            motion.append([float(line[_WIDTH * k : _WIDTH * (k + 1)]) for k in (1, 2, 3)])
     if labels:
         yield _mode(eigenvalue, labels, motion)
 

@@ -85,7 +85,8 @@ def _modes(found: Mapping[str, Any], path: Path) -> Iterator[Mode]:
         vectors is not None and domains is not None,
         f"{path}: no {_VECTORS} with {_DOMAINS}: request VECTOR (or DISPLACEMENT) of real modes, HDF5",
     )
-    assert domains is not None and vectors is not None
+    assert domains is not None
+    assert vectors is not None
     own = domains[(domains["ANALYSIS"] == _NORMAL_MODES) & np.isin(domains["ID"], np.unique(vectors["DOMAIN_ID"]))]
     require(len(own) > 0, f"{path}: its eigenvectors are no real normal modes: export SOL 103")
     names = [name for name in ("SUBCASE", "DESIGN_CYCLE", "SE") if name in own.dtype.names]

@@ -1,0 +1,1 @@
+"""Superelements of other programs: reduced stiffness and mass."""

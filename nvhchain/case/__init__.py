@@ -15,7 +15,7 @@ from nvhchain.case.fluctuation import (
 )
 from nvhchain.case.gearbox import GearboxCase
 from nvhchain.case.gears import Gear, Stage
-from nvhchain.case.housing_model import HousingModel, ModalResults, Seat, SeatNode
+from nvhchain.case.housing_model import HousingModel, ModalResults, Seat, SeatNode, Superelement
 from nvhchain.case.load import Case, load_case, load_channels
 from nvhchain.case.operation import (
     FIELD_POINT_QUANTITIES,
@@ -69,6 +69,7 @@ __all__ = [
     "Spread",
     "Stage",
     "StageTolerances",
+    "Superelement",
     "SurfaceFile",
     "Target",
     "Topography",

@@ -19,7 +19,7 @@ from nvhchain.case.checks.fit import check_fit
 from nvhchain.case.checks.names import unknown_names
 from nvhchain.case.checks.root_stress import breaking_teeth
 from nvhchain.case.gears import Gear, Stage, set_backlashes
-from nvhchain.case.housing_model import HousingModel, ModalResults
+from nvhchain.case.housing_model import HousingModel, ModalResults, Superelement
 from nvhchain.case.operation import (
     RADIATED,
     Band,
@@ -87,7 +87,7 @@ class GearboxCase:
         Bearings.
     input_shaft, output_shaft : str
         Names of the shafts.
-    housing : Casting, HousingModel, ModalResults or Cad
+    housing : Casting, HousingModel, ModalResults, Superelement or Cad
         Housing.
     field_points : tuple of FieldPoint
         Microphones.
@@ -126,7 +126,7 @@ class GearboxCase:
     bearings: tuple[Bearing, ...]
     input_shaft: str
     output_shaft: str
-    housing: Casting | HousingModel | ModalResults | Cad
+    housing: Casting | HousingModel | ModalResults | Superelement | Cad
     field_points: tuple[FieldPoint, ...] = ()
     input_rotation: int = 1
     quantities: tuple[Quantity, ...] = ("pressure",)

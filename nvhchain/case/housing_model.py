@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -140,24 +141,19 @@ class SeatNode:
 
 
 @dataclass(frozen=True)
-class ModalResults(Housing):
-    """Normal modes from a file: universal file (55, 2414), HDF5 or Nastran results, in the frame of the case.
+class HousingModes(Housing):
+    """Housing by modes from files, in the frame of the case.
 
     Parameters
     ----------
     file : str
-        Path of the modes, relative to the case.
+        Path of the file, relative to the case.
     units : str, optional
-        Units of a universal file without dataset 164; None: those of the file, or SI. Nastran results need them.
+        Units of the file; None: those that it states, or SI. Nastran results and matrices need them.
     seats : tuple of SeatNode
         Seats of bearings; others have a node at their place.
     surface : SurfaceFile, optional
         Radiating surface, closed, in the frame of the case; None: the envelope of the file's skin.
-    residual_vectors : bool
-        True where the uppermost modes are residual vectors of unit forces at the seats, which complete the static
-        flexibility.
-    mass_normalized : bool
-        True where the shapes have modal mass 1 in the units of the file, whatever modal mass it states.
     modal_damping : float or DampingCurve, optional
         Damping in place of the file's, as in `HousingModel`.
     structural_damping : bool
@@ -167,15 +163,13 @@ class ModalResults(Housing):
     opening : float, optional
         As in `HousingModel`.
     deck : str, optional
-        Nastran deck with nodes and elements, relative to the case, for Nastran results (HDF5, OP2, punch) without them.
+        Nastran deck with nodes and elements, relative to the case, for files without them.
     """
 
     file: str
     units: Literal["m-kg-s", "mm-t-s", "mm-kg-ms", "mm-kg-s", "in-lbf-s"] | None = None
     seats: tuple[SeatNode, ...] = ()
     surface: SurfaceFile | None = None
-    residual_vectors: bool = False
-    mass_normalized: bool = False
     modal_damping: float | DampingCurve | None = None
     structural_damping: bool = False
     engine_plane: EnginePlane | None = None
@@ -189,7 +183,7 @@ class ModalResults(Housing):
 
     def __post_init__(self) -> None:
         if self.modal_damping is not None:
-            check_modal_damping(self.modal_damping, "ModalResults")
+            check_modal_damping(self.modal_damping, type(self).__name__)
         _check_opening(self.opening)
         check_names([seat.name for seat in self.seats], "seats")
 
@@ -198,15 +192,16 @@ class ModalResults(Housing):
         """True where a file contains the radiating surface."""
         return self.surface is not None
 
+    @abstractmethod
     def model(self, case: GearboxCase) -> ModalModel:
         """Read the modes."""
-        folder = Path(case.folder)
-        return interop.read_modal_model(
-            folder / self.file,
-            units=self.units,
-            mass_normalized=self.mass_normalized,
-            deck=None if self.deck is None else folder / self.deck,
-        )
+
+    @abstractmethod
+    def complete(self, modes: ModalModel, highest: float, seats: int) -> bool:
+        """Return True where the modes above `highest` (Hz) make the whole static flexibility of the seats."""
+
+    def _path(self, case: GearboxCase, name: str | None) -> Path | None:
+        return None if name is None else Path(case.folder) / name
 
     @property
     def _nodes(self) -> dict[str, int]:
@@ -249,9 +244,85 @@ class ModalResults(Housing):
             engine_plane=self.engine_plane,
             opening=self.opening,
             surface=surface,
-            residual_vectors=self.residual_vectors,
+            residual_vectors=self.complete(modes, knobs.mode_ratio * case.band.high, len(seats)),
         )
         return reduced.replace(structural_damping=self.structural_damping)
+
+
+@dataclass(frozen=True)
+class ModalResults(HousingModes):
+    """Normal modes from a file: universal file (55, 2414), HDF5 or Nastran results, in the frame of the case.
+
+    Parameters
+    ----------
+    residual_vectors : bool
+        True where the uppermost modes are residual vectors of unit forces at the seats, which complete the static
+        flexibility.
+    mass_normalized : bool
+        True where the shapes have modal mass 1 in the units of the file, whatever modal mass it states.
+    """
+
+    residual_vectors: bool = False
+    mass_normalized: bool = False
+
+    def model(self, case: GearboxCase) -> ModalModel:
+        """Read the modes."""
+        return interop.read_modal_model(
+            Path(case.folder) / self.file,
+            units=self.units,
+            mass_normalized=self.mass_normalized,
+            deck=self._path(case, self.deck),
+        )
+
+    def complete(self, modes: ModalModel, highest: float, seats: int) -> bool:
+        """Return `residual_vectors`."""
+        return self.residual_vectors
+
+
+@dataclass(frozen=True)
+class Superelement(HousingModes):
+    """Reduced stiffness and mass from files: DMIG, OP4, or text matrices of Abaqus and CalculiX.
+
+    Parameters
+    ----------
+    further_files : tuple of str
+        Paths of the other matrices, relative to the case.
+    stiffness_matrix, mass_matrix : str, optional
+        Names of the matrices; None: the usual ones, such as KAAX and MAAX.
+    damping_matrix : str, optional
+        Name of viscous damping; None: the usual one, or none. Complex stiffness damps, too.
+    recovery_matrix : str, optional
+        Name of the motions of the skin's nodes per unknown; None: the usual one, such as MUG1.
+    boundary_nodes : tuple of int
+        Boundary nodes in the order of matrices of OP4, six motions each; modal coordinates follow them.
+    """
+
+    further_files: tuple[str, ...] = ()
+    stiffness_matrix: str | None = None
+    mass_matrix: str | None = None
+    damping_matrix: str | None = None
+    recovery_matrix: str | None = None
+    boundary_nodes: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require(self.units is not None, "Superelement: matrices state no units: give units, such as mm-t-s")
+
+    def model(self, case: GearboxCase) -> ModalModel:
+        """Read the matrices as modes."""
+        assert self.units is not None
+        folder = Path(case.folder)
+        files = interop.SuperelementFiles(
+            tuple(folder / name for name in (self.file, *self.further_files)),
+            self._path(case, self.deck),
+            self.boundary_nodes,
+        )
+        names = interop.MatrixNames(self.stiffness_matrix, self.mass_matrix, self.damping_matrix, self.recovery_matrix)
+        return interop.read_superelement(files, units=self.units, names=names)
+
+    def complete(self, modes: ModalModel, highest: float, seats: int) -> bool:
+        """Return True where enough modes lie above `highest`: matrices have all of theirs."""
+        return int((modes.frequency > highest).sum()) >= 3 * seats
 
 
 def _check_opening(opening: float | None) -> None:

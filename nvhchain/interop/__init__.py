@@ -4,6 +4,7 @@ from nvhchain.interop.forces.channels import Record
 from nvhchain.interop.forces.force_channels import BearingChannels, ForceChannels
 from nvhchain.interop.forces.forces import read_bearing_forces, read_record, write_bearing_forces
 from nvhchain.interop.forces.uff58 import write_pressure_uff
+from nvhchain.interop.matrices.reduced import MatrixNames, SuperelementFiles, read_superelement
 from nvhchain.interop.models import read_modal_model, read_solid_model
 from nvhchain.interop.modes.modal_hdf5 import read_modal_hdf5, write_modal_hdf5
 from nvhchain.interop.modes.modal_uff import read_modal_uff
@@ -21,7 +22,9 @@ __all__ = [
     "BearingChannels",
     "ForceChannels",
     "GearUnit",
+    "MatrixNames",
     "Record",
+    "SuperelementFiles",
     "read_abaqus",
     "read_bearing_forces",
     "read_modal_hdf5",
@@ -31,6 +34,7 @@ __all__ = [
     "read_record",
     "read_rexs",
     "read_solid_model",
+    "read_superelement",
     "write_abaqus",
     "write_bearing_forces",
     "write_craig_bampton",

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from nvhchain import acoustics, chain, interop, levels, plots
-from nvhchain.case import Cad, Case, GearboxCase, HousingModel
+from nvhchain import acoustics, chain, levels, plots
+from nvhchain.case import Cad, Case, GearboxCase
 from nvhchain.errors import InputError, require
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fem.solid_model import SolidModel
@@ -115,12 +115,7 @@ def _panels(case: GearboxCase, surface: Surface) -> Panels | None:
         return casting_panels(case.housing, surface)
     if isinstance(case.housing, Cad):  # its faces have no names
         return None
-    given, path = case.housing, Path(case.folder) / case.housing.file
-    model: SolidModel | ModalModel
-    if isinstance(given, HousingModel):
-        model = interop.read_solid_model(path, units=given.units, spc=given.spc)
-    else:
-        model = interop.read_modal_model(path, units=given.units, mass_normalized=given.mass_normalized)
+    model: SolidModel | ModalModel = case.housing.model(case)
     members = dict(model.groups)
     if isinstance(model, ModalModel):  # its file may hold nodes off the skin, such as those of the seats
         members = {name: rows[np.isin(rows, model.triangles)] for name, rows in members.items()}

@@ -12,7 +12,7 @@ from nvhchain.housing.imported.repair import sound_mesh
 from nvhchain.housing.imported.solid_model import append_seats, constrained
 from nvhchain.interop import write_craig_bampton, write_nastran
 from nvhchain.interop.matrices.dmig import read_dmig
-from nvhchain.interop.matrices.reduced import MatrixNames, SuperelementFiles, read_superelement
+from nvhchain.interop.matrices.reduced import SuperelementFiles, read_superelement
 from nvhchain.testing.elements import held_box
 from tests.interop.matrix_files import write_coordinates, write_dmig, write_mtx
 

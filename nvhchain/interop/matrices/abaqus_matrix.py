@@ -13,7 +13,7 @@ from nvhchain.interop.solids.abaqus_keywords import real
 
 
 def read_abaqus_matrices(path: Path) -> dict[str, LabelledMatrix]:
-    """Return the matrices of a file: `STIFFNESS`, `MASS`, … of a user element, or the one of its lines by the name of the file.
+    """Return the matrices of a file: `STIFFNESS`, `MASS`, … of a user element, or one by the name of the file.
 
     Raises FileFormatError for a damaged file.
     """
@@ -56,8 +56,8 @@ def _user_element(path: Path, lines: list[str]) -> dict[str, LabelledMatrix]:
         elif upper.startswith("*"):
             place = ""
         elif place in ("freedoms", "nodes") and upper:
-            cells = [int(cell) for cell in _cells(upper)]
-            freedoms.append((1, cells) if not freedoms else (cells[0], cells[1:]))
+            stated = [int(cell) for cell in _cells(upper)]
+            freedoms.append((1, stated) if not freedoms else (stated[0], stated[1:]))
         elif place in numbers:
             numbers[place] += [real(cell) for cell in _cells(upper)]
     require(bool(nodes), f"{path}: states no nodes (** ELEMENT NODES)")
@@ -108,7 +108,7 @@ def _coordinates(path: Path, lines: list[str]) -> dict[str, LabelledMatrix]:
     at = {unknown: i for i, unknown in enumerate(unknowns)}
     require(
         all(column in at for _, column, _ in entries),
-        f"{path}: a column has no row: one triangle with its diagonal, or all",
+        f"{path}: a column has no row: write one triangle with its diagonal, or all",
     )
     full, given = np.zeros((len(unknowns),) * 2), np.zeros((len(unknowns),) * 2, dtype=bool)
     for row, column, value in entries:

@@ -44,7 +44,7 @@ _NO_MASS, _NEGATIVE = 1e-13, 1e-9
 """Modal mass over the largest one, per shifted stiffness: below it a mode is massless, or a matrix is indefinite."""
 
 _ASYMMETRY = 1e-5
-"""Largest difference from the transpose over the largest entry; files hold six digits at least."""
+"""Largest difference from the transpose over the diagonal; files hold six digits at least."""
 
 
 @dataclass(frozen=True)
@@ -202,12 +202,13 @@ def _square(matrix: LabelledMatrix, unknowns: tuple[Unknown, ...], source: str) 
         f"{source}: {matrix.name} is of shape {' × '.join(map(str, values.shape))}, the stiffness of {n} × {n}",
     )
     require(bool(np.isfinite(values).all()), f"{source}: {matrix.name} holds a value that is not finite")
-    largest = np.abs(values).max(initial=0.0)
-    odd = np.abs(values - values.T).max(initial=0.0)
+    size = np.sqrt(np.abs(np.diagonal(values)))
+    scale = np.maximum(np.outer(size, size), 1e-12 * np.abs(values).max(initial=0.0))
+    odd = float((np.abs(values - values.T) / np.maximum(scale, 1e-300)).max(initial=0.0))
     require(
-        odd <= _ASYMMETRY * largest,
-        f"{source}: {matrix.name} is not symmetric, by {odd / max(largest, 1e-300):.2g} of its largest entry: a passive "
-        "housing has symmetric matrices",
+        odd <= _ASYMMETRY,
+        f"{source}: {matrix.name} is not symmetric, by {odd:.2g} of its diagonal: a passive housing has symmetric "
+        "matrices",
     )
     return np.asarray((values + values.T) / 2)
 

@@ -7,9 +7,13 @@ import scipy.sparse as sp
 
 from nvhchain.errors import InputError
 from nvhchain.fem import lowest_modes
+from nvhchain.fidelity import DRAFT
+from nvhchain.housing import housing_from_modes, reduce_model
 from nvhchain.housing.exchange.craig_bampton import craig_bampton
 from nvhchain.housing.imported.repair import sound_mesh
+from nvhchain.housing.imported.seats import bearing_seats
 from nvhchain.housing.imported.solid_model import append_seats, constrained
+from nvhchain.housing.modes.response import face_displacement
 from nvhchain.interop import write_craig_bampton, write_nastran
 from nvhchain.interop.matrices.dmig import read_dmig
 from nvhchain.interop.matrices.reduced import SuperelementFiles, read_superelement
@@ -80,6 +84,22 @@ def test_every_format_has_the_modes_of_the_matrices_and_of_the_whole_model(kind,
     exact = np.linalg.inv(made.stiffness)[:3, :3]
     static = found.shapes[:, seat].T @ (found.shapes[:, seat] / (2 * np.pi * found.frequency[:, None]) ** 2)
     assert np.abs(static - exact).max() < 1e-6 * np.abs(exact).max()
+
+
+def test_velocity_of_the_surface_is_that_of_the_whole_model(body, tmp_path):
+    model, *_ = body
+    seat = {"S": model.rigid_sets[1].reference}
+    options = {"f_max": 5000.0, "surface_size": 0.02, "modal_damping": 0.02, "fidelity": DRAFT.housing}
+    whole = reduce_model(model, bearing_seats(model, seat), **options)
+    modes = read_superelement(files_of("DMIG", body, tmp_path), units="mm-t-s")
+    matrices = housing_from_modes(modes, seat, residual_vectors=True, **options)
+    lines = np.linspace(200.0, 5000.0, 97)
+    force = np.tile(np.array([1.0, 2.0j, -0.5 + 0.3j]), (len(lines), 1))
+    squares = [
+        ((lines[:, None] * np.abs(face_displacement(one, lines, force))) ** 2 @ one.surface.areas).sum()
+        for one in (whole, matrices)
+    ]
+    assert abs(10 * np.log10(squares[1] / squares[0])) < 0.1
 
 
 def test_complex_stiffness_and_viscous_damping_damp_the_modes(body, tmp_path):

@@ -291,5 +291,5 @@ def _motions(
             require(node in row, f"{source}: boundary node {node} has no GRID: state the deck with it")
             motions[row[node], component - 1] = 0.0
             motions[row[node], component - 1, place] = 1.0
-    moved = np.abs(motions).max(axis=(1, 2)) > 0
-    return labels[moved], motions[moved]
+    stated = (np.abs(motions).max(axis=(1, 2)) > 0) | (recovery.rows is None)  # DMIG leaves out zeros
+    return labels[stated], motions[stated]

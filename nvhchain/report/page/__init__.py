@@ -40,6 +40,7 @@ def write_page(folder: str | Path) -> Path:
             f"{folder}: summary.json or case.json is not what `nvhchain run` or `compare` leaves ({error!r:.100}): "
             "run it again"
         ) from None
-    page = rendered(stored, [section for section in sections if section[2]])
+    title = " and ".join(run.name for run in stored.runs) + ": sound"
+    page = rendered(title, [section for section in sections if section[2]])
     write_text(stored.folder / "report.html", page)
     return stored.folder / "report.html"

@@ -12,16 +12,15 @@ from plotly.offline import get_plotlyjs
 
 from nvhchain import __version__
 from nvhchain.names import printable
-from nvhchain.report.page.stored import Stored
 
 
-def rendered(stored: Stored, sections: Sequence[tuple[str, str, Sequence[Any]]]) -> str:
+def rendered(title: str, sections: Sequence[tuple[str, str, Sequence[Any]]]) -> str:
     """Return the page.
 
     Parameters
     ----------
-    stored : Stored
-        Results.
+    title : str
+        Title of the browser's tab.
     sections : sequence of (str, str, sequence)
         Name, title and blocks of every section.
     """
@@ -34,7 +33,7 @@ def rendered(stored: Stored, sections: Sequence[tuple[str, str, Sequence[Any]]])
         finalize=lambda value: printable(value) if isinstance(value, str) and not isinstance(value, Markup) else value,
     )
     page = environment.get_template("page.html").render(
-        stored=stored,
+        title=title,
         sections=sections,
         version=__version__,
         style=_own("page.css"),

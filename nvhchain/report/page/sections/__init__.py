@@ -1,22 +1,11 @@
 """Sections of the page: each module has a TITLE and a function `blocks` of the stored results, empty without any."""
 
-from nvhchain.report.page.sections import (
-    answer,
-    bearing_forces,
-    cases,
-    contributions,
-    differences,
-    history,
-    housing,
-    levels,
-    limits,
-    making,
-    run_up,
-    spectrum,
-    steady_states,
-    transmission_errors,
-)
+from nvhchain.report.page.sections import answer, cases, limits, making
+from nvhchain.report.page.sections.bodies import housing
+from nvhchain.report.page.sections.causes import bearing_forces, contributions, transmission_errors
+from nvhchain.report.page.sections.lines import differences, history, levels, spectrum
 from nvhchain.report.page.sections.listening import hearing, microphones, sound, targets
+from nvhchain.report.page.sections.speed import run_up, steady_states
 
 SECTIONS = (
     answer,

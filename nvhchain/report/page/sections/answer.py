@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -18,15 +17,15 @@ from nvhchain.report.page.blocks import (
     axes,
     bars,
     colour,
-    dash,
     label,
     limits_text,
     rounded,
     symbol,
     whiskers,
 )
-from nvhchain.report.page.sections.levels import UNITS
-from nvhchain.report.page.sections.steady_states import over_steady_speeds, stored_states
+from nvhchain.report.page.sections.lines.levels import UNITS
+from nvhchain.report.page.sections.speed.run_up import over_speed_traces, speed_range
+from nvhchain.report.page.sections.speed.steady_states import over_steady_speeds, stored_states
 from nvhchain.report.page.stored import Stored, StoredRun
 from nvhchain.report.sound.targets import target_sentence
 from nvhchain.report.verdict import SILENCE, verdict
@@ -225,58 +224,6 @@ def _over_speed(stored: Stored) -> Figure | None:
         layout,
         height=300,
     )
-
-
-def over_speed_traces(runs: tuple[StoredRun, ...]) -> list[dict[str, Any]]:
-    """Return the curves of the overall level over speed, with limits."""
-    traces: list[dict[str, Any]] = []
-    floor = speed_range(runs)[0] - 40.0
-    for number, run in enumerate(runs):
-        rows = sorted(run.summary.get("over_speed", []), key=lambda row: float(row["speed_rpm"]))
-        if not rows:
-            continue
-        speed = [row["speed_rpm"] for row in rows]
-        low = [floor if row["limits_dBA"][0] is None else row["limits_dBA"][0] for row in rows]
-        high = [row["level_dBA"] if row["limits_dBA"][1] is None else row["limits_dBA"][1] for row in rows]
-        traces.append(
-            {
-                "type": "scatter",
-                "mode": "lines",
-                "x": rounded([*speed, *reversed(speed)], 1),
-                "y": rounded([*high, *reversed(low)]),
-                "fill": "toself",
-                "fillcolor": colour(number),
-                "opacity": 0.15,
-                "line": {"width": 0},
-                "hoverinfo": "skip",
-                "showlegend": False,
-                "legendgroup": label(run.name),
-            }
-        )
-        traces.append(
-            {
-                "type": "scatter",
-                "mode": "lines+markers",
-                "name": label(run.name),
-                "legendgroup": label(run.name),
-                "x": rounded(speed, 1),
-                "y": rounded(row["level_dBA"] for row in rows),
-                "line": {"color": colour(number), "dash": dash(number), "width": 2},
-                "marker": {"symbol": symbol(number), "size": 6},
-                "hovertemplate": "%{x:.0f} rpm: %{y:.1f} dB(A)<extra>" + label(run.name) + "</extra>",
-            }
-        )
-    return traces
-
-
-def speed_range(runs: tuple[StoredRun, ...]) -> list[float]:
-    """Return the range of levels (dB) of figures over speed: 45 dB below the highest level, up to the highest limit."""
-    rows: list[Mapping[str, Any]] = [row for run in runs for row in run.summary.get("over_speed", [])]
-    if not rows:
-        return [0.0, 1.0]
-    top = max(float(row["level_dBA"]) for row in rows)
-    limit = max([top, *(row["limits_dBA"][1] or top for row in rows)])
-    return [top - 45.0, min(limit, top + 25.0) + 3.0]
 
 
 def _listen(stored: Stored) -> str:

@@ -1,0 +1,1 @@
+"""Sections with bodies: housing, modes and gears."""

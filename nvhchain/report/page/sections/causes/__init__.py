@@ -1,0 +1,1 @@
+"""Sections on causes: parts of a difference, contributions, forces and transmission errors."""

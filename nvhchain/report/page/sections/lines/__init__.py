@@ -1,0 +1,1 @@
+"""Sections on lines and orders at constant speed."""

@@ -1,0 +1,1 @@
+"""Sections over speed: run-ups and steady states."""

@@ -1,8 +1,8 @@
 """Results for people: figures, tables, sound files, summary.json and an HTML page."""
 
 from nvhchain.report.case_record import recorded_case
+from nvhchain.report.causes.contributions import contributions
 from nvhchain.report.comparison import OPERATORS, check_comparable, compare, write_run
-from nvhchain.report.contributions import contributions
 from nvhchain.report.drawing import draw
 from nvhchain.report.exchange import export_craig_bampton
 from nvhchain.report.gear_pictures import draw_case, loaded_gear

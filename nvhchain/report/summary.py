@@ -16,6 +16,7 @@ from nvhchain.error_band.files import finite
 from nvhchain.files.hdf5 import write_text
 from nvhchain.gear import quasi_static_transmission_error
 from nvhchain.handoff import FieldPressure, FloatArray
+from nvhchain.report.causes.differences import causes
 from nvhchain.report.marks import mesh_orders, order_marks, slot_orders
 from nvhchain.report.run_up import run_up_curves, run_up_summary
 from nvhchain.report.sound.targets import judge
@@ -92,6 +93,8 @@ def _configurations(results: Mapping[str, Result]) -> dict[str, Any]:
     first, *others = results
     for name in others:
         found[name] |= _difference(results[first], results[name])
+        if because := causes(results[first], results[name]):
+            found[name]["causes"] = because
     return found
 
 

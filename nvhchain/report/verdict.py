@@ -18,6 +18,9 @@ LINES = 3
 LEAST_SHARE = 0.05
 """Least share in the difference of energy of a line that is named."""
 
+SAME = 0.03
+"""Relative change of a mode's pressure below which its phase counts."""
+
 SILENCE = -100.0
 """Level (dB) at and below which a line counts as silent."""
 
@@ -38,9 +41,9 @@ def verdict(summary: Mapping[str, Any]) -> list[str]:
 
     Notes
     -----
+    Parts of lines add up to the difference; `causes` of a configuration name their modes and paths.
     The limits of a difference are those of `nvhchain.error_band.difference_limits`. For run-ups they are those at which
-    the errors of both levels add up. The energies of lines are
-    A-weighted; a line's share is its part in the difference of both energies.
+    the errors of both levels add up.
     """
     (base, first), *others = summary["configurations"].items()
     if not others:
@@ -131,26 +134,62 @@ def _curve(rows: Sequence[Mapping[str, float]]) -> tuple[Any, Any]:
 
 def _lines(name: str, other: Mapping[str, Any], base: str, first: Mapping[str, Any]) -> list[str]:
     """Return a line of text for each of the lines that make most of the difference."""
-    levels = [{round(line["order"], 6): line for line in of["orders"]} for of in (first, other)]
     if min(first["overall_dBA"], other["overall_dBA"]) <= SILENCE:
         return []
-    rows = []
+    difference = other["overall_dBA"] - first["overall_dBA"]
+    if not difference:
+        return []
+    mesh, slots = first.get("mesh_orders", {}), first.get("slot_orders", {}) | other.get("slot_orders", {})
+    lines = [of for of in other.get("causes") or _by_level(other, first) if of["order"] is not None]
+    lines.sort(key=lambda of: -of["part_db"] / difference)
+    return [
+        f"  {_number(part * np.sign(difference))} of {abs(difference):.1f} dB: "
+        f"{_line(of, _origin(of['order'], mesh, slots))}{_level(of['levels_dBA'][0])} → "
+        f"{_level(of['levels_dBA'][1])} dB(A){'' if number else f' from {base} to {name}'}"
+        f"{_reason(of, order_name(of['order'], mesh, slots))}"
+        for number, of in enumerate(lines[:LINES])
+        if (part := of["part_db"]) / difference >= LEAST_SHARE
+    ]
+
+
+def _line(cause: Mapping[str, Any], origin: str) -> str:
+    """Return the name of a line, with a comma at its end."""
+    order, frequency = cause["order"], cause["frequency_hz"]
+    return f"{frequency:.0f} Hz, " if order == frequency else f"order {order:g} ({frequency:.0f} Hz{origin}), "
+
+
+def _by_level(other: Mapping[str, Any], first: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return lines with their parts in the difference, from levels alone."""
+    levels = [{round(line["order"], 6): line for line in of["orders"]} for of in (first, other)]
+    found = []
     for order in sorted(set(levels[0]) | set(levels[1])):
         weighted = [_weighted(of.get(order)) for of in levels]
         frequency = (levels[1].get(order) or levels[0][order])["frequency_hz"]
-        rows.append((10 ** (weighted[1] / 10) - 10 ** (weighted[0] / 10), order, frequency, *weighted))
-    total = sum(row[0] for row in rows)
-    if not total:
-        return []
-    rows.sort(key=lambda row: -row[0] / total)
-    mesh, slots = first.get("mesh_orders", {}), first.get("slot_orders", {}) | other.get("slot_orders", {})
-    return [
-        f"  order {order:g} ({frequency:.0f} Hz{_origin(order, mesh, slots)}): "
-        f"{_level(before)} → {_level(after)} dB(A) from {base} to {name}, "
-        f"{100 * change / total:.0f} % of the difference in energy"
-        for change, order, frequency, before, after in rows[:LINES]
-        if change / total >= LEAST_SHARE
-    ]
+        change = 10 ** (weighted[1] / 10) - 10 ** (weighted[0] / 10)
+        found.append({"order": order, "frequency_hz": frequency, "levels_dBA": weighted, "part_db": change})
+    total = sum(of["part_db"] for of in found)
+    scale = (other["overall_dBA"] - first["overall_dBA"]) / total if total else 0.0
+    return [of | {"part_db": scale * of["part_db"]} for of in found]
+
+
+def _reason(cause: Mapping[str, Any], origin: str) -> str:
+    """Return the mode and the path that make most of a line's part; empty without them."""
+    part = cause["part_db"]
+    listed = [[of for of in cause.get(kind, []) if "pressure_Pa" in of] for kind in ("modes", "paths")]
+    if not all(listed):
+        return ""
+    mode, path = (max(of, key=lambda one: one["part_db"] / part) for of in listed)
+    if min(mode["part_db"] / part, path["part_db"] / part) <= 0:
+        return ""
+    frequency = mode["name"].partition(", ")[2]
+    what = f"the mode at {frequency}" if frequency else "motion outside the modes"
+    before, after = mode["pressure_Pa"]
+    change = "in another phase" if abs(after - before) <= SAME * before else "more" if after > before else "less"
+    bearing, _, axis = path["name"].rpartition(" ")
+    return (
+        f", because {origin or 'it'} excites {what} {change} ({_number(abs(mode['part_db']))} dB), "
+        f"most through bearing {bearing} in {axis}"
+    )
 
 
 def _origin(order: float, mesh: Mapping[str, float], slots: Mapping[str, float]) -> str:
@@ -170,8 +209,8 @@ def _weighted(line: Mapping[str, float] | None) -> float:
     return -inf if line is None else line["level_db"] + float(a_weighting(line["frequency_hz"]))
 
 
-def _level(value: float) -> str:
-    return "silence" if value <= SILENCE else _number(value)
+def _level(value: float | None) -> str:
+    return "silence" if value is None or value <= SILENCE else _number(value)
 
 
 def _ends(limits: Sequence[float | None]) -> tuple[float, float]:

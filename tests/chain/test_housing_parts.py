@@ -186,7 +186,7 @@ def test_groups_of_an_imported_model_are_its_panels(case, told, tmp_path):
     from nvhchain.housing.casting.mesh import mesh_casting
     from nvhchain.housing.exchange.casting_model import casting_model
     from nvhchain.interop import write_nastran
-    from nvhchain.report.contributions import _panels
+    from nvhchain.report.causes.contributions import _panels
 
     mesh = mesh_casting(case.housing, HousingFidelity(element_size=0.04, elements_per_turn=10))
     write_nastran(casting_model(mesh, case.housing), tmp_path / "housing.bdf", units="mm-t-s")

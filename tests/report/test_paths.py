@@ -7,7 +7,7 @@ import pytest
 
 from nvhchain.files import hdf5
 from nvhchain.report import write_page
-from nvhchain.report.paths import stored_parts
+from nvhchain.report.causes.paths import stored_parts
 from nvhchain.testing import ball_with_modes
 
 pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # a coarse ball on purpose

@@ -59,8 +59,8 @@ def test_lines_that_make_the_difference_are_named_with_their_weighted_levels_and
         configuration({1: 60.0, 2: 60.0, 4: 50.0}, [62, 64]),
     )
     assert verdict(summary(a=first, b=second))[1:] == [
-        "  order 2 (2000 Hz): 50.0 → 60.0 dB(A) from a to b, 91 % of the difference in energy",
-        "  order 4 (4000 Hz): silence → 50.0 dB(A) from a to b, 10 % of the difference in energy",
+        "  2.5 of 2.8 dB: order 2 (2000 Hz), 50.0 → 60.0 dB(A) from a to b",
+        "  0.3 of 2.8 dB: order 4 (4000 Hz), silence → 50.0 dB(A)",
     ]
 
 

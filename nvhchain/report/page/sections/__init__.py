@@ -2,13 +2,14 @@
 
 from nvhchain.report.page.sections import answer, cases, limits, making
 from nvhchain.report.page.sections.bodies import housing
-from nvhchain.report.page.sections.causes import bearing_forces, contributions, transmission_errors
+from nvhchain.report.page.sections.causes import bearing_forces, contributions, transmission_errors, why
 from nvhchain.report.page.sections.lines import differences, history, levels, spectrum
 from nvhchain.report.page.sections.listening import hearing, microphones, sound, targets
 from nvhchain.report.page.sections.speed import run_up, steady_states
 
 SECTIONS = (
     answer,
+    why,
     targets,
     sound,
     hearing,

@@ -11,10 +11,10 @@ from nvhchain import levels
 from nvhchain.errors import InputError
 from nvhchain.handoff import FieldPressure, FloatArray, ForceSpectrum, SurfaceVelocity
 from nvhchain.housing.casting.contributions import Contributions
+from nvhchain.report.causes.paths import stored_parts
 from nvhchain.report.marks import order_name
 from nvhchain.report.page.blocks import Figure, Text, axes, bars, grid, label, rounded
 from nvhchain.report.page.stored import Stored
-from nvhchain.report.paths import stored_parts
 
 TITLE = "Contributions"
 

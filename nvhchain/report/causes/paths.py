@@ -54,12 +54,6 @@ def stored_parts(
         Paths (bearing and direction: force times noise transfer function) and modes. None where no operators add up to
         the stored pressure.
     """
-    rows = [np.abs(of.frequency[:, None] - frequency).argmin(axis=0) for of in (pressure, forces)]
-    lines = forces.frequency[rows[1]]
-    heard = pressure.pressure[rows[0]]
-    if np.abs(pressure.frequency[rows[0]] - lines).max() > 1e-6 * lines.max():
-        return None
-    load = forces.replace(frequency=lines, force=forces.force[rows[1]])
     surface = velocity.surface.content_hash
     try:
         fidelity = AcousticsFidelity(**pressure.provenance["fidelity"])
@@ -67,20 +61,57 @@ def stored_parts(
         fidelity = STANDARD.acoustics
     for vectors in _radiating(operators, TransferVectors, surface):
         for housing in _radiating(operators, ReducedHousing, surface):
-            try:
-                with warnings.catch_warnings():
-                    warnings.simplefilter("ignore")  # the run has given them
-                    modal = acoustics.modal_transfer_vectors(vectors, housing, lines, fidelity=fidelity)
-                    functions = acoustics.noise_transfer_functions(modal, housing).functions
-                    modes = modal_contributions(modal, housing, load)
-            except InputError:
-                continue
-            force = load.sort_bearings(housing.names)
-            parts = functions.reshape(*functions.shape[:2], -1) * force[:, None, :]
-            if np.abs(parts.sum(axis=2) - heard).max() <= SUM_ERROR * np.abs(heard).max():
-                names = tuple(f"{name} {axis}" for name in housing.names for axis in "xyz")
-                return Contributions(lines, pressure.points, names, parts), modes
+            found = line_parts(pressure, forces, housing, vectors, frequency, fidelity=fidelity)
+            if found is not None:
+                return found
     return None
+
+
+def line_parts(
+    pressure: FieldPressure,
+    forces: ForceSpectrum,
+    housing: ReducedHousing,
+    vectors: TransferVectors,
+    frequency: FloatArray,
+    *,
+    fidelity: AcousticsFidelity,
+) -> tuple[Contributions, Contributions] | None:
+    """Return the pressure by path and by mode at single lines.
+
+    Parameters
+    ----------
+    pressure, forces, housing, vectors
+        Hand-offs of the run.
+    frequency : (n,) array
+        Lines of the run (Hz), rising.
+    fidelity : AcousticsFidelity
+        Knobs of the interpolation of transfer vectors.
+
+    Returns
+    -------
+    tuple of Contributions or None
+        Paths and modes; None where they do not add up to the pressure.
+    """
+    rows = [np.abs(of.frequency[:, None] - frequency).argmin(axis=0) for of in (pressure, forces)]
+    lines = forces.frequency[rows[1]]
+    heard = pressure.pressure[rows[0]]
+    if np.abs(pressure.frequency[rows[0]] - lines).max() > 1e-6 * lines.max():
+        return None
+    load = forces.replace(frequency=lines, force=forces.force[rows[1]])
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # the run has given them
+            modal = acoustics.modal_transfer_vectors(vectors, housing, lines, fidelity=fidelity)
+            functions = acoustics.noise_transfer_functions(modal, housing).functions
+            modes = modal_contributions(modal, housing, load)
+    except InputError:
+        return None
+    force = load.sort_bearings(housing.names)
+    parts = functions.reshape(*functions.shape[:2], -1) * force[:, None, :]
+    if np.abs(parts.sum(axis=2) - heard).max() > SUM_ERROR * np.abs(heard).max():
+        return None
+    names = tuple(f"{name} {axis}" for name in housing.names for axis in "xyz")
+    return Contributions(lines, pressure.points, names, parts), modes
 
 
 def _radiating(files: Sequence[Path], kind: type[H], surface: str) -> list[H]:

@@ -1,0 +1,181 @@
+"""Parts of the difference of two designs: decibels by line, and by mode and path of the loudest lines."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from nvhchain import levels
+from nvhchain.chain.result import Result
+from nvhchain.handoff import ComplexArray, FieldPressure, FloatArray
+from nvhchain.report.causes.paths import line_parts
+
+LINES = 8
+"""Largest number of lines that are split into modes and paths."""
+
+PARTS = 11
+"""Largest number of modes or paths of a line; the others are one more part."""
+
+OTHERS = "all others"
+"""Name of the part that holds what is not listed."""
+
+
+@dataclass(frozen=True, eq=False)
+class LineDifference:
+    """Lines of two designs side by side at one field point.
+
+    Parameters
+    ----------
+    order : (n,) array
+        Order of the input, or frequency (Hz) of a source that does not turn.
+    frequency : (n, 2) array
+        Frequency of the line in both designs (Hz); NaN where a design has no such line.
+    pressure : (n, 2) complex array
+        A-weighted pressure in both designs (Pa, peak).
+    part : (n,) array
+        Part of each line in the difference of the overall levels (dB).
+    """
+
+    order: FloatArray
+    frequency: FloatArray
+    pressure: ComplexArray
+    part: FloatArray
+
+
+def line_differences(first: FieldPressure, second: FieldPressure) -> LineDifference:
+    """Return the part of every line in the difference of two overall A-weighted levels.
+
+    Parameters
+    ----------
+    first, second : FieldPressure
+        Sound of both designs; the first field point counts.
+
+    Returns
+    -------
+    LineDifference
+        Lines by rising order.
+
+    Notes
+    -----
+    With the energies E₁ = Σ e₁ and E₂ = Σ e₂, the part of a line is (e₂ − e₁)/M. M = (E₂ − E₁)/(L₂ − L₁) is the
+    logarithmic mean times ln 10/10. The parts add up to L₂ − L₁, also where single lines oppose it.
+    """
+    found: dict[float, list[tuple[float, complex]]] = {}
+    turning = min(first.input_speed, second.input_speed) > 0
+    for place, of in enumerate((first, second)):
+        gain = 10 ** (levels.a_weighting(np.maximum(of.frequency, 1e-3)) / 20)
+        key = of.frequency / (of.input_speed / (2 * np.pi)) if turning else of.frequency
+        for at, f, p in zip(key.tolist(), of.frequency.tolist(), (gain * of.pressure[:, 0]).tolist(), strict=True):
+            found.setdefault(round(at, 6), [(np.nan, 0j), (np.nan, 0j)])[place] = (f, p)
+    order = np.array(sorted(found))
+    frequency = np.array([[f for f, _ in found[at]] for at in order.tolist()])
+    pressure = np.array([[p for _, p in found[at]] for at in order.tolist()])
+    energy = np.abs(pressure) ** 2
+    return LineDifference(order, frequency, pressure, (energy[:, 1] - energy[:, 0]) / _mean(energy.sum(axis=0)))
+
+
+def _mean(energy: FloatArray) -> float:
+    """Return energy per decibel between two energies: their logarithmic mean times ln 10/10."""
+    before, after = energy.tolist()
+    if min(before, after) <= 0:
+        return float("inf")
+    if abs(after - before) <= 1e-9 * before:
+        return float(before * np.log(10) / 10)
+    return float((after - before) / (10 * np.log10(after / before)))
+
+
+def causes(first: Result, second: Result) -> list[dict[str, Any]]:
+    """Return the lines that make most of the difference of two designs, each by modes and paths.
+
+    Parameters
+    ----------
+    first, second : Result
+        Results at constant speed.
+
+    Returns
+    -------
+    list of dict
+        Lines for summary.json, the largest part first; empty for run-ups and silent designs. `part_db` of all lines
+        and of `all others` adds up to the difference; so does that of the modes, and of the paths, to their line.
+    """
+    if first.pressure is None or second.pressure is None:
+        return []
+    found = line_differences(first.pressure, second.pressure)
+    if not np.abs(found.part).max(initial=0.0):
+        return []
+    strongest = np.argsort(-np.abs(found.part), kind="stable")[:LINES]
+    split = [_split(run, found.frequency[strongest, place]) for place, run in enumerate((first, second))]
+    lines: list[dict[str, Any]] = []
+    for line in strongest.tolist():
+        of = [by.get(float(f), ({}, {})) for by, f in zip(split, found.frequency[line], strict=True)]
+        gain = [_gain(f) for f in found.frequency[line]]
+        energy = np.abs(found.pressure[line]) ** 2
+        scale = found.part[line] / (energy[1] - energy[0]) if energy[1] != energy[0] else 0.0
+        kinds = {
+            kind: split_difference(
+                found.pressure[line],
+                [{name: g * p for name, p in each[number].items()} for g, each in zip(gain, of, strict=True)],
+                scale,
+            )
+            for number, kind in enumerate(("paths", "modes"))
+        }
+        lines.append(
+            {
+                "order": float(found.order[line]),
+                "frequency_hz": float(np.nanmax(found.frequency[line])),
+                "levels_dBA": [float(levels.decibel(p)) if p else None for p in found.pressure[line].tolist()],
+                "part_db": float(found.part[line]),
+                **kinds,
+            }
+        )
+    rest = float(found.part.sum() - sum(of["part_db"] for of in lines))
+    return [*lines, {"order": None, "part_db": rest, "lines": len(found.order) - len(lines)}]
+
+
+def split_difference(pressure: ComplexArray, parts: list[dict[str, complex]], scale: float) -> list[dict[str, Any]]:
+    """Return the parts of a line's difference: modes or paths, and what they leave.
+
+    Parameters
+    ----------
+    pressure : (2,) complex array
+        Pressure of the line in both designs.
+    parts : list of dict
+        Part → its pressure, for both designs.
+    scale : float
+        Decibels per square of a pressure.
+
+    Notes
+    -----
+    |p₂|² − |p₁|² = Σ Re((p₂ᵢ − p₁ᵢ)(p₂ + p₁)*), for any phases.
+    """
+    names = list(dict.fromkeys([*parts[0], *parts[1]]))
+    if not names:
+        return []
+    both = np.array([[of.get(name, 0j) for of in parts] for name in names])
+    part = scale * ((both[:, 1] - both[:, 0]) * np.conj(pressure.sum())).real
+    chosen = np.argsort(-np.abs(part), kind="stable")[:PARTS]
+    total = scale * (abs(pressure[1]) ** 2 - abs(pressure[0]) ** 2)
+    listed = [
+        {"name": names[i], "part_db": float(part[i]), "pressure_Pa": [float(abs(p)) for p in both[i]]} for i in chosen
+    ]
+    return [*listed, {"name": OTHERS, "part_db": float(total - part[chosen].sum())}]
+
+
+def _split(run: Result, frequency: FloatArray) -> dict[float, tuple[dict[str, complex], dict[str, complex]]]:
+    """Return frequency (Hz) → paths and modes with their pressure at the first field point; empty without operators."""
+    lines = np.unique(frequency[np.isfinite(frequency) & (frequency > 0)])
+    pressure, forces, housing, vectors = run.pressure, run.force_spectrum, run.housing, run.transfer_vectors
+    if pressure is None or forces is None or housing is None or vectors is None or not len(lines):
+        return {}
+    parts = line_parts(pressure, forces, housing, vectors, lines, fidelity=run.fidelity.acoustics)
+    if parts is None:
+        return {}
+    paths, modes = ([dict(zip(of.names, line.tolist(), strict=True)) for line in of.pressure[:, 0]] for of in parts)
+    return {float(f): (paths[i], modes[i]) for i, f in enumerate(lines)}
+
+
+def _gain(frequency: float) -> float:
+    """Return the A-weighting as a factor; 0 for no line."""
+    return float(10 ** (levels.a_weighting(frequency) / 20)) if frequency > 0 else 0.0

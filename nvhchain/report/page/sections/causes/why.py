@@ -1,0 +1,103 @@
+"""Why designs differ: parts of the difference by line, mode and path."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from nvhchain.report.marks import order_name
+from nvhchain.report.page.blocks import Figure, Table, Text, axes, label, rounded
+from nvhchain.report.page.stored import Stored, StoredRun
+
+TITLE = "Why"
+
+STRONGEST = 3
+"""Number of modes and of paths that are named beside a line."""
+
+LOUDER, QUIETER, LEVEL = "#d55e00", "#0072b2", "#59636e"
+"""Colours of parts and of levels."""
+
+
+def blocks(stored: Stored) -> list[Any]:
+    """Return the parts of every difference from the first configuration."""
+    base, *others = stored.runs
+    found = [block for run in others if run.summary.get("causes") for block in _difference(stored, base, run)]
+    if not found:
+        return []
+    note = (
+        "Lines add up to the difference of the levels; modes add up to their line, and so do paths. A path is a "
+        "bearing and the direction of its force."
+    )
+    return [Text(note), *found]
+
+
+def _difference(stored: Stored, base: StoredRun, run: StoredRun) -> list[Any]:
+    """Return steps from one level to the other, and the table of lines."""
+    lines = run.summary["causes"]
+    names = [_line(stored, of) for of in lines]
+    ends = [float(each.summary["overall_dBA"]) for each in (base, run)]
+    traces = [
+        {
+            "type": "waterfall",
+            "x": [label(text).replace(" (", "<br>(") for text in (base.name, *names, run.name)],
+            "y": rounded([ends[0], *(of["part_db"] for of in lines), ends[1]], 3),
+            "measure": ["absolute", *["relative"] * len(lines), "total"],
+            "text": [f"{ends[0]:.1f}", *(_signed(of["part_db"]) for of in lines), f"{ends[1]:.1f}"],
+            "textposition": "outside",
+            "increasing": {"marker": {"color": LOUDER}},
+            "decreasing": {"marker": {"color": QUIETER}},
+            "totals": {"marker": {"color": LEVEL}},
+            "connector": {"line": {"color": "#b4bac1", "width": 1}},
+            "hovertemplate": "%{x}: %{text} dB<extra></extra>",
+        }
+    ]
+    steps = [ends[0]]
+    for of in lines:
+        steps.append(steps[-1] + of["part_db"])
+    span = max(max(steps) - min(steps), 1.0)
+    layout = axes("", "level / dB(A)", xaxis={"type": "category", "tickangle": 0, "tickfont": {"size": 11}})
+    layout["yaxis"]["range"] = [min(steps) - 0.25 * span, max(steps) + 0.15 * span]
+    caption = f"From {base.name} to {run.name}, line by line (dB)."
+    head = ("line", f"{base.name} / dB(A)", f"{run.name} / dB(A)", "part / dB", "modes / dB", "paths / dB")
+    rows = [
+        (
+            name,
+            *(_level(of["levels_dBA"][i]) if "levels_dBA" in of else "" for i in (0, 1)),
+            _signed(of["part_db"], 2),
+            *(_strongest(of.get(kind, [])) for kind in ("modes", "paths")),
+        )
+        for name, of in zip(names, lines, strict=True)
+    ]
+    parts = [
+        (name, kind, part["name"], _signed(part["part_db"], 3))
+        for name, of in zip(names, lines, strict=True)
+        for kind in ("modes", "paths")
+        for part in of.get(kind, [])
+    ]
+    table = Table(head, rows, "Strongest parts of each line.")
+    every = Table(("line", "kind", "part", "dB"), parts, "All parts", folded=True, numbers=3)
+    return [Figure(caption, traces, layout, height=340), table, *([every] if parts else [])]
+
+
+def _line(stored: Stored, of: Mapping[str, Any]) -> str:
+    """Return the name of a line, or of all others."""
+    if of["order"] is None:
+        return f"{of['lines']} other lines"
+    if of["order"] == of["frequency_hz"]:
+        return f"{of['frequency_hz']:.0f} Hz"
+    origin = order_name(of["order"], stored.marks.mesh, stored.marks.slots)
+    return f"{of['frequency_hz']:.0f} Hz, order {of['order']:.5g}" + (f" ({origin})" if origin else "")
+
+
+def _strongest(parts: list[Mapping[str, Any]]) -> str:
+    """Return the largest parts, one a row."""
+    named = sorted((of for of in parts if "pressure_Pa" in of), key=lambda of: -abs(of["part_db"]))
+    return "\n".join(f"{of['name']}: {_signed(of['part_db'], 2)}" for of in named[:STRONGEST])
+
+
+def _signed(value: float, digits: int = 1) -> str:
+    return f"{value:+z.{digits}f}".replace("-", "−")
+
+
+def _level(value: float | None) -> str:
+    return "–" if value is None else f"{value:.1f}".replace("-", "−")

@@ -1,0 +1,40 @@
+"""Parts of the difference of two designs: lines, modes and paths add up."""
+
+import numpy as np
+import pytest
+
+from nvhchain.handoff import FieldPressure
+from nvhchain.levels import a_weighting, decibel
+from nvhchain.report.causes.differences import line_differences, split_difference
+
+RNG = np.random.default_rng(1)
+
+
+def sound(orders, size, speed):
+    pressure = size * (RNG.standard_normal((len(orders), 1)) + 1j * RNG.standard_normal((len(orders), 1)))
+    return FieldPressure(orders * speed / (2 * np.pi), [[0, 0, 1]], pressure, speed)
+
+
+def overall(of):
+    return 10 * np.log10(np.sum(10 ** ((decibel(of.pressure[:, 0]) + a_weighting(of.frequency)) / 10)))
+
+
+@pytest.mark.parametrize("louder", [0.2, 1.0, 30.0])
+def test_lines_add_up_to_the_difference_also_at_other_speeds(louder):
+    first, second = sound(np.arange(1.0, 40.0), 0.1, 300.0), sound(np.arange(3.0, 60.0, 0.5), 0.1 * louder, 350.0)
+    found = line_differences(first, second)
+    assert found.part.sum() == pytest.approx(overall(second) - overall(first), abs=1e-9)
+    assert found.order[0] == 1.0
+    assert found.part[0] < 0  # the second has no such line
+    assert np.isnan(found.frequency[0, 1])
+
+
+def test_modes_add_up_to_their_line_whatever_their_phases():
+    before, after = ({f"mode {i}": complex(*RNG.standard_normal(2)) for i in range(40)} for _ in range(2))
+    after |= {"mode 40": 2.0 + 1j}
+    pressure = np.array([sum(before.values()), sum(after.values())])
+    parts = split_difference(pressure, [before, after], 3.0)
+    assert sum(of["part_db"] for of in parts) == pytest.approx(3 * np.diff(np.abs(pressure) ** 2)[0], rel=1e-9)
+    alone = split_difference(np.array([1.0 + 0j, 2.0]), [{"a": 1.0, "b": 0.5j}, {"a": 2.0, "b": 0.5j}], 1.0)
+    assert [of["name"] for of in alone] == ["a", "b", "all others"]
+    assert [of["part_db"] for of in alone] == pytest.approx([3.0, 0.0, 0.0])

@@ -18,6 +18,7 @@ from nvhchain.cli import main
 from nvhchain.files import hdf5
 from nvhchain.handoff import BearingForces, FieldPressure, ForceSpectrum, PressureHistory, SurfaceVelocity
 from nvhchain.report import write_page
+from scripts.browser import CHROMIUM, Browser
 
 SPEED = 2 * np.pi * 50.0
 ORDERS = np.arange(1.0, 41.0)
@@ -157,11 +158,16 @@ def test_every_section_has_its_figures_and_they_are_valid(pair):
     assert lines[0]["origin"][19] == "stage1 × 1"
 
 
-def test_housing_starts_at_the_line_that_is_loudest_in_sound(pair):
-    (body,) = (of["data"] for of in read(write_page(pair)).figures.values() if of["kind"] == "housing")
-    assert body["lines"][body["chosen"]]["text"].startswith("1000.0 Hz, order 20 (stage1 × 1): plain ")
-    assert len(body["runs"][0]["level"]) == len(body["lines"])
-    assert body["runs"][0]["body"]["i"]["dtype"] == "i4"
+def test_housing_starts_at_the_line_that_is_loudest_in_sound_and_holds_its_motion(pair):
+    (figure,) = (of["data"] for of in read(write_page(pair)).figures.values() if of["kind"] == "motion")
+    line = figure["chosen"]
+    assert figure["lines"][line].startswith("1000.0 Hz, order 20 (stage1 × 1): plain ")
+    (surface,) = figure["surfaces"]  # both designs share it
+    step = unpacked(surface["shapes"]["step"])
+    shapes = unpacked(surface["shapes"]["values"]).reshape(len(step), -1) * step[:, None]
+    for run, size in zip(figure["runs"], (1e-5, 1e-4), strict=True):
+        motion = (unpacked(run["real"]) + 1j * unpacked(run["imag"])).reshape(-1, len(step)) @ shapes
+        assert motion[line] == pytest.approx(size * np.ones(shapes.shape[1]), rel=3e-3)
 
 
 def test_values_that_differ_and_the_making_of_every_hand_off_are_tables(pair):
@@ -193,6 +199,30 @@ def test_player_holds_the_lines_of_all_designs_at_one_gain(pair):
     assert unpacked(plain["line"])[line] * plain["rate"] / plain["count"] == pytest.approx(1000.0, rel=1e-5)
 
 
+@pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed: apt install chromium")
+def test_page_in_a_browser_has_no_errors_and_its_body_moves_turns_and_sounds(pair):
+    with Browser(write_page(pair)) as page:
+        page.run("document.querySelector('#housing').scrollIntoView({behavior: 'instant'})")
+        page.wait("document.querySelector('#housing canvas')")
+        pixels = "document.querySelectorAll('#housing canvas')[1].toDataURL()"
+        seen = [page.run(pixels)]
+        page.run("{ const phase = document.querySelector('#housing input.short'); phase.value = 30; phase.oninput(); }")
+        seen.append(page.run(pixels))
+        page.run(
+            "document.querySelector('#housing canvas').onkeydown(new KeyboardEvent('keydown', {key: 'ArrowLeft'}))"
+        )
+        seen.append(page.run(pixels))
+        line = "document.querySelector('#housing output').textContent"
+        before = page.run(line)
+        page.run("{ const slider = document.querySelector('#housing input'); slider.value = 0; slider.oninput(); }")
+        assert len(set(seen)) == 3  # at rest, moved, turned
+        assert page.run(line) != before
+        assert page.run("document.querySelectorAll('#answer .js-plotly-plot').length") >= 2
+        page.run("document.querySelector('#sound .play').click()")
+        assert page.run("document.querySelector('#sound .play').getAttribute('aria-pressed')") == "true"
+        assert page.errors == []
+
+
 def test_seconds_of_every_step_are_listed(pair):
     path = pair / "plain" / "pressure.h5"
     hdf5.save(hdf5.load(path).replace(provenance={"seconds": 12.34, "version": "1"}), path)
@@ -215,7 +245,7 @@ def test_half_finished_comparison_shows_the_cases_that_have_begun(pair):
     (pair / "holed" / "surface_velocity.h5").unlink()
     page = read(write_page(pair))
     assert "Unfinished: results so far" in page.texts
-    (body,) = (of["data"] for of in page.figures.values() if of["kind"] == "housing")
+    (body,) = (of["data"] for of in page.figures.values() if of["kind"] == "motion")
     assert [run["title"] for run in body["runs"]] == ["plain"]
 
 

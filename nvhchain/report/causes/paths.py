@@ -59,8 +59,8 @@ def stored_parts(
         fidelity = AcousticsFidelity(**pressure.provenance["fidelity"])
     except (KeyError, TypeError, InputError):
         fidelity = STANDARD.acoustics
-    for vectors in _radiating(operators, TransferVectors, surface):
-        for housing in _radiating(operators, ReducedHousing, surface):
+    for vectors in radiating(operators, TransferVectors, surface):
+        for housing in radiating(operators, ReducedHousing, surface):
             found = line_parts(pressure, forces, housing, vectors, frequency, fidelity=fidelity)
             if found is not None:
                 return found
@@ -114,7 +114,7 @@ def line_parts(
     return Contributions(lines, pressure.points, names, parts), modes
 
 
-def _radiating(files: Sequence[Path], kind: type[H], surface: str) -> list[H]:
+def radiating(files: Sequence[Path], kind: type[H], surface: str) -> list[H]:
     """Return the hand-offs of a kind on a surface, by its content hash."""
     found = [hdf5.load(path, kind) for path in files if hdf5.record(path)[0] == kind.__name__]
     return [of for of in found if of.surface.content_hash == surface]  # type: ignore[attr-defined]

@@ -84,7 +84,7 @@ class Figure:
     height : int
         Height (pixels).
     kind : str
-        `plotly`, `spectrum`, `housing` or `player`.
+        `plotly`, `spectrum`, `motion` or `player`.
     """
 
     caption: str

@@ -131,61 +131,7 @@
     draw();
   };
 
-  const housing = (place, { data }, height) => {
-    const tools = document.createElement("div");
-    tools.className = "tools";
-    const slider = Object.assign(document.createElement("input"), { type: "range", min: 0, max: data.lines.length - 1, step: 1, value: data.chosen });
-    slider.setAttribute("aria-label", "line");
-    const output = document.createElement("output");
-    const caption = document.createElement("span");
-    caption.textContent = "line";
-    tools.append(caption, slider, output);
-    const bodies = document.createElement("div");
-    bodies.className = "bodies";
-    place.append(tools, bodies);
-    const scene = {
-      aspectmode: "data", camera: { up: { x: 0, y: 1, z: 0 }, eye: data.eye },
-      xaxis: { visible: false }, yaxis: { visible: false }, zaxis: { visible: false },
-    };
-    let turning = false;
-    const plots = data.runs.map((run, number) => {
-      const cell = document.createElement("div"), title = document.createElement("h3"), plot = document.createElement("div");
-      title.textContent = run.name;
-      plot.id = `${place.id}-${number}`;
-      plot.style.height = `${height}px`;
-      cell.append(title, plot);
-      bodies.append(cell);
-      return plot;
-    });
-    const shown = () => data.lines[slider.value];
-    const colours = (run) => ({ intensity: run.level[slider.value], cmin: shown().top - data.range, cmax: shown().top });
-    const describe = () => { output.textContent = shown().text; };
-    data.runs.forEach((run, number) => {
-      const trace = {
-        type: "mesh3d", ...run.body, intensitymode: "cell", colorscale: "Viridis", flatshading: true,
-        lighting: { ambient: 0.75, diffuse: 0.45, specular: 0.05, roughness: 0.9 }, lightposition: { x: 1e4, y: 2e4, z: 2e4 },
-        ...colours(run), hovertemplate: `%{intensity:.1f} dB re 1 nm/s<extra>${run.name}</extra>`,
-        colorbar: { title: { text: "dB re<br>1 nm/s" }, thickness: 12, len: 0.8 },
-      };
-      Plotly.newPlot(plots[number], [trace], { font, height, scene, modebar: { bgcolor: "rgba(255,255,255,0.7)", color: "#8a929b", activecolor: "#0072b2" }, margin: { l: 0, r: 0, t: 0, b: 0 }, paper_bgcolor: "rgba(0,0,0,0)" }, config)
-        .then((plot) => plot.on("plotly_relayout", (change) => {
-          if (turning || !change["scene.camera"]) return;
-          turning = true;
-          Promise.all(plots.filter((other) => other !== plot).map((other) => Plotly.relayout(other, { "scene.camera": change["scene.camera"] })))
-            .finally(() => { turning = false; });
-        }));
-    });
-    slider.oninput = () => {
-      data.runs.forEach((run, number) => {
-        const { intensity, cmin, cmax } = colours(run);
-        Plotly.restyle(plots[number], { intensity: [intensity], cmin, cmax }, [0]);
-      });
-      describe();
-    };
-    describe();
-  };
-
-  const kinds = { spectrum, housing, player: (place, content) => soundPlayer(place, content, choice), plotly: (plot, { data, layout }, height) =>
+  const kinds = { spectrum, motion: (place, content, height) => movingBodies(place, content, height, choice), player: (place, content) => soundPlayer(place, content, choice), plotly: (plot, { data, layout }, height) =>
       Plotly.newPlot(plot, data, base(layout, height), { ...config, displayModeBar: plot.closest(".evidence") ? false : undefined }) };
   const draw = (plot) => {
     const content = JSON.parse(document.querySelector(`script[data-plot="${plot.id}"]`).textContent);

@@ -1,34 +1,32 @@
-"""Housing in three dimensions, coloured by the normal velocity at a line."""
+"""Housing in three dimensions: its operating shape moves, coloured by normal velocity or contribution."""
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
 
 from nvhchain import levels
+from nvhchain.acoustics import interpolate_vectors
 from nvhchain.conventions import REFERENCE_VELOCITY
-from nvhchain.handoff import FloatArray, SurfaceVelocity
+from nvhchain.errors import InputError
+from nvhchain.handoff import ComplexArray, FloatArray, SurfaceVelocity, TransferVectors
+from nvhchain.report.causes.paths import SUM_ERROR, radiating
 from nvhchain.report.marks import order_name
-from nvhchain.report.page.blocks import Figure, label, packed
+from nvhchain.report.page.moving import Colours, MovingBody, moving_bodies
 from nvhchain.report.page.stored import Stored, StoredRun
 
 TITLE = "Housing"
 
-LINES = 16
+LINES = 64
 """Largest number of lines of the slider."""
 
-RANGE = 30.0
-"""Range (dB) of the colours."""
+VALUES = 900_000
+"""Largest number of contributions of all faces, lines and configurations; it bounds the size of the page."""
 
-HIGHEST = 99.5
-"""Share (%) of the faces within the colours; single faces at edges would darken the rest."""
-
-VIEWS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (0.75, -0.6) for z in (1.25, -1.25)])
-"""Places of the viewer, in units of the body; y is upwards."""
-
-VALUES = 600_000
-"""Largest number of levels of all faces, lines and configurations; it bounds the size of the page."""
+CONTRIBUTION = "Contribution"
+"""Title of the colours by contribution."""
 
 
 def blocks(stored: Stored) -> list[Any]:
@@ -40,50 +38,64 @@ def blocks(stored: Stored) -> list[Any]:
     frequencies = _loudest(moving, max(1, min(LINES, VALUES // faces)))
     if not len(frequencies):
         return []
-    runs, tops = [], np.full(len(frequencies), -np.inf)
+    bodies = []
     for run, of in moving:
-        nearest = [int(np.abs(of.frequency - f).argmin()) for f in frequencies]
-        level = np.maximum(levels.decibel(of.normal_velocity[nearest], REFERENCE_VELOCITY), -100.0)
-        missing = np.abs(of.frequency[nearest] - frequencies) > 1.0
-        level[missing] = -100.0
-        tops = np.maximum(tops, np.percentile(level, HIGHEST, axis=1))
-        runs.append(
-            {
-                "name": label(run.name),
-                "title": run.name,
-                "body": _body(of),
-                "level": [packed(np.round(line, 1)) for line in level],
-            }
+        motion = _motion(of, frequencies)
+        contribution = _contribution(stored, run, of, frequencies, motion)
+        bodies.append(
+            MovingBody(run.name, of.surface, motion, {} if contribution is None else {CONTRIBUTION: contribution})
         )
     heard = [_weighted(run, of, frequencies) for run, of in moving]
-    lines = [
-        {"top": float(np.ceil(top)), "text": _text(stored, moving, float(f), [of[number] for of in heard])}
-        for number, (f, top) in enumerate(zip(frequencies, tops, strict=True))
+    texts = [
+        _text(stored, moving, float(f), [of[number] for of in heard]) for number, f in enumerate(frequencies.tolist())
     ]
-    chosen = int(np.max(heard, axis=0).argmax())
-    caption = (
-        "Normal velocity of the housing, dB re 1 nm/s (RMS). Drag to turn, scroll to zoom. The slider runs over the "
-        "lines that are loudest in dB(A). It starts at the loudest, seen from the side that moves most. "
-        f"Colours span {RANGE:g} dB."
-    )
-    return [
-        Figure(
-            caption,
-            {"runs": runs, "lines": lines, "chosen": chosen, "range": RANGE, "eye": _eye(moving, frequencies[chosen])},
-            height=430,
-            kind="housing",
+    colours = [Colours("Normal velocity", "dB re 1 nm/s", "level", REFERENCE_VELOCITY)]
+    added = ""
+    if all(body.values for body in bodies):
+        colours.append(Colours(CONTRIBUTION, "mPa/dm²", "signed"))
+        added = (
+            f" Contributions are pressure at {stored.runs[0].point_name(0)} in phase with the sum, per area of the "
+            "face; red adds, blue cancels."
         )
-    ]
+    caption = (
+        "Operating shape of the housing. The slider runs over the lines that are loudest in dB(A) and starts at the "
+        "loudest, seen from the side that moves most. Drag to turn; scroll to zoom after a click. All bodies "
+        f"move in one scale; levels (RMS) span 30 dB.{added}"
+    )
+    return [moving_bodies(bodies, texts, colours, caption, chosen=int(np.max(heard, axis=0).argmax()))]
 
 
-def _eye(moving: list[tuple[StoredRun, SurfaceVelocity]], frequency: float) -> dict[str, float]:
-    """Return the place of the viewer, obliquely in front of the side that moves most at a line."""
-    seen = np.zeros(len(VIEWS))
-    for _, of in moving:
-        line = int(np.abs(of.frequency - frequency).argmin())
-        power = np.abs(of.normal_velocity[line]) ** 2 * of.surface.areas
-        seen += np.maximum(of.surface.normals @ VIEWS.T, 0.0).T @ power
-    return dict(zip("xyz", VIEWS[seen.argmax()].tolist(), strict=True))
+def _motion(of: SurfaceVelocity, frequencies: FloatArray) -> ComplexArray:
+    """Return the normal velocity (n_line, n_face) at frequencies; zero where there is no such line."""
+    nearest = np.abs(of.frequency[:, None] - frequencies).argmin(axis=0)
+    found = np.abs(of.frequency[nearest] - frequencies) <= 1.0
+    return np.asarray(np.where(found[:, None], of.normal_velocity[nearest], 0.0))
+
+
+def _contribution(
+    stored: Stored, run: StoredRun, of: SurfaceVelocity, frequencies: FloatArray, motion: ComplexArray
+) -> FloatArray | None:
+    """Return the contribution of every face (n_line, n_face) in mPa/dm²; None without the vectors of this run."""
+    if run.pressure is None:
+        return None
+    nearest = np.abs(run.pressure.frequency[:, None] - frequencies).argmin(axis=0)
+    present = np.abs(run.pressure.frequency[nearest] - frequencies) <= 1.0
+    heard = np.where(present, run.pressure.pressure[nearest, 0], 0.0)
+    for vectors in radiating(stored.hand_off_files, TransferVectors, of.surface.content_hash):
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # the run has given them
+                at_lines = interpolate_vectors(vectors, frequencies[present]).vectors[:, 0]
+        except InputError:
+            continue
+        parts = np.zeros(motion.shape, dtype=complex)
+        parts[present] = at_lines * motion[present]
+        total = parts.sum(axis=1)
+        if np.abs(total - heard).max() <= SUM_ERROR * np.abs(heard).max():
+            size = np.abs(total)
+            along = (parts * np.conj(total)[:, None]).real / np.where(size > 0, size, 1.0)[:, None]
+            return np.asarray(along / of.surface.areas * 10.0)  # Pa/m² to mPa/dm²
+    return None
 
 
 def _loudest(moving: list[tuple[StoredRun, SurfaceVelocity]], count: int) -> FloatArray:
@@ -121,12 +133,3 @@ def _text(stored: Stored, moving: list[tuple[StoredRun, SurfaceVelocity]], frequ
         if run.pressure is not None
     )
     return f"{frequency:.1f} Hz{order}" + (f" ({origin})" if origin else "") + (f": {levels_}" if levels_ else "")
-
-
-def _body(of: SurfaceVelocity) -> dict[str, Any]:
-    x, y, z = of.surface.vertices.T
-    i, j, k = of.surface.triangles.T
-    return {
-        **{name: packed(values) for name, values in (("x", x), ("y", y), ("z", z))},
-        **{name: packed(values, "i4") for name, values in (("i", i), ("j", j), ("k", k))},
-    }

@@ -39,7 +39,10 @@ def _difference(stored: Stored, base: StoredRun, run: StoredRun) -> list[Any]:
     traces = [
         {
             "type": "waterfall",
-            "x": [label(text).replace(" (", "<br>(") for text in (base.name, *names, run.name)],
+            "x": [
+                label(text).replace(", order", "<br>order").replace(" (", "<br>(")
+                for text in (base.name, *names, run.name)
+            ],
             "y": rounded([ends[0], *(of["part_db"] for of in lines), ends[1]], 3),
             "measure": ["absolute", *["relative"] * len(lines), "total"],
             "text": [f"{ends[0]:.1f}", *(_signed(of["part_db"]) for of in lines), f"{ends[1]:.1f}"],

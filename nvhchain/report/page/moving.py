@@ -1,0 +1,160 @@
+"""Bodies that move in three dimensions: compact shapes for page.js, coloured by their motion or by given values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from nvhchain.handoff import ComplexArray, FloatArray, Surface
+from nvhchain.report.page.blocks import Figure, label, packed
+
+TRUNCATION = 2e-3
+"""Largest error of the motion at a line, relative to its root sum of squares over the faces."""
+
+VALUES = 900_000
+"""Largest number of values of all shapes on one surface; it bounds the size of the page."""
+
+VIEWS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (0.75, -0.6) for z in (1.25, -1.25)])
+"""Places of the viewer, in units of the body; y is upwards."""
+
+
+@dataclass(frozen=True)
+class Colours:
+    """Colours of the faces.
+
+    Parameters
+    ----------
+    title : str
+        Quantity.
+    unit : str
+        Unit at the scale.
+    kind : str
+        `level`: dB of the motion re `reference`; `size`: motion relative to the largest; `signed`: values of the body
+        with this title.
+    reference : float
+        Reference of a level (RMS).
+    """
+
+    title: str
+    unit: str
+    kind: str
+    reference: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class MovingBody:
+    """Body with its motion at every line or mode.
+
+    Parameters
+    ----------
+    name : str
+        Name of the configuration.
+    surface : Surface
+        Surface.
+    motion : (n_line, n_face) complex array
+        Outward normal motion of the faces.
+    values : mapping of str to (n_line, n_face) array
+        Title of `signed` colours → values of the faces.
+    """
+
+    name: str
+    surface: Surface
+    motion: ComplexArray
+    values: Mapping[str, FloatArray] = field(default_factory=dict)
+
+
+def moving_bodies(
+    bodies: Sequence[MovingBody],
+    lines: Sequence[str],
+    colours: Sequence[Colours],
+    caption: str,
+    *,
+    chosen: int = 0,
+    what: str = "line",
+) -> Figure:
+    """Return a figure with bodies side by side, which turn together and move in phase.
+
+    Parameters
+    ----------
+    bodies : sequence of MovingBody
+        Bodies; all have the same lines.
+    lines : sequence of str
+        Text of every line.
+    colours : sequence of Colours
+        Colours to choose from.
+    caption : str
+        Caption.
+    chosen : int
+        Line at the begin. It also decides the side that is seen first.
+    what : str
+        Word for a line.
+
+    Notes
+    -----
+    Motions on one surface share orthogonal shapes of 16 bits; `TRUNCATION` bounds the error at every line.
+    """
+    surfaces = list({body.surface.content_hash: body.surface for body in bodies}.values())
+    runs: list[dict[str, Any]] = []
+    packs = []
+    for number, surface in enumerate(surfaces):
+        here = [body for body in bodies if body.surface.content_hash == surface.content_hash]
+        shapes, coordinates = _compressed([body.motion for body in here])
+        packs.append(_body(surface) | {"shapes": _quantised(shapes, "i2")})
+        for body, of in zip(here, coordinates, strict=True):
+            runs.append(
+                {
+                    "name": label(body.name),
+                    "title": body.name,
+                    "surface": number,
+                    "real": packed(of.real),
+                    "imag": packed(of.imag),
+                    "values": {title: _quantised(values, "i1") for title, values in body.values.items()},
+                }
+            )
+    runs.sort(key=lambda run: [body.name for body in bodies].index(run["title"]))
+    data = {
+        "surfaces": packs,
+        "runs": runs,
+        "lines": list(lines),
+        "what": what,
+        "chosen": chosen,
+        "eye": _eye(bodies, chosen),
+        "colours": [vars(of) for of in colours],
+    }
+    return Figure(caption, data, height=400, kind="motion")
+
+
+def _compressed(motions: Sequence[ComplexArray]) -> tuple[FloatArray, list[ComplexArray]]:
+    """Return orthogonal shapes (n_shape, n_face) and, per motion, its coordinates (n_line, n_shape)."""
+    rows = np.concatenate([part for motion in motions for part in (motion.real, motion.imag)])
+    size = np.linalg.norm(rows, axis=1)
+    scaled = rows / np.where(size > 0, size, 1.0)[:, None]
+    left, sizes, shapes = np.linalg.svd(scaled, full_matrices=False)
+    count = int(np.clip(np.count_nonzero(sizes > TRUNCATION), 1, max(1, VALUES // shapes.shape[1])))
+    coordinates = size[:, None] * left[:, :count] * sizes[:count]
+    parts = np.split(coordinates, 2 * len(motions)) if motions else []
+    return shapes[:count], [real + 1j * imag for real, imag in zip(parts[::2], parts[1::2], strict=True)]
+
+
+def _quantised(values: FloatArray, kind: str) -> dict[str, Any]:
+    """Return rows as integers, with the value of one step of each row."""
+    top = float(np.iinfo(kind).max)
+    step = np.abs(values).max(axis=1, initial=0.0) / top
+    whole = np.rint(values / np.where(step > 0, step, 1.0)[:, None])
+    return {"values": packed(whole.ravel(), kind), "step": packed(step)}
+
+
+def _body(surface: Surface) -> dict[str, Any]:
+    return {"vertices": packed(surface.vertices.ravel()), "triangles": packed(surface.triangles.ravel(), "i4")}
+
+
+def _eye(bodies: Sequence[MovingBody], line: int) -> dict[str, float]:
+    """Return the place of the viewer, obliquely in front of the side that moves most at a line."""
+    seen = np.zeros(len(VIEWS))
+    for body in bodies:
+        power = np.abs(body.motion[line]) ** 2 * body.surface.areas
+        seen += np.maximum(body.surface.normals @ VIEWS.T, 0.0).T @ power
+    return dict(zip("xyz", VIEWS[seen.argmax()].tolist(), strict=True))

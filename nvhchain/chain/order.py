@@ -217,7 +217,7 @@ def system_modes(
     Returns
     -------
     tuple of SystemModes
-        One per speed.
+        One per speed. Their planes are those of the gears, then of the bearings.
 
     Raises
     ------
@@ -240,7 +240,9 @@ def system_modes(
         made = [
             dynamics.system_modes(
                 gearbox, laws, housing,
-                input_torque=case.static_torque, input_speed=speed, damped=damped, fidelity=fidelity.dynamics,
+                input_torque=case.static_torque, input_speed=speed, damped=damped,
+                planes=[*((of.rotor, of.z) for of in case.gears), *((of.shaft, of.z) for of in case.bearings)],
+                fidelity=fidelity.dynamics,
             )
             for speed in changing
         ]  # fmt: skip

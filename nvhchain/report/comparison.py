@@ -26,6 +26,7 @@ from nvhchain.plots.files import save
 from nvhchain.report.case_record import recorded_case
 from nvhchain.report.marks import order_marks
 from nvhchain.report.page import write_page
+from nvhchain.report.recorded_modes import record_modes
 from nvhchain.report.run_up import curves_of, run_up_maps
 from nvhchain.report.sound.write import write_sounds
 from nvhchain.report.steady_states import steady_maps
@@ -130,6 +131,8 @@ def _compared(
             for case in cases
         }
         results = {name: replace(of, decision=decisions.get(name)) for name, of in results.items()}
+    for name, result in results.items():
+        record_modes(result.case, fidelity=fidelity, out=out / name, operators=out / OPERATORS)
     if not running_up:
         with _surface_pictures(results, out):
             return _written(results, out, _steady_figures, _maps(results, states, out, watcher))
@@ -178,6 +181,8 @@ def write_run(result: Result, out: Path, states: States = (None, None), watcher:
         Path of the page.
     """
     results = {result.case.name: result}
+    if not result.supplied:
+        record_modes(result.case, fidelity=result.fidelity, out=out, operators=out)
     maps = _maps(results, states, out, watcher)
     write_summary(results, out, sounds=write_sounds(results, out), maps=maps)
     return write_page(out)

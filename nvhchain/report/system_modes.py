@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi
 from pathlib import Path
 
@@ -21,13 +21,11 @@ from nvhchain.files.result_cache import Watcher
 from nvhchain.kinds import checked
 from nvhchain.plots import files
 from nvhchain.report.marks import mesh_orders
+from nvhchain.report.recorded_modes import HARMONICS, mesh_share, mode_speeds
 
 SHOWN = 12
 """Modes on the terminal: those whose meshes hold most of the strain energy."""
-HARMONICS = 3
-"""Harmonics of every mesh in the Campbell diagram."""
 _SPEEDS = 13
-_TIMES_NOMINAL = 1.5
 _WORTH = 0.02
 """Smallest share of the meshes in the strain energy of a mode that meets a mesh order."""
 
@@ -93,7 +91,7 @@ def report_modes(
     """
     if not isinstance(case, GearboxCase):
         raise InputError(f"{case.name} is a radiator: it has no shafts and meshes")
-    nominal, fastest = _speeds(case)
+    nominal, fastest = mode_speeds(case)
     speeds = [nominal, *np.linspace(0.0, fastest, _SPEEDS)]
     found = chain.system_modes(
         case, speeds, fidelity=fidelity, out=out, operators=operators, damped=damped, watcher=watcher
@@ -108,7 +106,7 @@ def report_modes(
     axes = plots.campbell(
         np.array([modes.input_speed for modes in over_speed]),
         [modes.frequency for modes in over_speed],
-        [_in_meshes(modes) for modes in over_speed],
+        [mesh_share(modes) for modes in over_speed],
         {f"{name} × {k}": k * rate for name, rate in rates.items() for k in range(1, HARMONICS + 1)},
         nominal=nominal,
     )
@@ -116,26 +114,10 @@ def report_modes(
     return ModeReport(at_nominal, tuple(_lines(at_nominal, rates)), (table, picture))
 
 
-def _speeds(case: GearboxCase) -> tuple[float, float]:
-    """Return nominal and highest speed (rad/s); the end of a run-up, or 1.5 times a constant speed."""
-    if case.ramp is not None:
-        fastest = max(case.ramp.start_speed, case.ramp.end_speed)
-        return fastest, fastest
-    return case.operation.input_speed, _TIMES_NOMINAL * case.operation.input_speed
-
-
 def _up_to(modes: SystemModes, top: float) -> SystemModes:
     kept = int(np.searchsorted(modes.frequency, top, side="right"))
-    return SystemModes(
-        modes.input_speed, modes.input_torque, modes.frequency[:kept], modes.damping[:kept], modes.kinetic_parts,
-        modes.kinetic[:kept], modes.strain_parts, modes.strain[:kept], modes.bearing_motion[:kept],
-    )  # fmt: skip
-
-
-def _in_meshes(modes: SystemModes) -> np.ndarray:
-    """Return the share (n,) of all meshes in the strain energy."""
-    meshes = [i for i, part in enumerate(modes.strain_parts) if part.startswith("mesh ")]
-    return np.asarray(modes.strain[:, meshes].sum(axis=1))
+    rows = ("frequency", "damping", "kinetic", "strain", "bearing_motion", "plane_motion", "housing_motion")
+    return replace(modes, **{name: getattr(modes, name)[:kept] for name in rows})
 
 
 def _table(modes: SystemModes) -> str:
@@ -152,7 +134,7 @@ def _table(modes: SystemModes) -> str:
 
 def _lines(modes: SystemModes, rates: dict[str, float]) -> list[str]:
     """Return one line per mode that the meshes strain most, and per mesh order close to one of them."""
-    in_meshes = _in_meshes(modes)
+    in_meshes = mesh_share(modes)
     shown = np.sort(np.argsort(-in_meshes, kind="stable")[:SHOWN])
     lines = [
         f"{modes.frequency[i]:8.1f} Hz  damping {100 * modes.damping[i]:5.2f} %  strain {_largest(modes, i, 'strain')}"

@@ -28,11 +28,14 @@ def _stiffness(assembly):
 def test_undamped_modes_are_those_of_the_dense_matrices(make_gearbox, make_laws, make_housing, flexible, fidelity):
     gearbox, laws = replace(make_gearbox(), flexible_shafts=flexible), make_laws(plain_wheel=True)
     housing = make_housing(gearbox, modes=8)
-    found = system_modes(gearbox, laws, housing, input_torque=TORQUE, damped=False, fidelity=fidelity)
+    seats = [(bearing.shaft, bearing.z) for bearing in gearbox.bearings]
+    found = system_modes(gearbox, laws, housing, input_torque=TORQUE, damped=False, planes=seats, fidelity=fidelity)
     a = assemble(gearbox, laws, housing, fidelity=fidelity)
     wanted = np.sqrt(eigh(_stiffness(a), np.diag(a.mass), eigvals_only=True)) / (2 * pi)
     assert found.frequency == pytest.approx(wanted, rel=1e-9)
     assert not found.damping.any()
+    moved_seats = (found.housing_motion @ a.seat_shapes.T).reshape(len(wanted), -1, 3)
+    assert found.plane_motion[:, :, :3] - moved_seats == pytest.approx(found.bearing_motion, abs=1e-9)
     for shares in (found.kinetic, found.strain):
         assert shares.sum(axis=1) == pytest.approx(1.0, abs=1e-12)
 

@@ -63,6 +63,7 @@ class Assembly:
     own_stiffness : (n_lateral,) stiffness of the unknowns without bearings.
     link_stiffness : (n_lateral, n_lateral) stiffness of the bearings between shafts.
     elastic_shaft : (n_elastic,) index of the shaft of each elastic motion.
+    sections : cross-sections of the shafts.
     seat_shapes : (3 n_bearing, n_mode) mode shapes at the seats, in the order of the bearings.
     seat_residual : (3 n_bearing, 3 n_bearing) residual flexibility of the seats.
     inertia : (n_rotor,) inertia about z (kg m²).
@@ -94,6 +95,7 @@ class Assembly:
     own_stiffness: FloatArray
     link_stiffness: FloatArray
     elastic_shaft: IntArray
+    sections: Sections
 
     @property
     def lateral(self) -> int:
@@ -260,6 +262,7 @@ def assemble(
         seat_residual=residual,
         inertia=inertia,
         free=free,
+        sections=shafts,
         bearings=series,
         bearing_map=widened(bearing_map),
         own_stiffness=own_stiffness,

@@ -10,6 +10,7 @@ from scipy.linalg import eigh
 
 from nvhchain.dynamics.model.assembly import Assembly, assemble
 from nvhchain.dynamics.model.gearbox import Gearbox
+from nvhchain.dynamics.model.sections import Wrench
 from nvhchain.dynamics.model.train import shaft_torques
 from nvhchain.dynamics.time_loop.law_table import tabulate
 from nvhchain.dynamics.time_loop.one_thread import one_blas_thread
@@ -51,6 +52,10 @@ class SystemModes:
         negative share.
     bearing_motion : (n, n_bearing, 3) complex array
         Displacement of the shafts in their bearings along x, y, z for a modal mass of 1 kg.
+    plane_motion : (n, n_plane, 6) complex array
+        Translations and rotations of cross-sections along x, y, z (m, rad), for a modal mass of 1 kg.
+    housing_motion : (n, n_mode) complex array
+        Modal coordinates of the housing, for a modal mass of 1 kg.
     """
 
     input_speed: float
@@ -62,6 +67,8 @@ class SystemModes:
     strain_parts: tuple[str, ...]
     strain: FloatArray
     bearing_motion: ComplexArray
+    plane_motion: ComplexArray
+    housing_motion: ComplexArray
 
 
 @checked
@@ -74,6 +81,7 @@ def system_modes(
     input_torque: float,
     input_speed: float = 0.0,
     damped: bool = True,
+    planes: Sequence[tuple[str, float]] = (),
     fidelity: DynamicsFidelity | None = None,
 ) -> SystemModes:
     """Return the modes of shafts, meshes, bearings and housing at a load.
@@ -92,6 +100,8 @@ def system_modes(
         Speed of the input (rad/s), for gyroscopic terms if `gearbox.gyroscopic`.
     damped : bool
         False leaves all damping out.
+    planes : sequence of (str, float)
+        Cross-sections whose motion is returned: shaft or loose gear, and z (m).
     fidelity : DynamicsFidelity, optional
         Elements and modes of flexible shafts.
 
@@ -141,7 +151,20 @@ def system_modes(
         strain_parts,
         strain,
         moved.T.reshape(len(size), -1, 3),
+        np.moveaxis(_plane_motion(assembly, planes) @ shapes, 2, 0),
+        shapes[5 * len(gearbox.shafts) : assembly.lateral - len(assembly.elastic_shaft)].T,
     )
+
+
+def _plane_motion(assembly: Assembly, planes: Sequence[tuple[str, float]]) -> FloatArray:
+    """Return the motion (n_plane, 6, n) of cross-sections per unit of the unknowns."""
+    box, rows = assembly.gearbox, []
+    for name, z in planes:
+        rotor, shaft = box.rotor_index(name), box.shaft_index(name)
+        wrenches = [Wrench(shaft, z, push, rotor if rotor != shaft else -1) for push in np.eye(6)]
+        found = [assembly.sections.rows([wrench]) for wrench in wrenches]
+        rows.append([np.concatenate([on_unknowns, on_spins @ assembly.free]) for on_unknowns, on_spins in found])
+    return np.array(rows).reshape(len(planes), 6, len(assembly.mass))
 
 
 def _undamped(assembly: Assembly, contact: FloatArray) -> tuple[ComplexArray, ComplexArray]:

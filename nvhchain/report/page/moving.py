@@ -54,8 +54,8 @@ class MovingBody:
         Name of the configuration.
     surface : Surface
         Surface.
-    motion : (n_line, n_face) complex array
-        Outward normal motion of the faces.
+    motion : (n_line, n_face) or (n_line, n_vertex, 3) complex array
+        Outward normal motion of the faces, or motion of the vertices.
     values : mapping of str to (n_line, n_face) array
         Title of `signed` colours → values of the faces.
     """
@@ -101,7 +101,7 @@ def moving_bodies(
     packs = []
     for number, surface in enumerate(surfaces):
         here = [body for body in bodies if body.surface.content_hash == surface.content_hash]
-        shapes, coordinates = _compressed([body.motion for body in here])
+        shapes, coordinates = _compressed([body.motion.reshape(len(lines), -1) for body in here])
         packs.append(_body(surface) | {"shapes": _quantised(shapes, "i2")})
         for body, of in zip(here, coordinates, strict=True):
             runs.append(
@@ -155,6 +155,8 @@ def _eye(bodies: Sequence[MovingBody], line: int) -> dict[str, float]:
     """Return the place of the viewer, obliquely in front of the side that moves most at a line."""
     seen = np.zeros(len(VIEWS))
     for body in bodies:
+        if body.motion.ndim > 2:
+            continue
         power = np.abs(body.motion[line]) ** 2 * body.surface.areas
         seen += np.maximum(body.surface.normals @ VIEWS.T, 0.0).T @ power
     return dict(zip("xyz", VIEWS[seen.argmax()].tolist(), strict=True))

@@ -63,6 +63,10 @@ class StoredRun:
         """Sound pressure of a run-up."""
         return self.hand_off("pressure_history", PressureHistory)
 
+    def record(self, name: str) -> dict[str, Any]:
+        """Return the object in a JSON file of the run; empty without one."""
+        return _table(self.folder / name)
+
     @property
     def points(self) -> list[str]:
         """Names of the field points; numbers where the case is not stored."""

@@ -1,7 +1,7 @@
 """Sections of the page: each module has a TITLE and a function `blocks` of the stored results, empty without any."""
 
 from nvhchain.report.page.sections import answer, cases, limits, making
-from nvhchain.report.page.sections.bodies import housing
+from nvhchain.report.page.sections.bodies import housing, modes
 from nvhchain.report.page.sections.causes import bearing_forces, contributions, transmission_errors, why
 from nvhchain.report.page.sections.lines import differences, history, levels, spectrum
 from nvhchain.report.page.sections.listening import hearing, microphones, sound, targets
@@ -21,6 +21,7 @@ SECTIONS = (
     microphones,
     contributions,
     housing,
+    modes,
     bearing_forces,
     transmission_errors,
     history,

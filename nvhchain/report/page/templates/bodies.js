@@ -93,14 +93,22 @@ const movingBodies = (place, { data }, height, choice) => {
   const radius = Math.max(...surfaces.map((of) => of.radius + SIZE * of.span));
   const state = { line: data.chosen, colours: 0, playing: false, phase: 0, size: 1, resting: true, zoom: 1, yaw: Math.atan2(data.eye.x, data.eye.z), pitch: Math.asin(data.eye.y / Math.hypot(data.eye.x, data.eye.y, data.eye.z)) };
 
-  const faceMotion = ({ body, real, imag }) => {
-    const count = body.step.length, re = new Float32Array(body.faces), im = new Float32Array(body.faces);
+  const summed = ({ body, real, imag }) => {
+    const count = body.step.length, size = body.shapes.length / count, re = new Float32Array(size), im = new Float32Array(size);
     for (let s = 0; s < count; s++) {
       const a = real[state.line * count + s] * body.step[s], b = imag[state.line * count + s] * body.step[s];
-      for (let face = 0, at = s * body.faces; face < body.faces; face++, at++) { re[face] += a * body.shapes[at]; im[face] += b * body.shapes[at]; }
+      for (let i = 0, at = s * size; i < size; i++, at++) { re[i] += a * body.shapes[at]; im[i] += b * body.shapes[at]; }
     }
     return { re, im };
   };
+  /* Size of the motion of the faces whose vertices are given. */
+  const faceSize = (body, { re, im }) => ({
+    re: new Float32Array(body.faces).map((_, face) => Math.max(...three((k) => {
+      const i = 3 * body.corner[3 * face + k];
+      return Math.hypot(re[i], re[i + 1], re[i + 2], im[i], im[i + 1], im[i + 2]);
+    }))),
+    im: new Float32Array(body.faces),
+  });
   const vertexMotion = (body, values) => {
     const load = new Float64Array(3 * body.points), moved = new Float32Array(3 * body.points);
     for (let face = 0; face < body.faces; face++)
@@ -120,8 +128,9 @@ const movingBodies = (place, { data }, height, choice) => {
   const move = () => {
     let largest = 0;
     for (const run of runs) {
-      run.face = faceMotion(run);
-      run.motion = { re: vertexMotion(run.body, run.face.re), im: vertexMotion(run.body, run.face.im) };
+      const found = summed(run), given = found.re.length === 3 * run.body.points && found.re.length !== run.body.faces;
+      run.face = given ? faceSize(run.body, found) : found;
+      run.motion = given ? found : { re: vertexMotion(run.body, found.re), im: vertexMotion(run.body, found.im) };
       const { re, im } = run.motion;
       for (let i = 0; i < re.length; i += 3)
         largest = Math.max(largest, Math.hypot(re[i], re[i + 1], re[i + 2], im[i], im[i + 1], im[i + 2]));

@@ -1,0 +1,206 @@
+"""Modes of the gearbox and of its housing: they move; Campbell diagram and table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from nvhchain.handoff import ComplexArray, FloatArray, ReducedHousing, Surface, SurfaceVelocity
+from nvhchain.report.causes.paths import radiating
+from nvhchain.report.page.blocks import Figure, Table, colour, grid, label, rounded
+from nvhchain.report.page.moving import Colours, MovingBody, moving_bodies
+from nvhchain.report.page.stored import Stored, StoredRun
+
+TITLE = "Modes"
+
+LEAST_SHARE = 0.02
+"""Share of the meshes in the strain energy above which a mode is drawn strongly."""
+
+MOST = 2
+"""Largest number of gearboxes and of housings that move: browsers draw few bodies at once."""
+
+AROUND = 24
+"""Points around a shaft."""
+
+SIZE = [Colours("Motion", "of the largest", "size")]
+"""Colours of modes."""
+
+
+def blocks(stored: Stored) -> list[Any]:
+    """Return Campbell diagrams, moving modes of each gearbox, and those of each housing."""
+    recorded = [(number, run, of) for number, run in enumerate(stored.runs) if (of := run.record("modes.json"))]
+    housings = _housings(stored)
+    found: list[Any] = [_campbell(stored, recorded)] if recorded else []
+    for _, run, record in recorded[:MOST]:
+        found += [_gearbox(run, record, housings.get(run.name)), _table(run, record)]
+    seen: dict[str, list[str]] = {}
+    unique: dict[str, ReducedHousing] = {}
+    for name, housing in housings.items():
+        seen.setdefault(housing.content_hash, []).append(name)
+        unique[housing.content_hash] = housing
+    alone = [(" and ".join(seen[key]), of) for key, of in unique.items() if len(of.natural_frequency)]
+    return found + [_housing(names, of) for names, of in alone[:MOST]]
+
+
+def _housings(stored: Stored) -> dict[str, ReducedHousing]:
+    """Return configuration → its reduced housing."""
+    found: dict[str, ReducedHousing] = {}
+    for run in stored.runs:
+        velocity = run.hand_off("surface_velocity", SurfaceVelocity)
+        if velocity is not None:
+            of = radiating(stored.hand_off_files, ReducedHousing, velocity.surface.content_hash)
+            found |= {run.name: of[0]} if len(of) == 1 else {}
+    return found
+
+
+def _campbell(stored: Stored, recorded: Sequence[tuple[int, StoredRun, Mapping[str, Any]]]) -> Figure:
+    """Return natural frequencies over speed, with the mesh orders as rays."""
+    layout = grid([run.name for _, run, _ in recorded], min(2, len(recorded)), "input speed / rpm", "frequency / Hz")
+    layout["showlegend"] = False
+    traces: list[dict[str, Any]] = []
+    for place, (number, run, of) in enumerate(recorded):
+        end = "" if place == 0 else str(place + 1)
+        top = max((max(row) for row in of["over_speed_Hz"] if row), default=1.0)
+        fastest = max(of["speed_rpm"])
+        on = {"xaxis": f"x{end}", "yaxis": f"y{end}"}
+        for name, order in of["orders"].items():
+            reach = min(fastest, 60.0 * top / order)
+            traces.append(
+                {
+                    "type": "scatter", "mode": "lines+text", "x": rounded([0.0, reach]),
+                    "y": rounded([0.0, order * reach / 60.0]), "text": ["", label(name)],
+                    "textposition": "bottom left", "textfont": {"size": 10, "color": "#59636e"},
+                    "line": {"color": "#8a929b", "width": 1, "dash": "dot"}, "hoverinfo": "skip", **on,
+                }
+            )  # fmt: skip
+        points = [
+            (speed, f, share)
+            for speed, row, shares in zip(
+                of["speed_rpm"], of["over_speed_Hz"], of["over_speed_mesh_share"], strict=True
+            )
+            for f, share in zip(row, shares, strict=True)
+        ]
+        for strong in (False, True):
+            chosen = [point for point in points if (point[2] >= LEAST_SHARE) is strong]
+            traces.append(
+                {
+                    "type": "scatter", "mode": "markers",
+                    "x": rounded(point[0] for point in chosen), "y": rounded(point[1] for point in chosen),
+                    "customdata": rounded((100 * point[2] for point in chosen), 1),
+                    "marker": {"size": 6 if strong else 3, "color": colour(number) if strong else "#b4bac1"},
+                    "hovertemplate": "%{y:.0f} Hz at %{x:.0f} rpm: meshes hold %{customdata} % of the strain"
+                    "<extra>" + label(run.name) + "</extra>",
+                    **on,
+                }
+            )  # fmt: skip
+        layout.setdefault("shapes", []).append(
+            {
+                "type": "line", "xref": f"x{end}", "yref": f"y{end} domain", "x0": of["nominal_rpm"],
+                "x1": of["nominal_rpm"], "y0": 0, "y1": 1, "line": {"color": "#59636e", "width": 1, "dash": "dash"},
+            }
+        )  # fmt: skip
+    caption = (
+        "Campbell diagram: modes under load; large where the meshes hold 2 % of the strain energy or more. Rays: mesh "
+        "orders. Dashed: the speed of the case."
+    )
+    return Figure(caption, traces, layout, height=400)
+
+
+def _table(run: StoredRun, of: Mapping[str, Any]) -> Table:
+    rows = [
+        (f"{f:.1f}", f"{100 * damping:.2f}", _largest(of["strain"], i), _largest(of["kinetic"], i))
+        for i, (f, damping) in enumerate(zip(of["frequency_Hz"], of["damping"], strict=True))
+    ]
+    head = ("frequency / Hz", "damping / %", "strain energy", "kinetic energy")
+    return Table(head, rows, f"{run.name}: {len(rows)} modes under {of['input_torque_Nm']:g} N m", True, 9)
+
+
+def _largest(shares: Mapping[str, list[float]], mode: int) -> str:
+    most = sorted(shares, key=lambda part: -shares[part][mode])[:3]
+    return ", ".join(f"{part} {100 * shares[part][mode]:.0f} %" for part in most if shares[part][mode] >= 0.01)
+
+
+def _gearbox(run: StoredRun, of: Mapping[str, Any], housing: ReducedHousing | None) -> Figure:
+    """Return the moving modes of shafts and gears, with those of the housing beside them."""
+    plane_motion, housing_motion = (_complex(of[name]) for name in ("plane_motion", "housing_motion"))
+    surface, motion = _train(of, plane_motion)
+    bodies = [MovingBody(f"{run.name}: shafts and gears", surface, motion)]
+    if housing is not None and housing_motion.shape[1] == len(housing.normal_shapes):
+        moved: ComplexArray = np.asarray(housing_motion @ housing.normal_shapes, dtype=complex)
+        bodies.append(MovingBody(f"{run.name}: housing", housing.surface, moved))
+    texts = [
+        f"{f:.1f} Hz, damping {100 * damping:.2f} %: strain {_largest(of['strain'], i)}"
+        for i, (f, damping) in enumerate(zip(of["frequency_Hz"], of["damping"], strict=True))
+    ]
+    meshes = sum(np.array(shares) for part, shares in of["strain"].items() if part.startswith("mesh "))
+    chosen = int(np.argmax(meshes)) if np.ndim(meshes) else 0
+    caption = (
+        f"{run.name}: modes of the gearbox under load. It starts at the mode whose meshes hold most of the strain "
+        "energy. Shafts, gears and housing move in one scale; the housing moves along its normals."
+    )
+    return moving_bodies(bodies, texts, SIZE, caption, chosen=chosen, what="mode")
+
+
+def _housing(names: str, housing: ReducedHousing) -> Figure:
+    texts = [
+        f"mode {i}: {f:.1f} Hz, damping {100 * damping:.2f} %"
+        for i, (f, damping) in enumerate(zip(housing.natural_frequency, housing.modal_damping, strict=True), start=1)
+    ]
+    body = MovingBody(names, housing.surface, np.asarray(housing.normal_shapes, dtype=complex))
+    first = min(int((housing.natural_frequency == 0).sum()), len(texts) - 1)
+    return moving_bodies([body], texts, SIZE, "Modes of the housing alone.", chosen=first, what="mode")
+
+
+def _complex(of: Mapping[str, Any]) -> ComplexArray:
+    return (np.array(of["real"]) + 1j * np.array(of["imag"])).reshape(of["shape"])
+
+
+def _train(of: Mapping[str, Any], plane_motion: ComplexArray) -> tuple[Surface, ComplexArray]:
+    """Return shafts and gears as one surface, and the motion (n_mode, n_vertex, 3) of its vertices."""
+    vertices, triangles, motions = [], [], []
+    count = 0
+    for cylinder in of["cylinders"]:
+        points, faces = _cylinder(cylinder)
+        vertices.append(points)
+        triangles.append(faces + count)
+        motions.append(_carried(points, cylinder, of["planes"], plane_motion))
+        count += len(points)
+    surface = Surface(np.concatenate(vertices), np.concatenate(triangles))
+    return surface, np.concatenate(motions, axis=1)
+
+
+def _cylinder(of: Mapping[str, Any]) -> tuple[FloatArray, FloatArray]:
+    """Return vertices and triangles of a closed cylinder; that of a gear has teeth."""
+    (inner, outer), (start, end) = of["radii"], of["ends"]
+    count = 4 * of["teeth"] or AROUND
+    angle = 2 * np.pi * np.arange(count) / count
+    radius = np.where(np.arange(count) % 4 < 2, outer, inner) if of["teeth"] else np.full(count, outer)
+    ring = np.stack([of["axis"][0] + radius * np.cos(angle), of["axis"][1] + radius * np.sin(angle)], axis=1)
+    points = np.concatenate(
+        [np.column_stack([ring, np.full(count, z)]) for z in (start, end)] + [[[*of["axis"], z]] for z in (start, end)]
+    )
+    here, after = np.arange(count), (np.arange(count) + 1) % count
+    side = [np.stack(part, axis=1) for part in ((here, after, after + count), (here, after + count, here + count))]
+    caps = [
+        np.stack([after, here, np.full(count, 2 * count)], axis=1),
+        np.stack([here + count, after + count, np.full(count, 2 * count + 1)], axis=1),
+    ]
+    return points, np.concatenate([*side, *caps])
+
+
+def _carried(
+    points: FloatArray, cylinder: Mapping[str, Any], planes: list[Mapping[str, Any]], motion: ComplexArray
+) -> ComplexArray:
+    """Return the motion (n_mode, n, 3) of points that neighbouring cross-sections carry as rigid bodies."""
+    own = sorted(
+        {plane["z"]: i for i, plane in enumerate(planes) if plane["rotor"] == cylinder["rotor"]}.items()
+    )  # z, index
+    places = np.array([z for z, _ in own])
+    each = []
+    for z, i in own:
+        arm = points - np.array([*cylinder["axis"], z])
+        each.append(motion[:, None, i, :3] + np.cross(motion[:, None, i, 3:], arm[None]))
+    weight = np.array([np.interp(points[:, 2], places, row) for row in np.eye(len(own))])
+    return np.einsum("pn,pmnk->mnk", weight, np.array(each))

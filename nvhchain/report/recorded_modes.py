@@ -1,0 +1,139 @@
+"""Modes of a gearbox kept beside its results in modes.json: Campbell diagram, shares of energy, motion of its parts."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from math import pi
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nvhchain import chain
+from nvhchain.case import Case, GearboxCase
+from nvhchain.dynamics import SystemModes
+from nvhchain.errors import InputError, SolverError
+from nvhchain.fidelity import Fidelity
+from nvhchain.files.hdf5 import write_text
+from nvhchain.handoff import ComplexArray
+from nvhchain.report.marks import mesh_orders
+
+FILE = "modes.json"
+"""Name of the file."""
+
+MOST = 60
+"""Largest number of modes whose motion is kept."""
+
+HARMONICS = 3
+"""Harmonics of every mesh in the Campbell diagram."""
+
+_SPEEDS = 13
+_TIMES_NOMINAL = 1.5
+
+
+def record_modes(case: Case, *, fidelity: Fidelity, out: Path, operators: Path) -> Path | None:
+    """Compute the modes of a gearbox from stored hand-offs, and write modes.json.
+
+    Parameters
+    ----------
+    case : Case
+        Case that has been run.
+    fidelity : Fidelity
+        Fidelity of the run.
+    out, operators : Path
+        Folders of the run and of its operators.
+
+    Returns
+    -------
+    Path or None
+        Path of the file; None for a radiator, or where no modes can be found.
+    """
+    if not isinstance(case, GearboxCase):
+        return None
+    nominal, fastest = mode_speeds(case)
+    speeds = [nominal, *np.linspace(0.0, fastest, _SPEEDS)]
+    try:
+        found = chain.system_modes(case, speeds, fidelity=fidelity, out=out, operators=operators)
+    except (InputError, SolverError):
+        return None
+    content = json.dumps(mode_record(case, found[0], found[1:]))
+    write_text(out / FILE, content + "\n")
+    return out / FILE
+
+
+def mode_speeds(case: GearboxCase) -> tuple[float, float]:
+    """Return nominal and highest speed (rad/s); the end of a run-up, or 1.5 times a constant speed."""
+    if case.ramp is not None:
+        fastest = max(case.ramp.start_speed, case.ramp.end_speed)
+        return fastest, fastest
+    return case.operation.input_speed, _TIMES_NOMINAL * case.operation.input_speed
+
+
+def mode_record(case: GearboxCase, modes: SystemModes, over_speed: Sequence[SystemModes]) -> dict[str, Any]:
+    """Return the content of modes.json.
+
+    Parameters
+    ----------
+    case : GearboxCase
+        Gearbox.
+    modes : SystemModes
+        Modes at the nominal speed.
+    over_speed : sequence of SystemModes
+        Modes at other speeds.
+    """
+    kept = min(int(np.searchsorted(modes.frequency, case.band.high, side="right")), MOST)
+    return {
+        "input_torque_Nm": modes.input_torque,
+        "nominal_rpm": 30.0 / pi * modes.input_speed,
+        "speed_rpm": [30.0 / pi * of.input_speed for of in over_speed],
+        "over_speed_Hz": [_short(of.frequency[of.frequency <= case.band.high]) for of in over_speed],
+        "over_speed_mesh_share": [_short(mesh_share(of)[of.frequency <= case.band.high]) for of in over_speed],
+        "orders": {
+            f"{name} × {k}": k * order for name, order in mesh_orders(case).items() for k in range(1, HARMONICS + 1)
+        },
+        "frequency_Hz": _short(modes.frequency[:kept]),
+        "damping": _short(modes.damping[:kept]),
+        "strain": {part: _short(modes.strain[:kept, i]) for i, part in enumerate(modes.strain_parts)},
+        "kinetic": {part: _short(modes.kinetic[:kept, i]) for i, part in enumerate(modes.kinetic_parts)},
+        "planes": [
+            *({"rotor": gear.rotor, "shaft": gear.shaft, "z": gear.z} for gear in case.gears),
+            *({"rotor": bearing.shaft, "shaft": bearing.shaft, "z": bearing.z} for bearing in case.bearings),
+        ],
+        "plane_motion": _complex(modes.plane_motion[:kept]),
+        "housing_motion": _complex(modes.housing_motion[:kept]),
+        "cylinders": _cylinders(case),
+    }
+
+
+def mesh_share(modes: SystemModes) -> np.ndarray:
+    """Return the share (n,) of all meshes in the strain energy."""
+    meshes = [i for i, part in enumerate(modes.strain_parts) if part.startswith("mesh ")]
+    return np.asarray(modes.strain[:, meshes].sum(axis=1))
+
+
+def _cylinders(case: GearboxCase) -> list[dict[str, Any]]:
+    """Return the segments of shafts, and gears with their teeth."""
+    axes = {shaft.name: list(shaft.axis) for shaft in case.shafts}
+    found = [
+        {
+            "rotor": shaft.name, "axis": axes[shaft.name], "ends": [of.start, of.end],
+            "radii": [of.outer_diameter / 2, of.outer_diameter / 2], "teeth": 0,
+        }
+        for shaft in case.shafts
+        for of in shaft.segments
+    ]  # fmt: skip
+    for gear in case.gears:
+        of = gear.geometry
+        ends = [gear.z - of.face_width / 2, gear.z + of.face_width / 2]
+        radii = [of.root_radius, of.tip_circle_radius]
+        found.append({"rotor": gear.rotor, "axis": axes[gear.shaft], "ends": ends, "radii": radii, "teeth": of.teeth})
+    return found
+
+
+def _complex(values: ComplexArray) -> dict[str, Any]:
+    return {"shape": list(values.shape), "real": _short(values.real.ravel()), "imag": _short(values.imag.ravel())}
+
+
+def _short(values: np.ndarray) -> list[float]:
+    return [float(f"{value:.6g}") for value in values]

@@ -1,0 +1,37 @@
+"""Modes of a gearbox on the page: shafts move as their cross-sections do, and their diagram is drawn."""
+
+import json
+
+import numpy as np
+import pytest
+
+from nvhchain.report.page.sections.bodies.modes import _carried, _cylinder, blocks
+from nvhchain.report.page.stored import Stored, StoredRun
+
+CYLINDER = {"rotor": "A", "axis": [0.1, 0.2], "ends": [0.0, 0.4], "radii": [0.02, 0.03], "teeth": 9}
+PLANES = [{"rotor": "A", "shaft": "A", "z": z} for z in (0.3, 0.1)]
+
+
+def test_points_of_a_rigid_shaft_move_as_one_body():
+    points, _ = _cylinder(CYLINDER)
+    turn, shift = np.array([0.3, -0.2, 1.0 + 0.5j]), np.array([1.0, 2.0, 3.0])
+    planes = np.array([[[*(shift + np.cross(turn, [0.1, 0.2, of["z"]])), *turn] for of in PLANES]])
+    moved = _carried(points, CYLINDER, PLANES, planes)
+    assert moved[0] == pytest.approx(shift + np.cross(turn, points), abs=1e-12)
+
+
+def test_diagram_and_moving_modes_are_drawn(tmp_path):
+    record = {
+        "input_torque_Nm": 60.0, "nominal_rpm": 1000.0, "speed_rpm": [0.0, 1500.0],
+        "over_speed_Hz": [[500.0], [510.0]], "over_speed_mesh_share": [[0.3], [0.3]], "orders": {"stage × 1": 20.0},
+        "frequency_Hz": [505.0], "damping": [0.01], "strain": {"mesh stage": [0.7], "bearing A1": [0.3]},
+        "kinetic": {"shaft A": [1.0]}, "planes": PLANES, "cylinders": [CYLINDER],
+        "plane_motion": {"shape": [1, 2, 6], "real": [0.0, 0.0, 0.0, 0.0, 0.0, 1.0] * 2, "imag": [0.0] * 12},
+        "housing_motion": {"shape": [1, 0], "real": [], "imag": []},
+    }  # fmt: skip
+    (tmp_path / "modes.json").write_text(json.dumps(record))
+    run = StoredRun("box", tmp_path, {}, {})
+    diagram, moving, table = blocks(Stored(tmp_path, {}, (run,)))
+    assert diagram.data[0]["y"] == [0.0, 500.0]  # order 20 at 1500 rpm
+    assert moving.data["lines"] == ["505.0 Hz, damping 1.00 %: strain mesh stage 70 %, bearing A1 30 %"]
+    assert table.rows == [("505.0", "1.00", "mesh stage 70 %, bearing A1 30 %", "shaft A 100 %")]

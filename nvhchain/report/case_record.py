@@ -14,6 +14,7 @@ from nvhchain.case import Case
 from nvhchain.dimensions import UNITS, si_unit
 from nvhchain.fidelity import Fidelity
 from nvhchain.files.hdf5 import writable_folder, write_text
+from nvhchain.report.gear_outlines import gear_outlines
 from nvhchain.report.marks import mesh_orders, slot_orders
 
 _DRAWING_UNITS = {UNITS[unit][0]: unit for unit in ("mm", "deg", "rpm", "kg_cm2", "GPa")}
@@ -22,9 +23,10 @@ _DRAWING_UNITS = {UNITS[unit][0]: unit for unit in ("mm", "deg", "rpm", "kg_cm2"
 
 @contextmanager
 def recorded_case(case: Case, fidelity: Fidelity, folder: Path) -> Iterator[None]:
-    """Write case.json before a run: values of the case, its orders, and the fidelity; remove an earlier summary.
+    """Write case.json before a run and remove an earlier summary.
 
-    A run that ends before its first hand-off leaves nothing.
+    The file holds values of the case, its orders, outlines of its gears, and the fidelity. A run that ends before its
+    first hand-off leaves nothing.
 
     Parameters
     ----------
@@ -47,6 +49,7 @@ def recorded_case(case: Case, fidelity: Fidelity, folder: Path) -> Iterator[None
         "mesh_orders": mesh_orders(case),
         "slot_orders": slot_orders(case),
         "values": dict(case_values(case)),
+        "drawings": gear_outlines(case),
     }
     (writable_folder(folder, "out") / "summary.json").unlink(missing_ok=True)
     write_text(folder / "case.json", json.dumps(record, indent=1) + "\n")

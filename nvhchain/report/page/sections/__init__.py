@@ -1,7 +1,7 @@
 """Sections of the page: each module has a TITLE and a function `blocks` of the stored results, empty without any."""
 
 from nvhchain.report.page.sections import answer, cases, limits, making
-from nvhchain.report.page.sections.bodies import housing, modes
+from nvhchain.report.page.sections.bodies import gears, housing, modes
 from nvhchain.report.page.sections.causes import bearing_forces, contributions, transmission_errors, why
 from nvhchain.report.page.sections.lines import differences, history, levels, spectrum
 from nvhchain.report.page.sections.listening import hearing, microphones, sound, targets
@@ -25,6 +25,7 @@ SECTIONS = (
     bearing_forces,
     transmission_errors,
     history,
+    gears,
     cases,
     limits,
     making,

@@ -1,10 +1,14 @@
-"""Modes of a gearbox on the page: shafts move as their cross-sections do, and their diagram is drawn."""
+"""Bodies of the page: shafts move as their cross-sections do; teeth mesh without cutting into each other."""
 
 import json
 
 import numpy as np
 import pytest
+from matplotlib.path import Path as Outline
 
+from nvhchain.case import load_case
+from nvhchain.report.gear_outlines import gear_outlines
+from nvhchain.report.page.sections.bodies.gears import _drawing, _turns
 from nvhchain.report.page.sections.bodies.modes import _carried, _cylinder, blocks
 from nvhchain.report.page.stored import Stored, StoredRun
 
@@ -35,3 +39,21 @@ def test_diagram_and_moving_modes_are_drawn(tmp_path):
     assert diagram.data[0]["y"] == [0.0, 500.0]  # order 20 at 1500 rpm
     assert moving.data["lines"] == ["505.0 Hz, damping 1.00 %: strain mesh stage 70 %, bearing A1 30 %"]
     assert table.rows == [("505.0", "1.00", "mesh stage 70 %, bearing A1 30 %", "shaft A 100 %")]
+
+
+def test_teeth_of_a_stage_lie_in_the_gaps_of_each_other(request):
+    case = load_case(request.config.rootpath / "cases/small/single_stage.toml")
+    drawn = gear_outlines(case)
+    (pair,) = drawn["stages"].values()
+    pinion, wheel = (
+        _drawing(drawn["gears"][each["gear"]], each["place"], turn)
+        for each, turn in zip(pair, _turns(drawn, pair), strict=True)
+    )
+    teeth = [of[: np.flatnonzero(np.isnan(of[:, 0]))[0]] for of in (pinion, wheel)]
+    reach = [np.linalg.norm(of - np.array(each["place"]), axis=1).max() for of, each in zip(teeth, pair, strict=True)]
+    apart = np.linalg.norm(np.subtract(pair[0]["place"], pair[1]["place"]))
+    assert sum(reach) > apart + 2e-3  # they overlap by more than 2 mm in height
+    assert not Outline(teeth[1]).contains_points(teeth[0]).any()
+    assert not Outline(teeth[0]).contains_points(teeth[1]).any()
+    gap = np.linalg.norm(teeth[0][:, None] - teeth[1][None], axis=2).min()
+    assert gap < 0.3e-3

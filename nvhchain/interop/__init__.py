@@ -4,6 +4,7 @@ from nvhchain.interop.forces.channels import Record
 from nvhchain.interop.forces.force_channels import BearingChannels, ForceChannels
 from nvhchain.interop.forces.forces import read_bearing_forces, read_record, write_bearing_forces
 from nvhchain.interop.forces.uff58 import write_pressure_uff
+from nvhchain.interop.gltf_files import write_glb
 from nvhchain.interop.matrices.reduced import MatrixNames, SuperelementFiles, read_superelement
 from nvhchain.interop.models import read_modal_model, read_solid_model
 from nvhchain.interop.modes.modal_hdf5 import read_modal_hdf5, write_modal_hdf5
@@ -39,6 +40,7 @@ __all__ = [
     "write_bearing_forces",
     "write_craig_bampton",
     "write_gear_field_vtu",
+    "write_glb",
     "write_modal_hdf5",
     "write_modal_uff",
     "write_modes_vtkhdf",

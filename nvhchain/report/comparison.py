@@ -28,6 +28,7 @@ from nvhchain.report.marks import order_marks
 from nvhchain.report.page import write_page
 from nvhchain.report.recorded_modes import record_modes
 from nvhchain.report.run_up import curves_of, run_up_maps
+from nvhchain.report.sound.microphones import add_balloons
 from nvhchain.report.sound.write import write_sounds
 from nvhchain.report.steady_states import steady_maps
 from nvhchain.report.summary import transmission_errors, write_summary
@@ -157,6 +158,7 @@ def _written(
     table = plots.difference_table(summary["configurations"])
     write_text(out / "differences.txt", table.text() + "\n")
     write_text(out / "differences.csv", table.csv())
+    add_balloons(out)
     write_page(out)
     return summary
 
@@ -185,6 +187,7 @@ def write_run(result: Result, out: Path, states: States = (None, None), watcher:
         record_modes(result.case, fidelity=result.fidelity, out=out, operators=out)
     maps = _maps(results, states, out, watcher)
     write_summary(results, out, sounds=write_sounds(results, out), maps=maps)
+    add_balloons(out)
     return write_page(out)
 
 

@@ -72,8 +72,8 @@ def draw(
     files : list of Path
         HDF5 files, all of one kind.
     picture : Path
-        PNG to write. A path that ends in .gif, .vtu, .vtkhdf, .unv or .csv holds the motion of a housing or surface
-        (`write_motion`). The suffix .vtu also holds displacement and stress of a gear.
+        PNG to write. A path that ends in .gif, .glb, .vtu, .vtkhdf, .unv or .csv holds the motion of a housing or
+        surface (`write_motion`). The suffix .vtu also holds displacement and stress of a gear.
     orders : bool
         Draw maps of records against order of the input instead of frequency. Steady records of several speeds then
         make one map.

@@ -7,19 +7,23 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.axes import Axes
 
 from nvhchain import plots
 from nvhchain.errors import InputError, require
 from nvhchain.files.hdf5 import write_text
-from nvhchain.handoff import FloatArray, HandOff, ReducedHousing, SurfaceVelocity
+from nvhchain.handoff import FloatArray, HandOff, ReducedHousing, Surface, SurfaceVelocity
 from nvhchain.housing.exchange.exported_modes import exported_modes
 from nvhchain.housing.modes.modal_assurance import modal_assurance
-from nvhchain.interop import write_modal_uff, write_modes_vtkhdf, write_velocity_vtkhdf, write_vtu
+from nvhchain.interop import write_glb, write_modal_uff, write_modes_vtkhdf, write_velocity_vtkhdf, write_vtu
 from nvhchain.interop.notation.surface_motion import vertex_motion
 
-SUFFIXES = (".csv", ".gif", ".unv", ".vtkhdf", ".vtu")
+SUFFIXES = (".csv", ".gif", ".glb", ".unv", ".vtkhdf", ".vtu")
 """Suffixes of files that are not still pictures."""
+
+DRAWN = 0.05
+"""Largest motion in a .glb, relative to the size of the body."""
 
 
 def draw_housings(housings: Mapping[str, ReducedHousing], frequency: Sequence[float]) -> list[Axes]:
@@ -63,6 +67,7 @@ def write_motion(hand_offs: Mapping[str, HandOff], path: Path, frequency: Sequen
     Notes
     -----
     - .gif: one period of the mode or line nearest to `frequency`.
+    - .glb: the same motion in three dimensions, coloured by its size, for slides and browsers.
     - .vtu: the same mode or line, without animation.
     - .vtkhdf: all modes or lines.
     - .unv: all modes and residual vectors of a housing.
@@ -92,6 +97,9 @@ def write_motion(hand_offs: Mapping[str, HandOff], path: Path, frequency: Sequen
     if path.suffix == ".gif":
         plots.animate(hand_off.surface, state, path)
         return
+    if path.suffix == ".glb":
+        _write_glb(hand_off.surface, state, path)
+        return
     name = "normal_shape" if isinstance(hand_off, ReducedHousing) else "normal_velocity"
     parts = (
         {"": state.real} if isinstance(hand_off, ReducedHousing) else {"_real": state.real, "_imaginary": state.imag}
@@ -99,6 +107,16 @@ def write_motion(hand_offs: Mapping[str, HandOff], path: Path, frequency: Sequen
     cells = {name + part: values for part, values in parts.items()}
     points = {f"motion{part}": vertex_motion(hand_off.surface, values) for part, values in parts.items()}
     write_vtu(hand_off.surface, path, cells=cells, points=points)
+
+
+def _write_glb(surface: Surface, state: Any, path: Path) -> None:
+    """Write a motion whose largest part is drawn as `DRAWN` times the size of the body."""
+    motion = vertex_motion(surface, np.asarray(state, dtype=complex))
+    size = np.linalg.norm(np.abs(motion), axis=1)
+    largest = float(size.max()) or 1.0
+    span = float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
+    colours = colormaps["viridis"](size / largest)[:, :3]
+    write_glb(surface, np.asarray(DRAWN * span / largest * motion, dtype=complex), colours, path)
 
 
 def _state(hand_off: ReducedHousing | SurfaceVelocity, frequency: Sequence[float]) -> Any:

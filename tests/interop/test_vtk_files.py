@@ -1,14 +1,16 @@
-"""VTKHDF and VTU are read back by VTK's own readers, which are ParaView's."""
+"""VTKHDF, VTU and glTF are read back by VTK's own readers, which are ParaView's."""
 
 import numpy as np
 import pytest
 from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkIOGeometry import vtkGLTFReader
 from vtkmodules.vtkIOHDF import vtkHDFReader
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
 from nvhchain.conventions import REFERENCE_VELOCITY
 from nvhchain.errors import InputError
 from nvhchain.handoff import GearField, ReducedHousing, Surface, SurfaceVelocity
+from nvhchain.interop.gltf_files import write_glb
 from nvhchain.interop.notation.surface_motion import vertex_motion
 from nvhchain.interop.vtk_files import write_gear_field_vtu, write_modes_vtkhdf, write_velocity_vtkhdf, write_vtu
 from nvhchain.testing.elements import brick
@@ -117,3 +119,23 @@ def test_displacement_and_stress_of_a_gear_lie_at_the_nodes_of_its_elements(tmp_
     corner = int(np.flatnonzero((nodes == [2.0, 1.0, 1.0]).all(axis=1))[0])
     assert arrays["force"][corner].tolist() == [4.0, 4.0, 4.0]
     assert np.abs(arrays["force"]).sum() == 12.0
+
+
+def test_a_moving_surface_is_read_back_in_phase_by_the_reader_of_gltf(tmp_path):
+    motion = np.random.default_rng(2).standard_normal((6, 3)) * 0.1 * np.exp(0.7j)
+    path = write_glb(OCTAHEDRON, motion, np.tile([1.0, 0.5, 0.0], (6, 1)), tmp_path / "a.glb")
+    reader = vtkGLTFReader()
+    reader.SetFileName(str(path))
+    reader.ApplyDeformationsToGeometryOn()
+    reader.SetFrameRate(12)
+    reader.UpdateInformation()
+    reader.EnableAnimation(0)
+    for phase in (0.0, np.pi / 2, np.pi):
+        reader.UpdateInformation()
+        reader.UpdateTimeStep(2.0 * phase / (2 * np.pi))
+        surface = reader.GetOutputDataObject(0)
+        while not hasattr(surface, "GetPoints"):
+            surface = surface.GetBlock(0)
+        moved = OCTAHEDRON.vertices + (motion * np.exp(1j * phase)).real
+        assert vtk_to_numpy(surface.GetPoints().GetData()) == pytest.approx(moved, abs=1e-6)
+    assert vtk_to_numpy(surface.GetPointData().GetArray("COLOR_0"))[0][:3] == pytest.approx([1.0, 0.5, 0.0], abs=3e-3)

@@ -142,6 +142,22 @@ def add_microphones(
     return told
 
 
+def add_balloons(folder: str | Path) -> None:
+    """Write the balloon of every run in a folder that holds the waves of its sound power.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Folder of `run` or `compare`.
+    """
+    for run in stored_results(Path(folder)).runs:
+        try:
+            waves = run_waves(run)
+        except InputError:
+            continue
+        _balloon(waves, None)
+
+
 def run_waves(run: StoredRun) -> RunWaves:
     """Return the waves that belong to the sound power of a run; InputError without them."""
     power, forces = run.hand_off("sound_power", SoundPower), run.hand_off("force_spectrum", ForceSpectrum)

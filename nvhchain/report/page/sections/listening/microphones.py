@@ -12,7 +12,7 @@ from nvhchain.report.page.blocks import Figure, Table, label, packed
 from nvhchain.report.page.stored import Stored, StoredRun
 from nvhchain.report.sound.microphones import BALLOON, MICROPHONES, added_levels, balloon_shape
 
-TITLE = "Added microphones"
+TITLE = "Directivity"
 
 RANGE = 40.0
 """Range (dB) of a balloon: levels this far below the loudest direction lie in the middle."""

@@ -320,11 +320,12 @@ def parser() -> argparse.ArgumentParser:
     )
     tradeoff.set_defaults(action=commands.tradeoff)
 
-    study = verbs.add_parser("study", help="run many designs of one case, with tables, effects and best designs")
+    study = verbs.add_parser(
+        "study", parents=[spread], help="run many designs of one case, with a page, effects and best designs"
+    )
     study.add_argument("study", metavar="STUDY", help="TOML file: base case, parameters, plan")
     study.add_argument("--fidelity", choices=list(PRESETS), default="draft", help="accuracy preset (default: draft)")
     study.add_argument("--out", metavar="DIR", type=folder, help="folder for the tables (default: out/<study file>)")
-    study.add_argument("--workers", metavar="N", type=int, help="run designs on N processes of this machine")
     study.add_argument("--plan", action="store_true", help="print designs, time and memory; compute nothing")
     study.set_defaults(action=study_command)
 

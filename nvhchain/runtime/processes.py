@@ -12,15 +12,16 @@ import signal
 import subprocess
 import sys
 from _thread import interrupt_main
-from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import wait
 from pathlib import Path
+from queue import SimpleQueue
 from subprocess import DEVNULL, PIPE
 from threading import Thread, current_thread, main_thread
-from typing import IO
+from typing import IO, Any
 
 __all__ = ["DEVNULL", "PIPE", "end_here", "exchange", "isolated", "process_pool", "run", "run_python", "start_python"]
 
@@ -197,11 +198,47 @@ def _end_with_caller() -> None:
     Thread(target=watch, name="end with the caller", daemon=True).start()
 
 
+class _Workers(Executor):
+    """Processes with one task each: one that dies ends its own task alone, and the next task has a new one."""
+
+    def __init__(self, workers: int) -> None:
+        self._max_workers = workers
+        self._threads = ThreadPoolExecutor(workers)
+        self._idle: SimpleQueue[ProcessPoolExecutor | None] = SimpleQueue()
+        for _ in range(workers):
+            self._idle.put(None)
+
+    def submit(self, task: Callable[..., Any], /, *arguments: Any, **named: Any) -> Future[Any]:
+        return self._threads.submit(self._run, task, arguments, named)
+
+    def _run(self, task: Callable[..., Any], arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
+        """Run a task in a process that no other task has."""
+        process: ProcessPoolExecutor | None = self._idle.get()
+        try:
+            process = process or ProcessPoolExecutor(1, get_context("spawn"), _end_with_caller)
+            return process.submit(task, *arguments, **named).result()
+        except BrokenExecutor:
+            process = None
+            raise
+        finally:
+            self._idle.put(process)
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        self._threads.shutdown(wait=wait, cancel_futures=cancel_futures)
+        while not self._idle.empty():
+            process = self._idle.get()
+            if process is not None:
+                process.shutdown(wait=wait, cancel_futures=cancel_futures)
+
+
 @contextmanager
 def process_pool(workers: int) -> Iterator[Executor]:
-    """Yield an executor of `workers` processes, which end with this context and cancel waiting tasks on an error."""
+    """Yield an executor of `workers` processes, which end with this context and cancel waiting tasks on an error.
+
+    A process that dies costs its own task alone (BrokenExecutor) and is replaced.
+    """
     with isolated():
-        pool = ProcessPoolExecutor(workers, get_context("spawn"), _end_with_caller)
+        pool = _Workers(workers)
         try:
             yield pool
         except BaseException:

@@ -11,31 +11,43 @@ from nvhchain.study.analysis import (
     sensitivity,
     worst_rows,
 )
-from nvhchain.study.definition import Parameter, Study, load_study
+from nvhchain.study.definition import Goal, Study, load_study
 from nvhchain.study.designs import Design, count_designs, list_designs
+from nvhchain.study.differences import Difference, differences, level_difference
+from nvhchain.study.gradient import Slope, slopes
 from nvhchain.study.measuring import measure, measure_drawn
+from nvhchain.study.optimise import Score, best_score, scores
+from nvhchain.study.parameter import Parameter
 from nvhchain.study.quality import FailedShare, Influence, Percentile, failed_shares, influences, percentiles
-from nvhchain.study.running import Point, Row, check_parameters, operating_points, run_study
+from nvhchain.study.rows import Point, Row, operating_points
+from nvhchain.study.running import check_parameters, run_study
 from nvhchain.study.tables import rows_csv, write_study
 
 __all__ = [
     "Design",
+    "Difference",
     "Effect",
     "FailedShare",
+    "Goal",
     "Influence",
     "Parameter",
     "Percentile",
     "Point",
     "Row",
+    "Score",
+    "Slope",
     "SobolIndex",
     "Study",
     "best_designs",
+    "best_score",
     "check_parameters",
     "count_designs",
+    "differences",
     "failed_shares",
     "idle_parameters",
     "indices_from",
     "influences",
+    "level_difference",
     "list_designs",
     "load_study",
     "main_effects",
@@ -46,7 +58,9 @@ __all__ = [
     "responses_of",
     "rows_csv",
     "run_study",
+    "scores",
     "sensitivity",
+    "slopes",
     "worst_rows",
     "write_study",
 ]

@@ -12,7 +12,7 @@ from scipy.stats import sobol_indices
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray
 from nvhchain.study.definition import Study
-from nvhchain.study.running import Row
+from nvhchain.study.rows import Row
 
 
 @dataclass(frozen=True)

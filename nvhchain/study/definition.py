@@ -2,126 +2,59 @@
 
 from __future__ import annotations
 
-import json
-import re
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from math import isfinite
 from pathlib import Path
 from typing import Any, Literal
 
-from scipy.stats import norm
-
-from nvhchain.case.load import parse_change
 from nvhchain.errors import InputError, Mistakes, mistakes, require
 from nvhchain.kinds import check_fields
 from nvhchain.names import check_names
+from nvhchain.study.parameter import Parameter, numbers, parameter_from
+from nvhchain.study.responses import ON_REQUEST
 
-SEEDS = 2**31
-"""Number of seeds from which a draw takes one."""
-_DEVIATION = re.compile(r"^gears\..+\.deviations\.|^stages\..+\.tolerances\.")
+FEWEST_EVALUATIONS = 10
+"""Smallest number of designs of a search."""
 _COLUMNS = ("design", "speed_rpm", "torque_Nm", "seconds", "refused")
 """Columns of the table of runs that are no parameters."""
 
 
 @dataclass(frozen=True)
-class Parameter:
-    """Value of a case that a study varies: by values, by variants, or by a distribution.
+class Goal:
+    """Goal of the plan `optimise`: the smallest value of a response within the targets of others.
 
     Parameters
     ----------
-    name : str
-        Name in tables and figures.
-    paths : tuple of str
-        Places of the case that get the value, such as "gears.wheel.face_width_mm"; entries of a list by name.
-    values : tuple
-        Values in the unit of the path.
-    variants : tuple of (str, dict)
-        Name and path → value of several places that change together, in place of `paths` and `values`.
-    low, high : float, optional
-        Limits of an even distribution, in place of `values`.
-    mean, deviation : float, optional
-        Normal distribution, in place of `values`.
-    draw : bool
-        True for a whole number at random of every design, in place of `values`: the seed of a gear's deviations.
+    response : str
+        Response, at its worst operating point.
+    scatter : tuple of Parameter
+        Tolerances: distributions of which every design has the same draws.
+    draws : int
+        Number of gearboxes per design; 0 without `scatter`.
+    percent : float
+        Percentage of the gearboxes that a value includes, above 0 and at most 100.
 
     Raises
     ------
     InputError
-        If it has no values, no distribution, or more than one of both.
+        If scatter and draws do not fit.
     """
 
-    name: str
-    paths: tuple[str, ...] = ()
-    values: tuple[Any, ...] = ()
-    variants: tuple[tuple[str, Mapping[str, Any]], ...] = ()
-    low: float | None = None
-    high: float | None = None
-    mean: float | None = None
-    deviation: float | None = None
-    draw: bool = False
+    response: str = "level"
+    scatter: tuple[Parameter, ...] = ()
+    draws: int = 0
+    percent: float = 95.0
 
     def __post_init__(self) -> None:
-        given = {
-            "values": bool(self.values),
-            "variants": bool(self.variants),
-            "low and high": self.low is not None or self.high is not None,
-            "mean and deviation": self.mean is not None or self.deviation is not None,
-            "draw = true": self.draw,
-        }
-        chosen = [kind for kind, there in given.items() if there]
+        check_fields(self)
+        require(0 < self.percent <= 100, f"percent = {self.percent:g} must be above 0 and at most 100")
         require(
-            len(chosen) == 1,
-            f"{self.name}: give one of {', '.join(given)}" + (f", not {' and '.join(chosen)}" if chosen else ""),
+            (self.draws > 0) == bool(self.scatter),
+            f"draws = {self.draws} with {len(self.scatter)} tolerances: give [[scatter]] and draws, or neither",
         )
-        require(
-            bool(self.paths) is not bool(self.variants),
-            f"{self.name}: give `path` or `paths` of the case"
-            if not self.variants
-            else f"{self.name}: variants name their own paths: leave `paths` out",
-        )
-        for first, second in (("low", "high"), ("mean", "deviation")):
-            pair = [getattr(self, first), getattr(self, second)]
-            require(
-                pair.count(None) != 1 and all(limit is None or isfinite(limit) for limit in pair),
-                f"{self.name}: give finite {first} and {second}, both",
-            )
-        if self.low is not None and self.high is not None:
-            require(self.low < self.high, f"{self.name}: low = {self.low:g} must be below high = {self.high:g}")
-        if self.deviation is not None:
-            require(self.deviation > 0, f"{self.name}: deviation = {self.deviation:g} must be positive")
-        for path in self.paths or [path for _, changes in self.variants for path in changes]:
-            parse_change(f"{path} = 0")
-
-    @property
-    def levels(self) -> tuple[Any, ...]:
-        """Values, or names of variants; empty for a distribution."""
-        return self.values or tuple(name for name, _ in self.variants)
-
-    def value_at(self, share: float) -> Any:
-        """Return the value below which `share` (0 to 1) of its distribution lies."""
-        if self.levels:
-            return self.levels[min(int(share * len(self.levels)), len(self.levels) - 1)]
-        if self.draw:
-            return int(share * SEEDS)
-        if self.low is not None and self.high is not None:
-            return float(self.low + share * (self.high - self.low))
-        assert self.mean is not None
-        assert self.deviation is not None
-        return float(norm.ppf(share, self.mean, self.deviation))
-
-    @property
-    def draws_deviations(self) -> bool:
-        """True where only deviations of gears, or tolerances of angles between axes, vary."""
-        paths = self.paths or tuple(path for _, changes in self.variants for path in changes)
-        return all(_DEVIATION.search(path) and "centre_distance" not in path for path in paths)
-
-    def changes(self, value: Any) -> list[str]:
-        """Return the assignments "path = value" that give a case this value."""
-        if self.variants:
-            return [f"{path} = {_toml(new)}" for path, new in dict(self.variants)[value].items()]
-        return [f"{path} = {_toml(value)}" for path in self.paths]
+        for tolerance in self.scatter:
+            require(not tolerance.levels, f"{tolerance.name}: a tolerance has a distribution, or draw = true")
 
 
 @dataclass(frozen=True)
@@ -137,12 +70,13 @@ class Study:
     plan : str
         Plan: `grid` has every combination of values, `list` the n-th values of all parameters together.
         `monte_carlo` has independent draws, for percentiles and shares that fail. `latin_hypercube` and `sobol` fill
-        the space evenly, `sensitivity` is for Sobol indices.
+        the space evenly, `sensitivity` is for Sobol indices. `optimise` searches for the best design, `gradient`
+        has slopes at the middle of every range.
     designs : int
-        Number of designs of the last four plans, a power of two for `sobol` and `sensitivity`. The latter multiplies
-        it by the number of parameters plus two.
+        Number of designs, a power of two for `sobol` and `sensitivity`. The latter multiplies it by the number of
+        parameters plus two. For `optimise` the largest number. `grid`, `list` and `gradient` have their own.
     seed : int
-        Seed of the last four plans.
+        Seed of plans with a number of designs.
     speeds_rpm : tuple of float
         Speeds of the input shaft (rpm) at which every design runs; that of the case by default.
     torques : tuple of float
@@ -151,6 +85,10 @@ class Study:
         Two responses, both better the smaller, of the figure of best designs.
     targets : dict of str to float
         Response → largest value that passes, such as level = 65; at the worst operating point.
+    responses : tuple of str
+        Further responses: `orders`, `loudness`, `contact_pressure`.
+    goal : Goal, optional
+        Goal of the plan `optimise`.
     most_designs : int
         Number of designs above which a plan is refused.
 
@@ -162,7 +100,9 @@ class Study:
 
     case: str | Path
     parameters: tuple[Parameter, ...]
-    plan: Literal["grid", "list", "monte_carlo", "latin_hypercube", "sobol", "sensitivity"] = "grid"
+    plan: Literal["grid", "list", "monte_carlo", "latin_hypercube", "sobol", "sensitivity", "optimise", "gradient"] = (
+        "grid"
+    )
     designs: int = 0
     seed: int = 1
     speeds_rpm: tuple[float, ...] = ()
@@ -170,20 +110,31 @@ class Study:
     pareto: tuple[str, ...] = ()
     targets: Mapping[str, float] = field(default_factory=dict)
     most_designs: int = 10_000
+    responses: tuple[str, ...] = ()
+    goal: Goal | None = None
 
     def __post_init__(self) -> None:
         check_fields(self)
         require(len(self.parameters) > 0, "a study without parameters has one design: use run, or add [[parameters]]")
-        check_names([parameter.name for parameter in self.parameters], "parameters")
-        for parameter in self.parameters:
+        tolerances = self.goal.scatter if self.goal is not None else ()
+        check_names([parameter.name for parameter in (*self.parameters, *tolerances)], "parameters")
+        for parameter in (*self.parameters, *tolerances):
             require(parameter.name not in _COLUMNS, f"{parameter.name} is a column of every table: choose another name")
         lengths = {parameter.name: len(parameter.levels) for parameter in self.parameters}
         if self.plan in ("grid", "list"):
             for name, length in lengths.items():
                 require(length > 0, f"{name}: plan = '{self.plan}' needs values: give them, or another plan")
             require(self.designs == 0, f"designs = {self.designs}: plan = '{self.plan}' has those of its values")
+        elif self.plan == "gradient":
+            require(self.designs == 0, f"designs = {self.designs}: plan = 'gradient' has as many as its steps need")
+            for parameter in self.parameters:
+                require(
+                    not parameter.levels and not parameter.draw,
+                    f"{parameter.name}: slopes need a range: give low and high, or mean and deviation",
+                )
         else:
             require(self.designs > 0, f"designs = {self.designs}: plan = '{self.plan}' needs a positive number")
+        self._check_goal()
         if self.plan == "list":
             require(len(set(lengths.values())) == 1, f"plan = 'list' needs as many values everywhere, not {lengths}")
         if self.plan in ("sobol", "sensitivity"):
@@ -192,7 +143,26 @@ class Study:
                 f"designs = {self.designs}: plan = '{self.plan}' needs a power of two, such as "
                 f"{1 << self.designs.bit_length()}",
             )
+        for name in self.responses:
+            require(name in ON_REQUEST, f"responses: no {name!r} on request: choose among {', '.join(ON_REQUEST)}")
         require(len(self.pareto) in (0, 2), f"pareto = {self.pareto}: name two responses, such as ['level', 'mass_kg']")
+
+    def _check_goal(self) -> None:
+        require(
+            (self.plan == "optimise") == (self.goal is not None),
+            "plan = 'optimise' needs [optimise], such as response = \"level\"; other plans have none",
+        )
+        if self.plan != "optimise":
+            return
+        require(
+            self.designs >= FEWEST_EVALUATIONS,
+            f"designs = {self.designs}: a search needs {FEWEST_EVALUATIONS} or more",
+        )
+        for parameter in self.parameters:
+            require(
+                bool(parameter.levels) or parameter.low is not None,
+                f"{parameter.name}: a search needs low and high, values or variants; tolerances belong to [[scatter]]",
+            )
 
 
 def load_study(path: str | Path) -> Study:
@@ -220,75 +190,51 @@ def load_study(path: str | Path) -> Study:
         raise InputError(f"{path}: no such file: give a study, such as docs/studies.md shows") from None
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise InputError(f"{path}: cannot be read ({error}): give a study in TOML") from None
-    raw = table.pop("parameters", [])
-    require(
-        isinstance(raw, list) and all(isinstance(one, dict) for one in raw),
-        f"{path}: parameters must be tables: write [[parameters]]",
-    )
-    wrong, parameters = [], []
-    for number, one in enumerate(raw):
-        try:
-            parameters.append(_parameter(one, f"parameters[{number}]"))
-        except InputError as error:
-            wrong += mistakes(error)
-    unknown = sorted(set(table) - (set(Study.__dataclass_fields__) - {"parameters"}))
-    wrong += [f"unknown field {name!r}; known fields: {', '.join(Study.__dataclass_fields__)}" for name in unknown]
+    wrong: list[str] = []
+    parameters = _parameters(table, "parameters", path, wrong)
+    scatter = _parameters(table, "scatter", path, wrong)
+    goal = table.pop("optimise", None)
+    require(goal is None or isinstance(goal, dict), f"{path}: optimise must be a table: write [optimise]")
+    require(goal is not None or not scatter, f"{path}: [[scatter]] belongs to [optimise]: use [[parameters]]")
+    known = [*Study.__dataclass_fields__.keys() - {"goal"}, "optimise", "scatter"]
+    wrong += [
+        f"unknown field {name!r}; known fields: {', '.join(sorted(known))}" for name in sorted(set(table) - set(known))
+    ]
+    own = set(Goal.__dataclass_fields__) - {"scatter"}
+    wrong += [
+        f"optimise: unknown field {name!r}; known fields: {', '.join(sorted(own))}"
+        for name in sorted(set(goal or ()) - own)
+    ]
     require(isinstance(table.get("case"), str), f"{path}: case is missing: name the file of the base case")
     if wrong:
         raise Mistakes([f"{path}: {text}" for text in wrong])
     values: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value for name, value in table.items()}
     for name in ("speeds_rpm", "torques"):
         if name in values:
-            values[name] = tuple(map(float, _numbers(values[name], f"{path}: {name}")))
+            values[name] = tuple(map(float, numbers(values[name], f"{path}: {name}")))
     values["case"] = path.parent / values["case"]
     targets = values.get("targets", {})
     require(isinstance(targets, dict), f"{path}: targets must be a table of response = largest value")
-    _numbers(tuple(targets.values()), f"{path}: targets")
+    numbers(tuple(targets.values()), f"{path}: targets")
     try:
-        return Study(parameters=tuple(parameters), **values)
+        if goal is not None:
+            values["goal"] = Goal(scatter=scatter, **goal)
+        return Study(parameters=parameters, **values)
     except InputError as error:
         raise Mistakes([f"{path}: {text}" for text in mistakes(error)]) from None
 
 
-def _numbers(given: Any, place: str) -> Iterable[float]:
+def _parameters(table: dict[str, Any], name: str, path: Path, wrong: list[str]) -> tuple[Parameter, ...]:
+    """Return the parameters of a list of tables; mistakes go to `wrong`."""
+    raw = table.pop(name, [])
     require(
-        isinstance(given, tuple)
-        and all(isinstance(one, int | float) and not isinstance(one, bool) and isfinite(one) for one in given),
-        f"{place} = {given!r}: give a list of numbers",
+        isinstance(raw, list) and all(isinstance(one, dict) for one in raw),
+        f"{path}: {name} must be tables: write [[{name}]]",
     )
-    numbers: Iterable[float] = given
-    return numbers
-
-
-def _parameter(table: Mapping[str, Any], place: str) -> Parameter:
-    name = table.get("name")
-    require(isinstance(name, str) and bool(name), f"{place}: name is missing: give a text")
-    known = ("name", "path", "paths", "values", "variants", "low", "high", "mean", "deviation", "draw")
-    for key in table:
-        require(key in known, f"{name}: unknown field {key!r}; known fields: {', '.join(known)}")
-    paths = table.get("paths", [table["path"]] if "path" in table else [])
-    values, variants = table.get("values", []), table.get("variants", {})
-    require(isinstance(paths, list) and all(isinstance(path, str) for path in paths), f"{name}: paths must be texts")
-    require(isinstance(values, list), f"{name}: values = {values!r} must be a list")
-    require(
-        isinstance(variants, dict) and all(isinstance(one, dict) for one in variants.values()),
-        f"{name}: variants must be tables of path = value",
-    )
-    limits: dict[str, float] = {}
-    for key in ("low", "high", "mean", "deviation"):
-        if key in table:
-            (limits[key],) = map(float, _numbers((table[key],), f"{name}: {key}"))
-    draw = table.get("draw", False)
-    require(isinstance(draw, bool), f"{name}: draw = {draw!r}: give true or leave it out")
-    return Parameter(str(name), tuple(paths), tuple(values), tuple(variants.items()), draw=draw, **limits)
-
-
-def _toml(value: Any) -> str:
-    """Return a value in TOML on one line."""
-    if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{json.dumps(key)} = {_toml(one)}" for key, one in value.items()) + " }"
-    if isinstance(value, list | tuple):
-        return "[" + ", ".join(map(_toml, value)) + "]"
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    return json.dumps(value) if isinstance(value, str) else repr(value)
+    found = []
+    for number, one in enumerate(raw):
+        try:
+            found.append(parameter_from(one, f"{name}[{number}]"))
+        except InputError as error:
+            wrong += mistakes(error)
+    return tuple(found)

@@ -13,12 +13,15 @@ from nvhchain.errors import require
 from nvhchain.handoff import FloatArray
 from nvhchain.study.definition import Study
 
+STEPS = 3
+"""Largest number of steps of a slope, each half of the one before."""
+
 Design = dict[str, Any]
 """Name of a parameter → its value."""
 
 
 def list_designs(study: Study) -> list[Design]:
-    """Return the designs of a study in the order of its plan.
+    """Return the designs of a study in the order of its plan; those of `optimise` and `gradient` follow from results.
 
     Parameters
     ----------
@@ -36,12 +39,7 @@ def list_designs(study: Study) -> list[Design]:
     InputError
         If there are more designs than the study permits.
     """
-    count = count_designs(study)
-    require(
-        count <= study.most_designs,
-        f"{count} designs are more than most_designs = {study.most_designs}: take fewer values, a latin_hypercube, or "
-        "raise most_designs",
-    )
+    count_designs(study)
     names = [parameter.name for parameter in study.parameters]
     levels = [parameter.levels for parameter in study.parameters]
     if study.plan == "grid":
@@ -56,7 +54,7 @@ def list_designs(study: Study) -> list[Design]:
 
 
 def count_designs(study: Study) -> int:
-    """Return the number of designs of a plan.
+    """Return the number of designs of a plan, each draw of a search for itself; the largest number of a gradient.
 
     Parameters
     ----------
@@ -67,12 +65,29 @@ def count_designs(study: Study) -> int:
     -------
     int
         Number of designs.
+
+    Raises
+    ------
+    InputError
+        If there are more designs than the study permits.
     """
+    count = study.designs
     if study.plan == "grid":
-        return prod(len(parameter.levels) for parameter in study.parameters)
-    if study.plan == "list":
-        return len(study.parameters[0].levels)
-    return study.designs * (len(study.parameters) + 2) if study.plan == "sensitivity" else study.designs
+        count = prod(len(parameter.levels) for parameter in study.parameters)
+    elif study.plan == "list":
+        count = len(study.parameters[0].levels)
+    elif study.plan == "sensitivity":
+        count *= len(study.parameters) + 2
+    elif study.plan == "gradient":
+        count = 1 + 2 * STEPS * len(study.parameters)
+    elif study.goal is not None:
+        count *= max(1, study.goal.draws)
+    require(
+        count <= study.most_designs,
+        f"{count} designs are more than most_designs = {study.most_designs}: take fewer values, a latin_hypercube, or "
+        "raise most_designs",
+    )
+    return count
 
 
 def _shares(study: Study) -> FloatArray:

@@ -6,24 +6,22 @@ import time
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import pi
 from pathlib import Path
 from typing import Any
 
 from nvhchain import acoustics, chain, levels
 from nvhchain.case import Case, Deviations, GearboxCase
-from nvhchain.error_band.files import finite
 from nvhchain.errors import InputError, SolverError, concerning
 from nvhchain.fidelity import Fidelity
 from nvhchain.files.result_cache import fingerprint
-from nvhchain.gear import mass_properties, quasi_static_transmission_error
-from nvhchain.handoff import FieldPressure, FloatArray, NoiseTransferFunctions, ReducedHousing, TransferVectors
+from nvhchain.handoff import NoiseTransferFunctions, ReducedHousing, TransferVectors
+from nvhchain.study.responses import Limits, add_gears, add_levels, add_places, add_requested
 
 _MOST_REFERENCES = 4
 """Number of references that a process holds: several speeds and torques of one study."""
 
 
-def measure(case: Case, fidelity: Fidelity, operators: Path) -> dict[str, Any]:
+def measure(case: Case, fidelity: Fidelity, operators: Path, asked: tuple[str, ...] = ()) -> dict[str, Any]:
     """Run a case and return responses, limits, the reason of a refusal and seconds.
 
     Parameters
@@ -34,38 +32,43 @@ def measure(case: Case, fidelity: Fidelity, operators: Path) -> dict[str, Any]:
         Fidelity of the run.
     operators : Path
         Folder of shared operators.
+    asked : tuple of str
+        Responses on request.
 
     Returns
     -------
     dict
-        `responses`, `limits`, `refused` (None or text) and `seconds`.
+        `responses`, `limits`, `band` (record or None), `refused` (None or text) and `seconds`.
     """
     began = time.monotonic()
 
-    def run(responses: dict[str, float], limits: dict[str, list[float | None]]) -> None:
+    def run(responses: dict[str, float], limits: Limits) -> dict[str, Any] | None:
         result = chain.run(case, fidelity=fidelity, operators=operators)
-        _heard(result, responses, limits)
-        _drawn(result, responses)
+        band = add_levels(result, responses, limits)
+        add_gears(result, responses)
+        add_requested(asked, result.pressure, case, fidelity.gear, responses)
+        return band
 
     return _outcome(case, run, began)
 
 
 def _outcome(
-    case: Case, run: Callable[[dict[str, float], dict[str, list[float | None]]], None], began: float
+    case: Case, run: Callable[[dict[str, float], Limits], dict[str, Any] | None], began: float
 ) -> dict[str, Any]:
     """Return what a run adds to responses and limits, or the reason of its refusal."""
     responses: dict[str, float] = {}
-    limits: dict[str, list[float | None]] = {}
-    refused = None
+    limits: Limits = {}
+    refused = band = None
     try:
         with concerning(case.name), warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            run(responses, limits)
+            band = run(responses, limits)
     except (InputError, SolverError, MemoryError) as error:
         responses, limits, refused = {}, {}, " ".join(str(error).split())
     return {
         "responses": responses,
         "limits": limits,
+        "band": band,
         "refused": refused,
         "seconds": round(time.monotonic() - began, 3),
     }
@@ -128,12 +131,12 @@ def can_be_drawn(case: Case, fidelity: Fidelity) -> bool:
     return isinstance(case, GearboxCase) and case.quantities == ("pressure",) and not case.running_up and solved
 
 
-def measure_drawn(case: Case, fidelity: Fidelity, operators: Path) -> dict[str, Any]:
+def measure_drawn(case: Case, fidelity: Fidelity, operators: Path, asked: tuple[str, ...] = ()) -> dict[str, Any]:
     """Run one of many cases that differ in deviations alone; return the same as `measure`.
 
     Parameters
     ----------
-    case, fidelity, operators
+    case, fidelity, operators, asked
         As in `measure`.
 
     Returns
@@ -147,7 +150,7 @@ def measure_drawn(case: Case, fidelity: Fidelity, operators: Path) -> dict[str, 
     """
     began = time.monotonic()
 
-    def run(responses: dict[str, float], limits: dict[str, list[float | None]]) -> None:
+    def run(responses: dict[str, float], limits: Limits) -> None:
         reference = _reference_of(undrawn(case), fidelity, operators)
         forces = chain.run(replace(case, quantities=("bearing_forces",)), fidelity=fidelity, operators=operators)
         spectrum = forces.force_spectrum
@@ -159,10 +162,11 @@ def measure_drawn(case: Case, fidelity: Fidelity, operators: Path) -> dict[str, 
             )
             reference.functions[lines.tobytes()] = acoustics.noise_transfer_functions(modal, reference.housing)
         pressure = acoustics.transfer_pressure(reference.functions[lines.tobytes()], spectrum)
-        _add_levels(levels.overall(pressure.frequency, pressure.pressure), pressure, case, responses)
+        add_places(levels.overall(pressure.frequency, pressure.pressure), pressure, case, responses)
         for name, offsets in reference.offsets.items():
             limits[name] = [None if offset is None else responses[name] + offset for offset in offsets]
-        _drawn(forces, responses)
+        add_gears(forces, responses)
+        add_requested(asked, pressure, case, fidelity.gear, responses)
 
     return _outcome(case, run, began)
 
@@ -173,8 +177,8 @@ def _reference_of(case: Case, fidelity: Fidelity, operators: Path) -> _Reference
     if key not in _REFERENCES:
         result = chain.run(case, fidelity=fidelity, operators=operators)
         responses: dict[str, float] = {}
-        limits: dict[str, list[float | None]] = {}
-        _heard(result, responses, limits)
+        limits: Limits = {}
+        add_levels(result, responses, limits)
         assert result.transfer_vectors is not None
         assert result.housing is not None
         while len(_REFERENCES) >= _MOST_REFERENCES:
@@ -185,46 +189,3 @@ def _reference_of(case: Case, fidelity: Fidelity, operators: Path) -> _Reference
         }
         _REFERENCES[key] = _Reference(result.transfer_vectors, result.housing, offsets, {})
     return _REFERENCES[key]
-
-
-def _heard(result: chain.Result, responses: dict[str, float], limits: dict[str, list[float | None]]) -> None:
-    """Add levels with their limits: at every microphone, the loudest as `level`, and the sound power."""
-    if "pressure" in result.case.quantities:
-        heard, band = result.overall, result.error_band
-        places = _add_levels(heard, result.pressure, result.case, responses)
-        for name, number in places:
-            limits[name] = finite(band.overall[number])
-    if result.sound_power is not None:
-        power = result.sound_power
-        responses["sound_power"] = float(levels.overall_power(power.frequency, power.power))
-        limits["sound_power"] = finite(result.error_bands["sound_power"].overall[0])
-
-
-def _add_levels(
-    heard: FloatArray, pressure: FieldPressure | None, case: Case, responses: dict[str, float]
-) -> list[tuple[str, int]]:
-    """Add the levels of all microphones and the loudest order; return responses and numbers of the places."""
-    loudest = int(heard.argmax())
-    places = [("level", loudest)]
-    if len(heard) > 1:
-        places += [(f"level at {point.name}", number) for number, point in enumerate(case.field_points)]
-    for name, number in places:
-        responses[name] = float(heard[number])
-    if pressure is not None and pressure.input_speed:
-        line = int(levels.decibel(pressure.pressure[:, loudest]).argmax())
-        responses["loudest order"] = round(2 * pi * float(pressure.frequency[line]) / pressure.input_speed, 6)
-    return places
-
-
-def _drawn(result: chain.Result, responses: dict[str, float]) -> None:
-    """Add swings of transmission errors (µm), and mass (kg) and inertia (kg m²) of all gears."""
-    case = result.case
-    if not isinstance(case, GearboxCase):
-        return
-    for stage, law, force in zip(case.stages, result.mesh_laws, case.mesh_forces, strict=False):
-        if force > 0:
-            _, error = quasi_static_transmission_error(law, force)
-            responses[f"transmission_error_um of {stage.name}"] = 1e6 * float(error.max() - error.min())
-    bodies = [mass_properties(gear.body) for gear in case.gears]
-    responses["mass_kg"] = float(sum(body.mass for body in bodies))
-    responses["inertia_kg_m2"] = float(sum(body.polar_inertia for body in bodies))

@@ -12,7 +12,7 @@ from nvhchain.errors import require
 from nvhchain.handoff import FloatArray
 from nvhchain.study.analysis import responses_of, worst_rows
 from nvhchain.study.definition import Study
-from nvhchain.study.running import Row
+from nvhchain.study.rows import Row
 
 CONFIDENCE = 0.95
 """Confidence of all limits."""

@@ -22,7 +22,7 @@ from nvhchain.study.analysis import (
 )
 from nvhchain.study.definition import Study
 from nvhchain.study.quality import PERCENTS, failed_shares, influences, percentiles
-from nvhchain.study.running import Row
+from nvhchain.study.rows import Row
 
 _DRAWN = ("monte_carlo", "latin_hypercube", "sobol")
 """Plans whose designs stand for what leaves the factory."""

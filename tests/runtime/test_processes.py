@@ -1,8 +1,11 @@
 """Children run code of the packages, never of the working directory."""
 
 import ast
+import os
 import subprocess
 import sys
+import time
+from concurrent.futures import BrokenExecutor
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
@@ -10,6 +13,7 @@ import psutil
 import pytest
 
 import nvhchain
+from nvhchain.runtime.processes import process_pool
 
 PACKAGE = Path(nvhchain.__file__).parent
 SPHERE = PACKAGE.parent / "cases" / "sphere" / "on_floor.toml"
@@ -175,3 +179,12 @@ def test_workers_of_a_pool_end_with_a_caller_that_is_killed(tmp_path):
         caller.kill()
     worker.wait(60.0)
     assert not worker.is_running()
+
+
+def test_a_process_that_dies_costs_its_own_task_and_is_replaced():
+    with process_pool(2) as pool:
+        beside = pool.submit(time.sleep, 1.0)
+        with pytest.raises(BrokenExecutor):
+            pool.submit(os._exit, 1).result()
+        assert pool.submit(pow, 2, 3).result() == 8
+        assert beside.result() is None

@@ -13,6 +13,7 @@ from nvhchain.cli import main
 from nvhchain.errors import InputError
 from nvhchain.study import (
     Parameter,
+    Row,
     Study,
     best_designs,
     idle_parameters,
@@ -22,7 +23,7 @@ from nvhchain.study import (
     main_effects,
     rows_csv,
     run_study,
-    running,
+    spreading,
     worst_rows,
     write_study,
 )
@@ -77,7 +78,7 @@ def test_levels_of_a_grid_follow_the_closed_form(sphere, tmp_path):
 
 def test_rows_outlast_an_interruption_and_equal_designs_are_run_once(sphere, tmp_path, monkeypatch):
     study = load_study(written(tmp_path, RADII.replace("[5, 10, 20]", "[5, 10, 10.0, 20]")))
-    real, ran = running.measure, []
+    real, ran = spreading.measure, []
 
     def counted(case, *rest):
         if len(ran) == 2:
@@ -85,14 +86,14 @@ def test_rows_outlast_an_interruption_and_equal_designs_are_run_once(sphere, tmp
         ran.append(case.body.radius)
         return real(case, *rest)
 
-    monkeypatch.setattr(running, "measure", counted)
+    monkeypatch.setattr(spreading, "measure", counted)
     with pytest.raises(KeyboardInterrupt):
         run_study(study, out=tmp_path / "out", fidelity=nvh.DRAFT)
     ran[:] = ["the third alone is left"]
     rows = run_study(study, out=tmp_path / "out", fidelity=nvh.DRAFT)
     assert ran == ["the third alone is left", pytest.approx(0.02)]
     assert rows[1].responses == rows[2].responses
-    monkeypatch.setattr(running, "measure", real)
+    monkeypatch.setattr(spreading, "measure", real)
     fresh = run_study(study, out=tmp_path / "other", fidelity=nvh.DRAFT)
     assert [row.responses for row in fresh] == [row.responses for row in rows]
 
@@ -103,8 +104,8 @@ def test_a_failed_design_is_a_row_with_its_reason_and_is_tried_again(sphere, tmp
     assert rows[0].refused is None
     assert "lies inside the body" in rows[1].refused
     assert not rows[1].responses
-    real, ran = running.measure, []
-    monkeypatch.setattr(running, "measure", lambda case, *rest: ran.append(case.body.radius) or real(case, *rest))
+    real, ran = spreading.measure, []
+    monkeypatch.setattr(spreading, "measure", lambda case, *rest: ran.append(case.body.radius) or real(case, *rest))
     assert run_study(study, out=tmp_path / "out", fidelity=nvh.DRAFT)[1].refused == rows[1].refused
     assert ran == [2.0]
     lines = write_study(study, rows, tmp_path / "out")
@@ -139,7 +140,7 @@ def test_a_lost_worker_costs_one_run_and_changes_no_row(sphere, tmp_path):
     study = load_study(written(tmp_path, RADII))
     pool = Pool()
     rows = run_study(study, out=tmp_path / "out", fidelity=nvh.DRAFT, executor=pool)
-    assert pool.tasks == 2
+    assert pool.tasks == 3
     alone = run_study(study, out=tmp_path / "other", fidelity=nvh.DRAFT)
     assert [row.responses for row in rows] == [row.responses for row in alone]
 
@@ -182,7 +183,7 @@ def test_sobol_indices_of_the_ishigami_function_lie_within_their_limits():
 
 
 def row(design, **responses):
-    return running.Row(design, {"x": design}, responses=responses)
+    return Row(design, {"x": design}, responses=responses)
 
 
 def test_best_designs_are_those_that_no_other_betters_in_both():
@@ -195,8 +196,8 @@ def test_best_designs_are_those_that_no_other_betters_in_both():
 
 def test_a_design_counts_by_its_worst_operating_point_and_not_at_all_where_one_is_refused():
     points = [(0, 1000.0, 70.0), (0, 2000.0, 80.0), (1, 1000.0, 75.0), (1, 2000.0, 74.0)]
-    rows = [running.Row(n, {"x": n}, speed, responses={"level": level}) for n, speed, level in points]
-    rows += [row(2, level=60.0), running.Row(2, {"x": 2}, 2000.0, refused="no")]
+    rows = [Row(n, {"x": n}, speed, responses={"level": level}) for n, speed, level in points]
+    rows += [row(2, level=60.0), Row(2, {"x": 2}, 2000.0, refused="no")]
     assert [(one.design, one.speed_rpm, one.responses["level"]) for one in worst_rows(rows)] == [
         (0, 2000.0, 80.0),
         (1, 1000.0, 75.0),
@@ -205,7 +206,7 @@ def test_a_design_counts_by_its_worst_operating_point_and_not_at_all_where_one_i
 
 def test_a_parameter_without_effect_is_named():
     study = Study("case.toml", (Parameter("x", ("a.x",), (0, 1)), Parameter("y", ("a.y",), (0, 1))))
-    rows = [running.Row(n, {"x": n % 2, "y": n // 2}, responses={"level": 60.0 + n % 2}) for n in range(4)]
+    rows = [Row(n, {"x": n % 2, "y": n // 2}, responses={"level": 60.0 + n % 2}) for n in range(4)]
     assert idle_parameters(main_effects(study, rows)) == ["y"]
 
 
@@ -223,8 +224,8 @@ def test_variants_change_several_places_together(sphere, tmp_path):
 def test_tables_are_ascii_with_empty_cells():
     study = Study("case.toml", (Parameter("x", ("a.x",), ("ä", "b")),))
     rows = [
-        running.Row(0, {"x": "ä"}, responses={"level": 60.0}, limits={"level": (None, 61.0)}),
-        running.Row(1, {"x": "b"}, refused="too large, by 2"),
+        Row(0, {"x": "ä"}, responses={"level": 60.0}, limits={"level": (None, 61.0)}),
+        Row(1, {"x": "b"}, refused="too large, by 2"),
     ]
     text = rows_csv(study, rows)
     assert text.isascii()

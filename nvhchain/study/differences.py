@@ -1,0 +1,94 @@
+"""Differences of levels between designs, with limits in which common errors cancel."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import hypot
+
+from nvhchain.study.responses import paired_limits
+from nvhchain.study.rows import Row
+
+LEVELS = ("level", "sound_power")
+"""Responses in decibels of which differences have limits."""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Level of a design less that of another one.
+
+    Parameters
+    ----------
+    change : float
+        Difference (dB).
+    limits : tuple of float or None
+        95 % confidence limits (dB); None for one that does not exist.
+    """
+
+    change: float
+    limits: tuple[float | None, float | None]
+
+    @property
+    def decided(self) -> bool:
+        """True where the sign of the difference is certain."""
+        low, high = self.limits
+        return (low is not None and low > 0) or (high is not None and high < 0)
+
+
+def level_difference(first: Row, second: Row) -> Difference | None:
+    """Return the level of a row less that of another one.
+
+    Parameters
+    ----------
+    first, second : Row
+        Rows; the first one is subtracted.
+
+    Returns
+    -------
+    Difference or None
+        Difference; None where a row has no level.
+
+    Notes
+    -----
+    Both rows with their limits line by line: `nvhchain.error_band.difference_limits`. Otherwise (run-ups, sound power)
+    the distances to the limits add in quadrature.
+    """
+    name = next((name for name in LEVELS if name in first.responses and name in second.responses), None)
+    if name is None:
+        return None
+    change = second.responses[name] - first.responses[name]
+    if name == "level" and first.band and second.band:
+        return Difference(change, paired_limits(first.band, second.band))
+    (first_low, first_high), (second_low, second_high) = (row.limits.get(name, (None, None)) for row in (first, second))
+    before, after = first.responses[name], second.responses[name]
+    low = high = None
+    if first_high is not None and second_low is not None:
+        low = change - hypot(first_high - before, after - second_low)
+    if first_low is not None and second_high is not None:
+        high = change + hypot(before - first_low, second_high - after)
+    return Difference(change, (low, high))
+
+
+def differences(rows: Sequence[Row], base: int = 0) -> dict[int, Difference]:
+    """Return the differences of all rows from one design at the same operating point.
+
+    Parameters
+    ----------
+    rows : sequence of Row
+        Rows of `run_study`.
+    base : int
+        Number of the design that is subtracted.
+
+    Returns
+    -------
+    dict of int to Difference
+        Index of a row → its difference; rows of the base and rows without a level are missing.
+    """
+    bases = {row.point: row for row in reversed(rows) if row.design == base and row.refused is None}
+    found = {}
+    for index, row in enumerate(rows):
+        if row.design != base and row.refused is None and row.point in bases:
+            difference = level_difference(bases[row.point], row)
+            if difference is not None:
+                found[index] = difference
+    return found

@@ -1,0 +1,296 @@
+"""Search for the best design: differential evolution by scipy, then Nelder and Mead, within targets of responses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from itertools import groupby
+from math import inf
+from typing import Any
+
+import numpy as np
+from scipy.optimize import differential_evolution, minimize
+from scipy.stats import qmc
+
+from nvhchain.case import Case
+from nvhchain.errors import require
+from nvhchain.handoff import FloatArray
+from nvhchain.study.definition import Goal, Study
+from nvhchain.study.designs import Design
+from nvhchain.study.parameter import Parameter
+from nvhchain.study.rows import Evaluate, Row
+
+EVOLVED = 0.6
+"""Share of the designs that the evolution may take; the local search has the others."""
+
+MEMBERS = 4
+"""Members of a generation per parameter, at least 5 in all (differential evolution needs them)."""
+
+STEPS = 1e4
+"""Number of steps of a range between which values are rounded, so that designs repeat."""
+
+SIMPLEX = 0.1
+"""First steps of the local search, relative to the ranges."""
+
+SMALLEST_CHANGE = (1e-3, 0.01)
+"""End of the local search: step relative to the range, and change of the response."""
+
+BROKEN, REFUSED = 1e12, 1e15
+"""Scores of a design that misses a target (and more by the relative excess), and of a refused one."""
+
+
+@dataclass(frozen=True)
+class Score:
+    """Response of a design with its draws, at its worst operating point.
+
+    Parameters
+    ----------
+    design : int
+        Number of the design.
+    values : dict
+        Parameter → value.
+    responses : dict
+        Response → value that the percentage of the goal includes; empty for a refused design.
+    excess : float
+        Sum of the relative excesses over targets; 0 for a design that meets them.
+    refused : str, optional
+        Reason why a run of the design failed.
+    """
+
+    design: int
+    values: Design
+    responses: dict[str, float]
+    excess: float
+    refused: str | None = None
+
+
+def draws_of(goal: Goal | None) -> list[Design]:
+    """Return the values of the tolerances of every draw, the same for all designs.
+
+    Parameters
+    ----------
+    goal : Goal, optional
+        Goal; one empty draw without it, or without tolerances.
+
+    Returns
+    -------
+    list of dict
+        Tolerance → value.
+    """
+    if goal is None or not goal.scatter:
+        return [{}]
+    shares = np.clip(np.random.default_rng(1).random((goal.draws, len(goal.scatter))), 1e-9, 1.0 - 1e-9)
+    return [{one.name: one.value_at(share) for one, share in zip(goal.scatter, row, strict=True)} for row in shares]
+
+
+def scores(study: Study, rows: Sequence[Row]) -> list[Score]:
+    """Return the score of every design of a search.
+
+    Parameters
+    ----------
+    study : Study
+        Study with a goal.
+    rows : sequence of Row
+        Rows of `run_study`.
+
+    Returns
+    -------
+    list of Score
+        Scores in the order of the designs.
+
+    Raises
+    ------
+    InputError
+        If a design has no such response as the goal or a target.
+    """
+    assert study.goal is not None
+    found = []
+    for design, group in groupby(sorted(rows, key=lambda row: row.design), key=lambda row: row.design):
+        some = list(group)
+        values = {parameter.name: some[0].values[parameter.name] for parameter in study.parameters}
+        reasons = [row.refused for row in some if row.refused is not None]
+        if reasons:
+            found.append(Score(design, values, {}, inf, reasons[0]))
+            continue
+        responses = {name: _included(some, name, study.goal.percent) for name in some[0].responses}
+        for name in (study.goal.response, *study.targets):
+            require(name in responses, f"optimise: no response {name!r}: choose among {', '.join(responses)}")
+        excess = sum(
+            max(0.0, responses[name] - target) / max(abs(target), 1e-12) for name, target in study.targets.items()
+        )
+        found.append(Score(design, values, responses, excess))
+    return found
+
+
+def best_score(study: Study, rows: Sequence[Row]) -> Score | None:
+    """Return the score with the smallest response among those that meet the targets; None without one.
+
+    Parameters
+    ----------
+    study : Study
+        Study with a goal.
+    rows : sequence of Row
+        Rows of `run_study`.
+
+    Returns
+    -------
+    Score or None
+        Best score.
+    """
+    assert study.goal is not None
+    name = study.goal.response
+    usable = [score for score in scores(study, rows) if score.excess == 0.0]
+    return min(usable, key=lambda score: score.responses[name], default=None)
+
+
+def _included(rows: Sequence[Row], name: str, percent: float) -> float:
+    """Return the largest value over the operating points that `percent` of the draws do not exceed."""
+    points: dict[Any, list[float]] = {}
+    for row in rows:
+        if name in row.responses:
+            points.setdefault(row.point, []).append(row.responses[name])
+    return max(float(np.percentile(values, percent)) if len(values) > 1 else values[0] for values in points.values())
+
+
+def search(study: Study, case: Case, evaluate: Evaluate) -> list[Row]:
+    """Evaluate designs until the number of the study is reached or the search has converged.
+
+    Parameters
+    ----------
+    study : Study
+        Study with plan `optimise`.
+    case : Case
+        Base case, whose values are those of design 0.
+    evaluate : callable
+        Function that runs numbered designs.
+
+    Returns
+    -------
+    list of Row
+        Rows of all designs, in the order of the search.
+
+    Notes
+    -----
+    Storn and Price's differential evolution starts at points of low discrepancy and the base case; generations are run
+    as a whole, so that workers change nothing. Nelder and Mead's simplex goes on from the best design. A design that
+    misses a target is worse than any that meets them (rules of Deb). The same seed repeats the search: with the rows of
+    an interrupted one it goes on.
+    """
+    found = _Search(study, evaluate)
+    base = {parameter.name: parameter.base_value(case) for parameter in study.parameters}
+    with suppress(_Spent):
+        found.scored([base])
+        found.most = 1 + round(EVOLVED * (study.designs - 1))
+        with suppress(_Spent):
+            _evolve(found, base)
+        found.most = study.designs
+        _refine(found)
+    return found.rows
+
+
+class _Spent(Exception):
+    """End of a search: all designs are used."""
+
+
+@dataclass
+class _Search:
+    """Designs evaluated so far."""
+
+    study: Study
+    evaluate: Evaluate
+    rows: list[Row] = field(default_factory=list)
+    known: dict[tuple[Any, ...], float] = field(default_factory=dict)
+    most: int = 1
+
+    def scored(self, designs: Sequence[Design]) -> list[float]:
+        """Return the scores of designs; end the search where new ones are too many."""
+        keys = [tuple(design.values()) for design in designs]
+        new = {key: design for key, design in zip(keys, designs, strict=True) if key not in self.known}
+        used = list(new.items())[: self.most - len(self.known)]
+        if used:
+            first = len(self.known)
+            rows = self.evaluate([(first + number, design) for number, (_, design) in enumerate(used)])
+            self.rows += rows
+            for (key, _), score in zip(used, scores(self.study, rows), strict=True):
+                self.known[key] = self._value(score)
+        if len(used) < len(new):
+            raise _Spent
+        return [self.known[key] for key in keys]
+
+    def _value(self, score: Score) -> float:
+        assert self.study.goal is not None
+        if score.refused is not None:
+            return REFUSED
+        return BROKEN * (1.0 + score.excess) if score.excess > 0 else score.responses[self.study.goal.response]
+
+    def design(self, place: FloatArray) -> Design:
+        """Return the design at a place: number of a level, or share of a range."""
+        return {
+            parameter.name: _value_at(parameter, float(coordinate))
+            for parameter, coordinate in zip(self.study.parameters, place, strict=True)
+        }
+
+
+def _value_at(parameter: Parameter, coordinate: float) -> Any:
+    if parameter.levels:
+        return parameter.levels[min(max(round(coordinate), 0), len(parameter.levels) - 1)]
+    low, high = parameter.span
+    return float(f"{low + round(min(max(coordinate, 0.0), 1.0) * STEPS) / STEPS * (high - low):.12g}")
+
+
+def _place(parameter: Parameter, value: Any) -> float:
+    if parameter.levels:
+        return float(parameter.levels.index(value))
+    low, high = parameter.span
+    return (value - low) / (high - low)
+
+
+def _evolve(found: _Search, base: Design) -> None:
+    """Run differential evolution until it converges or its designs are used."""
+    parameters = found.study.parameters
+    ends = np.array([float(len(parameter.levels) - 1 or 1) if parameter.levels else 1.0 for parameter in parameters])
+    count = min(max(5, MEMBERS * len(parameters)), max(5, (found.most - 1) // 2))
+    points = qmc.LatinHypercube(len(parameters), seed=found.study.seed).random(count)
+    first = points * ends
+    first[0] = [_place(parameter, base[parameter.name]) for parameter in parameters]
+
+    def generation(places: FloatArray) -> FloatArray:
+        return np.array(found.scored([found.design(place) for place in np.atleast_2d(places.T)]))
+
+    differential_evolution(
+        generation,
+        [(0.0, end) for end in ends],
+        init=first,
+        maxiter=found.study.designs,
+        integrality=[bool(parameter.levels) for parameter in parameters],
+        rng=found.study.seed,
+        polish=False,
+        vectorized=True,
+        updating="deferred",
+    )
+
+
+def _refine(found: _Search) -> None:
+    """Move the ranges of the best design by a simplex; parameters with levels keep theirs."""
+    names = [parameter.name for parameter in found.study.parameters]
+    values, _ = min(found.known.items(), key=lambda item: item[1])
+    best = dict(zip(names, values, strict=True))
+    free = [parameter for parameter in found.study.parameters if not parameter.levels]
+    if not free:
+        return
+    start = np.array([_place(parameter, best[parameter.name]) for parameter in free])
+    simplex = np.vstack([start, start + np.diag(np.where(start > 0.5, -SIMPLEX, SIMPLEX))])
+
+    def value(place: FloatArray) -> float:
+        moved = {parameter.name: _value_at(parameter, x) for parameter, x in zip(free, place, strict=True)}
+        return found.scored([best | moved])[0]
+
+    step, change = SMALLEST_CHANGE
+    minimize(
+        value,
+        start,
+        method="Nelder-Mead",
+        bounds=[(0.0, 1.0)] * len(free),
+        options={"initial_simplex": simplex, "xatol": step, "fatol": change, "maxiter": 10 * found.study.designs},
+    )

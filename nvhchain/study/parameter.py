@@ -1,0 +1,226 @@
+"""Parameters of a study: values, variants and distributions of places of a case."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from math import isfinite
+from typing import Any
+
+from scipy.stats import norm
+
+from nvhchain.case import Case
+from nvhchain.case.load import parse_change
+from nvhchain.dimensions import UNITS
+from nvhchain.errors import require
+from nvhchain.report.case_record import case_values
+
+SEEDS = 2**31
+"""Number of seeds from which a draw takes one."""
+_DEVIATION = re.compile(r"^gears\..+\.deviations\.|^stages\..+\.tolerances\.")
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """Value of a case that a study varies: by values, by variants, or by a distribution.
+
+    Parameters
+    ----------
+    name : str
+        Name in tables and figures.
+    paths : tuple of str
+        Places of the case that get the value, such as "gears.wheel.face_width_mm"; entries of a list by name.
+    values : tuple
+        Values in the unit of the path.
+    variants : tuple of (str, dict)
+        Name and path → value of several places that change together, in place of `paths` and `values`.
+    low, high : float, optional
+        Limits of an even distribution, in place of `values`.
+    mean, deviation : float, optional
+        Normal distribution, in place of `values`.
+    draw : bool
+        True for a whole number at random of every design, in place of `values`: the seed of a gear's deviations.
+
+    Raises
+    ------
+    InputError
+        If it has no values, no distribution, or more than one of both.
+    """
+
+    name: str
+    paths: tuple[str, ...] = ()
+    values: tuple[Any, ...] = ()
+    variants: tuple[tuple[str, Mapping[str, Any]], ...] = ()
+    low: float | None = None
+    high: float | None = None
+    mean: float | None = None
+    deviation: float | None = None
+    draw: bool = False
+
+    def __post_init__(self) -> None:
+        given = {
+            "values": bool(self.values),
+            "variants": bool(self.variants),
+            "low and high": self.low is not None or self.high is not None,
+            "mean and deviation": self.mean is not None or self.deviation is not None,
+            "draw = true": self.draw,
+        }
+        chosen = [kind for kind, there in given.items() if there]
+        require(
+            len(chosen) == 1,
+            f"{self.name}: give one of {', '.join(given)}" + (f", not {' and '.join(chosen)}" if chosen else ""),
+        )
+        require(
+            bool(self.paths) is not bool(self.variants),
+            f"{self.name}: give `path` or `paths` of the case"
+            if not self.variants
+            else f"{self.name}: variants name their own paths: leave `paths` out",
+        )
+        for first, second in (("low", "high"), ("mean", "deviation")):
+            pair = [getattr(self, first), getattr(self, second)]
+            require(
+                pair.count(None) != 1 and all(limit is None or isfinite(limit) for limit in pair),
+                f"{self.name}: give finite {first} and {second}, both",
+            )
+        if self.low is not None and self.high is not None:
+            require(self.low < self.high, f"{self.name}: low = {self.low:g} must be below high = {self.high:g}")
+        if self.deviation is not None:
+            require(self.deviation > 0, f"{self.name}: deviation = {self.deviation:g} must be positive")
+        for path in self.paths or [path for _, changes in self.variants for path in changes]:
+            parse_change(f"{path} = 0")
+
+    @property
+    def levels(self) -> tuple[Any, ...]:
+        """Values, or names of variants; empty for a distribution."""
+        return self.values or tuple(name for name, _ in self.variants)
+
+    def value_at(self, share: float) -> Any:
+        """Return the value below which `share` (0 to 1) of its distribution lies."""
+        if self.levels:
+            return self.levels[min(int(share * len(self.levels)), len(self.levels) - 1)]
+        if self.draw:
+            return int(share * SEEDS)
+        if self.low is not None and self.high is not None:
+            return float(self.low + share * (self.high - self.low))
+        assert self.mean is not None
+        assert self.deviation is not None
+        return float(norm.ppf(share, self.mean, self.deviation))
+
+    @property
+    def draws_deviations(self) -> bool:
+        """True where only deviations of gears, or tolerances of angles between axes, vary."""
+        paths = self.paths or tuple(path for _, changes in self.variants for path in changes)
+        return all(_DEVIATION.search(path) and "centre_distance" not in path for path in paths)
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Ends of an even distribution; mean less and plus deviation of a normal one."""
+        if self.low is not None and self.high is not None:
+            return self.low, self.high
+        assert self.mean is not None
+        assert self.deviation is not None
+        return self.mean - self.deviation, self.mean + self.deviation
+
+    def base_value(self, case: Case) -> Any:
+        """Return the value of a case in the unit of the path; the first one, or the middle, where it states none."""
+        if self.levels or self.draw:
+            return self.value_at(0.0)
+        given = {_in_si(path, value) for path, value in case_values(case) if isinstance(value, int | float)}
+        stem, factor = _in_si(self.paths[0], 1.0)
+        found = next((value for path, value in given if path == stem), None)
+        low, high = self.span
+        base = found if found is None else float(f"{found / factor:.9g}")
+        return base if base is not None and low <= base <= high else 0.5 * (low + high)
+
+    def changes(self, value: Any) -> list[str]:
+        """Return the assignments "path = value" that give a case this value."""
+        if self.variants:
+            return [f"{path} = {_toml(new)}" for path, new in dict(self.variants)[value].items()]
+        return [f"{path} = {_toml(value)}" for path in self.paths]
+
+
+def numbers(given: Any, place: str) -> Iterable[float]:
+    """Return given numbers; InputError for anything else.
+
+    Parameters
+    ----------
+    given : tuple
+        Finite numbers.
+    place : str
+        Name of the field, for messages.
+
+    Returns
+    -------
+    tuple of float
+        The same numbers.
+    """
+    require(
+        isinstance(given, tuple)
+        and all(isinstance(one, int | float) and not isinstance(one, bool) and isfinite(one) for one in given),
+        f"{place} = {given!r}: give a list of numbers",
+    )
+    numbers: Iterable[float] = given
+    return numbers
+
+
+def parameter_from(table: Mapping[str, Any], place: str) -> Parameter:
+    """Return a parameter from its table in a study file.
+
+    Parameters
+    ----------
+    table : mapping
+        Table.
+    place : str
+        Name of the table, for messages.
+
+    Returns
+    -------
+    Parameter
+        Parameter.
+
+    Raises
+    ------
+    InputError
+        If a field is unknown or has a wrong value.
+    """
+    name = table.get("name")
+    require(isinstance(name, str) and bool(name), f"{place}: name is missing: give a text")
+    known = ("name", "path", "paths", "values", "variants", "low", "high", "mean", "deviation", "draw")
+    for key in table:
+        require(key in known, f"{name}: unknown field {key!r}; known fields: {', '.join(known)}")
+    paths = table.get("paths", [table["path"]] if "path" in table else [])
+    values, variants = table.get("values", []), table.get("variants", {})
+    require(isinstance(paths, list) and all(isinstance(path, str) for path in paths), f"{name}: paths must be texts")
+    require(isinstance(values, list), f"{name}: values = {values!r} must be a list")
+    require(
+        isinstance(variants, dict) and all(isinstance(one, dict) for one in variants.values()),
+        f"{name}: variants must be tables of path = value",
+    )
+    limits: dict[str, float] = {}
+    for key in ("low", "high", "mean", "deviation"):
+        if key in table:
+            (limits[key],) = map(float, numbers((table[key],), f"{name}: {key}"))
+    draw = table.get("draw", False)
+    require(isinstance(draw, bool), f"{name}: draw = {draw!r}: give true or leave it out")
+    return Parameter(str(name), tuple(paths), tuple(values), tuple(variants.items()), draw=draw, **limits)
+
+
+def _toml(value: Any) -> str:
+    """Return a value in TOML on one line."""
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{json.dumps(key)} = {_toml(one)}" for key, one in value.items()) + " }"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(_toml, value)) + "]"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return json.dumps(value) if isinstance(value, str) else repr(value)
+
+
+def _in_si(path: str, value: float) -> tuple[str, float]:
+    """Return a path without the unit at its end, and its value in SI units."""
+    for unit, (_, factor) in UNITS.items():
+        if path.endswith(f"_{unit}"):
+            return path.removesuffix(f"_{unit}"), factor * value
+    return path, float(value)

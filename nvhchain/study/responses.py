@@ -1,0 +1,261 @@
+"""Responses of a run: levels with limits, orders, loudness, and numbers of the gears."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from math import pi
+from typing import Any
+
+import numpy as np
+
+from nvhchain import chain, gear, levels
+from nvhchain.case import Case, GearboxCase
+from nvhchain.case.checks.root_stress import root_stress
+from nvhchain.error_band import SHARED, ErrorBand, difference_limits
+from nvhchain.error_band.files import finite
+from nvhchain.errors import InputError
+from nvhchain.fidelity import GearFidelity
+from nvhchain.files.result_cache import fingerprint
+from nvhchain.handoff import FieldPressure, FloatArray
+from nvhchain.sound import loudness_at, steady_sound
+
+ON_REQUEST = ("orders", "loudness", "contact_pressure")
+"""Responses that a study asks for: they take time, or many columns."""
+
+MOST_ORDERS = 10
+"""Number of mesh orders of each stage with a level of their own."""
+
+_DIGITS = 6
+"""Significant digits of a stored band."""
+
+Limits = dict[str, list[float | None]]
+
+
+def add_levels(result: chain.Result, responses: dict[str, float], limits: Limits) -> dict[str, Any] | None:
+    """Add levels with their limits: at every microphone, the loudest as `level`, and the sound power.
+
+    Parameters
+    ----------
+    result : Result
+        Run.
+    responses : dict
+        Response → number, to which the levels are added.
+    limits : dict
+        Response → limits, to which those of the levels are added.
+
+    Returns
+    -------
+    dict or None
+        Record of the band of `level`, for `stored_band`; None for a run-up, and without sound pressure.
+    """
+    found = None
+    if "pressure" in result.case.quantities:
+        heard, band = result.overall, result.error_band
+        for name, number in add_places(heard, result.pressure, result.case, responses):
+            limits[name] = finite(band.overall[number])
+        if isinstance(band, ErrorBand):
+            found = _band_record(band, int(heard.argmax()), result)
+    if result.sound_power is not None:
+        power = result.sound_power
+        responses["sound_power"] = float(levels.overall_power(power.frequency, power.power))
+        limits["sound_power"] = finite(result.error_bands["sound_power"].overall[0])
+    return found
+
+
+def add_places(
+    heard: FloatArray, pressure: FieldPressure | None, case: Case, responses: dict[str, float]
+) -> list[tuple[str, int]]:
+    """Add the levels of all microphones and the loudest order; return responses and numbers of the places.
+
+    Parameters
+    ----------
+    heard : (n_point,) array
+        Levels (dB(A)).
+    pressure : FieldPressure, optional
+        Sound pressure at constant speed.
+    case : Case
+        Case of the run.
+    responses : dict
+        Response → number, to which the levels are added.
+
+    Returns
+    -------
+    list of (str, int)
+        Response and number of its microphone.
+    """
+    loudest = int(heard.argmax())
+    places = [("level", loudest)]
+    if len(heard) > 1:
+        places += [(f"level at {point.name}", number) for number, point in enumerate(case.field_points)]
+    for name, number in places:
+        responses[name] = float(heard[number])
+    if pressure is not None and pressure.input_speed:
+        line = int(levels.decibel(pressure.pressure[:, loudest]).argmax())
+        responses["loudest order"] = round(2 * pi * float(pressure.frequency[line]) / pressure.input_speed, 6)
+    return places
+
+
+def add_requested(
+    asked: Sequence[str],
+    pressure: FieldPressure | None,
+    case: Case,
+    fidelity: GearFidelity,
+    responses: dict[str, float],
+) -> None:
+    """Add the responses of `ON_REQUEST` that a study asks for.
+
+    Parameters
+    ----------
+    asked : sequence of str
+        Names among `ON_REQUEST`.
+    pressure : FieldPressure, optional
+        Sound pressure at constant speed.
+    case : Case
+        Case of the run.
+    fidelity : GearFidelity
+        Fidelity of its gears.
+    responses : dict
+        Response → number, to which they are added.
+
+    Raises
+    ------
+    InputError
+        If the case has no such response.
+    """
+    if not asked:
+        return
+    if not isinstance(case, GearboxCase):
+        raise InputError(f"responses = {list(asked)} are those of gearboxes: leave them out")
+    if {"orders", "loudness"} & set(asked):
+        if pressure is None or not pressure.input_speed:
+            raise InputError("responses: orders and loudness need sound pressure at constant speed: leave them out")
+        if "orders" in asked:
+            responses.update(_orders(pressure, case))
+        if "loudness" in asked:
+            responses["loudness_sone"] = _loudness(pressure)
+    if "contact_pressure" in asked:
+        for stage, pair, force in zip(case.stages, case.pairs, case.mesh_forces, strict=True):
+            if force:
+                responses[f"contact_pressure_MPa of {stage.name}"] = _contact_pressure(pair, abs(force), fidelity)
+
+
+def add_gears(result: chain.Result, responses: dict[str, float]) -> None:
+    """Add swing of transmission errors (µm), nominal root stress (MPa), mass (kg) and inertia (kg m²) of the gears.
+
+    Parameters
+    ----------
+    result : Result
+        Run.
+    responses : dict
+        Response → number, to which they are added.
+
+    Notes
+    -----
+    Root stress: ISO 6336-3 with a common value of its factors; it follows torque, face width and module alone.
+    """
+    case = result.case
+    if not isinstance(case, GearboxCase):
+        return
+    for stage, law, force in zip(case.stages, result.mesh_laws, case.mesh_forces, strict=False):
+        if force > 0:
+            _, error = gear.quasi_static_transmission_error(law, force)
+            responses[f"transmission_error_um of {stage.name}"] = 1e6 * float(error.max() - error.min())
+    for stage, pair, force in zip(case.stages, case.pairs, case.mesh_forces, strict=True):
+        responses[f"root_stress_MPa of {stage.name}"] = 1e-6 * root_stress(pair, force)
+    bodies = [gear.mass_properties(of.body) for of in case.gears]
+    responses["mass_kg"] = float(sum(body.mass for body in bodies))
+    responses["inertia_kg_m2"] = float(sum(body.polar_inertia for body in bodies))
+
+
+def _contact_pressure(pair: gear.GearPair, force: float, fidelity: GearFidelity) -> float:
+    """Return the largest Hertzian pressure (MPa) of a mesh period, with teeth on analytic bodies."""
+    quick = replace(fidelity, bodies="analytic")
+    engagement = gear.Engagement(pair, gear.pair_compliances(pair, quick), quick)
+    guess, highest = 1e-9 * force, 0.0
+    for angle in np.arange(quick.angles_per_mesh) * (pair.mesh_period / quick.angles_per_mesh):
+        loaded = gear.loaded_mesh(engagement, float(angle), force, guess=guess)
+        guess, highest = loaded.deflection, max(highest, float(loaded.pressure.max()))
+    return 1e-6 * highest
+
+
+def _orders(pressure: FieldPressure, case: GearboxCase) -> dict[str, float]:
+    """Return the levels (dB) of the mesh orders of the first stages at the loudest microphone."""
+    loudest = int(levels.overall(pressure.frequency, pressure.pressure).argmax())
+    order = 2 * pi * pressure.frequency / pressure.input_speed
+    found = {}
+    for name, number in case.mesh_orders.items():
+        for harmonic in range(1, MOST_ORDERS + 1):
+            line = int(np.abs(order - harmonic * float(number)).argmin())
+            if abs(order[line] - harmonic * number) < 1e-6 * number:
+                found[f"order {name} x {harmonic}"] = float(levels.decibel(pressure.pressure[line, loudest]))
+    return found
+
+
+def _loudness(pressure: FieldPressure) -> float:
+    """Return the loudness (sone) at the loudest microphone (ISO 532-1, extra `sound`)."""
+    loudest = int(levels.overall(pressure.frequency, pressure.pressure).argmax())
+    return float(loudness_at(steady_sound(pressure, point=loudest), np.zeros(1))[0])
+
+
+def _band_record(band: ErrorBand, place: int, result: chain.Result) -> dict[str, Any]:
+    """Return the band at one place as a record for JSON, with a fingerprint of the shared operators."""
+    operators = (result.housing, result.transfer_vectors)
+    shared = fingerprint(*(of.content_hash for of in operators if of is not None)) if all(operators) else ""
+    return {
+        "frequency": _digits(band.frequency),
+        "amplitude": _digits(band.amplitude[:, place]),
+        "sources": {name: _digits(of[:, place]) for name, of in band.sources.items()},
+        "reference": band.reference,
+        "weighted": band.weighted,
+        "place": place,
+        "operators": shared,
+    }
+
+
+def _digits(values: FloatArray) -> list[float]:
+    return [float(f"{value:.{_DIGITS}g}") for value in values]
+
+
+def stored_band(record: Mapping[str, Any]) -> ErrorBand:
+    """Return the band of one level from its record.
+
+    Parameters
+    ----------
+    record : mapping
+        Record of `add_levels`.
+
+    Returns
+    -------
+    ErrorBand
+        Band with one place.
+    """
+
+    def column(values: Sequence[float]) -> FloatArray:
+        return np.asarray(values, dtype=float)[:, None]
+
+    return ErrorBand(
+        np.asarray(record["frequency"], dtype=float),
+        column(record["amplitude"]),
+        {name: column(of) for name, of in record["sources"].items()},
+        record["reference"],
+        record["weighted"],
+    )
+
+
+def paired_limits(first: Mapping[str, Any], second: Mapping[str, Any]) -> tuple[float | None, float | None]:
+    """Return the limits of the second level less the first one, in which errors of shared operators cancel.
+
+    Parameters
+    ----------
+    first, second : mapping
+        Records of `add_levels`.
+
+    Returns
+    -------
+    tuple of float or None
+        Lower and upper limit (dB); None for one that does not exist.
+    """
+    same = first["operators"] and first["operators"] == second["operators"] and first["place"] == second["place"]
+    low, high = finite(difference_limits(stored_band(first), stored_band(second), SHARED if same else ())[0])
+    return low, high

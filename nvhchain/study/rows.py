@@ -1,0 +1,91 @@
+"""Rows of a study: one design at one operating point."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+from typing import Any
+
+from nvhchain.study.definition import Study
+from nvhchain.study.designs import Design
+
+
+@dataclass(frozen=True)
+class Point:
+    """Operating point.
+
+    Parameters
+    ----------
+    speed_rpm, torque : float, optional
+        Speed (rpm) and torque (N·m) on the input shaft; None for that of the case.
+    """
+
+    speed_rpm: float | None
+    torque: float | None
+
+    @property
+    def changes(self) -> list[str]:
+        """Assignments "path = value"."""
+        places = {"operation.input_speed_rpm": self.speed_rpm, "operation.input_torque": self.torque}
+        return [f"{path} = {value!r}" for path, value in places.items() if value is not None]
+
+
+@dataclass(frozen=True)
+class Row:
+    """One design at one speed and torque.
+
+    Parameters
+    ----------
+    design : int
+        Number of the design, from 0.
+    values : dict
+        Parameter → value.
+    speed_rpm, torque : float, optional
+        Operating point, where the study sets it (rpm, N·m).
+    responses : dict
+        Response → number; empty for a refused design.
+    limits : dict
+        Response → confidence limits (lower, upper); None for a limit that does not exist.
+    refused : str, optional
+        Reason why there is no result.
+    seconds : float
+        Time of the run (s).
+    band : mapping, optional
+        Record of the limits of `level` line by line, for differences (`nvhchain.study.differences`).
+    """
+
+    design: int
+    values: Design
+    speed_rpm: float | None = None
+    torque: float | None = None
+    responses: dict[str, float] = field(default_factory=dict)
+    limits: dict[str, tuple[float | None, float | None]] = field(default_factory=dict)
+    refused: str | None = None
+    seconds: float = 0.0
+    band: Mapping[str, Any] | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def point(self) -> Point:
+        """Operating point."""
+        return Point(self.speed_rpm, self.torque)
+
+
+def operating_points(study: Study) -> list[Point]:
+    """Return the operating points of every design.
+
+    Parameters
+    ----------
+    study : Study
+        Study.
+
+    Returns
+    -------
+    list of Point
+        Every speed with every torque.
+    """
+    return [Point(*both) for both in product(study.speeds_rpm or (None,), study.torques or (None,))]
+
+
+Evaluate = Callable[[Sequence[tuple[int, Design]]], list[Row]]
+"""Function that runs numbered designs at every operating point and returns their rows."""

@@ -1,0 +1,175 @@
+"""Spread of runs over this process or an executor: by memory, with one number of threads, beyond lost workers."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import fmean
+from typing import Any
+
+from nvhchain.case import Case
+from nvhchain.errors import ResourceError
+from nvhchain.fidelity import Fidelity
+from nvhchain.files.hdf5 import writable_folder
+from nvhchain.runtime.cluster import Room, room, share, worker_lost
+from nvhchain.scene import plan
+from nvhchain.study.measuring import measure, measure_drawn
+
+LOSSES = 2
+"""Number of lost workers after which a run is refused: its memory or a crash may be the cause."""
+
+Outcome = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Task:
+    """Run of one case for the rows that share it.
+
+    Parameters
+    ----------
+    key : str
+        Fingerprint.
+    case : Case
+        Case.
+    rows : tuple of int
+        Numbers of its rows.
+    drawn : bool
+        True for one of many gearboxes that differ in deviations alone.
+    """
+
+    key: str
+    case: Case
+    rows: tuple[int, ...]
+    drawn: bool = False
+
+    @property
+    def measure(self) -> Callable[..., Outcome]:
+        """Function that runs it."""
+        return measure_drawn if self.drawn else measure
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Means of the runs.
+
+    Parameters
+    ----------
+    fidelity : Fidelity
+        Fidelity of all runs.
+    executor : Executor, optional
+        Executor; this process without one.
+    operators : Path
+        Folder of shared operators.
+    asked : tuple of str
+        Responses on request.
+    """
+
+    fidelity: Fidelity
+    executor: Executor | None
+    operators: Path
+    asked: tuple[str, ...] = ()
+
+    def outcomes(self, tasks: Sequence[Task]) -> Iterator[tuple[Task, Outcome, str]]:
+        """Yield every task with its outcome and a line of progress, in the order of their ends.
+
+        Parameters
+        ----------
+        tasks : sequence of Task
+            Runs; the first one has this process for itself, for the shared operators.
+
+        Yields
+        ------
+        Task, dict, str
+            Run, its outcome, and a line with the time that is left.
+
+        Raises
+        ------
+        ResourceError
+            If no worker has the memory of a run, or the disk lacks room.
+        """
+        if not tasks:
+            return
+        writable_folder(self.operators, "operators")
+        began, times = time.monotonic(), list[float]()
+        for done, (task, found) in enumerate(self._done(tasks), 1):
+            times.append(time.monotonic() - began)
+            each = fmean([times[0]] if done == 1 else [(times[-1] - times[0]) / (done - 1)])  # operators come first
+            left = f"; about {_duration(each * (len(tasks) - done))} left" if 1 < done < len(tasks) else ""
+            yield task, found, f"{done} of {len(tasks)}: {_words(found)}{left}"
+
+    def _done(self, tasks: Sequence[Task]) -> Iterator[tuple[Task, Outcome]]:
+        first, rest = tasks[0], tasks[1:]
+        yield first, self._run(first)
+        self._check_disk(len(rest))
+        if self.executor is None:
+            yield from ((task, self._run(task)) for task in rest)
+        elif rest:
+            yield from self._spread(rest, self.executor)
+
+    def _run(self, task: Task) -> Outcome:
+        return task.measure(task.case, self.fidelity, self.operators, self.asked)
+
+    def _spread(self, tasks: Sequence[Task], executor: Executor) -> Iterator[tuple[Task, Outcome]]:
+        """Yield tasks from an executor, which never holds more of them than its memory permits."""
+        space = room(executor, self._memory(tasks[0].case))
+        waiting = list(reversed(tasks))
+        running: dict[Future[Outcome], Task] = {}
+        lost: dict[str, int] = {}
+        try:
+            while waiting or running:
+                while waiting and len(running) < space.tasks:
+                    task = waiting.pop()
+                    running[self._submit(executor, task, space)] = task
+                for future in wait(running, return_when=FIRST_COMPLETED).done:
+                    task, error = running.pop(future), future.exception()
+                    if error is None:
+                        yield task, future.result()
+                    elif not worker_lost(error):
+                        raise error
+                    elif (count := lost.get(task.key, 0) + 1) < LOSSES:
+                        lost[task.key] = count
+                        waiting.append(task)
+                    else:
+                        yield task, _lost(count)
+        finally:
+            for future in running:
+                future.cancel()
+
+    def _submit(self, executor: Executor, task: Task, space: Room) -> Future[Outcome]:
+        given: tuple[Any, ...] = (task.case, self.fidelity, self.operators, self.asked)
+        return executor.submit(share, os.getpid(), space.neighbours, task.measure, *given)
+
+    def _memory(self, case: Case) -> int:
+        """Return the estimated memory (bytes) of a run."""
+        return int(2**20 * max(step.megabytes for step in plan(case, fidelity=self.fidelity).steps))
+
+    def _check_disk(self, left: int) -> None:
+        """Refuse more runs than the disk has room for, each with as much as the mesh laws of the first."""
+        each = sum(file.stat().st_size for file in self.operators.glob("mesh_law*.h5"))
+        free = shutil.disk_usage(self.operators).free
+        if left * each > free:
+            raise ResourceError(
+                f"{left} further runs may take {left * each / 2**30:.3g} GiB, the disk of {self.operators} has "
+                f"{free / 2**30:.3g} GiB: take fewer designs, or another --out"
+            )
+
+
+def _lost(count: int) -> Outcome:
+    reason = f"{count} workers were lost under this run: give workers more memory, or run without workers"
+    return {"responses": {}, "limits": {}, "band": None, "refused": reason, "seconds": 0.0}
+
+
+def _words(found: Outcome) -> str:
+    if found["refused"]:
+        return f"refused ({found['refused']:.80})"
+    shown = [f"{name} {value:.4g}" for name, value in found["responses"].items()]
+    return ", ".join(shown[:3]) + f" ({found['seconds']:.1f} s)"
+
+
+def _duration(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} min"

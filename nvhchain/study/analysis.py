@@ -106,6 +106,45 @@ def responses_of(rows: Sequence[Row]) -> list[str]:
     return list(dict.fromkeys(name for row in rows for name in row.responses))
 
 
+def main_response(rows: Sequence[Row]) -> str | None:
+    """Return the response of first rank: level, sound power, or the first one; None where all runs failed.
+
+    Parameters
+    ----------
+    rows : sequence of Row
+        Rows.
+
+    Returns
+    -------
+    str or None
+        Name.
+    """
+    known = responses_of(rows)
+    return next((name for name in ("level", "sound_power", *known) if name in known), None)
+
+
+def pareto_pair(rows: Sequence[Row]) -> tuple[str, str] | None:
+    """Return level and mass where both differ between designs.
+
+    Parameters
+    ----------
+    rows : sequence of Row
+        Rows.
+
+    Returns
+    -------
+    tuple of str or None
+        Names.
+    """
+    main = main_response(rows)
+    if main is None or main == "mass_kg":
+        return None
+    both = {
+        name: {round(row.responses[name], 9) for row in rows if name in row.responses} for name in (main, "mass_kg")
+    }
+    return (main, "mass_kg") if all(len(values) > 1 for values in both.values()) else None
+
+
 def worst_rows(rows: Sequence[Row]) -> list[Row]:
     """Return one row per design, with the largest value of each response over its operating points.
 

@@ -16,16 +16,17 @@ from nvhchain.study.analysis import (
     best_designs,
     idle_parameters,
     main_effects,
+    main_response,
+    pareto_pair,
     responses_of,
     sensitivity,
     worst_rows,
 )
 from nvhchain.study.definition import Study
+from nvhchain.study.page import write_study_page
+from nvhchain.study.page.results import DRAWN
 from nvhchain.study.quality import PERCENTS, failed_shares, influences, percentiles
 from nvhchain.study.rows import Row
-
-_DRAWN = ("monte_carlo", "latin_hypercube", "sobol")
-"""Plans whose designs stand for what leaves the factory."""
 
 
 def write_study(study: Study, rows: Sequence[Row], out: str | Path) -> list[str]:
@@ -56,7 +57,7 @@ def write_study(study: Study, rows: Sequence[Row], out: str | Path) -> list[str]
     effects = main_effects(study, rows)
     write_text(folder / "effects.csv", _csv(_effect_record(effect) for effect in effects))
     lines = _summary(study, rows, effects)
-    main = _main_response(rows)
+    main = main_response(rows)
     if main is not None and any(effect.response == main for effect in effects):
         save(_effect_bars([effect for effect in effects if effect.response == main]), folder / "effects.png")
     if study.plan == "sensitivity" and rows and all(row.refused is None for row in rows):
@@ -68,9 +69,9 @@ def write_study(study: Study, rows: Sequence[Row], out: str | Path) -> list[str]
             for index in indices
             if index.response == main
         ]
-    if study.plan in _DRAWN and main is not None:
+    if study.plan in DRAWN and main is not None:
         lines += _write_quality(study, rows, main, folder)
-    pair = study.pareto or (None if study.plan in _DRAWN else _pareto_pair(rows))
+    pair = study.pareto or (None if study.plan in DRAWN else pareto_pair(rows))
     if pair:
         worst = worst_rows(rows)
         best = best_designs(worst, *pair)
@@ -82,6 +83,7 @@ def write_study(study: Study, rows: Sequence[Row], out: str | Path) -> list[str]
         ]
         save(best_points(others, found, names=pair[::-1]), folder / "pareto.png")
         lines.append(f"Best in {pair[0]} and {pair[1]}: designs {', '.join(str(row.design) for row in best)}")
+    write_study_page(study, rows, lines, folder)
     return lines
 
 
@@ -197,24 +199,8 @@ def _effect_record(effect: Effect) -> dict[str, Any]:
     }
 
 
-def _main_response(rows: Sequence[Row]) -> str | None:
-    known = responses_of(rows)
-    return next((name for name in ("level", "sound_power", *known) if name in known), None)
-
-
-def _pareto_pair(rows: Sequence[Row]) -> tuple[str, str] | None:
-    """Return level and mass where both differ between designs."""
-    main = _main_response(rows)
-    if main is None or main == "mass_kg":
-        return None
-    both = {
-        name: {round(row.responses[name], 9) for row in rows if name in row.responses} for name in (main, "mass_kg")
-    }
-    return (main, "mass_kg") if all(len(values) > 1 for values in both.values()) else None
-
-
 def _summary(study: Study, rows: Sequence[Row], effects: Sequence[Effect]) -> list[str]:
-    lines, main = [], _main_response(rows)
+    lines, main = [], main_response(rows)
     heard = [row for row in worst_rows(rows) if main is not None and main in row.responses]
     if main is not None and heard:
         several = " (worst operating point)" if len({(row.speed_rpm, row.torque) for row in rows}) > 1 else ""

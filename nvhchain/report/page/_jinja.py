@@ -37,7 +37,7 @@ def rendered(title: str, sections: Sequence[tuple[str, str, Sequence[Any]]]) -> 
         sections=sections,
         version=__version__,
         style=_own("page.css"),
-        script=_own("player.js") + _own("bodies.js") + _own("page.js"),
+        script=_own("player.js") + _own("bodies.js") + _own("page.js") + _own("sorting.js"),
         plotly=Markup(get_plotlyjs().replace("</script", "<\\/script")),
     )
     return page

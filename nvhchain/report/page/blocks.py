@@ -59,6 +59,8 @@ class Table:
         True where the table opens on a click.
     numbers : int
         First column of numbers, which are aligned to the right.
+    sortable : bool
+        True where a click on a title sorts the rows.
     """
 
     head: Sequence[str]
@@ -66,6 +68,7 @@ class Table:
     caption: str = ""
     folded: bool = False
     numbers: int = 1
+    sortable: bool = False
     template: str = "table.html"
 
 

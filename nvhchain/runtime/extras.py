@@ -12,6 +12,7 @@ EXTRAS = {
     "mosqito": "sound",
     "nptdms": "records",
     "pandas": "xarray",
+    "pyarrow": "parquet",
     "pyuff": "uff",
     "pyvista": "pictures",
     "pyyeti": "nastran",

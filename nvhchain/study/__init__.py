@@ -12,12 +12,12 @@ from nvhchain.study.analysis import (
     worst_rows,
 )
 from nvhchain.study.definition import Goal, Study, load_study
-from nvhchain.study.designs import Design, count_designs, list_designs
 from nvhchain.study.differences import Difference, differences, level_difference
-from nvhchain.study.gradient import Slope, slopes
 from nvhchain.study.measuring import measure, measure_drawn
-from nvhchain.study.optimise import Score, best_score, scores
 from nvhchain.study.parameter import Parameter
+from nvhchain.study.plans.designs import Design, count_designs, list_designs
+from nvhchain.study.plans.gradient import Slope, slopes
+from nvhchain.study.plans.optimise import Score, best_score, scores
 from nvhchain.study.quality import FailedShare, Influence, Percentile, failed_shares, influences, percentiles
 from nvhchain.study.rows import Point, Row, operating_points
 from nvhchain.study.running import check_parameters, run_study

@@ -8,7 +8,7 @@ from itertools import product
 from typing import Any
 
 from nvhchain.study.definition import Study
-from nvhchain.study.designs import Design
+from nvhchain.study.plans.designs import Design
 
 
 @dataclass(frozen=True)

@@ -18,10 +18,10 @@ from nvhchain.files.hdf5 import writable_folder, write_text
 from nvhchain.files.result_cache import code_version, fingerprint
 from nvhchain.kinds import checked
 from nvhchain.study.definition import Study
-from nvhchain.study.designs import Design, count_designs, list_designs
-from nvhchain.study.gradient import walk_gradient
 from nvhchain.study.measuring import can_be_drawn
-from nvhchain.study.optimise import draws_of, search
+from nvhchain.study.plans.designs import Design, count_designs, list_designs
+from nvhchain.study.plans.gradient import walk_gradient
+from nvhchain.study.plans.optimise import draws_of, search
 from nvhchain.study.rows import Row, operating_points
 from nvhchain.study.spreading import Spread, Task
 

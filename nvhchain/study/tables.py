@@ -11,6 +11,7 @@ from typing import Any
 from nvhchain.files.hdf5 import write_text
 from nvhchain.plots.designs import best_points, effect_bars, percentile_curves
 from nvhchain.plots.files import save
+from nvhchain.study._pyarrow import write_parquet
 from nvhchain.study.analysis import (
     Effect,
     best_designs,
@@ -23,8 +24,11 @@ from nvhchain.study.analysis import (
     worst_rows,
 )
 from nvhchain.study.definition import Study
+from nvhchain.study.differences import differences
 from nvhchain.study.page import write_study_page
 from nvhchain.study.page.results import DRAWN
+from nvhchain.study.plans.gradient import Slope, slopes
+from nvhchain.study.plans.optimise import best_score, scores
 from nvhchain.study.quality import PERCENTS, failed_shares, influences, percentiles
 from nvhchain.study.rows import Row
 
@@ -48,15 +52,20 @@ def write_study(study: Study, rows: Sequence[Row], out: str | Path) -> list[str]
 
     Notes
     -----
-    The file study.csv has a line for every run. Main effects are in effects.csv, the Sobol indices of a plan
-    `sensitivity` in indices.csv. Plans of draws have percentiles.csv and ranking.csv, too. Figures (effects.png,
-    pareto.png, percentiles.png) appear where responses differ.
+    The file report.html is a page of everything. The file study.csv has a line for every run; study.parquet is the same
+    table, if pyarrow is installed. Slopes of a plan `gradient` are in slopes.csv. Main effects are in effects.csv, the
+    Sobol indices of a plan `sensitivity` in indices.csv. Plans of draws have percentiles.csv and ranking.csv, too.
+    Figures (effects.png, pareto.png, percentiles.png) appear where responses differ.
     """
     folder = Path(out)
-    write_text(folder / "study.csv", rows_csv(study, rows))
+    write_text(folder / "study.csv", rows_csv(rows))
+    write_parquet(records_of(rows), folder / "study.parquet")
     effects = main_effects(study, rows)
     write_text(folder / "effects.csv", _csv(_effect_record(effect) for effect in effects))
-    lines = _summary(study, rows, effects)
+    lines = _search_lines(study, rows) if study.goal is not None else []
+    if study.plan == "gradient":
+        lines += _write_slopes(study, rows, folder)
+    lines += _summary(study, rows, effects)
     main = main_response(rows)
     if main is not None and any(effect.response == main for effect in effects):
         save(_effect_bars([effect for effect in effects if effect.response == main]), folder / "effects.png")
@@ -140,13 +149,11 @@ def _flat(record: Any) -> dict[str, Any]:
     return flat
 
 
-def rows_csv(study: Study, rows: Sequence[Row]) -> str:
+def rows_csv(rows: Sequence[Row]) -> str:
     """Return the table of all runs as CSV in ASCII; missing values are empty.
 
     Parameters
     ----------
-    study : Study
-        Study.
     rows : sequence of Row
         Rows of `run_study`.
 
@@ -155,19 +162,75 @@ def rows_csv(study: Study, rows: Sequence[Row]) -> str:
     str
         Content of study.csv.
     """
+    return _csv(records_of(rows))
+
+
+def records_of(rows: Sequence[Row]) -> list[dict[str, Any]]:
+    """Return the table of all runs, for data frames.
+
+    Parameters
+    ----------
+    rows : sequence of Row
+        Rows of `run_study`.
+
+    Returns
+    -------
+    list of dict
+        Column → value of every run; None for a missing one. Columns "less design 0" have the difference of the level
+        from design 0 at the same operating point, with limits in which common errors cancel.
+    """
     responses = responses_of(rows)
     limited = [name for name in responses if any(name in row.limits for row in rows)]
+    changes = differences(rows)
     records = []
-    for row in rows:
+    for index, row in enumerate(rows):
         record: dict[str, Any] = {"design": row.design, **row.values}
         record |= {"speed_rpm": row.speed_rpm, "torque_Nm": row.torque}
         for name in responses:
             record[name] = row.responses.get(name)
             if name in limited:
                 record[f"{name} lower"], record[f"{name} upper"] = row.limits.get(name, (None, None))
+        if changes:
+            found = changes.get(index)
+            record["less design 0"] = found.change if found else None
+            record["less design 0 lower"], record["less design 0 upper"] = found.limits if found else (None, None)
         records.append(record | {"seconds": row.seconds, "refused": row.refused})
     kept = [name for name in records[0] if name not in ("speed_rpm", "torque_Nm") or records[0][name] is not None]
-    return _csv({name: record[name] for name in kept} for record in records)
+    return [{name: record[name] for name in kept} for record in records]
+
+
+def _write_slopes(study: Study, rows: Sequence[Row], folder: Path) -> list[str]:
+    """Write the slopes of all responses; return those of the main one in words."""
+    found = slopes(study, rows)
+    write_text(folder / "slopes.csv", _csv(_flat(one) for one in found))
+    main = main_response(rows)
+    return [
+        f"One unit of {one.parameter} changes {main}{_at(one)} by {one.value:.3g} ± {one.error:.1g}"
+        for one in found
+        if one.response == main
+    ]
+
+
+def _at(slope: Slope) -> str:
+    speed = "" if slope.speed_rpm is None else f" at {slope.speed_rpm:g} rpm"
+    return speed + ("" if slope.torque is None else f" and {slope.torque:g} N m")
+
+
+def _search_lines(study: Study, rows: Sequence[Row]) -> list[str]:
+    """Return the result of a search in words: best design, and its difference from the base case."""
+    assert study.goal is not None
+    name, percent = study.goal.response, study.goal.percent
+    share = f"{percent:g} % of {study.goal.draws} gearboxes below " if study.goal.draws else ""
+    best, (base, *_) = best_score(study, rows), scores(study, rows)
+    if best is None:
+        return ["No design meets all targets: widen the ranges, or raise the targets"]
+    given = ", ".join(f"{key} = {_short(value)}" for key, value in best.values.items())
+    lines = [f"Best {name}: {share}{best.responses[name]:.4g}, design {best.design} ({given})"]
+    if base.responses and base.design != best.design:
+        change = best.responses[name] - base.responses[name]
+        missed = ", which misses a target" if base.excess > 0 else ""
+        lines.append(f"Less design 0, the base case{missed}: {change:+.3g}")
+    return lines
 
 
 def _csv(records: Iterable[Mapping[str, Any]]) -> str:
@@ -202,7 +265,7 @@ def _effect_record(effect: Effect) -> dict[str, Any]:
 def _summary(study: Study, rows: Sequence[Row], effects: Sequence[Effect]) -> list[str]:
     lines, main = [], main_response(rows)
     heard = [row for row in worst_rows(rows) if main is not None and main in row.responses]
-    if main is not None and heard:
+    if main is not None and heard and study.plan not in ("optimise", "gradient"):
         several = " (worst operating point)" if len({(row.speed_rpm, row.torque) for row in rows}) > 1 else ""
         for word, row in (
             ("Lowest", min(heard, key=lambda row: row.responses[main])),
@@ -218,7 +281,8 @@ def _summary(study: Study, rows: Sequence[Row], effects: Sequence[Effect]) -> li
                 f"({_short(effect.lowest)} lowest, {_short(effect.highest)} highest): "
                 f"{100 * effect.share:.0f} % of its variance"
             )
-    idle = [name for name in idle_parameters(effects) if name not in ("speed_rpm", "torque_Nm")]
+    unused = idle_parameters(effects) if study.plan != "optimise" else []
+    idle = [name for name in unused if name not in ("speed_rpm", "torque_Nm")]
     if idle:
         lines.append(f"No response depends on {', '.join(idle)}")
     refused = [row for row in rows if row.refused is not None]

@@ -17,8 +17,8 @@ from nvhchain.case import Case
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray
 from nvhchain.study.definition import Goal, Study
-from nvhchain.study.designs import Design
 from nvhchain.study.parameter import Parameter
+from nvhchain.study.plans.designs import Design
 from nvhchain.study.rows import Evaluate, Row
 
 EVOLVED = 0.6

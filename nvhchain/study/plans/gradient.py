@@ -9,9 +9,9 @@ import numpy as np
 
 from nvhchain.errors import require
 from nvhchain.study.definition import Study
-from nvhchain.study.designs import STEPS
 from nvhchain.study.differences import level_difference
 from nvhchain.study.parameter import Parameter
+from nvhchain.study.plans.designs import STEPS
 from nvhchain.study.rows import Evaluate, Point, Row
 
 FIRST_STEP = 0.5

@@ -1,0 +1,120 @@
+"""First screen: result in words, best designs in two responses, levels over speed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from nvhchain.report.page.blocks import Figure, Hero, axes, label, rounded
+from nvhchain.study.page.results import Results, design_text, level_text, limits_of, unit_of
+from nvhchain.study.rows import Row
+
+TITLE = "Answer"
+
+MOST_LINES = 14
+"""Number of sentences on the first screen."""
+
+MOST_CURVES = 8
+"""Number of designs with a curve over speed of their own."""
+
+
+def blocks(results: Results) -> list[Any]:
+    """Return the first screen."""
+    headline, *others = results.lines or (f"{len(results.rows)} runs",)
+    doubt = _doubt(results)
+    figures = [figure for figure in (_pareto(results), _over_speed(results)) if figure is not None]
+    first, second = [*figures, None, None][:2]
+    sentences = [f" {line}" for line in others[:MOST_LINES]]
+    return [Hero(headline, doubt, sentences, first, second, None, "")]
+
+
+def _doubt(results: Results) -> str:
+    """Return the remark that the two quietest designs are not decided, or an empty text."""
+    main = results.main
+    heard = sorted((row for row in results.worst if main in row.responses), key=lambda row: row.responses[str(main)])
+    distinct = list({row.design: row for row in heard}.values())
+    if results.study.plan not in ("grid", "list") or len(distinct) < 2:
+        return ""
+    from nvhchain.study.differences import level_difference
+
+    difference = level_difference(distinct[0], distinct[1])
+    if difference is None or difference.decided:
+        return ""
+    return (
+        f"Designs {distinct[0].design} and {distinct[1].design} are {level_text(difference.change)} dB apart "
+        f"({limits_of(difference.limits)}): at this fidelity their order is not certain."
+    )
+
+
+def _pareto(results: Results) -> Figure | None:
+    """Return designs in two responses with the line of the best ones."""
+    if results.pair is None:
+        return None
+    y, x = results.pair
+    here = [row for row in results.worst if x in row.responses and y in row.responses]
+    best = {row.design for row in results.best}
+    traces = [
+        _points([row for row in here if row.design not in best], x, y, "other designs", "#8a929b"),
+        _points(results.best, x, y, "best designs", "#d55e00")
+        | {"mode": "lines+markers+text", "line": {"shape": "vh", "color": "#d55e00", "width": 1.5}},
+    ]
+    traces[1] |= {"text": [str(row.design) for row in results.best], "textposition": "top right"}
+    layout = axes(unit_of(x), unit_of(y), showlegend=True)
+    return Figure(
+        "Every design at its worst operating point, with 95 % limits of the level. No design betters the numbered ones "
+        "in both.",
+        traces,
+        layout,
+        height=330,
+    )
+
+
+def _points(rows: list[Row], x: str, y: str, name: str, colour: str) -> dict[str, Any]:
+    trace: dict[str, Any] = {
+        "type": "scatter",
+        "mode": "markers",
+        "name": name,
+        "x": [row.responses[x] for row in rows],
+        "y": rounded(row.responses[y] for row in rows),
+        "marker": {"color": colour, "size": 8},
+        "customdata": [label(f"design {row.design}: {design_text(row)}") for row in rows],
+        "hovertemplate": "%{customdata}<br>%{x:.4g}, %{y:.4g}<extra></extra>",
+    }
+    if any(y in row.limits for row in rows):
+        limits = [(row.responses[y], *row.limits.get(y, (None, None))) for row in rows]
+        trace["error_y"] = {
+            "type": "data",
+            "symmetric": False,
+            "array": rounded(0.0 if high is None else high - value for value, _, high in limits),
+            "arrayminus": rounded(0.0 if low is None else value - low for value, low, _ in limits),
+            "thickness": 1,
+            "width": 3,
+        }
+    return trace
+
+
+def _over_speed(results: Results) -> Figure | None:
+    """Return the main response of some designs over the speeds of the study."""
+    main = results.main
+    speeds = sorted({row.speed_rpm for row in results.rows if row.speed_rpm is not None})
+    if main is None or len(speeds) < 3 or results.study.plan not in ("grid", "list"):
+        return None
+    torque = results.rows[0].torque
+    ranked = sorted((row for row in results.worst if main in row.responses), key=lambda row: row.responses[main])
+    shown = ranked[: MOST_CURVES // 2] + ranked[max(MOST_CURVES // 2, len(ranked) - MOST_CURVES // 2) :]
+    traces = []
+    for row in shown:
+        own = sorted(
+            (one.speed_rpm, one.responses[main])
+            for one in results.rows
+            if one.design == row.design and one.torque == torque and one.speed_rpm is not None and main in one.responses
+        )
+        traces.append(
+            {
+                "type": "scatter",
+                "mode": "lines+markers",
+                "name": label(f"{row.design}: {design_text(row)}"[:60]),
+                "x": [speed for speed, _ in own],
+                "y": rounded(level for _, level in own),
+            }
+        )
+    return Figure("Quietest and loudest designs over speed.", traces, axes("input speed / rpm", unit_of(main)), 300)

@@ -1,0 +1,53 @@
+"""Main effects of parameters, speed and torque on the main response, and on the others."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from nvhchain.report.page.blocks import Figure, Table, Text, axes, label, rounded
+from nvhchain.study.analysis import idle_parameters
+from nvhchain.study.page.results import Results, text_of
+
+TITLE = "Effects"
+
+PLANS = ("grid", "list", "monte_carlo", "latin_hypercube", "sobol", "sensitivity")
+
+
+def blocks(results: Results) -> list[Any]:
+    """Return bars of the main effects, and the table of all."""
+    effects = results.effects
+    if not effects or results.study.plan not in PLANS:
+        return []
+    found: list[Any] = []
+    shown = [effect for effect in effects if effect.response == results.main]
+    if shown:
+        notes = [f"{text_of(effect.lowest)} → {text_of(effect.highest)}" for effect in shown]
+        bars = {
+            "type": "bar",
+            "orientation": "h",
+            "x": rounded((effect.change for effect in shown), 3),
+            "y": [label(effect.parameter) for effect in shown],
+            "text": [label(note) for note in notes],
+            "textposition": "auto",
+            "marker": {"color": "#0072b2"},
+            "hovertemplate": "%{y}: %{x:.2f} (%{text})<extra></extra>",
+        }
+        layout = axes(f"highest less lowest mean of {results.main}", "", yaxis={"autorange": "reversed"})
+        caption = "Mean over all other values. Text: value with the lowest mean → value with the highest."
+        found.append(Figure(caption, [bars], layout, height=110 + 38 * len(shown)))
+    idle = [name for name in idle_parameters(effects) if name not in ("speed_rpm", "torque_Nm")]
+    if idle:
+        found.append(Text(f"No response depends on {', '.join(idle)}.", "doubt"))
+    rows = [
+        (
+            effect.response,
+            effect.parameter,
+            text_of(effect.change),
+            text_of(effect.lowest),
+            text_of(effect.highest),
+            f"{100 * effect.share:.0f} %",
+        )
+        for effect in effects
+    ]
+    head = ("response", "parameter", "change", "lowest at", "highest at", "share of variance")
+    return [*found, Table(head, rows, "Effects on all responses", folded=True, numbers=2, sortable=True)]

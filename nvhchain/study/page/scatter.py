@@ -1,0 +1,125 @@
+"""Scatter of production: percentiles, shares that fail, and tolerances ranked by their effect."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from nvhchain.report.page.blocks import Figure, Table, Text, axes, label, rounded
+from nvhchain.study.page.results import DRAWN, Results, level_text, limits_of, point_texts, point_titles, unit_of
+from nvhchain.study.quality import FEWEST, Influence, Percentile, failed_shares, influences, percentiles
+
+TITLE = "What leaves the factory"
+
+
+def blocks(results: Results) -> list[Any]:
+    """Return percentiles over speed or the distribution, shares that fail, and the ranking."""
+    main = results.main
+    if results.study.plan not in DRAWN or main is None:
+        return []
+    found: list[Any] = [_figure(results, main, percentiles(results.rows, main))]
+    names = [main, *(name for name in results.study.targets if name != main)]
+    rows = [
+        (
+            one.response,
+            *point_texts(one),
+            f"{one.percent:g} %",
+            level_text(one.value),
+            limits_of(one.limits),
+            str(one.designs),
+        )
+        for name in names
+        for one in percentiles(results.rows, name)
+    ]
+    head = ("response", *point_titles(results.study), "gearboxes below", "value", "95 % limits", "gearboxes")
+    found.append(Table(head, rows, "Percentiles", folded=len(rows) > 6, numbers=1, sortable=True))
+    for one in failed_shares(results.study, results.rows):
+        found.append(
+            Text(
+                f"{100 * one.share:.1f} % ({limits_of([100 * limit for limit in one.limits])}) of {one.designs} "
+                f"gearboxes exceed {one.response} = {one.target:g}."
+            )
+        )
+    ranking = influences(results.study, results.rows, main)
+    return [*found, *(_ranking(ranking, main) if ranking else [_few(results)])]
+
+
+def _few(results: Results) -> Text:
+    return Text(f"A ranking of tolerances needs {FEWEST} gearboxes or more that differ in {results.main}.", "small")
+
+
+def _figure(results: Results, main: str, found: list[Percentile]) -> Figure:
+    """Return percentiles over speed; the distribution where there is one speed."""
+    target = results.study.targets.get(main)
+    line = {"color": "#1d2329", "width": 1, "dash": "dash"}
+    speeds = sorted({one.speed_rpm for one in found if one.speed_rpm is not None})
+    if len(speeds) > 1:
+        torque = found[0].torque
+        traces = []
+        for percent, colour in zip(
+            sorted({one.percent for one in found}, reverse=True), ("#d55e00", "#0072b2", "#009e73"), strict=False
+        ):
+            own = {one.speed_rpm: one.value for one in found if one.percent == percent and one.torque == torque}
+            traces.append(
+                {
+                    "type": "scatter",
+                    "mode": "lines+markers",
+                    "name": f"{percent:g} % of the gearboxes below",
+                    "x": speeds,
+                    "y": rounded(own.get(speed) for speed in speeds),
+                    "line": {"color": colour},
+                }
+            )
+        layout = axes("input speed / rpm", unit_of(main), showlegend=True)
+        if target is not None:
+            layout["shapes"] = [
+                {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": target, "y1": target, "line": line}
+            ]
+        return Figure("Percentiles over speed. Dashed: target.", traces, layout, height=320)
+    ordered = sorted(row.responses[main] for row in results.worst if main in row.responses)
+    shares = [100.0 * (number + 1) / len(ordered) for number in range(len(ordered))]
+    trace = {
+        "type": "scatter",
+        "mode": "lines",
+        "x": rounded(ordered, 3),
+        "y": rounded(shares),
+        "line": {"shape": "vh", "color": "#0072b2"},
+    }
+    layout = axes(unit_of(main), "gearboxes below / %", yaxis={"range": [0, 100]})
+    if target is not None:
+        layout["shapes"] = [
+            {"type": "line", "yref": "paper", "y0": 0, "y1": 1, "x0": target, "x1": target, "line": line}
+        ]
+    caption = f"Distribution over {len(ordered)} gearboxes. Dashed: target."
+    return Figure(caption, [trace], layout, height=320)
+
+
+def _ranking(ranking: list[Influence], main: str) -> list[Any]:
+    """Return bars of the influences, and their table."""
+    trace = {
+        "type": "bar",
+        "orientation": "h",
+        "x": rounded(100 * one.share for one in ranking),
+        "y": [label(one.parameter) for one in ranking],
+        "marker": {"color": "#0072b2"},
+        "error_x": {
+            "type": "data",
+            "symmetric": False,
+            "array": rounded(100 * max(0.0, one.share_limits[1] - one.share) for one in ranking),
+            "arrayminus": rounded(100 * max(0.0, one.share - one.share_limits[0]) for one in ranking),
+            "thickness": 1.2,
+        },
+    }
+    layout = axes(f"share of the variance of {main} / %", "", yaxis={"autorange": "reversed"})
+    rows = [
+        (
+            one.parameter,
+            f"{100 * one.share:.0f} %",
+            limits_of([100 * limit for limit in one.share_limits], 0),
+            f"{one.correlation:.2f}".replace("-", "−"),
+            limits_of(one.correlation_limits, 2),
+        )
+        for one in ranking
+    ]
+    head = ("tolerance", "share of variance", "95 % limits", "rank correlation", "95 % limits")
+    figure = Figure("Tolerances by their effect, with 95 % limits.", [trace], layout, height=110 + 38 * len(ranking))
+    return [figure, Table(head, rows, numbers=1, sortable=True)]

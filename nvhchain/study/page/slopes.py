@@ -1,0 +1,46 @@
+"""Slopes of responses at the middle of all ranges."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from nvhchain.report.page.blocks import Table, Text
+from nvhchain.study.page.results import Results, point_texts, point_titles, text_of
+from nvhchain.study.plans.gradient import slopes
+
+TITLE = "Slopes"
+
+
+def blocks(results: Results) -> list[Any]:
+    """Return the slopes of the main response, and those of all responses."""
+    if results.study.plan != "gradient":
+        return []
+    rows: dict[bool, list[tuple[str, ...]]] = {True: [], False: []}
+    spans = {parameter.name: parameter.span for parameter in results.study.parameters}
+    for one in slopes(results.study, results.rows):
+        low, high = spans[one.parameter]
+        if one.response != results.main and abs(one.value) * (high - low) < 1e-9:
+            continue
+        rows[one.response == results.main].append(
+            (
+                one.parameter,
+                one.response,
+                *point_texts(one),
+                text_of(one.value),
+                f"± {text_of(one.error, 2)}",
+                " … ".join("none" if limit is None else text_of(limit, 3) for limit in one.limits)
+                if one.limits != (None, None)
+                else "",
+                text_of(one.value * (high - low)),
+            )
+        )
+    head = ("parameter", "response", *point_titles(results.study), "slope", "error", "95 % limits", "over the range")
+    text = (
+        "Change of a response per unit of a parameter, by central differences extrapolated to a step of zero. The "
+        "error is that of the difference quotient. The limits count the fidelity of the level, too."
+    )
+    return [
+        Text(text, "small"),
+        Table(head, rows[True], numbers=2, sortable=True),
+        Table(head, rows[False], "Slopes of other responses", folded=True, numbers=2, sortable=True),
+    ]

@@ -1,0 +1,1 @@
+"""Plans of a study: designs listed beforehand, a search, and steps for slopes."""

@@ -1,0 +1,223 @@
+"""Searches, slopes, differences and the page of a study."""
+
+import re
+from concurrent.futures import BrokenExecutor, Executor, Future
+
+import numpy as np
+import pytest
+
+import nvhchain as nvh
+from nvhchain.cli import main
+from nvhchain.study import (
+    Goal,
+    Parameter,
+    Row,
+    Study,
+    best_score,
+    differences,
+    load_study,
+    run_study,
+    scores,
+    slopes,
+    spreading,
+    write_study,
+)
+from nvhchain.study.plans import gradient, optimise
+from nvhchain.study.responses import stored_band
+
+SPHERE = """
+kind = "radiator"
+name = "ball"
+frequencies = [200]
+pulsation = 1.0
+[body]
+type = "sphere"
+radius_mm = 10
+[[field_points]]
+name = "1 m"
+position = [1, 0, 0]
+"""
+
+RADIUS = '[[parameters]]\nname = "radius"\npath = "body.radius_mm"\nlow = 5\nhigh = 20\n'
+
+
+@pytest.fixture
+def study_file(tmp_path):
+    def written(text):
+        (tmp_path / "ball.toml").write_text(SPHERE)
+        path = tmp_path / "study.toml"
+        path.write_text('case = "ball.toml"\n' + text)
+        return path
+
+    return written
+
+
+def valley(study, centre):
+    """Evaluation of a made-up level with its lowest value at `centre`, and the designs that it was asked for."""
+    asked = []
+
+    def evaluate(designs):
+        asked.extend(designs)
+        rows = []
+        for number, design in designs:
+            distance = sum((design[name] - value) ** 2 for name, value in centre.items())
+            responses = {"level": 60.0 + distance, "mass": 10.0 - design["x"]}
+            rows.append(Row(number, design, responses=responses))
+        return rows
+
+    return evaluate, asked
+
+
+AXES = tuple(Parameter(name, (f"pulsation.{name}",), low=0.0, high=4.0) for name in "xy")
+
+
+def test_a_search_finds_the_lowest_value_and_repeats():
+    study = Study("c.toml", AXES, plan="optimise", designs=60, goal=Goal(), seed=3)
+    case = nvh.load_case("cases/sphere/pulsating.toml")
+    evaluate, asked = valley(study, {"x": 2.9, "y": 0.7})
+    rows = optimise.search(study, case, evaluate)
+    assert [number for number, _ in asked] == list(range(len(rows)))
+    assert len(rows) <= 60
+    best = best_score(study, rows)
+    assert (best.values["x"], best.values["y"]) == (pytest.approx(2.9, abs=0.05), pytest.approx(0.7, abs=0.05))
+    again, repeated = valley(study, {"x": 2.9, "y": 0.7})
+    optimise.search(study, case, again)
+    assert repeated == asked
+
+
+def test_a_search_keeps_to_its_targets():
+    """The lowest level within mass = 10 − x <= 6.5 lies at x = 3.5."""
+    study = Study("c.toml", AXES, plan="optimise", designs=80, goal=Goal(), targets={"mass": 6.5})
+    evaluate, _ = valley(study, {"x": 2.9, "y": 0.7})
+    best = best_score(study, optimise.search(study, nvh.load_case("cases/sphere/pulsating.toml"), evaluate))
+    assert best.responses["mass"] <= 6.5
+    assert best.responses["level"] == pytest.approx(60.36, abs=0.1)
+
+
+def test_a_search_among_values_ends_when_all_are_known():
+    kinds = Parameter("x", ("pulsation.x",), values=(0, 1, 2, 3))
+    study = Study("c.toml", (kinds,), plan="optimise", designs=50, goal=Goal())
+    evaluate, asked = valley(study, {"x": 2})
+    rows = optimise.search(study, nvh.load_case("cases/sphere/pulsating.toml"), evaluate)
+    assert best_score(study, rows).values == {"x": 2}
+    assert len(asked) <= 4
+
+
+def test_robust_scores_are_percentiles_over_draws_at_the_worst_speed():
+    study = Study("c.toml", (AXES[0],), plan="optimise", designs=10, goal=Goal(percent=90.0))
+    levels = np.arange(11.0)
+    rows = [
+        Row(0, {"x": 1.0, "tol": one}, speed, responses={"level": one + speed}) for one in levels for speed in (1, 2)
+    ]
+    assert scores(study, rows)[0].responses["level"] == pytest.approx(2.0 + 9.0)
+
+
+def test_draws_are_the_same_for_every_design(study_file, tmp_path):
+    text = (
+        'plan = "optimise"\ndesigns = 10\n[optimise]\ndraws = 3\npercent = 100\n[[scatter]]\nname = "velocity"\n'
+        'path = "pulsation"\nlow = 1.0\nhigh = 2.0\n'
+    )
+    study = load_study(study_file(text + RADIUS))
+    rows = run_study(study, out=tmp_path / "out", fidelity=nvh.DRAFT)
+    velocities = {design: [row.values["velocity"] for row in rows if row.design == design] for design in (0, 1, 4)}
+    assert velocities[0] == velocities[1] == velocities[4]
+    assert len(set(velocities[0])) == 3
+    best = best_score(study, rows)
+    assert best.values["radius"] == pytest.approx(5.0, abs=0.5)
+    lines = write_study(study, rows, tmp_path / "out")
+    assert lines[0].startswith("Best level: 100 % of 3 gearboxes below ")
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "Designs in the order of the search." in page
+    assert not re.search(r'(src|href)="http', page)
+
+
+def test_slopes_follow_the_closed_form_and_other_steps(study_file, tmp_path, monkeypatch):
+    """Level of a small pulsating sphere: 40 lg of the radius, slope 40/(a ln 10)."""
+    study = load_study(study_file('plan = "gradient"\n' + RADIUS))
+    rows = run_study(study, out=tmp_path / "out", fidelity=nvh.DRAFT)
+    (found,) = (one for one in slopes(study, rows) if one.response == "level")
+    exact = 40.0 / (12.5 * np.log(10.0))
+    assert found.value == pytest.approx(exact, rel=0.01)
+    low, high = found.limits
+    assert low < exact < high
+    monkeypatch.setattr(gradient, "FIRST_STEP", 0.3)
+    others = run_study(study, out=tmp_path / "out", fidelity=nvh.DRAFT)
+    (other,) = (one for one in slopes(study, others) if one.response == "level")
+    assert other.value == pytest.approx(found.value, abs=max(found.error + other.error, 0.002))
+    lines = write_study(study, others, tmp_path / "out")
+    assert lines[0].startswith("One unit of radius changes level by 1.39")
+    assert "Slopes" in (tmp_path / "out" / "report.html").read_text()
+
+
+def test_errors_of_shared_operators_cancel_in_differences():
+    band = {
+        "frequency": [500.0, 1000.0],
+        "amplitude": [1.0, 0.5],
+        "sources": {"housing": [0.1, 0.1], "gear elements": [0.01, 0.01]},
+        "reference": 2e-5,
+        "weighted": True,
+        "place": 0,
+        "operators": "same",
+    }
+    limits = {"level": tuple(float(of) for of in stored_band(band).overall[0])}
+
+    def row(design, shared):
+        return Row(design, {}, responses={"level": 90.0}, limits=limits, band=band | {"operators": shared})
+
+    paired = differences([row(0, "same"), row(1, "same")])[1]
+    apart = differences([row(0, "same"), row(1, "other")])[1]
+    assert paired.limits[1] < 0.3 * apart.limits[1]
+    assert not paired.decided
+
+
+def test_a_run_that_loses_two_workers_is_refused_with_the_reason(study_file, tmp_path):
+    class Losing(Executor):
+        def submit(self, function, *arguments):
+            future = Future()
+            future.set_exception(BrokenExecutor("killed"))
+            return future
+
+    study = load_study(study_file(RADIUS.replace("low = 5\nhigh = 20", "values = [5, 10]")))
+    rows = run_study(study, out=tmp_path / "out", fidelity=nvh.DRAFT, executor=Losing())
+    assert rows[0].refused is None
+    assert "2 workers were lost under this run" in rows[1].refused
+
+
+def test_more_designs_than_the_disk_holds_are_refused_with_numbers(study_file, tmp_path, monkeypatch):
+    study = load_study(study_file(RADIUS.replace("low = 5\nhigh = 20", "values = [5, 10]")))
+    (tmp_path / "out" / "operators").mkdir(parents=True)
+    (tmp_path / "out" / "operators" / "mesh_law_stage-1.h5").write_bytes(bytes(2000))
+    usage = spreading.shutil.disk_usage(tmp_path)._replace(free=1000)
+    monkeypatch.setattr(spreading.shutil, "disk_usage", lambda folder: usage)
+    with pytest.raises(nvh.errors.ResourceError, match="1 further runs may take"):
+        run_study(study, out=tmp_path / "out", fidelity=nvh.DRAFT)
+
+
+def test_the_table_is_written_as_parquet(study_file, tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    study = load_study(study_file(RADIUS.replace("low = 5\nhigh = 20", "values = [5, 10]")))
+    rows = run_study(study, out=tmp_path / "out", fidelity=nvh.DRAFT)
+    write_study(study, rows, tmp_path / "out")
+    table = parquet.read_table(tmp_path / "out" / "study.parquet").to_pydict()
+    assert table["radius"] == [5, 10]
+    assert table["less design 0"][1] == pytest.approx(rows[1].responses["level"] - rows[0].responses["level"])
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('plan = "optimise"\ndesigns = 20\n' + RADIUS, r"needs \[optimise\]"),
+        ('plan = "optimise"\ndesigns = 3\n[optimise]\n' + RADIUS, "a search needs 10 or more"),
+        ('plan = "optimise"\ndesigns = 20\n[optimise]\ndraws = 2\n' + RADIUS, "draws = 2 with 0 tolerances"),
+        ('plan = "optimise"\ndesigns = 20\n[optimise]\ngoal = "x"\n' + RADIUS, "optimise: unknown field 'goal'"),
+        ('plan = "optimise"\ndesigns = 20\n[optimise]\nresponse = "mass"\n' + RADIUS, "optimise: no response 'mass'"),
+        ('plan = "gradient"\n' + RADIUS.replace("low = 5\nhigh = 20", "values = [5, 10]"), "slopes need a range"),
+        ('responses = ["colour"]\nplan = "gradient"\n' + RADIUS, "no 'colour' on request: choose among orders, loudness"),
+        (RADIUS.replace("parameters", "scatter") + RADIUS, r"belongs to \[optimise\]"),
+    ],
+)
+def test_bad_searches_are_refused(study_file, tmp_path, text, said, capsys):
+    assert main(["study", str(study_file(text)), "--out", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err
+    assert re.search(said, error), error
+    assert "Traceback" not in error

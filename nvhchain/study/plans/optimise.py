@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import groupby
-from math import inf
+from math import ceil, inf, log10
 from typing import Any
 
 import numpy as np
@@ -28,7 +28,7 @@ MEMBERS = 4
 """Members of a generation per parameter, at least 5 in all (differential evolution needs them)."""
 
 STEPS = 1e4
-"""Number of steps of a range between which values are rounded, so that designs repeat."""
+"""Least number of decimal values in a range, to which designs are rounded, so that they repeat."""
 
 SIMPLEX = 0.1
 """First steps of the local search, relative to the ranges."""
@@ -236,7 +236,7 @@ def _value_at(parameter: Parameter, coordinate: float) -> Any:
     if parameter.levels:
         return parameter.levels[min(max(round(coordinate), 0), len(parameter.levels) - 1)]
     low, high = parameter.span
-    return float(f"{low + round(min(max(coordinate, 0.0), 1.0) * STEPS) / STEPS * (high - low):.12g}")
+    return round(low + min(max(coordinate, 0.0), 1.0) * (high - low), ceil(log10(STEPS / (high - low))))
 
 
 def _place(parameter: Parameter, value: Any) -> float:

@@ -236,7 +236,8 @@ def _value_at(parameter: Parameter, coordinate: float) -> Any:
     if parameter.levels:
         return parameter.levels[min(max(round(coordinate), 0), len(parameter.levels) - 1)]
     low, high = parameter.span
-    return round(low + min(max(coordinate, 0.0), 1.0) * (high - low), ceil(log10(STEPS / (high - low))))
+    value = low + min(max(float(coordinate), 0.0), 1.0) * (high - low)
+    return round(value, ceil(log10(STEPS / (high - low))))
 
 
 def _place(parameter: Parameter, value: Any) -> float:

@@ -20,7 +20,7 @@ import numpy as np
 
 import nvhchain as nvh
 from benchmarks.publish import publish
-from nvhchain.acoustics import adaptive_transfer_vectors, interpolate_vectors, sphere, transfer_vectors
+from nvhchain.acoustics import Adaptive, interpolate_vectors, sphere, transfer_vectors
 from nvhchain.acoustics.interpolation.nodes import interpolant
 from nvhchain.handoff import FloatArray, Surface, TransferVectors
 from nvhchain.testing.bodies import box
@@ -115,7 +115,7 @@ def narrow_row(name: str, surface: Surface, points: FloatArray) -> str:
         cells.append(f"{decibel(true):.2g} ({decibel(estimate(atv, truth)):.2g})")
     for tolerance in (1.0, 0.1):
         fidelity = replace(FIDELITY, master_tolerance_db=tolerance)
-        atv = adaptive_transfer_vectors(surface, points, low, high, fidelity=fidelity)
+        atv = transfer_vectors(surface, points, Adaptive(low, high), fidelity=fidelity)
         cells.append(f"{len(atv.frequency)} ({decibel(wrong(atv, truth)):.2g})")
     return f"| {name} | {low:g} … {high:g} Hz | " + " | ".join(cells) + " |"
 
@@ -166,7 +166,7 @@ def close(_: Path) -> None:
             for low, high in zip(
                 rng.choice([12.0, 20, 21, 50, 100], BANDS), rng.uniform(2e3, 2580, BANDS), strict=True
             ):
-                atv = adaptive_transfer_vectors(surface, points, low, round(high), fidelity=fidelity)
+                atv = transfer_vectors(surface, points, Adaptive(low, round(high)), fidelity=fidelity)
                 found.append((len(atv.frequency), decibel(wrong(atv, truth))))
             masters, errors = np.array(found).T
             lines.append(
@@ -206,7 +206,7 @@ def wide(out: Path) -> None:
         cells = []
         for tolerance in (1.0, 0.3, 0.1):
             fidelity = replace(FIDELITY, master_tolerance_db=tolerance)
-            atv = adaptive_transfer_vectors(surface, points, LOW, high, fidelity=fidelity)
+            atv = transfer_vectors(surface, points, Adaptive(LOW, high), fidelity=fidelity)
             cells.append(f"{len(atv.frequency)} ({decibel(wrong(atv, truth)):.2g})")
         chosen.append(f"| {name} | {len(surface.triangles)} | " + " | ".join(cells) + " |")
     publish("acoustics/masters", "\n".join([*text, "", *chosen]) + "\n")

@@ -19,7 +19,7 @@ import numpy as np
 
 import nvhchain as nvh
 from benchmarks.publish import publish
-from nvhchain.acoustics import adaptive_transfer_vectors, radiate
+from nvhchain.acoustics import Adaptive, radiate, transfer_vectors
 from nvhchain.errors import AccuracyWarning
 from nvhchain.handoff import FieldPressure, SurfaceVelocity
 from nvhchain.testing.bodies import box, shell
@@ -55,7 +55,7 @@ def sound(body: str, step: int) -> tuple[int, FieldPressure, float]:
     velocity = SurfaceVelocity(lines, np.tile(inside.astype(complex), (len(lines), 1)), surface)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", AccuracyWarning)  # stated errors are the subject here
-        atv = adaptive_transfer_vectors(surface, shell(10, 0.5), low, high, fidelity=KNOBS)
+        atv = transfer_vectors(surface, shell(10, 0.5), Adaptive(low, high), fidelity=KNOBS)
         return len(surface.triangles), radiate(atv, velocity, fidelity=KNOBS), atv.accuracy.resonance_shift
 
 

@@ -33,8 +33,6 @@ from nvhchain.acoustics.radiation.run_up_sound import convolution_lines, decay_t
 from nvhchain.acoustics.radiation.wave_pressure import enclosing_sphere, wave_pressure
 from nvhchain.acoustics.solutions.exterior import ExteriorProblem
 from nvhchain.acoustics.solutions.functions import (
-    adaptive_radiation_resistance,
-    adaptive_transfer_vectors,
     master_frequencies,
     radiation_resistance,
     solve_direct,
@@ -69,8 +67,6 @@ __all__ = [
     "SurfacePressure",
     "SurfaceShapes",
     "Work",
-    "adaptive_radiation_resistance",
-    "adaptive_transfer_vectors",
     "array_points",
     "array_power",
     "check_mesh",

@@ -72,7 +72,7 @@ class AcousticsFidelity(Knobs, package="acoustics"):
     interpolation_poles: int = knob(6, low=1, high=14, step="interpolation", sweep=(1, 3),
         meaning="most poles of the rational function through these nodes")
     master_tolerance_db: float = knob(0.1, low=1e-4, high=20.0, unit="dB", sweep=(1.0, 0.3, 0.1),
-        meaning="error of interpolation for which masters are chosen (`adaptive_transfer_vectors`)")
+        meaning="error of interpolation for which masters are chosen (`Adaptive`)")
     # fmt: on
 
     def __post_init__(self) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import nvhchain as nvh
-from nvhchain.acoustics import sphere, transfer_vectors
+from nvhchain.acoustics import Bempp, ExteriorProblem, Fused, Work, sphere
 from nvhchain.acoustics.solutions import bands
 from nvhchain.acoustics.solutions import vectors as of_vectors
 from nvhchain.acoustics.systems.frequency_blocks import BAND
@@ -24,12 +24,16 @@ from nvhchain.handoff import FieldPressure
 
 CASES = Path(__file__).parents[2] / "cases"
 BODY, POINTS, AIR = sphere(0.1, 2), np.array([[0.0, 0.0, 1.0]]), Air(343.0, 1.21)
+FUSED = Fused()
 FIDELITY = AcousticsFidelity(elements_per_wavelength=3.0, masters=14)
 MASTERS = np.linspace(100.0, 2000.0, 14)
 
 
-def vectors(folder, *, surface=BODY, points=POINTS, masters=MASTERS, air=AIR, fidelity=FIDELITY, **more):
-    return transfer_vectors(surface, points, masters, air=air, fidelity=fidelity, checkpoints=folder, **more)
+def vectors(
+    folder, *, surface=BODY, points=POINTS, masters=MASTERS, air=AIR, fidelity=FIDELITY, engine=FUSED, progress=None
+):
+    problem = ExteriorProblem(surface, air=air, fidelity=fidelity, engine=engine)
+    return problem.transfer_vectors(points, masters, Work(progress=progress, checkpoints=folder))
 
 
 def same(some, whole):
@@ -142,7 +146,7 @@ def test_bands_of_another_engine_are_not_used(half, monkeypatch):
     monkeypatch.setattr(bands, "systems", systems)
     vectors(half, masters=MASTERS[:BAND])
     with pytest.raises(SolverError, match="asked for anew"):
-        vectors(half, masters=MASTERS[:BAND], engine="bempp")
+        vectors(half, masters=MASTERS[:BAND], engine=Bempp())
 
 
 def test_bands_made_by_other_code_are_not_used(half, solved, monkeypatch):

@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import ArrayLike
 
 from nvhchain import acoustics
-from nvhchain.acoustics import adaptive_transfer_vectors, master_frequencies, sphere, transfer_vectors
+from nvhchain.acoustics import Adaptive, Work, master_frequencies, sphere, transfer_vectors
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError
 from nvhchain.fidelity import STANDARD
@@ -52,10 +52,10 @@ def test_every_argument_of_every_function_is_refused_by_its_name_if_it_is_of_the
     [
         (lambda: transfer_vectors(BODY, [0, 0, 1], [100.0], plane=(0, 0, 1)), r"plane = .* give a RigidPlane or None$"),
         (lambda: transfer_vectors(BODY, [0, 0, 1], [100.0], engine=["fused"]), r"engine = .* give a text$"),
-        (lambda: transfer_vectors(BODY, [0, 0, 1], [100.0], checkpoints=5), r"checkpoints = 5 .* a path or None$"),
-        (lambda: transfer_vectors(BODY, [0, 0, 1], [100.0], progress=3), r"progress = 3 .* a function or None$"),
+        (lambda: Work(checkpoints=5), r"checkpoints = 5 .* a path or None$"),
+        (lambda: Work(progress=3), r"progress = 3 .* a function or None$"),
         (lambda: transfer_vectors(BODY, None, [100.0]), r"points = None .* give numbers"),
-        (lambda: adaptive_transfer_vectors(BODY, [0, 0, 1], "50", 100.0), r"low = '50' .* give a number$"),
+        (lambda: transfer_vectors(BODY, [0, 0, 1], Adaptive("50", 100.0)), r"low = '50' .* give a number$"),
         (lambda: master_frequencies(50.0, None, STANDARD.acoustics), r"high = None .* give a number$"),
         (lambda: master_frequencies(-1.0, 5.0, STANDARD.acoustics), r"band -1…5 Hz is empty"),
         (lambda: acoustics.sound_power(AT_REST, array_radius="1 m"), r"array_radius = '1 m' .* a number or None$"),

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from nvhchain.acoustics import (
+    Adaptive,
+    ExteriorProblem,
     RigidPlane,
-    adaptive_transfer_vectors,
+    Work,
     interpolate_vectors,
     interpolation_error,
     radiate,
@@ -56,7 +58,7 @@ POINTS = np.array([[0.0, 0.02, 0.09], [0.3, -0.2, 0.93], [8.0, 0.0, 6.0]])
 @pytest.mark.parametrize(("low", "tolerance"), [(50.0, 0.1), (0.1, 0.3)])
 def test_chosen_masters_keep_the_tolerance_between_them_near_and_far(box, air, low, tolerance):
     fidelity = chosen(tolerance)
-    atv = adaptive_transfer_vectors(box, POINTS, low, 4000.0, air=air, fidelity=fidelity)
+    atv = transfer_vectors(box, POINTS, Adaptive(low, 4000.0), air=air, fidelity=fidelity)
     lines = np.array([0.2, 3.0, 45.0, 71.0, 160.0, 433.0, 1010.0, 1718.0, 2422.0, 3111.0, 3797.0, 3977.0])
     assert error_db(atv, lines[lines > low], fidelity).max() < tolerance
     assert len(atv.frequency) <= 10
@@ -69,7 +71,7 @@ def test_chosen_masters_keep_the_tolerance_between_them_near_and_far(box, air, l
 def test_a_resonating_cavity_is_found_and_kept_within_the_tolerance(resonator, air):
     """18 masters in 1 kHz, none of them asked for at the resonance 3 Hz wide."""
     fidelity = chosen(0.3)
-    atv = adaptive_transfer_vectors(resonator, POINTS, 50.0, 1050.0, air=air, fidelity=fidelity)
+    atv = transfer_vectors(resonator, POINTS, Adaptive(50.0, 1050.0), air=air, fidelity=fidelity)
     lines = np.array([130.0, 245.0, 253.0, 255.5, 256.6, 258.0, 261.0, 275.0, 420.0, 777.0, 1003.0])
     assert error_db(atv, lines, fidelity).max() < 0.3
     assert len(atv.frequency) <= 24
@@ -98,7 +100,7 @@ def test_a_narrow_band_takes_few_masters_and_keeps_tolerance_and_estimate(body, 
     """Three to begin with and two of test; the resonance at 257 Hz lies in the last band."""
     surface, fidelity = request.getfixturevalue(body), chosen(0.1)
     lines = low + (high - low) * np.array([0.03, 0.12, 0.31, 0.5, 0.565, 0.58, 0.72, 0.91, 0.985])
-    atv = adaptive_transfer_vectors(surface, POINTS, low, high, air=air, fidelity=fidelity)
+    atv = transfer_vectors(surface, POINTS, Adaptive(low, high), air=air, fidelity=fidelity)
     assert 5 <= len(atv.frequency) <= most
     assert max(atv.accuracy.estimated_error_db, atv.accuracy.tested_error_db) < 0.1
     assert error_db(atv, lines, fidelity).max() < 0.1
@@ -132,7 +134,7 @@ def test_the_estimate_from_three_to_five_masters_is_within_a_factor_of_ten_of_th
 def test_peaks_predicted_between_masters_are_tested_before_they_are_trusted(resonator, air):
     """Without a master at the predicted peak 11 masters passed for 1 dB and were wrong by 4.6 dB at 257 Hz."""
     fidelity = chosen(1.0)
-    atv = adaptive_transfer_vectors(resonator, POINTS, 50.0, 2600.0, air=air, fidelity=fidelity)
+    atv = transfer_vectors(resonator, POINTS, Adaptive(50.0, 2600.0), air=air, fidelity=fidelity)
     lines = np.array([251.0, 254.0, 255.5, 256.6, 258.0, 261.0, 2150.0, 2162.0, 2175.0])
     assert error_db(atv, lines, fidelity).max() < 1.0
 
@@ -152,7 +154,7 @@ def test_two_resonances_closer_to_each_other_than_masters_are_both_found(low, hi
     block = bodies.box((5 * cell,) * 3, cell, remove=hollow)
     surface = Surface(block.vertices * np.array([1.006, 1.0, 0.997]), block.triangles)
     points, fidelity = np.array([[0.02, 0.02, 0.14], *POINTS[1:]]), chosen(tolerance)
-    atv = adaptive_transfer_vectors(surface, points, low, high, air=air, fidelity=fidelity)
+    atv = transfer_vectors(surface, points, Adaptive(low, high), air=air, fidelity=fidelity)
     assert len(atv.frequency) <= 20
     assert error_db(atv, np.arange(1862.0, 1990.0, 4.0), fidelity).max() < tolerance
 
@@ -160,30 +162,30 @@ def test_two_resonances_closer_to_each_other_than_masters_are_both_found(low, hi
 def test_vectors_over_a_plane_are_chosen_for_and_joined_with_their_images(air):
     box = bodies.box((0.1, 0.1, 0.05), 0.025)
     floor, fidelity = RigidPlane((0.0, 0.0, -0.2), (0.0, 0.0, 1.0)), chosen(0.3)
-    atv = adaptive_transfer_vectors(box, POINTS[:2], 50.0, 3000.0, air=air, fidelity=fidelity, plane=floor)
+    atv = transfer_vectors(box, POINTS[:2], Adaptive(50.0, 3000.0), air=air, fidelity=fidelity, plane=floor)
     assert atv.image_vectors is not None
     assert error_db(atv, np.array([90.0, 610.0, 1333.0, 2900.0]), fidelity).max() < 0.3
 
 
 def test_too_few_masters_allowed_are_refused_or_reported_with_the_error_left(resonator, air):
     with pytest.raises(InputError, match="allow 5 at least"):
-        adaptive_transfer_vectors(resonator, POINTS, 50.0, 500.0, air=air, fidelity=chosen(0.1, most=4))
+        transfer_vectors(resonator, POINTS, Adaptive(50.0, 500.0), air=air, fidelity=chosen(0.1, most=4))
     with pytest.raises(
         SolverError, match=r"8 masters leave an estimated error of .* dB near .*, the last of .* 0.1 dB asked: allow"
     ):
-        adaptive_transfer_vectors(resonator, POINTS, 50.0, 2500.0, air=air, fidelity=chosen(0.1, most=8))
+        transfer_vectors(resonator, POINTS, Adaptive(50.0, 2500.0), air=air, fidelity=chosen(0.1, most=8))
 
 
 @pytest.mark.parametrize(("low", "high"), [(50.0, np.inf), (np.nan, 100.0), (100.0, 100.0)])
 def test_a_band_that_is_empty_or_has_no_finite_end_is_refused(box, air, low, high):
     with pytest.raises(InputError, match="is empty: give 0 ≤ low < high, finite"):
-        adaptive_transfer_vectors(box, POINTS, low, high, air=air, fidelity=chosen(1.0))
+        transfer_vectors(box, POINTS, Adaptive(low, high), air=air, fidelity=chosen(1.0))
 
 
 def test_a_band_is_refused_where_masters_in_it_would_be_the_same_number_and_solved_where_they_are_not(box, air):
     with pytest.raises(InputError, match=r"1000…1000.000099 Hz is narrower than 1e-07 .* ask for transfer_vectors at"):
-        adaptive_transfer_vectors(box, POINTS, 1000.0, 1000.000099, air=air, fidelity=chosen(0.001))
-    atv = adaptive_transfer_vectors(box, POINTS, 1000.0, 1000.000101, air=air, fidelity=chosen(0.001))
+        transfer_vectors(box, POINTS, Adaptive(1000.0, 1000.000099), air=air, fidelity=chosen(0.001))
+    atv = transfer_vectors(box, POINTS, Adaptive(1000.0, 1000.000101), air=air, fidelity=chosen(0.001))
     assert len(atv.frequency) == 5
 
 
@@ -197,7 +199,7 @@ def test_of_many_points_those_far_apart_decide_and_all_are_tested(box, air):
     apart = np.linalg.norm(chosen_far[:, None] - chosen_far, axis=2) + 99.0 * np.eye(64)
     assert apart.min() > 2.5 * (np.linalg.norm(far[:64, None] - far[:64], axis=2) + 99.0 * np.eye(64)).min()
     fidelity = chosen(0.3)
-    atv = adaptive_transfer_vectors(box, points, 50.0, 3000.0, air=air, fidelity=fidelity)
+    atv = transfer_vectors(box, points, Adaptive(50.0, 3000.0), air=air, fidelity=fidelity)
     assert atv.accuracy.deciding_points == 64
     lines = np.array([71.0, 1010.0, 2422.0, 2977.0])
     some = atv.replace(points=points[495:505], vectors=atv.vectors[:, 495:505])
@@ -222,9 +224,9 @@ def test_where_the_quadrature_order_changes_the_estimate_stays_within_a_factor_o
 
 
 def test_provenance_tells_knobs_solver_and_expected_error(box, air):
-    made = adaptive_transfer_vectors(box, POINTS, 50.0, 2000.0, air=air, fidelity=chosen(1.0))
+    made = transfer_vectors(box, POINTS, Adaptive(50.0, 2000.0), air=air, fidelity=chosen(1.0))
     told, accuracy = made.provenance, made.accuracy
-    assert told["stage"] == "acoustics.adaptive_transfer_vectors"
+    assert told["stage"] == "acoustics.transfer_vectors"
     assert "master_tolerance_db=1.0" in told["fidelity"]
     assert told["solver"] == "direct"
     assert accuracy.elements_per_wavelength == pytest.approx(343.0 / 2000.0 / 0.025, rel=0.05)
@@ -234,7 +236,7 @@ def test_a_coarse_mesh_is_warned_of_once_whatever_the_number_of_batches(box, air
     asked = replace(chosen(0.03), elements_per_wavelength=6.0)
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
-        atv = adaptive_transfer_vectors(box, POINTS, 50.0, 4000.0, air=air, fidelity=asked)
+        atv = transfer_vectors(box, POINTS, Adaptive(50.0, 4000.0), air=air, fidelity=asked)
     assert len(atv.frequency) > 12
     mesh = [str(one.message) for one in said if "elements per wavelength at" in str(one.message)]
     assert len(mesh) == 1
@@ -245,7 +247,7 @@ def test_an_echo_that_turns_by_nearly_half_a_turn_between_masters_is_not_missed(
     """By 0.96 π between the lowest two, which were left 0.24 dB where 0.1 were asked and 0.04 stated."""
     fidelity, plane = chosen(0.1), RigidPlane((0.0, 0.0, -0.25), (0.0, 0.0, 1.0))
     points = np.array([[0.5, 0.2, 0.3], [0.0, -2.0, 0.5], [5.0, 3.0, 4.0], [0.0, 0.0, 0.15]])
-    atv = adaptive_transfer_vectors(box, points, 300.0, 2600.0, air=air, fidelity=fidelity, plane=plane)
+    atv = transfer_vectors(box, points, Adaptive(300.0, 2600.0), air=air, fidelity=fidelity, plane=plane)
     lines = np.linspace(320.0, 620.0, 13)
     truth = transfer_vectors(box, points, lines, air=air, fidelity=fidelity, plane=plane)
     wrong = np.linalg.norm(interpolate_vectors(atv, lines, fidelity=fidelity).vectors - truth.vectors, axis=2)
@@ -257,10 +259,9 @@ def test_an_echo_that_turns_by_nearly_half_a_turn_between_masters_is_not_missed(
 def test_progress_and_shards_reach_the_solver(box, air, tmp_path):
     fidelity, seen = chosen(1.0), []
     for _ in range(2):
-        atv = adaptive_transfer_vectors(
-            box, POINTS, 50.0, 2000.0, air=air, fidelity=fidelity, checkpoints=tmp_path,
-            progress=lambda done, total: seen.append((done, total)),
-        )  # fmt: skip
+        work = Work(progress=lambda done, total: seen.append((done, total)), checkpoints=tmp_path)
+        problem = ExteriorProblem(box, air=air, fidelity=fidelity)
+        atv = problem.transfer_vectors(POINTS, Adaptive(50.0, 2000.0), work)
     assert seen[0] == (0, 60)
     assert seen[-1] == (len(atv.frequency),) * 2
     assert 2 * len(list(tmp_path.glob("*.h5"))) <= len(atv.frequency)

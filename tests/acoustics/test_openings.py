@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from nvhchain.acoustics import (
+    Adaptive,
     SurfaceShapes,
-    adaptive_transfer_vectors,
     interpolate_vectors,
     modal_transfer_vectors,
     power_from_waves,
@@ -54,7 +54,7 @@ def heard():
     found = []
     for surface in (resonator(1), resonator(2)):
         velocity = SurfaceVelocity(LINES, np.tile(bottom(surface), (len(LINES), 1)), surface)
-        atv = adaptive_transfer_vectors(surface, bodies.shell(10, 0.5), LINES[0], LINES[-1], fidelity=FIDELITY)
+        atv = transfer_vectors(surface, bodies.shell(10, 0.5), Adaptive(LINES[0], LINES[-1]), fidelity=FIDELITY)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", AccuracyWarning)
             found.append(radiate(atv, velocity, fidelity=FIDELITY))

@@ -6,14 +6,7 @@ import numpy as np
 import pytest
 
 import nvhchain as nvh
-from nvhchain.acoustics import (
-    SurfaceShapes,
-    adaptive_radiation_resistance,
-    radiation_resistance,
-    solve_direct,
-    sound_power,
-    sphere,
-)
+from nvhchain.acoustics import Adaptive, ExteriorProblem, SurfaceShapes, Work, sphere
 from nvhchain.acoustics.solutions import bands
 from nvhchain.acoustics.systems.frequency_blocks import BAND
 from nvhchain.conventions import Air
@@ -27,21 +20,21 @@ LINES = np.linspace(100.0, 2000.0, 10)
 SHAPES = SurfaceShapes(BODY, np.stack([np.ones(len(BODY.areas)), BODY.normals[:, 2]], axis=1))
 VELOCITY = SurfaceVelocity(LINES, np.outer(1 + 1j * LINES, SHAPES.shapes.sum(axis=1)), BODY)
 POINT = [[0.0, 0.2, 1.0]]
-SAME = {"air": AIR, "fidelity": FIDELITY}
+PROBLEM = ExteriorProblem(BODY, air=AIR, fidelity=FIDELITY)
 
 pytestmark = pytest.mark.filterwarnings("ignore:the parts of the motion cancel")
 
 
-def waves(folder, **more):
-    return radiation_resistance(SHAPES, LINES, **SAME | more, checkpoints=folder).waves
+def waves(folder, *, problem=PROBLEM, shapes=SHAPES, **more):
+    return problem.resistance(shapes, LINES, Work(checkpoints=folder, **more)).waves
 
 
-def power(folder, **more):
-    return sound_power(VELOCITY, **SAME | more, checkpoints=folder).power
+def power(folder, *, problem=PROBLEM, velocity=VELOCITY, **more):
+    return problem.power(velocity, Work(checkpoints=folder, **more)).power
 
 
-def pressure(folder, **more):
-    return solve_direct(VELOCITY, POINT, **SAME | more, checkpoints=folder).pressure
+def pressure(folder, *, problem=PROBLEM, velocity=VELOCITY, **more):
+    return problem.pressure(velocity, POINT, Work(checkpoints=folder, **more)).pressure
 
 
 def same(some, whole):
@@ -100,7 +93,7 @@ def test_damaged_bands_and_those_of_other_air_are_solved_again(tmp_path, solved,
     assert same(run(tmp_path), whole)
     assert len(solved) in (BAND, len(LINES) % BAND)
     solved.clear()
-    assert not same(run(tmp_path, air=Air(343.0, 1.2)), whole)
+    assert not same(run(tmp_path, problem=replace(PROBLEM, air=Air(343.0, 1.2))), whole)
     assert len(solved) == len(LINES)
 
 
@@ -109,29 +102,27 @@ def test_bands_of_another_motion_are_not_used(tmp_path, solved):
         run(tmp_path)
     solved.clear()
     twice = VELOCITY.replace(normal_velocity=2 * VELOCITY.normal_velocity)
-    sound_power(twice, **SAME, checkpoints=tmp_path)
-    radiation_resistance(replace(SHAPES, shapes=2 * SHAPES.shapes), LINES, **SAME, checkpoints=tmp_path)
-    solve_direct(twice, POINT, **SAME, checkpoints=tmp_path)
+    power(tmp_path, velocity=twice)
+    waves(tmp_path, shapes=replace(SHAPES, shapes=2 * SHAPES.shapes))
+    pressure(tmp_path, velocity=twice)
     assert len(solved) == 3 * len(LINES)
 
 
 def test_chosen_masters_are_asked_for_again_when_the_run_goes_on(tmp_path, solved):
     """Beyond the first masters they come from what was solved."""
-    knobs = SAME | {"fidelity": replace(FIDELITY, master_tolerance_db=1e-3)}
-    whole = adaptive_radiation_resistance(SHAPES, 50.0, 2000.0, **knobs)
+    problem = replace(PROBLEM, fidelity=replace(FIDELITY, master_tolerance_db=1e-3))
+    whole = problem.resistance(SHAPES, Adaptive(50.0, 2000.0))
     count = len(whole.frequency)
     with pytest.raises(Interrupted):
-        adaptive_radiation_resistance(
-            SHAPES, 50.0, 2000.0, **knobs, checkpoints=tmp_path, progress=interrupt(count - BAND + 1)
-        )
+        problem.resistance(SHAPES, Adaptive(50.0, 2000.0), Work(None, interrupt(count - BAND + 1), tmp_path))
     kept = sum(len(hdf5.load(path, SolvedBand).frequency) for path in tmp_path.glob("*.h5"))
     assert kept >= count - BAND
     solved.clear()
-    again = adaptive_radiation_resistance(SHAPES, 50.0, 2000.0, **knobs, checkpoints=tmp_path)
+    again = problem.resistance(SHAPES, Adaptive(50.0, 2000.0), Work(checkpoints=tmp_path))
     assert len(solved) == count - kept
     assert same(again.waves, whole.waves)
     solved.clear()
-    adaptive_radiation_resistance(SHAPES, 50.0, 2000.0, **knobs, checkpoints=tmp_path)
+    problem.resistance(SHAPES, Adaptive(50.0, 2000.0), Work(checkpoints=tmp_path))
     assert solved == []
 
 

@@ -16,7 +16,7 @@ from nvhchain.acoustics.radiation.modal_power import (
     resistance_matrices,
 )
 from nvhchain.acoustics.solutions import bands
-from nvhchain.acoustics.solutions.functions import adaptive_radiation_resistance, radiation_resistance
+from nvhchain.acoustics.solutions.functions import Adaptive, radiation_resistance
 from nvhchain.acoustics.solutions.resistance import SurfaceShapes, housing_shapes
 from nvhchain.acoustics.surfaces.reflecting_plane import RigidPlane
 from nvhchain.acoustics.waves.multipoles import waves_from_middle
@@ -255,10 +255,10 @@ def test_what_does_not_belong_together_is_refused(ball, resistance, air, coarse,
 @pytest.mark.parametrize(("tolerance", "fewest", "most"), [(1.0, 8, 12), (0.01, 13, 24)])
 def test_masters_are_chosen_from_a_tolerance(ball, air, coarse, tolerance, fewest, most):
     knobs = replace(coarse, master_tolerance_db=tolerance, masters=64)
-    chosen = adaptive_radiation_resistance(SurfaceShapes(ball, harmonics(ball)), 50.0, 2400.0, air=air, fidelity=knobs)
+    chosen = radiation_resistance(SurfaceShapes(ball, harmonics(ball)), Adaptive(50.0, 2400.0), air=air, fidelity=knobs)
     told = chosen.provenance
     assert max(chosen.accuracy.estimated_error_db, chosen.accuracy.tested_error_db) <= tolerance
-    assert told["stage"] == "acoustics.adaptive_radiation_resistance"
+    assert told["stage"] == "acoustics.radiation_resistance"
     assert f"master_tolerance_db={tolerance}" in told["fidelity"]
     assert told["solver"] == "direct"
     some = np.arange(0, len(chosen.frequency), 5)
@@ -274,7 +274,7 @@ def test_masters_are_chosen_from_a_tolerance(ball, air, coarse, tolerance, fewes
 def test_masters_that_do_not_suffice_are_refused(ball, air, coarse):
     knobs = replace(coarse, master_tolerance_db=1e-4, masters=8)
     with pytest.raises(SolverError, match=r"8 masters leave an estimated error of .* dB near .* 0\.0001 dB asked"):
-        adaptive_radiation_resistance(SurfaceShapes(ball, harmonics(ball)), 50.0, 2400.0, air=air, fidelity=knobs)
+        radiation_resistance(SurfaceShapes(ball, harmonics(ball)), Adaptive(50.0, 2400.0), air=air, fidelity=knobs)
 
 
 @pytest.mark.filterwarnings("ignore:the air in openings")
@@ -285,7 +285,7 @@ def test_a_resonating_cavity_is_kept_within_the_tolerance_between_masters(air):
         elements_per_wavelength=2.0, masters=60, master_tolerance_db=0.3, coarsest_elements_per_wavelength=1.5
     )
     motion = SurfaceShapes(body, body.normals)
-    chosen = adaptive_radiation_resistance(motion, 50.0, 1050.0, air=air, fidelity=knobs)
+    chosen = radiation_resistance(motion, Adaptive(50.0, 1050.0), air=air, fidelity=knobs)
     lines = np.array([130.0, 245.0, 253.0, 255.5, 256.2, 256.6, 257.0, 258.0, 261.0, 275.0, 420.0, 777.0, 1003.0])
     truth = radiation_resistance(motion, lines, air=air, fidelity=knobs)
     for column in np.eye(3):
@@ -300,7 +300,7 @@ def test_a_resonating_cavity_is_kept_within_the_tolerance_between_masters(air):
 @pytest.mark.parametrize(("low", "high"), [(50.0, np.inf), (np.nan, 100.0), (100.0, 100.0)])
 def test_a_band_that_is_empty_or_has_no_finite_end_is_refused(ball, air, coarse, low, high):
     with pytest.raises(InputError, match="is empty: give 0 ≤ low < high, finite"):
-        adaptive_radiation_resistance(SurfaceShapes(ball, harmonics(ball)), low, high, air=air, fidelity=coarse)
+        radiation_resistance(SurfaceShapes(ball, harmonics(ball)), Adaptive(low, high), air=air, fidelity=coarse)
 
 
 def test_bearings_and_axes_without_load_are_left_out_and_asked_for_later_refused(air, coarse, monkeypatch):

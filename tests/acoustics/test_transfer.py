@@ -9,6 +9,7 @@ import pytest
 
 from nvhchain.acoustics import (
     ExteriorProblem,
+    Work,
     interpolation_error,
     master_frequencies,
     radiate,
@@ -186,10 +187,8 @@ def test_bands_on_an_executor_give_the_same_vectors_and_report_progress(bracket,
     alone = transfer_vectors(bracket, points, frequency, air=air, fidelity=coarse)
     seen = []
     with ThreadPoolExecutor(2) as executor:
-        spread = transfer_vectors(
-            bracket, points, frequency, air=air, fidelity=coarse, executor=executor,
-            progress=lambda done, total: seen.append((done, total)),
-        )  # fmt: skip
+        work = Work(executor, progress=lambda done, total: seen.append((done, total)))
+        spread = ExteriorProblem(bracket, air=air, fidelity=coarse).transfer_vectors(points, frequency, work)
     # the order of sums follows the number of threads, which tasks beside each other share
     roundoff = 1e-14 * np.abs(alone.vectors).max()
     assert np.abs(spread.vectors - alone.vectors).max() < roundoff

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from nvhchain.acoustics import (
-    adaptive_transfer_vectors,
+    Adaptive,
     convolution_lines,
     decay_time,
     interpolate_vectors,
@@ -178,7 +178,7 @@ def test_nothing_is_said_of_vectors_at_their_masters_and_at_0_hz(air):
 @pytest.mark.parametrize("plane", [None, PLANE], ids=["free", "plane"])
 def test_masters_that_the_engine_chooses_give_no_alarm_at_any_line(air, plane):
     box = bodies.box((0.15, 0.1, 0.1), 0.025)
-    atv = adaptive_transfer_vectors(box, POINTS, 100.0, 2400.0, air=air, fidelity=knobs(), plane=plane)
+    atv = transfer_vectors(box, POINTS, Adaptive(100.0, 2400.0), air=air, fidelity=knobs(), plane=plane)
     at, said = told(interpolate_vectors, atv, np.linspace(100.0, 2400.0, 2301), fidelity=knobs())
     assert said == []
     assert 0 < at.accuracy.interpolation_error_db < max(2 * atv.accuracy.estimated_error_db, 0.02)

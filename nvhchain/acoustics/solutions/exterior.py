@@ -14,6 +14,7 @@ from nvhchain.acoustics.accuracy.mesh_error import expected_accuracy
 from nvhchain.acoustics.accuracy.solver_error import solver_accuracy
 from nvhchain.acoustics.interpolation.adaptive import check_band
 from nvhchain.acoustics.interpolation.paths import paths_about
+from nvhchain.acoustics.radiation.efficiency import equivalent_radiated_power
 from nvhchain.acoustics.radiation.rayleigh import check_rayleigh_memory, rayleigh_accuracy
 from nvhchain.acoustics.solutions.adaptive import choose_resistance, choose_vectors
 from nvhchain.acoustics.solutions.bands import band_values
@@ -156,7 +157,7 @@ class ExteriorProblem:
             x = check_points(self.surface, points)
             solve = partial(self._vectors_at, x, work)
             chosen = choose_vectors(self, x, frequencies, work.progress, solve)
-            return adapted_masters(self, chosen, "adaptive_transfer_vectors", Vectors.knobs)
+            return adapted_masters(self, chosen, Vectors)
         return self._vectors_at(points, work, frequencies)[0]
 
     @checked
@@ -263,7 +264,7 @@ class ExteriorProblem:
         velocity: SurfaceVelocity,
         work: Work = Work(),  # noqa: B008 (frozen)
     ) -> SoundPower:
-        """Compute the sound power from the waves that leave the surface.
+        """Compute the sound power from the waves that leave the surface, or the equivalent radiated power.
 
         Parameters
         ----------
@@ -280,10 +281,16 @@ class ExteriorProblem:
         Raises
         ------
         InputError
-            If the velocity is of another surface or the mesh too coarse.
+            If the velocity is of another surface or the mesh too coarse. Also for `fidelity.radiation` = `rayleigh`.
         """
         frequency = self._frequencies(velocity)
         check_speed(velocity)
+        if self.fidelity.radiation == "equivalent_radiated_power":
+            return equivalent_radiated_power(velocity, self.air)
+        require(
+            self.fidelity.radiation == "boundary_elements",
+            "the Rayleigh integral knows no pressure on the surface: give array_radius, or use boundary_elements",
+        )
         self._checked(float(frequency[-1]), None)
         quantity = Power(
             self.surface, self.air, self.plane, self._wavenumber(frequency), self.fidelity.multipole_digits
@@ -334,7 +341,7 @@ class ExteriorProblem:
         if isinstance(frequencies, Adaptive):
             check_band(frequencies.low, frequencies.high, self.fidelity)
             chosen = choose_resistance(self, frequencies, work.progress, partial(self._resistance_at, motion, work))
-            return adapted_masters(self, chosen, "adaptive_radiation_resistance", Waves.knobs)
+            return adapted_masters(self, chosen, Waves)
         return self._resistance_at(motion, work, frequencies)[0]
 
     def accuracy(self, highest: float, points: FloatArray | None = None) -> SoundAccuracy:

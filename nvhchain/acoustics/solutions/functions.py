@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from concurrent.futures import Executor
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nvhchain.acoustics.radiation.efficiency import equivalent_radiated_power
 from nvhchain.acoustics.radiation.microphones import array_points, array_power, check_array
 from nvhchain.acoustics.radiation.rayleigh import rayleigh_field
 from nvhchain.acoustics.solutions.exterior import ExteriorProblem
@@ -17,7 +15,7 @@ from nvhchain.acoustics.solutions.resistance import SurfaceShapes
 from nvhchain.acoustics.solutions.work import Adaptive, Work
 from nvhchain.acoustics.systems.engines import engine_named
 from nvhchain.acoustics.waves.incident import IncidentField
-from nvhchain.conventions import Air, Progress
+from nvhchain.conventions import Air
 from nvhchain.errors import require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import (
@@ -74,15 +72,13 @@ def master_frequencies(low: float, high: float, fidelity: AcousticsFidelity) -> 
 def transfer_vectors(
     surface: Surface,
     points: ArrayLike,
-    frequencies: ArrayLike,
+    frequencies: ArrayLike | Adaptive,
     *,
     air: Air = Air(),  # noqa: B008 (frozen)
     fidelity: AcousticsFidelity = STANDARD.acoustics,
     engine: str = "fused",
     plane: RigidPlane | None = None,
     executor: Executor | None = None,
-    progress: Progress | None = None,
-    checkpoints: str | Path | None = None,
 ) -> TransferVectors:
     """Compute pressure at field points per unit normal velocity of every face, p = vectors · v_n, at masters.
 
@@ -92,8 +88,9 @@ def transfer_vectors(
         Closed, outward, resolving the highest frequency at `fidelity.elements_per_wavelength`.
     points : (n_point, 3) array
         Field points outside the body (m).
-    frequencies : (n_f,) array
-        Master frequencies (Hz), increasing; at 0 Hz the vectors vanish.
+    frequencies : (n_f,) array or Adaptive
+        Master frequencies (Hz), increasing; at 0 Hz the vectors vanish. Or a band: as few masters, five or more, as
+        `fidelity.master_tolerance_db` of interpolation permits, at most `fidelity.masters`.
     air : Air
         Speed of sound (m/s) and density (kg/m³).
     fidelity : AcousticsFidelity
@@ -104,10 +101,6 @@ def transfer_vectors(
         Plane that reflects (`fused` only), with body and points on the side of its normal.
     executor : concurrent.futures.Executor, optional
         Executor for bands of four frequencies, as many at once as memory permits.
-    progress : callable, optional
-        Function of the numbers of finished and of all frequencies.
-    checkpoints : path, optional
-        Folder of checkpoints: every finished band is saved, and an interrupted run resumes from them.
 
     Returns
     -------
@@ -123,7 +116,7 @@ def transfer_vectors(
     ResourceError
         If matrices do not fit into free memory.
     SolverError
-        If a system is singular.
+        If a system is singular, or `fidelity.masters` are too few for the tolerance.
 
     Notes
     -----
@@ -132,58 +125,8 @@ def transfer_vectors(
     be means over the faces; their variation within these follows from adjacent faces (`velocity_within_faces`).
     Velocities that differ randomly from face to face err by up to 1.2 dB, and by up to 3 dB in the estimate of
     `radiate`. `fidelity.radiation` = `rayleigh` selects the Rayleigh integral (`rayleigh_vectors`). Coupling to the air
-    is one-way.
+    is one-way. `ExteriorProblem.transfer_vectors` also takes progress and checkpoints (`Work`).
 
-    Examples
-    --------
-    >>> from nvhchain.acoustics import sphere, transfer_vectors
-    >>> transfer_vectors(sphere(0.1, 1), [[0.0, 0.0, 1.0]], [200.0, 400.0]).vectors.shape
-    (2, 1, 80)
-    """
-    problem = ExteriorProblem(surface, air=air, plane=plane, engine=engine_named(engine), fidelity=fidelity)
-    return problem.transfer_vectors(points, frequencies, Work(executor, progress, checkpoints))
-
-
-@checked
-def adaptive_transfer_vectors(
-    surface: Surface,
-    points: ArrayLike,
-    low: float,
-    high: float,
-    *,
-    air: Air = Air(),  # noqa: B008 (frozen)
-    fidelity: AcousticsFidelity = STANDARD.acoustics,
-    engine: str = "fused",
-    plane: RigidPlane | None = None,
-    executor: Executor | None = None,
-    progress: Progress | None = None,
-    checkpoints: str | Path | None = None,
-) -> TransferVectors:
-    """Compute transfer vectors at as few masters as `fidelity.master_tolerance_db` of interpolation permits.
-
-    Parameters
-    ----------
-    surface : Surface
-        Closed, outward, resolving the highest frequency at `fidelity.elements_per_wavelength`.
-    points : (n_point, 3) array
-        Field points outside the body (m).
-    low, high : float
-        Band (Hz).
-    air, fidelity, engine, plane, executor, progress, checkpoints
-        As in `transfer_vectors`.
-
-    Returns
-    -------
-    TransferVectors
-        Vectors at five or more masters, at most `fidelity.masters`.
-
-    Raises
-    ------
-    InputError, ResourceError, SolverError
-        As `transfer_vectors`. SolverError also if `fidelity.masters` are too few for the tolerance.
-
-    Notes
-    -----
     The error of a vector is its 2-norm over the faces relative to that of the vector, the worst of the field points. It
     is the mean error of a velocity that is alike on all faces and random in phase. It is estimated at up to 64 field
     points, those farthest from each other in direction and in the logarithm of distance (`deciding_points` of the
@@ -199,9 +142,15 @@ def adaptive_transfer_vectors(
     order. No number of masters reduces the error below that (measured: 0.013 dB, of which the estimate includes a
     sixth). Two copies of the vectors of all masters are in memory while masters are added, as stated by
     `estimate_memory`.
+
+    Examples
+    --------
+    >>> from nvhchain.acoustics import sphere, transfer_vectors
+    >>> transfer_vectors(sphere(0.1, 1), [[0.0, 0.0, 1.0]], [200.0, 400.0]).vectors.shape
+    (2, 1, 80)
     """
     problem = ExteriorProblem(surface, air=air, plane=plane, engine=engine_named(engine), fidelity=fidelity)
-    return problem.transfer_vectors(points, Adaptive(low, high), Work(executor, progress, checkpoints))
+    return problem.transfer_vectors(points, frequencies, Work(executor))
 
 
 @checked
@@ -214,8 +163,6 @@ def solve_direct(
     engine: str = "fused",
     plane: RigidPlane | None = None,
     executor: Executor | None = None,
-    progress: Progress | None = None,
-    checkpoints: str | Path | None = None,
 ) -> FieldPressure:
     """Compute sound pressure at field points by a solution at every frequency, without transfer vectors.
 
@@ -225,7 +172,7 @@ def solve_direct(
         Normal velocity at the frequencies to solve.
     points : (n_point, 3) array
         Field points outside the body (m).
-    air, fidelity, engine, plane, executor, progress, checkpoints
+    air, fidelity, engine, plane, executor
         As in `transfer_vectors`.
 
     Returns
@@ -255,7 +202,7 @@ def solve_direct(
     """
     surface, found = surface_velocity.surface, engine_named(engine)
     problem = ExteriorProblem(surface, air=air, plane=plane, engine=found, fidelity=fidelity)
-    return problem.pressure(surface_velocity, points, Work(executor, progress, checkpoints))
+    return problem.pressure(surface_velocity, points, Work(executor))
 
 
 @checked
@@ -268,7 +215,6 @@ def surface_pressure(
     incident: IncidentField | None = None,
     plane: RigidPlane | None = None,
     executor: Executor | None = None,
-    progress: Progress | None = None,
 ) -> SurfacePressure:
     """Compute the total sound pressure at the vertices of the surface, fourth-order accurate on a regular mesh.
 
@@ -280,7 +226,7 @@ def surface_pressure(
         As in `transfer_vectors`.
     incident : IncidentField, optional
         Field that the body scatters in addition; with zero velocity the body is rigid.
-    plane, executor, progress
+    plane, executor
         As in `transfer_vectors`.
 
     Returns
@@ -300,7 +246,7 @@ def surface_pressure(
     """
     surface, found = surface_velocity.surface, engine_named(engine)
     problem = ExteriorProblem(surface, air=air, plane=plane, engine=found, fidelity=fidelity)
-    return problem.surface_pressure(surface_velocity, Work(executor, progress), incident=incident)
+    return problem.surface_pressure(surface_velocity, Work(executor), incident=incident)
 
 
 @checked
@@ -314,8 +260,6 @@ def sound_power(
     array_radius: float | None = None,
     array_standard: str = "ISO 3744",
     executor: Executor | None = None,
-    progress: Progress | None = None,
-    checkpoints: str | Path | None = None,
 ) -> SoundPower:
     """Compute the sound power that a vibrating surface radiates into a free field or above a plane.
 
@@ -330,7 +274,7 @@ def sound_power(
         then follows from the pressure at the microphones (`array_points`), as in a measurement.
     array_standard : str
         Standard of the microphone positions.
-    executor, progress, checkpoints
+    executor
         As in `transfer_vectors`.
 
     Returns
@@ -362,24 +306,17 @@ def sound_power(
     `array_standard`.
     """
     surface, frequency = surface_velocity.surface, surface_velocity.frequency
-    found, work = engine_named(engine), Work(executor, progress, checkpoints)
+    problem = ExteriorProblem(surface, air=air, plane=plane, engine=engine_named(engine), fidelity=fidelity)
+    if array_radius is None or fidelity.radiation == "equivalent_radiated_power":
+        return problem.power(surface_velocity, Work(executor))
     check_speed(surface_velocity)
-    problem = ExteriorProblem(surface, air=air, plane=plane, engine=found, fidelity=fidelity)
-    if fidelity.radiation == "equivalent_radiated_power":
-        return equivalent_radiated_power(surface_velocity, air)
-    if array_radius is None:
-        require(
-            fidelity.radiation == "boundary_elements",
-            "the Rayleigh integral knows no pressure on the surface: give array_radius, or use boundary_elements",
-        )
-        return problem.power(surface_velocity, work)
     check_array(surface, array_radius, plane, float(frequency[-1]), air, array_standard)
     middle = 0.5 * (surface.vertices.min(axis=0) + surface.vertices.max(axis=0))
     points = array_points(array_radius, middle, reflecting_plane=plane or False, standard=array_standard)
     if fidelity.radiation == "rayleigh":
         heard = rayleigh_field(surface_velocity, points, air, fidelity.field_near_ratio, plane)
     else:
-        heard = problem.pressure(surface_velocity, points, work)
+        heard = problem.pressure(surface_velocity, points, Work(executor))
     power = array_power(heard, array_radius, air, reflecting_plane=plane is not None)
     made = {"stage": "acoustics.sound_power", "array_radius": float(array_radius), "array_standard": array_standard}
     return power.replace(provenance=power.provenance | made)
@@ -388,15 +325,13 @@ def sound_power(
 @checked
 def radiation_resistance(
     motion: SurfaceShapes,
-    master_frequencies: ArrayLike,
+    frequencies: ArrayLike | Adaptive,
     *,
     air: Air = Air(),  # noqa: B008 (frozen)
     fidelity: AcousticsFidelity = STANDARD.acoustics,
     engine: str = "fused",
     plane: RigidPlane | None = None,
     executor: Executor | None = None,
-    progress: Progress | None = None,
-    checkpoints: str | Path | None = None,
 ) -> RadiationResistance:
     """Compute the radiation resistance of a surface in the coordinates of some shapes, at master frequencies.
 
@@ -404,9 +339,10 @@ def radiation_resistance(
     ----------
     motion : SurfaceShapes
         Surface and shapes, for instance those of a housing (`housing_shapes`).
-    master_frequencies : (n_f,) array
-        Frequencies (Hz), increasing; `power_from_waves` and `modal_power` interpolate between them.
-    air, fidelity, engine, plane, executor, progress, checkpoints
+    frequencies : (n_f,) array or Adaptive
+        Master frequencies (Hz), increasing, or a band, as in `transfer_vectors`. `power_from_waves` and `modal_power`
+        interpolate between them.
+    air, fidelity, engine, plane, executor
         As in `transfer_vectors`.
 
     Returns
@@ -422,55 +358,10 @@ def radiation_resistance(
 
     Notes
     -----
-    One boundary element system per frequency is solved for all shapes, as in `sound_power` for one velocity.
+    One boundary element system per frequency is solved for all shapes, as in `sound_power` for one velocity. In a band,
+    the error of a column is the 2-norm of its waves' error relative to that of its waves, the worst of the columns.
+    Combinations of columns that cancel have larger errors, which `power_from_waves` states.
     """
     surface, found = motion.surface, engine_named(engine)
     problem = ExteriorProblem(surface, air=air, plane=plane, engine=found, fidelity=fidelity)
-    return problem.resistance(motion, master_frequencies, Work(executor, progress, checkpoints))
-
-
-@checked
-def adaptive_radiation_resistance(
-    motion: SurfaceShapes,
-    low: float,
-    high: float,
-    *,
-    air: Air = Air(),  # noqa: B008 (frozen)
-    fidelity: AcousticsFidelity = STANDARD.acoustics,
-    engine: str = "fused",
-    plane: RigidPlane | None = None,
-    executor: Executor | None = None,
-    progress: Progress | None = None,
-    checkpoints: str | Path | None = None,
-) -> RadiationResistance:
-    """Compute radiation resistance at as few masters, five or more, as `fidelity.master_tolerance_db` permits.
-
-    Parameters
-    ----------
-    motion : SurfaceShapes
-        Surface and shapes.
-    low, high : float
-        Band (Hz).
-    air, fidelity, engine, plane, executor, progress, checkpoints
-        As in `transfer_vectors`.
-
-    Returns
-    -------
-    RadiationResistance
-        Waves at up to `fidelity.masters` masters.
-
-    Raises
-    ------
-    InputError, ResourceError, SolverError
-        As `transfer_vectors`. SolverError also if `fidelity.masters` are too few for the tolerance.
-
-    Notes
-    -----
-    The error of a column is the 2-norm of its waves' error relative to that of its waves, the worst of the columns.
-    `choose_masters` adds masters and tests them. The accuracy states the same as that of `adaptive_transfer_vectors`
-    (`estimated_error_db`, `tested_error_db`, `missed_width`). Combinations of columns that cancel have larger errors,
-    which `power_from_waves` states.
-    """
-    surface, found = motion.surface, engine_named(engine)
-    problem = ExteriorProblem(surface, air=air, plane=plane, engine=found, fidelity=fidelity)
-    return problem.resistance(motion, Adaptive(low, high), Work(executor, progress, checkpoints))
+    return problem.resistance(motion, frequencies, Work(executor))

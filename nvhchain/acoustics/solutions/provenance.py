@@ -12,6 +12,7 @@ from nvhchain.handoff import RadiationResistance, SolverRecord, SoundAccuracy, T
 
 if TYPE_CHECKING:
     from nvhchain.acoustics.solutions.exterior import ExteriorProblem
+    from nvhchain.acoustics.solutions.quantity import Quantity
 
 H = TypeVar("H", TransferVectors, RadiationResistance)
 
@@ -33,15 +34,15 @@ def solution_provenance(
     }
 
 
-def adapted_masters(problem: ExteriorProblem, chosen: Chosen[H], step: str, knobs: Sequence[str]) -> H:
+def adapted_masters(problem: ExteriorProblem, chosen: Chosen[H], quantity: type[Quantity]) -> H:
     """Return the chosen masters, with the knobs of the choice in the provenance."""
     record, accuracy = sum(chosen.records, SolverRecord()), chosen.masters.accuracy
     if problem.fidelity.radiation == "boundary_elements":
-        made = solution_provenance(problem, step, (*knobs, *KNOBS), record)
+        made = solution_provenance(problem, quantity.step, (*quantity.knobs, *KNOBS), record)
         accuracy |= solver_accuracy(SoundAccuracy(), record, problem.fidelity)
     else:
         taken = knob_text(problem.fidelity, ("radiation", "field_near_ratio", *KNOBS))
-        made = {"stage": f"acoustics.{step}", "fidelity": taken}
+        made = {"stage": f"acoustics.{quantity.step}", "fidelity": taken}
     made = chosen.masters.provenance | made
     return chosen.masters.replace(accuracy=accuracy | chosen.accuracy, provenance=made)
 

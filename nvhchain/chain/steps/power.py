@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from nvhchain import acoustics
+from nvhchain.acoustics import Adaptive, Work
 from nvhchain.chain.running import Run
-from nvhchain.chain.steps.sound import ROUNDING, band_of, speed_of, surroundings
+from nvhchain.chain.steps.sound import ROUNDING, band_of, exterior_problem, speed_of, surroundings
 from nvhchain.handoff import Directivity, RadiationEfficiency, RadiationResistance, SoundPower
 from nvhchain.scene.steps import (
     DIRECTIVITY,
@@ -32,14 +33,8 @@ def radiation_resistance(run: Run) -> RadiationResistance:
     made: RadiationResistance = run.cached_in_parts(
         RADIATION_RESISTANCE,
         (reduced, loaded, band, where),
-        lambda progress, parts: acoustics.adaptive_radiation_resistance(
-            acoustics.housing_shapes(reduced, loaded),
-            *band,
-            **where,
-            fidelity=run.fidelity.acoustics,
-            executor=run.executor,
-            progress=progress,
-            checkpoints=parts,
+        lambda progress, parts: exterior_problem(run, reduced.surface).resistance(
+            acoustics.housing_shapes(reduced, loaded), Adaptive(*band), Work(run.executor, progress, parts)
         ),
     )
     return made
@@ -61,9 +56,11 @@ def sound_power(run: Run) -> SoundPower:
     made = run.cached_in_parts(
         SOUND_POWER,
         (velocity, where, speed),
-        lambda progress, parts: acoustics.sound_power(
-            velocity, **where, fidelity=knobs, executor=run.executor, progress=progress, checkpoints=parts
-        ).replace(input_speed=speed),
+        lambda progress, parts: (
+            exterior_problem(run, velocity.surface)
+            .power(velocity, Work(run.executor, progress, parts))
+            .replace(input_speed=speed)
+        ),
     )
     return made
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from nvhchain import acoustics
+from nvhchain.acoustics import ENGINES, Adaptive, ExteriorProblem, Work
 from nvhchain.case import Case
 from nvhchain.chain.running import Run
 from nvhchain.handoff import (
@@ -15,6 +15,7 @@ from nvhchain.handoff import (
     FloatArray,
     NoiseTransferFunctions,
     PressureHistory,
+    Surface,
     TransferVectors,
 )
 from nvhchain.scene.steps import (
@@ -36,8 +37,16 @@ ROUNDING = 1e-9
 
 
 def surroundings(run: Run) -> dict[str, Any]:
-    """Air, engine and reflecting plane, as arguments of the acoustics."""
+    """Air, engine and reflecting plane, for the keys of cached results."""
     return {"air": run.case.air, "engine": run.case.engine, "plane": run.case.reflecting_plane}
+
+
+def exterior_problem(run: Run, surface: Surface) -> ExteriorProblem:
+    """Radiating surface in its surroundings."""
+    case, engine = run.case, ENGINES[run.case.engine]
+    return ExteriorProblem(
+        surface, air=case.air, plane=case.reflecting_plane, engine=engine, fidelity=run.fidelity.acoustics
+    )
 
 
 def speed_of(run: Run) -> float:
@@ -61,24 +70,13 @@ def transfer_vectors(run: Run) -> TransferVectors:
         surface = run[HOUSING].surface
     else:
         surface, lines = run[SURFACE_VELOCITY].surface, run[SURFACE_VELOCITY].frequency
-    if lines is not None and len(lines) <= _FEW_LINES:
-        frequencies: tuple[Any, ...] = (lines,)
-        compute: Callable[..., TransferVectors] = acoustics.transfer_vectors
-    else:
-        frequencies = band_of(run.case, lines)
-        compute = acoustics.adaptive_transfer_vectors
+    band = (lines,) if lines is not None and len(lines) <= _FEW_LINES else band_of(run.case, lines)
+    frequencies = band[0] if len(band) == 1 else Adaptive(*band)
     made: TransferVectors = run.cached_in_parts(
         TRANSFER_VECTORS,
-        (surface, points, frequencies, where),
-        lambda progress, parts: compute(
-            surface,
-            points,
-            *frequencies,
-            **where,
-            fidelity=run.fidelity.acoustics,
-            executor=run.executor,
-            progress=progress,
-            checkpoints=parts,
+        (surface, points, band, where),
+        lambda progress, parts: exterior_problem(run, surface).transfer_vectors(
+            points, frequencies, Work(run.executor, progress, parts)
         ),
     )
     return made

@@ -25,7 +25,7 @@ from benchmarks.chain.error_band_cases import far, fitted, held_out, options, ru
 from benchmarks.publish import publish
 from nvhchain.case import GearboxCase
 from nvhchain.chain.result import Result
-from nvhchain.error_band import BANDS, ErrorBand, error_band, force_band, velocity_band
+from nvhchain.error_band import BANDS, ErrorBand, Origin, error_band, force_band, velocity_band
 from nvhchain.fidelity import PRESETS
 from nvhchain.handoff import FloatArray
 from nvhchain.tradeoff.deviation import REACH, deviation
@@ -106,9 +106,9 @@ def truth(result: Result) -> dict[str, ErrorBand]:
     assert result.surface_velocity is not None
     assert result.force_spectrum is not None
     return {
-        "pressure": error_band(case, fidelity, result.pressure, result.surface_velocity),
-        "bearing_forces": force_band(case, fidelity, result.force_spectrum),
-        "surface_velocity": velocity_band(case, fidelity, result.surface_velocity),
+        "pressure": error_band(Origin(case, fidelity), result.pressure, result.surface_velocity),
+        "bearing_forces": force_band(Origin(case, fidelity), result.force_spectrum),
+        "surface_velocity": velocity_band(Origin(case, fidelity), result.surface_velocity),
     }
 
 

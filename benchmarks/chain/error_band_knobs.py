@@ -22,7 +22,7 @@ from nvhchain import acoustics
 from nvhchain.acoustics.accuracy.mesh_error import expected_accuracy
 from nvhchain.case import GearboxCase
 from nvhchain.chain.result import Result
-from nvhchain.error_band import ErrorBand, error_band
+from nvhchain.error_band import ErrorBand, Origin, error_band
 from nvhchain.fidelity import DRAFT, REFERENCE, AcousticsFidelity, Fidelity
 from nvhchain.handoff import SoundAccuracy, Surface
 from nvhchain.housing import Casting
@@ -102,14 +102,16 @@ def band_of(run: Result, knob: str, fidelity: Fidelity) -> ErrorBand:
     housing = run.housing.replace(accuracy=stated.replace(frequency_error=coarser * stated.frequency_error))
     told = _told(case, fidelity.acoustics)
     made = error_band(
-        case,
-        fidelity,
+        Origin(
+            case,
+            fidelity,
+            housing=exclude_modes(housing, modes) if modes < len(housing.natural_frequency) else housing,
+            force_spectrum=run.force_spectrum,
+            mesh_laws=run.mesh_laws,
+        ),
         pressure,
         velocity,
         transfer_vectors=vectors.replace(accuracy=told),
-        housing=exclude_modes(housing, modes) if modes < len(housing.natural_frequency) else housing,
-        force_spectrum=run.force_spectrum,
-        mesh_laws=run.mesh_laws,
     )
     dropped = {"masters"} if not knob.startswith((*OF_MASTERS, "preset")) else set()
     dropped |= {"modes left out"} if not knob.startswith(OF_MODES) else set()

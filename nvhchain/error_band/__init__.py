@@ -24,7 +24,7 @@ from nvhchain.error_band.band import COVERAGE, ErrorBand, format_level, format_l
 from nvhchain.error_band.confidence import pass_probability
 from nvhchain.error_band.difference import SHARED, difference_limits
 from nvhchain.error_band.files import save_error_bands
-from nvhchain.error_band.quantities import error_band, force_band, power_band, velocity_band
+from nvhchain.error_band.quantities import Origin, error_band, force_band, power_band, velocity_band
 from nvhchain.error_band.run_bands import BANDS
 from nvhchain.error_band.run_up import RunUpBand, run_up_band, run_up_force_band
 
@@ -33,6 +33,7 @@ __all__ = [
     "COVERAGE",
     "SHARED",
     "ErrorBand",
+    "Origin",
     "RunUpBand",
     "difference_limits",
     "error_band",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -34,19 +35,9 @@ MASTER_MARGIN = 3.0
 """Largest ratio of true to estimated interpolation error in nine of ten cases."""
 
 
-def error_band(
-    case: Case,
-    fidelity: Fidelity,
-    pressure: FieldPressure,
-    velocity: SurfaceVelocity,
-    *,
-    transfer_vectors: TransferVectors | None = None,
-    housing: ReducedHousing | None = None,
-    force_spectrum: ForceSpectrum | None = None,
-    mesh_laws: Sequence[MeshLaw] = (),
-    laws_are_exact: bool = False,
-) -> ErrorBand:
-    """Return the error band of a sound pressure at its lines.
+@dataclass(frozen=True, eq=False)
+class Origin:
+    """Case, fidelity and hand-offs that a result was computed from.
 
     Parameters
     ----------
@@ -54,20 +45,48 @@ def error_band(
         Case of the run.
     fidelity : Fidelity
         Fidelity of the run.
+    housing : ReducedHousing, optional
+        Housing that the velocity was computed with.
+    force_spectrum : ForceSpectrum, optional
+        Bearing forces that the velocity was computed from.
+    mesh_laws : sequence of MeshLaw
+        Laws that the forces were computed from.
+    laws_are_exact : bool
+        True if `mesh_laws` were supplied to the run.
+
+    Notes
+    -----
+    An omitted hand-off counts as exact, as it was supplied to the run or does not exist. Omit `mesh_laws` if the forces
+    were supplied; omit `housing` and `force_spectrum` if the velocity was supplied.
+    """
+
+    case: Case
+    fidelity: Fidelity
+    housing: ReducedHousing | None = None
+    force_spectrum: ForceSpectrum | None = None
+    mesh_laws: Sequence[MeshLaw] = ()
+    laws_are_exact: bool = False
+
+
+def error_band(
+    origin: Origin,
+    pressure: FieldPressure,
+    velocity: SurfaceVelocity,
+    *,
+    transfer_vectors: TransferVectors | None = None,
+) -> ErrorBand:
+    """Return the error band of a sound pressure at its lines.
+
+    Parameters
+    ----------
+    origin : Origin
+        Hand-offs that it was computed from.
     pressure : FieldPressure
         Pressure at the field points.
     velocity : SurfaceVelocity
         Surface velocity that the pressure was computed from.
     transfer_vectors : TransferVectors, optional
         Transfer vectors of the pressure.
-    housing : ReducedHousing, optional
-        Housing that the velocity was computed with.
-    force_spectrum : ForceSpectrum, optional
-        Bearing forces that the velocity was computed from.
-    mesh_laws : sequence of MeshLaw, optional
-        Laws that the forces were computed from.
-    laws_are_exact : bool
-        True if `mesh_laws` were supplied to the run.
 
     Returns
     -------
@@ -78,12 +97,8 @@ def error_band(
     ------
     InputError
         If pressure and velocity have different lines.
-
-    Notes
-    -----
-    An omitted hand-off counts as exact, as it was supplied to the run or does not exist. Omit `mesh_laws` if the forces
-    were supplied; omit `housing` and `force_spectrum` if the velocity was supplied.
     """
+    case, fidelity, housing, force_spectrum = origin.case, origin.fidelity, origin.housing, origin.force_spectrum
     lines, size = pressure.frequency, np.abs(pressure.pressure)
     require(
         np.array_equal(lines, velocity.frequency),
@@ -93,11 +108,11 @@ def error_band(
     if housing is not None and force_spectrum is not None and transfer_vectors is not None:
         assert isinstance(case, GearboxCase)
         vectors = modal.transfer_vectors(transfer_vectors, housing, lines, fidelity)
-        change = force_change(case, fidelity, housing, mesh_laws, force_spectrum).apply(force_spectrum)
+        change = force_change(case, fidelity, housing, origin.mesh_laws, force_spectrum).apply(force_spectrum)
         shares = modal.pressure_shares(housing, force_spectrum, vectors, change)
         scale = np.maximum(size, shares.size)
         sources |= shares.errors(case, fidelity)
-    sources |= times(force_sources(case, fidelity, mesh_laws, laws_are_exact, lines, pressure.input_speed, size), size)
+    sources |= times(force_sources(origin, lines, pressure.input_speed, size), size)
     accuracy = transfer_vectors.accuracy if transfer_vectors is not None else SoundAccuracy()
     sources |= times(radiation_error(velocity.surface, lines, case, fidelity.acoustics, accuracy), scale)
     if transfer_vectors is not None and len(transfer_vectors.frequency) > 2:
@@ -107,13 +122,9 @@ def error_band(
 
 
 def force_band(
-    case: GearboxCase,
-    fidelity: Fidelity,
+    origin: Origin,
     force_spectrum: ForceSpectrum,
     *,
-    housing: ReducedHousing | None = None,
-    mesh_laws: Sequence[MeshLaw] = (),
-    laws_are_exact: bool = False,
     width: FloatArray | float = 0.0,
     change: ForceChange | None = None,
 ) -> ErrorBand:
@@ -121,14 +132,10 @@ def force_band(
 
     Parameters
     ----------
-    case : GearboxCase
-        Case of the run.
-    fidelity : Fidelity
-        Fidelity of the run.
+    origin : Origin
+        Hand-offs that it was computed from.
     force_spectrum : ForceSpectrum
         Bearing forces (N).
-    housing, mesh_laws, laws_are_exact
-        As in `error_band`.
     width : float or (n_f,) array
         Width of a line on either side (orders of the input), for a changing speed.
     change : ForceChange, optional
@@ -139,94 +146,78 @@ def force_band(
     ErrorBand
         Limits (n_f, n_bearing), dB re 1 µN.
     """
+    case, fidelity, housing = origin.case, origin.fidelity, origin.housing
+    assert isinstance(case, GearboxCase)
     lines, speed = force_spectrum.frequency, force_spectrum.input_speed
     size = np.sqrt((np.abs(force_spectrum.force) ** 2).sum(axis=2))
     # a bearing with little load at a line has an error as large as the others', whose forces cancel there
     scale = np.maximum(size, np.sqrt((size**2).mean(axis=1, keepdims=True)))
-    sources = force_sources(case, fidelity, mesh_laws, laws_are_exact, lines, speed, scale, width)
-    if housing is not None and mesh_laws:
+    sources = force_sources(origin, lines, speed, scale, width)
+    if housing is not None and origin.mesh_laws:
         sources |= modal.velocity_shares(housing, force_spectrum).force_errors(case, fidelity)
-        change = change or force_change(case, fidelity, housing, mesh_laws, force_spectrum)
+        change = change or force_change(case, fidelity, housing, origin.mesh_laws, force_spectrum)
         moved = np.sqrt((np.abs(change.apply(force_spectrum).force) ** 2).sum(axis=2))
         sources["housing"] = np.hypot(sources["housing"], moved / np.where(scale > 0, scale, 1.0))
     return ErrorBand(lines, size, times(sources, scale), reference=REFERENCE_FORCE, weighted=False)
 
 
 def velocity_band(
-    case: Case,
-    fidelity: Fidelity,
+    origin: Origin,
     velocity: SurfaceVelocity,
-    *,
-    housing: ReducedHousing | None = None,
-    force_spectrum: ForceSpectrum | None = None,
-    mesh_laws: Sequence[MeshLaw] = (),
-    laws_are_exact: bool = False,
 ) -> ErrorBand:
     """Return the error band of the surface velocity: its root mean square over the surface.
 
     Parameters
     ----------
-    case : Case
-        Case of the run.
-    fidelity : Fidelity
-        Fidelity of the run.
+    origin : Origin
+        Hand-offs that it was computed from.
     velocity : SurfaceVelocity
         Surface velocity (m/s).
-    housing, force_spectrum, mesh_laws, laws_are_exact
-        As in `error_band`.
 
     Returns
     -------
     ErrorBand
         Limits (n_f, 1), dB re 1 nm/s.
     """
+    case, fidelity, housing, force_spectrum = origin.case, origin.fidelity, origin.housing, origin.force_spectrum
     share = velocity.surface.areas / velocity.surface.areas.sum()
     size = np.sqrt(np.abs(velocity.normal_velocity) ** 2 @ share)[:, None]
     sources = dict[str, FloatArray]()
     if housing is not None and force_spectrum is not None:
         assert isinstance(case, GearboxCase)
         loaded = _forces_at_lines(force_spectrum, velocity.frequency)
-        change = force_change(case, fidelity, housing, mesh_laws, loaded).apply(loaded)
+        change = force_change(case, fidelity, housing, origin.mesh_laws, loaded).apply(loaded)
         shares = modal.velocity_shares(housing, loaded, change)
         sources |= shares.errors(case, fidelity)
-        if mesh_laws:
+        if origin.mesh_laws:
             alone = modal.INDEPENDENT_SHARE * modal.bearing_velocity(housing, loaded)
             seen = shares.force_errors(case, fidelity)
             sources |= {name: np.hypot(sources[name], error * alone) for name, error in seen.items()}
     speed = force_spectrum.input_speed if force_spectrum is not None else 0.0
-    sources |= times(force_sources(case, fidelity, mesh_laws, laws_are_exact, velocity.frequency, speed, size), size)
+    sources |= times(force_sources(origin, velocity.frequency, speed, size), size)
     return ErrorBand(velocity.frequency, size, sources, reference=REFERENCE_VELOCITY, weighted=False)
 
 
 def power_band(
-    case: Case,
-    fidelity: Fidelity,
+    origin: Origin,
     power: SoundPower,
     *,
     velocity: SurfaceVelocity | None = None,
     radiation_resistance: RadiationResistance | None = None,
-    housing: ReducedHousing | None = None,
-    force_spectrum: ForceSpectrum | None = None,
-    mesh_laws: Sequence[MeshLaw] = (),
-    laws_are_exact: bool = False,
     surface: Surface | None = None,
 ) -> ErrorBand:
     """Return the error band of the sound power, as that of a pressure of the same level.
 
     Parameters
     ----------
-    case : Case
-        Case of the run.
-    fidelity : Fidelity
-        Fidelity of the run.
+    origin : Origin
+        Hand-offs that it was computed from.
     power : SoundPower
         Sound power.
     velocity : SurfaceVelocity, optional
         Surface velocity that the power was computed from.
     radiation_resistance : RadiationResistance, optional
         Radiation resistance that the power was computed from, instead of `velocity`.
-    housing, force_spectrum, mesh_laws, laws_are_exact
-        As in `error_band`.
     surface : Surface, optional
         Radiating surface; needed if neither `velocity` nor `housing` holds it.
 
@@ -235,6 +226,7 @@ def power_band(
     ErrorBand
         Limits (n_f, 1); 0 dB is 1 pW.
     """
+    case, fidelity, housing, force_spectrum = origin.case, origin.fidelity, origin.housing, origin.force_spectrum
     lines = power.frequency
     scale_of_level = np.sqrt(2.0 / REFERENCE_POWER) * REFERENCE_PRESSURE
     size = np.sqrt(power.power)[:, None]
@@ -242,14 +234,14 @@ def power_band(
     if housing is not None and force_spectrum is not None:
         assert isinstance(case, GearboxCase)
         loaded = _forces_at_lines(force_spectrum, lines)
-        change = force_change(case, fidelity, housing, mesh_laws, loaded).apply(loaded)
+        change = force_change(case, fidelity, housing, origin.mesh_laws, loaded).apply(loaded)
         if radiation_resistance is not None:
             sources |= modal.power_shares(housing, loaded, radiation_resistance, change).errors(case, fidelity)
         else:
             shares = modal.velocity_shares(housing, loaded, change)
             moving = np.where(shares.size > 0, shares.size, 1.0)
             sources |= {name: size * error / moving for name, error in shares.errors(case, fidelity).items()}
-    sources |= times(force_sources(case, fidelity, mesh_laws, laws_are_exact, lines, power.input_speed, size), size)
+    sources |= times(force_sources(origin, lines, power.input_speed, size), size)
     if surface is None:
         surface = next(of.surface for of in (velocity, housing) if of is not None)
     sources |= times(radiation_error(surface, lines, case, fidelity.acoustics, power.accuracy), size)
@@ -259,10 +251,7 @@ def power_band(
 
 
 def force_sources(
-    case: Case,
-    fidelity: Fidelity,
-    laws: Sequence[MeshLaw],
-    laws_are_exact: bool,
+    origin: Origin,
     lines: FloatArray,
     input_speed: float,
     size: FloatArray,
@@ -273,13 +262,14 @@ def force_sources(
     size : (n_f, n_place) amplitude that the forces cause.
     width : as in `force_band`.
     """
+    case, laws, fidelity = origin.case, origin.mesh_laws, origin.fidelity
     if not isinstance(case, GearboxCase) or not laws:
         return {}
     turns = input_speed / (2 * np.pi)
     orders = lines / turns if turns else lines
     floor = fidelity.dynamics.settle_level * size.max(axis=0)
     gear = {}
-    if not laws_are_exact:
+    if not origin.laws_are_exact:
         gear["gear"] = force_error(case, laws, fidelity.gear, float(orders[-1])).relative(orders, width)[:, None]
     return gear | {
         "time step": step_error(lines, fidelity.dynamics.time_step),

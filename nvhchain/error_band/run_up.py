@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from nvhchain import acoustics, levels
 from nvhchain.case import GearboxCase
 from nvhchain.error_band import housing as modal
 from nvhchain.error_band.band import COVERAGE, ErrorBand
-from nvhchain.error_band.quantities import MASTER_MARGIN, force_band, force_sources, times
+from nvhchain.error_band.quantities import MASTER_MARGIN, Origin, force_band, force_sources, times
 from nvhchain.error_band.radiation import radiation_error
 from nvhchain.error_band.resonances import force_change
 from nvhchain.fidelity import Fidelity
@@ -20,7 +19,6 @@ from nvhchain.handoff import (
     BearingForces,
     FloatArray,
     ForceSpectrum,
-    MeshLaw,
     PressureHistory,
     ReducedHousing,
     TransferVectors,
@@ -108,26 +106,17 @@ class _Instant:
 
 
 def run_up_force_band(
-    case: GearboxCase,
-    fidelity: Fidelity,
+    origin: Origin,
     bearing_forces: BearingForces,
-    *,
-    housing: ReducedHousing | None = None,
-    mesh_laws: Sequence[MeshLaw] = (),
-    laws_are_exact: bool = False,
 ) -> RunUpBand:
     """Return the error band of the bearing forces: the level of every bearing's resultant in the band of the case.
 
     Parameters
     ----------
-    case : GearboxCase
-        Case of the run.
-    fidelity : Fidelity
-        Fidelity of the run.
+    origin : Origin
+        Hand-offs that it was computed from.
     bearing_forces : BearingForces
         Record of the bearing forces.
-    housing, mesh_laws, laws_are_exact
-        As in `error_band`.
 
     Returns
     -------
@@ -139,10 +128,12 @@ def run_up_force_band(
     InputError
         If the record is too short for the band.
     """
-    instants = list(_instants(case, bearing_forces))
-    change = None if housing is None else force_change(case, fidelity, housing, mesh_laws, _middle(instants))
-    judged = partial(force_band, case, fidelity, housing=housing, mesh_laws=mesh_laws, laws_are_exact=laws_are_exact)
-    bands = tuple(judged(at.spectrum, width=at.width, change=change) for at in instants)
+    case, housing = origin.case, origin.housing
+    assert isinstance(case, GearboxCase)
+    instants, change = list(_instants(case, bearing_forces)), None
+    if housing is not None:
+        change = force_change(case, origin.fidelity, housing, origin.mesh_laws, _middle(instants))
+    bands = tuple(force_band(origin, at.spectrum, width=at.width, change=change) for at in instants)
     return RunUpBand(
         _speeds(case, bearing_forces),
         np.array([band.level for band in bands]),
@@ -152,25 +143,18 @@ def run_up_force_band(
 
 
 def run_up_band(
-    case: GearboxCase,
-    fidelity: Fidelity,
+    origin: Origin,
     history: PressureHistory,
     bearing_forces: BearingForces,
     transfer_vectors: TransferVectors,
     housing: ReducedHousing,
-    *,
-    housing_is_exact: bool = False,
-    mesh_laws: Sequence[MeshLaw] = (),
-    laws_are_exact: bool = False,
 ) -> RunUpBand:
     """Return the error band of the sound pressure of a run-up.
 
     Parameters
     ----------
-    case : GearboxCase
-        Case of the run.
-    fidelity : Fidelity
-        Fidelity of the run.
+    origin : Origin
+        Hand-offs that it was computed from.
     history : PressureHistory
         Sound pressure over time.
     bearing_forces : BearingForces
@@ -178,11 +162,7 @@ def run_up_band(
     transfer_vectors : TransferVectors
         Transfer vectors of the pressure.
     housing : ReducedHousing
-        Housing of the run.
-    housing_is_exact : bool
-        True if the housing was supplied to the run.
-    mesh_laws, laws_are_exact
-        As in `error_band`.
+        Housing of the run; exact if the origin has none.
 
     Returns
     -------
@@ -198,6 +178,8 @@ def run_up_band(
     -----
     The sources are those of a steady run at the lines of each instant.
     """
+    case, fidelity = origin.case, origin.fidelity
+    assert isinstance(case, GearboxCase)
     instants = list(_instants(case, bearing_forces))
     lines = instants[0].spectrum.frequency
     vectors = modal.transfer_vectors(transfer_vectors, housing, lines, fidelity)
@@ -207,13 +189,13 @@ def run_up_band(
     sounds = [_fill_lines(lines, one.frequency, np.abs(one.pressure)) for one in heard]
     loudest = int(np.argmax([np.linalg.norm(sound) for sound in sounds]))
     between = _interpolation(transfer_vectors, housing, instants[loudest].spectrum, fidelity)
-    change = force_change(case, fidelity, housing, mesh_laws, _middle(instants))
+    change = force_change(case, fidelity, housing, origin.mesh_laws, _middle(instants))
     bands = []
     for instant, size in zip(instants, sounds, strict=True):
         shares = modal.pressure_shares(housing, instant.spectrum, vectors, change.apply(instant.spectrum))
         speed = instant.spectrum.input_speed
-        sources = force_sources(case, fidelity, mesh_laws, laws_are_exact, lines, speed, size, instant.width)
-        errors = {} if housing_is_exact else shares.errors(case, fidelity)
+        sources = force_sources(origin, lines, speed, size, instant.width)
+        errors = {} if origin.housing is None else shares.errors(case, fidelity)
         sources = errors | times(sources, size) | times(radiated, np.maximum(size, shares.size))
         share = float(np.linalg.norm(size)) / max(float(np.linalg.norm(sounds[loudest])), 1e-300)
         bands.append(ErrorBand(lines, size, sources | times(between, share)))

@@ -22,6 +22,7 @@ from nvhchain.chain.result import Result
 from nvhchain.dynamics import bearing_forces
 from nvhchain.error_band import (
     COVERAGE,
+    Origin,
     error_band,
     force_band,
     power_band,
@@ -66,9 +67,11 @@ def parts(case, housing):
 def of(case, fidelity, housing, parts, laws=()):
     pressure, velocity, vectors, forces = parts
     return error_band(
-        case, fidelity, pressure, velocity,
-        transfer_vectors=vectors, housing=housing, force_spectrum=forces, mesh_laws=laws,
-    )  # fmt: skip
+        Origin(case, fidelity, housing=housing, force_spectrum=forces, mesh_laws=laws),
+        pressure,
+        velocity,
+        transfer_vectors=vectors,
+    )
 
 
 def test_a_coarse_housing_is_wrong_at_its_resonances_and_less_so_when_it_is_fine(case, housing, parts):
@@ -115,8 +118,8 @@ def test_modes_left_out_err_as_the_housing_tells_where_it_knows(case, housing, p
 
 def test_what_is_not_handed_in_is_exact(case, housing, parts):
     pressure, velocity, vectors, _ = parts
-    assert set(error_band(case, DRAFT, pressure, velocity).sources) == {"surface mesh"}
-    assert set(error_band(case, DRAFT, pressure, velocity, transfer_vectors=vectors).sources) == {
+    assert set(error_band(Origin(case, DRAFT), pressure, velocity).sources) == {"surface mesh"}
+    assert set(error_band(Origin(case, DRAFT), pressure, velocity, transfer_vectors=vectors).sources) == {
         "surface mesh",
         "masters",
     }
@@ -152,18 +155,18 @@ def test_forces_are_uncertain_where_the_transmission_error_is_weak_and_open_wher
 def test_error_of_forces_and_velocity_follow_what_the_gears_and_the_housing_leave_open(case, housing, meshing):
     pressure, velocity, _, forces = meshing
     laws = [mesh_law([1e-6, 1e-8])]
-    force = force_band(case, DRAFT, forces, housing=housing, mesh_laws=laws)
+    force = force_band(Origin(case, DRAFT, housing=housing, mesh_laws=laws), forces)
     assert force.amplitude == pytest.approx(np.abs(load(1.0, 1.0, 1.0)).sum(axis=2) / 3**0.5)
     gear = of(case, DRAFT, housing, meshing, laws).sources["gear"] / np.abs(pressure.pressure)
     assert force.sources["gear"][:, 0] / force.amplitude[:, 0] == pytest.approx(gear[:, 0])
-    motion = velocity_band(case, DRAFT, velocity, housing=housing, force_spectrum=forces, mesh_laws=laws)
+    motion = velocity_band(Origin(case, DRAFT, housing=housing, force_spectrum=forces, mesh_laws=laws), velocity)
     share = housing.surface.areas / housing.surface.areas.sum()
     assert motion.amplitude[:, 0] == pytest.approx(np.sqrt(np.abs(velocity.normal_velocity) ** 2 @ share))
     seen = force.sources["housing"][:, :1] / force.amplitude[:, :1]
     assert (seen > 0).all()
     assert (seen < 2 * motion.sources["housing"] / motion.amplitude).all()
     assert set(motion.sources) == {"housing", "modes left out", "gear", "time step", "settling"}
-    exact = velocity_band(case, DRAFT, velocity)
+    exact = velocity_band(Origin(case, DRAFT), velocity)
     assert exact.overall[0] == pytest.approx([exact.level[0]] * 2)
     assert exact.level[0] == pytest.approx(
         10 * np.log10((np.abs(velocity.normal_velocity) ** 2 @ share).sum() / 2 / 1e-18)
@@ -227,15 +230,15 @@ def test_a_mode_that_does_not_radiate_is_heard_by_the_forces_that_it_changes(cas
     ).replace(housing=silent.content_hash)
     power = modal_power(resistance, silent, lines, fidelity=DRAFT.acoustics)
     sound = np.abs(radiate(vectors, respond(silent, moved), fidelity=DRAFT.acoustics).pressure)
-    motion = velocity_band(case, DRAFT, respond(silent, moved)).amplitude
+    motion = velocity_band(Origin(case, DRAFT), respond(silent, moved)).amplitude
     resultant = np.sqrt((np.abs(moved.force) ** 2).sum(axis=2))
     assert (sound > 0).all()
     for band, wanted in (
-        (lambda of: error_band(of, DRAFT, pressure, velocity, transfer_vectors=vectors, **loaded), sound),
-        (lambda of: velocity_band(of, DRAFT, velocity, **loaded), motion),
-        (lambda of: force_band(of, DRAFT, lines, housing=silent, mesh_laws=laws), resultant),
-        (lambda of: power_band(of, DRAFT, power, velocity=velocity, **loaded), None),
-        (lambda of: power_band(of, DRAFT, power, radiation_resistance=resistance, **loaded), None),
+        (lambda of: error_band(Origin(of, DRAFT, **loaded), pressure, velocity, transfer_vectors=vectors), sound),
+        (lambda of: velocity_band(Origin(of, DRAFT, **loaded), velocity), motion),
+        (lambda of: force_band(Origin(of, DRAFT, housing=silent, mesh_laws=laws), lines), resultant),
+        (lambda of: power_band(Origin(of, DRAFT, **loaded), power, velocity=velocity), None),
+        (lambda of: power_band(Origin(of, DRAFT, **loaded), power, radiation_resistance=resistance), None),
     ):
         found = band(case).sources["housing"]
         assert (found > 0).all() if wanted is None else found == pytest.approx(wanted, rel=1e-3)
@@ -247,17 +250,17 @@ def test_a_bearing_that_a_line_hardly_loads_is_as_uncertain_as_the_others_are(ca
     lines = np.array([600.0, 1200.0])
     load = np.array([[3.0, 1e-6], [1.0, 1.0]])[:, :, None] * np.array([1.0, 0.0, 0.0])
     forces = ForceSpectrum(lines, load.astype(complex), ("A1", "B1"), input_speed=188.5)
-    error = force_band(case, DRAFT, forces, mesh_laws=[mesh_law([1e-6, 1e-6])]).error
+    error = force_band(Origin(case, DRAFT, mesh_laws=[mesh_law([1e-6, 1e-6])]), forces).error
     assert error[0, 1] == pytest.approx(error[0, 0] / 2**0.5, rel=1e-6)
     assert error[1, 1] == pytest.approx(error[1, 0])
 
 
 def test_velocity_of_a_housing_whose_modes_are_off_by_what_its_mesh_leaves_open_lies_in_the_band(case, housing, parts):
     _, velocity, _, forces = parts
-    made = velocity_band(case, DRAFT, velocity, housing=housing, force_spectrum=forces)
+    made = velocity_band(Origin(case, DRAFT, housing=housing, force_spectrum=forces), velocity)
     for factors in ((0.998, 0.996, 0.992), (0.998, 1.0, 0.992), (1.0, 0.996, 1.0)):
         other = respond(housing.replace(natural_frequency=housing.natural_frequency * np.array(factors)), forces)
-        level = velocity_band(case, DRAFT, other)
+        level = velocity_band(Origin(case, DRAFT), other)
         assert ((made.lower < level.upper) & (level.lower < made.upper)).all()
 
 
@@ -273,7 +276,7 @@ def test_forces_of_two_bearings_that_nearly_cancel_on_the_surface_err_each_by_it
         force[:, 2] = other * force[:, 0]
         forces = ForceSpectrum(lines, force, BEARINGS, input_speed=188.5)
         return forces, velocity_band(
-            case, DRAFT, respond(of, forces), housing=of, force_spectrum=forces, mesh_laws=laws
+            Origin(case, DRAFT, housing=of, force_spectrum=forces, mesh_laws=laws), respond(of, forces)
         )
 
     one, both = band(housing, 0.0), band(two, -0.9)
@@ -298,7 +301,7 @@ def test_velocity_is_judged_at_the_lines_that_carry_force(case, housing, meshing
     few = forces.replace(force=forces.force * np.array([1.0, 0.0, 1.0])[:, None, None])
     every, some = (
         velocity_band(
-            case, DRAFT, respond(housing, of), housing=housing, force_spectrum=of, mesh_laws=[mesh_law([1e-6])]
+            Origin(case, DRAFT, housing=housing, force_spectrum=of, mesh_laws=[mesh_law([1e-6])]), respond(housing, of)
         )
         for of in (forces, few)
     )
@@ -339,8 +342,8 @@ def test_power_of_the_modes_is_uncertain_as_the_velocity_is_where_one_mode_radia
     ).replace(housing=breathing.content_hash)
     power = modal_power(resistance, breathing, forces, fidelity=DRAFT.acoustics)
     common = {"housing": breathing, "force_spectrum": forces}
-    modal = power_band(case, DRAFT, power, radiation_resistance=resistance, **common)
-    plain = power_band(case, DRAFT, power, velocity=respond(breathing, forces), **common)
+    modal = power_band(Origin(case, DRAFT, **common), power, radiation_resistance=resistance)
+    plain = power_band(Origin(case, DRAFT, **common), power, velocity=respond(breathing, forces))
     assert modal.sources["housing"] == pytest.approx(plain.sources["housing"], rel=0.1)
     assert modal.pressure == pytest.approx(20e-6 * np.sqrt(2 * power.power / 1e-12)[:, None])
 
@@ -348,13 +351,13 @@ def test_power_of_the_modes_is_uncertain_as_the_velocity_is_where_one_mode_radia
 def test_forces_are_open_where_modes_were_left_out_without_their_statics(case, housing, meshing):
     forces, laws = meshing[3], [mesh_law([1e-6, 1e-8])]
     told = housing.replace(accuracy=HousingAccuracy(residual_mass=on_diagonal(1e-19)))
-    force = force_band(case, DRAFT, forces, housing=told, mesh_laws=laws)
-    motion = velocity_band(case, DRAFT, meshing[1], housing=told, force_spectrum=forces, mesh_laws=laws)
+    force = force_band(Origin(case, DRAFT, housing=told, mesh_laws=laws), forces)
+    motion = velocity_band(Origin(case, DRAFT, housing=told, force_spectrum=forces, mesh_laws=laws), meshing[1])
     missed = force.sources["modes left out"][:, 0] / force.amplitude[:, 0]
     assert (missed > 0).all()
     assert (missed < motion.sources["modes left out"][:, 0] / motion.amplitude[:, 0]).all()
     bare = replace(DRAFT, housing=replace(DRAFT.housing, residual_flexibility=False))
-    still = force_band(case, bare, forces, housing=housing, mesh_laws=laws).sources["modes left out"]
+    still = force_band(Origin(case, bare, housing=housing, mesh_laws=laws), forces).sources["modes left out"]
     relative = still[:, 0] / force.amplitude[:, 0]
     assert (20 * np.log10(1 + COVERAGE * relative) > 12.4).all()  # two modes of the single stage
 
@@ -372,7 +375,7 @@ def test_a_cheap_level_of_radiation_is_less_certain_the_smaller_the_body_is_agai
     pressure, velocity, _, _ = parts
     for radiation in ("rayleigh", "equivalent_radiated_power"):
         cheap = replace(DRAFT, acoustics=replace(DRAFT.acoustics, radiation=radiation))
-        made = error_band(case, cheap, pressure, velocity)
+        made = error_band(Origin(case, cheap), pressure, velocity)
         relative = (made.sources["radiation"] / made.pressure)[:, 0]
         for line, found in zip(LINES, relative, strict=True):
             with warnings.catch_warnings():
@@ -440,7 +443,7 @@ def test_the_exact_pressure_of_a_pulsating_sphere_lies_in_the_band(fidelity):
     """ρ c v jka² e^{−jk(r−a)}/(r (1 + jka)) (Morse & Ingard 1968, eq. 7.1.4)."""
     ball = RadiatorCase("ball", Sphere(0.1), (100.0, 700.0, 1900.0), (FieldPoint("p", (0.0, 0.0, 1.0)),), pulsation=1.0)
     result = nvh.run(ball, fidelity=fidelity)
-    made = error_band(ball, fidelity, result.pressure, result.surface_velocity)
+    made = error_band(Origin(ball, fidelity), result.pressure, result.surface_velocity)
     ka = 2 * np.pi * made.frequency / 343.0 * 0.1
     exact = decibel(ball.air.impedance * ka * 0.1 / np.sqrt(1 + ka**2))[:, None]
     assert ((made.lower < exact) & (exact < made.upper)).all()
@@ -450,4 +453,4 @@ def test_the_exact_pressure_of_a_pulsating_sphere_lies_in_the_band(fidelity):
 def test_pressure_and_velocity_of_different_runs_are_refused(case, parts):
     pressure, velocity, _, _ = parts
     with pytest.raises(InputError, match="of one run"):
-        error_band(case, DRAFT, pressure.replace(frequency=pressure.frequency + 1.0), velocity)
+        error_band(Origin(case, DRAFT), pressure.replace(frequency=pressure.frequency + 1.0), velocity)

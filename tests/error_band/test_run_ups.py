@@ -17,6 +17,7 @@ from nvhchain.acoustics import (
 from nvhchain.case import Ramp
 from nvhchain.error_band import (
     ErrorBand,
+    Origin,
     error_band,
     run_up_band,
     run_up_force_band,
@@ -63,7 +64,7 @@ def test_a_run_up_is_as_uncertain_as_the_steady_run_at_each_of_its_speeds(case, 
     lines = convolution_lines(rising.sample_rate, 1700.0, decay_time(housing, 1700.0))
     modal = modal_transfer_vectors(vectors, housing, lines[lines > 250], fidelity=DRAFT.acoustics)
     history = run_up_pressure(noise_transfer_functions(modal, housing), rising)
-    made = run_up_band(case, DRAFT, history, rising, vectors, housing, mesh_laws=laws)
+    made = run_up_band(Origin(case, DRAFT, housing=housing, mesh_laws=laws), history, rising, vectors, housing)
     assert made.speed_levels.shape == (20, 2)
     # apart from the first instants, in which the sound arrives
     for part in (4, 10, 17):
@@ -71,9 +72,11 @@ def test_a_run_up_is_as_uncertain_as_the_steady_run_at_each_of_its_speeds(case, 
         forces = ForceSpectrum(line, load(3.0), BEARINGS, input_speed=made.input_speed[part])
         velocity = respond(housing, forces)
         steady = error_band(
-            case, DRAFT, radiate(vectors, velocity, fidelity=DRAFT.acoustics).replace(input_speed=forces.input_speed),
-            velocity, transfer_vectors=vectors, housing=housing, force_spectrum=forces, mesh_laws=laws,
-        )  # fmt: skip
+            Origin(case, DRAFT, housing=housing, force_spectrum=forces, mesh_laws=laws),
+            radiate(vectors, velocity, fidelity=DRAFT.acoustics).replace(input_speed=forces.input_speed),
+            velocity,
+            transfer_vectors=vectors,
+        )
         assert made.speed_levels[part] == pytest.approx(steady.level, abs=1.0)
         assert made.limits[part, :, 1] - made.speed_levels[part] == pytest.approx(
             steady.overall[:, 1] - steady.level, abs=0.35
@@ -83,7 +86,7 @@ def test_a_run_up_is_as_uncertain_as_the_steady_run_at_each_of_its_speeds(case, 
     other = housing.replace(natural_frequency=housing.natural_frequency * 1.002)
     modal = modal_transfer_vectors(vectors, other, lines[lines > 250], fidelity=DRAFT.acoustics)
     moved = run_up_pressure(noise_transfer_functions(modal, other), rising)
-    exact = run_up_band(case, DRAFT, moved, rising, vectors, other, housing_is_exact=True)
+    exact = run_up_band(Origin(case, DRAFT), moved, rising, vectors, other)
     inside = (made.limits[2:, :, 0] < exact.speed_levels[2:]) & (exact.speed_levels[2:] < made.limits[2:, :, 1])
     assert inside.all()
     assert "housing" not in exact.bands[0].sources
@@ -95,15 +98,15 @@ def test_forces_that_a_mode_changes_are_heard_in_a_run_up(case, silent, parts, r
     lines = convolution_lines(rising.sample_rate, 1700.0, decay_time(silent, 1700.0))
     modal = modal_transfer_vectors(parts[2], silent, lines[lines > 250], fidelity=DRAFT.acoustics)
     history = run_up_pressure(noise_transfer_functions(modal, silent), rising)
-    sound = run_up_band(case, DRAFT, history, rising, parts[2], silent, mesh_laws=laws)
-    force = run_up_force_band(case, DRAFT, rising, housing=silent, mesh_laws=laws)
+    sound = run_up_band(Origin(case, DRAFT, housing=silent, mesh_laws=laws), history, rising, parts[2], silent)
+    force = run_up_force_band(Origin(case, DRAFT, housing=silent, mesh_laws=laws), rising)
     for made in (sound, force):
         assert all(band.sources["housing"][:, 0].max() > 1e-3 * band.amplitude.max() for band in made.bands)
 
 
 def test_the_file_of_a_band_holds_every_place_at_every_line_or_speed(case, rising, tmp_path):
     made = ErrorBand(np.array([1000.0, 2000.0]), np.array([[1.0], [0.1]]), {"one": np.array([[0.25], [0.06]])})
-    over_speed = run_up_force_band(case, DRAFT, rising, mesh_laws=[mesh_law([1e-6, 1e-7])])
+    over_speed = run_up_force_band(Origin(case, DRAFT, mesh_laws=[mesh_law([1e-6, 1e-7])]), rising)
     save_error_bands({"pressure": made, "bearing_forces": over_speed}, tmp_path)
     told = json.loads((tmp_path / "error_bands.json").read_text())
     of_lines, of_speeds = told["pressure"], told["bearing_forces"]
@@ -128,25 +131,25 @@ def test_a_short_run_up_is_judged_in_as_few_parts_as_leave_lines_in_its_band(cas
         cut = {name: getattr(rising, name)[:samples] for name in ("time", "force", "input_speed")}
         return rising.replace(**cut)
 
-    made = run_up_force_band(case, DRAFT, record(240), mesh_laws=laws)
+    made = run_up_force_band(Origin(case, DRAFT, mesh_laws=laws), record(240))
     assert made.speed_levels.shape == (5, 4)
     assert np.isfinite(made.limits[:, :, 1]).all()
     assert made.level[0] < made.overall[0, 1]
     with pytest.raises(
         InputError, match=r"record of 0.002 s is too short to tell 1000…2000 Hz.*lengthen it to 0.004 s"
     ):
-        run_up_force_band(case, DRAFT, record(24), mesh_laws=laws)
+        run_up_force_band(Origin(case, DRAFT, mesh_laws=laws), record(24))
     ramp = replace(case.operation, ramp=Ramp(220.0, 2e-3))
     with pytest.raises(InputError, match=r"lengthen it to 0.004 s or widen the band"):
         replace(case, operation=ramp, quantities=("bearing_forces",))
 
 
 def test_forces_of_a_run_up_have_their_level_and_band_at_every_speed(case, housing, rising):
-    made = run_up_force_band(case, DRAFT, rising, housing=housing, mesh_laws=[mesh_law([1e-6, 1e-7])])
+    made = run_up_force_band(Origin(case, DRAFT, housing=housing, mesh_laws=[mesh_law([1e-6, 1e-7])]), rising)
     assert made.speed_levels[:, 0] == pytest.approx(
         20 * np.log10(3 * 3**0.5 / 2**0.5 / 1e-6) + 10 * np.log10(1.5), abs=0.1
     )
     relative = [band.sources["gear"].max() / band.amplitude.max() for band in made.bands]
     assert max(relative) < 0.05
-    exact = run_up_force_band(case, DRAFT, rising)
+    exact = run_up_force_band(Origin(case, DRAFT), rising)
     assert exact.overall[0] == pytest.approx([exact.level[0]] * 2)

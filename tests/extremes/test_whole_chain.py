@@ -11,7 +11,7 @@ import nvhchain as nvh
 from nvhchain.acoustics import radiate, sphere, transfer_vectors
 from nvhchain.case import FieldPoint, RadiatorCase, Sphere
 from nvhchain.conventions import Air
-from nvhchain.error_band import error_band
+from nvhchain.error_band import Origin, error_band
 from nvhchain.fidelity import DRAFT
 from nvhchain.handoff import ForceSpectrum, ReducedHousing
 from nvhchain.housing import respond
@@ -88,7 +88,7 @@ def test_housing_and_sound_of_any_size_are_those_of_the_unit_scaled(tried, case,
         if velocity is None or vectors is None:
             return
         pressure = radiate(vectors, velocity, fidelity=DRAFT.acoustics)
-        band = error_band(case, DRAFT, pressure, velocity, transfer_vectors=vectors)
+        band = error_band(Origin(case, DRAFT), pressure, velocity, transfer_vectors=vectors)
         found.append((pressure.pressure / load, band.upper - decibel(pressure.pressure)))
     (one, width), (other, its) = found
     assert np.abs(other - one).max() < 1e-9 * np.abs(one).max()

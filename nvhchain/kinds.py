@@ -67,7 +67,7 @@ def _check_named(place: str, named: Mapping[str, Any], kinds: Any) -> None:
     """Check keyword arguments against a TypedDict; TypeError, as in any function, for missing and unexpected ones."""
     hints = _hints(kinds)
     marked = get_type_hints(kinds, include_extras=True)
-    optional = {name for name, hint in marked.items() if get_origin(hint) is NotRequired}
+    optional = kinds.__optional_keys__ | {name for name, hint in marked.items() if get_origin(hint) is NotRequired}
     missing, unknown = set(hints) - optional - set(named), set(named) - set(hints)
     if missing or unknown:
         which, names = ("missing", missing) if missing else ("unexpected", unknown)

@@ -10,29 +10,21 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 from nvhchain import dynamics
 from nvhchain.case import Case, GearboxCase
 from nvhchain.chain import steps, supplied
 from nvhchain.chain.result import Result
 from nvhchain.chain.running import Run
+from nvhchain.chain.supplied import Supplied, SuppliedOperators
 from nvhchain.dynamics import Recording, SystemModes
 from nvhchain.errors import InputError, concerning
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.files.hdf5 import writable_folder
 from nvhchain.files.result_cache import CaseWatcher, ResultCache, Unwatched, Watcher
-from nvhchain.handoff import (
-    BearingForces,
-    ForceSpectrum,
-    LoadDistribution,
-    MeshLaw,
-    ReducedHousing,
-    SurfaceVelocity,
-    TransferVectors,
-)
 from nvhchain.kinds import checked
-from nvhchain.scene import Scene, Step, modelled, preflight
+from nvhchain.scene import Scene, modelled, preflight
 from nvhchain.scene import steps as table
 
 
@@ -43,15 +35,9 @@ def run(
     fidelity: Fidelity = STANDARD,
     out: str | Path | None = None,
     operators: str | Path | None = None,
-    mesh_laws: Sequence[MeshLaw] | None = None,
-    load_distributions: Sequence[LoadDistribution] | None = None,
-    bearing_forces: BearingForces | None = None,
-    force_spectrum: ForceSpectrum | None = None,
-    housing: ReducedHousing | None = None,
-    surface_velocity: SurfaceVelocity | None = None,
-    transfer_vectors: TransferVectors | None = None,
     executor: Executor | None = None,
     watcher: Watcher | None = None,
+    **hand_offs: Unpack[Supplied],
 ) -> Result:
     """Compute the quantities that a case asks for, with all steps that they need.
 
@@ -65,25 +51,13 @@ def run(
         Folder for the hand-offs; steps with unchanged inputs are cached there.
     operators : str or Path, optional
         Folder for mesh laws, housing and transfer vectors, which several cases may share (default: `out`).
-    mesh_laws : sequence of MeshLaw, optional
-        Supplied hand-offs, one per stage. A supplied hand-off is used unchanged; steps that only it needs are not
-        computed.
-    load_distributions : sequence of LoadDistribution, optional
-        Supplied hand-offs, one per stage.
-    bearing_forces : BearingForces, optional
-        Supplied hand-off.
-    force_spectrum : ForceSpectrum, optional
-        Supplied hand-off.
-    housing : ReducedHousing, optional
-        Supplied hand-off.
-    surface_velocity : SurfaceVelocity, optional
-        Supplied hand-off.
-    transfer_vectors : TransferVectors, optional
-        Supplied hand-off.
     executor : concurrent.futures.Executor, optional
         Executor of mesh-law blocks and frequency bands.
     watcher : Watcher, optional
         Receives begin, progress and end of the steps.
+    **hand_offs : Supplied
+        Hand-offs that replace steps: `mesh_laws`, `load_distributions`, `bearing_forces`, `force_spectrum`, `housing`,
+        `surface_velocity`, `transfer_vectors`. Each is used unchanged; steps that only it needs are not computed.
 
     Returns
     -------
@@ -97,17 +71,8 @@ def run(
     SolverError
         If a step does not reach its residual.
     """
-    handed_in: dict[Step[Any], Any] = {
-        table.MESH_LAWS: mesh_laws,
-        table.LOAD_DISTRIBUTIONS: load_distributions,
-        table.BEARING_FORCES: bearing_forces,
-        table.FORCE_SPECTRUM: force_spectrum,
-        table.HOUSING: housing,
-        table.SURFACE_VELOCITY: surface_velocity,
-        table.TRANSFER_VECTORS: transfer_vectors,
-    }
     with concerning(case.name):
-        started = _started(case, fidelity, handed_in, out, operators, executor, watcher)
+        started = _started(case, fidelity, hand_offs, out, operators, executor, watcher)
         for step in started.scene.steps:
             started.hand_offs[step] = steps.MADE_BY[step](started)
         supplied.warn(started)  # now that nothing was refused
@@ -123,11 +88,9 @@ def record(
     fidelity: Fidelity = STANDARD,
     out: str | Path,
     operators: str | Path | None = None,
-    mesh_laws: Sequence[MeshLaw] | None = None,
-    load_distributions: Sequence[LoadDistribution] | None = None,
-    housing: ReducedHousing | None = None,
     executor: Executor | None = None,
     watcher: Watcher | None = None,
+    **hand_offs: Unpack[SuppliedOperators],
 ) -> Recording:
     """Compute the bearing forces of a run-up of any length into files of `out`/bearing_forces.
 
@@ -141,16 +104,12 @@ def record(
         Folder for the hand-offs and the files.
     operators : str or Path, optional
         As in `run`.
-    mesh_laws : sequence of MeshLaw, optional
-        As in `run`.
-    load_distributions : sequence of LoadDistribution, optional
-        As in `run`.
-    housing : ReducedHousing, optional
-        As in `run`.
     executor : concurrent.futures.Executor, optional
         As in `run`.
     watcher : Watcher, optional
         As in `run`.
+    **hand_offs : SuppliedOperators
+        `mesh_laws`, `load_distributions` and `housing`, as in `run`.
 
     Returns
     -------
@@ -170,14 +129,9 @@ def record(
     """
     if not case.running_up:
         raise InputError(f"{case.name} has no run-up to record: give its operation a ramp, or use `run`")
-    handed_in: dict[Step[Any], Any] = {
-        table.MESH_LAWS: mesh_laws,
-        table.LOAD_DISTRIBUTIONS: load_distributions,
-        table.HOUSING: housing,
-    }
     forces_alone = replace(case, quantities=("bearing_forces",))
     with concerning(case.name):
-        started = _started(forces_alone, fidelity, handed_in, out, operators, executor, watcher, record_in_files=True)
+        started = _started(forces_alone, fidelity, hand_offs, out, operators, executor, watcher, record_in_files=True)
         for step in started.scene.steps:
             if step is not table.BEARING_FORCES:
                 started.hand_offs[step] = steps.MADE_BY[step](started)
@@ -257,7 +211,7 @@ def system_modes(
 def _started(
     case: Case,
     fidelity: Fidelity,
-    handed_in: Mapping[Step[Any], Any],
+    handed_in: Mapping[str, Any],
     out: str | Path | None,
     operators: str | Path | None,
     executor: Executor | None,
@@ -266,8 +220,9 @@ def _started(
     record_in_files: bool = False,
 ) -> Run:
     """Start a run with checked case, fidelity and supplied hand-offs (None: not supplied)."""
+    given = {step: handed_in.get(step.name) for step in table.STEPS}
     hand_offs = {
-        step: tuple(value) if step.repeats_by_stage else value for step, value in handed_in.items() if value is not None
+        step: tuple(value) if step.repeats_by_stage else value for step, value in given.items() if value is not None
     }
     scene = Scene(case, fidelity, {step.name: value for step, value in hand_offs.items()})
     preflight(case, fidelity, scene.supplied, record_in_files=record_in_files)

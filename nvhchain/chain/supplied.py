@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
@@ -11,7 +11,16 @@ from nvhchain.case import Case, GearboxCase
 from nvhchain.chain.running import Run
 from nvhchain.chain.supplied_forces import warn_of_forces, warn_of_spectrum
 from nvhchain.errors import require
-from nvhchain.handoff import HandOff, LoadDistribution, TransferVectors
+from nvhchain.handoff import (
+    BearingForces,
+    ForceSpectrum,
+    HandOff,
+    LoadDistribution,
+    MeshLaw,
+    ReducedHousing,
+    SurfaceVelocity,
+    TransferVectors,
+)
 from nvhchain.scene.steps import (
     BEARING_FORCES,
     FORCE_SPECTRUM,
@@ -23,6 +32,46 @@ from nvhchain.scene.steps import (
     Scene,
     Step,
 )
+
+
+class SuppliedOperators(TypedDict, total=False):
+    """Hand-offs that do not depend on the load; None as if omitted.
+
+    Parameters
+    ----------
+    mesh_laws : sequence of MeshLaw
+        One per gear stage.
+    load_distributions : sequence of LoadDistribution
+        One per gear stage.
+    housing : ReducedHousing
+        Reduced housing.
+    """
+
+    mesh_laws: Sequence[MeshLaw] | None
+    load_distributions: Sequence[LoadDistribution] | None
+    housing: ReducedHousing | None
+
+
+class Supplied(SuppliedOperators, total=False):
+    """Hand-offs that replace steps of a run; None as if omitted.
+
+    Parameters
+    ----------
+    bearing_forces : BearingForces
+        Record of the bearing forces.
+    force_spectrum : ForceSpectrum
+        Spectrum of the bearing forces.
+    surface_velocity : SurfaceVelocity
+        Normal velocity of the radiating surface.
+    transfer_vectors : TransferVectors
+        Acoustic transfer vectors to the field points.
+    """
+
+    bearing_forces: BearingForces | None
+    force_spectrum: ForceSpectrum | None
+    surface_velocity: SurfaceVelocity | None
+    transfer_vectors: TransferVectors | None
+
 
 _STEP_OF: dict[type[HandOff], Step[Any]] = {step.kind: step for step in STEPS if step.can_be_supplied}
 

@@ -74,11 +74,9 @@ class Cad(housing.CadPart, Housing):
             model,
             seats,
             f_max=case.band.high,
-            surface_size=face_size,
+            faces=housing.RadiatingFaces(face_size, engine_plane=self.engine_plane, opening=self.opening),
             modal_damping=self.modal_damping,
             fidelity=knobs,
-            engine_plane=self.engine_plane,
-            opening=self.opening,
             progress=progress,
         )
         return reduced.replace(structural_damping=self.structural_damping)

@@ -114,11 +114,9 @@ class HousingModel(Housing):
             model,
             housing.bearing_seats(model, seats, self._nodes),
             f_max=case.band.high,
-            surface_size=face_size,
+            faces=housing.RadiatingFaces(face_size, engine_plane=self.engine_plane, opening=self.opening),
             modal_damping=self.modal_damping,
             fidelity=knobs,
-            engine_plane=self.engine_plane,
-            opening=self.opening,
             progress=progress,
         )
         return reduced.replace(structural_damping=self.structural_damping)
@@ -238,12 +236,11 @@ class HousingModes(Housing):
             modes if damping is None else replace(modes, damping=damping_of_modes(damping, modes.frequency)),
             seats,
             f_max=case.band.high,
-            surface_size=face_size,
+            faces=housing.RadiatingFaces(
+                face_size, engine_plane=self.engine_plane, opening=self.opening, surface=surface
+            ),
             fidelity=knobs,
             labels=self._nodes,
-            engine_plane=self.engine_plane,
-            opening=self.opening,
-            surface=surface,
             residual_vectors=self.complete(modes, knobs.mode_ratio * case.band.high, len(seats)),
         )
         return reduced.replace(structural_damping=self.structural_damping)

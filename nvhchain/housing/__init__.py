@@ -19,6 +19,7 @@ from nvhchain.housing.modes.engine_plane import EnginePlane
 from nvhchain.housing.modes.response import respond
 from nvhchain.housing.modes.truncation import TruncationError, truncation_error, truncation_errors
 from nvhchain.housing.reduction import reduce_housing
+from nvhchain.housing.skin.envelope import RadiatingFaces
 from nvhchain.housing.skin.shape import HousingShape
 
 __all__ = [
@@ -36,6 +37,7 @@ __all__ = [
     "GearSpace",
     "HousingShape",
     "InnerWall",
+    "RadiatingFaces",
     "TruncationError",
     "bearing_seats",
     "cad_model",

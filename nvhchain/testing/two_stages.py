@@ -28,47 +28,44 @@ PRESSURE = np.arctan(tan(radians(20.0)) / cos(HELIX))
 def law(
     stage: int,
     *,
-    teeth_in_period: int = 1,
+    body: tuple[int, float] = (1, 0.0),
     mesh_ripple: float = 0.12,
-    body_ripple: float = 0.0,
     error: float = 1.5e-6,
     backlash: float = 80e-6,
     hand: int = 1,
     angles: int = 24,
-    top: float = 80e-6,
-    cells: int = 24,
+    grid: tuple[float, int] = (80e-6, 24),
 ) -> MeshLaw:
     """Make up the mesh law of a stage on a grid.
 
     Parameters
     ----------
     stage : {0, 1}
-    teeth_in_period : int
-        Teeth of the wheel after which the law repeats; more than 1 for a slotted blank.
-    mesh_ripple, body_ripple : float
-        Relative swing of the stiffness with the tooth, and its dip over a window of the blank.
+    body : (int, float)
+        Teeth of the wheel after which the law repeats, more than 1 for a slotted blank, and relative dip of the
+        stiffness over a window of the blank.
+    mesh_ripple : float
+        Relative swing of the stiffness with the tooth.
     error, backlash : float
         Transmission error and backlash, m.
     hand : {1, -1}
         Sense of the helix.
     angles : int
         Angles per tooth.
-    top : float
-        Largest deflection of the grid, m.
-    cells : int
-        Steps of the grid up to there.
+    grid : (float, int)
+        Largest deflection of the grid, m, and steps up to there.
 
     Notes
     -----
     F = k(θ) · clearance(δ − e(θ)).
     """
-    z_wheel = TEETH[stage][1]
+    z_wheel, (teeth_in_period, body_ripple), (top, cells) = TEETH[stage][1], body, grid
     period = 2 * pi * teeth_in_period / z_wheel
     n = angles * teeth_in_period
     angle = np.arange(n) * period / n
-    mesh, body = z_wheel * angle, 2 * pi * angle / period
+    mesh = z_wheel * angle
     # a window of the blank passes: a bump with many harmonics
-    window = np.exp(6 * (np.cos(body) - 1))
+    window = np.exp(6 * (np.cos(2 * pi * angle / period) - 1))
     ripple = mesh_ripple * (np.cos(mesh) + 0.4 * np.cos(2 * mesh + 0.7))
     k = STIFFNESS[stage] * (1 + ripple - body_ripple * window)
     e = error * (np.sin(mesh) + 0.3 * np.cos(3 * mesh)) + 20e-6 * body_ripple * window
@@ -98,14 +95,11 @@ def law(
     )
 
 
-def laws(slotted: bool = False, plain_wheel: bool = False, **changes: float) -> tuple[MeshLaw, MeshLaw]:
+def laws(slotted: bool = False, plain_wheel: bool = False, **changes: Any) -> tuple[MeshLaw, MeshLaw]:
     """Make up the laws of stage 1 (solid or with five slots) and stage 2 (on the differential or plain)."""
-    options: dict[str, Any] = changes
-    first = law(0, teeth_in_period=10 if slotted else 1, body_ripple=0.08 if slotted else 0.0, **options)
+    first = law(0, body=(10, 0.08) if slotted else (1, 0.0), **changes)
     # the wheels turn opposite ways, and so do the hands: gear 3 shares gear 2's hand, which balances thrusts on shaft B
-    second = law(
-        1, hand=-1, teeth_in_period=1 if plain_wheel else 41, body_ripple=0.0 if plain_wheel else 0.05, **options
-    )
+    second = law(1, hand=-1, body=(1, 0.0) if plain_wheel else (41, 0.05), **changes)
     return first, second
 
 

@@ -124,7 +124,7 @@ def test_the_stiffness_it_gives_is_that_of_the_gearbox(make_gearbox, make_laws, 
 @pytest.mark.parametrize("name", [None, "deep groove", "pair and floating"])
 def test_the_time_loop_runs_about_it(make_gearbox, make_laws, make_housing, name):
     gearbox = make_gearbox() if name is None else on(make_gearbox(), name)
-    laws = make_laws(mesh_ripple=0.0, plain_wheel=True, error=0.0, cells=3)
+    laws = make_laws(mesh_ripple=0.0, plain_wheel=True, error=0.0, grid=(80e-6, 3))
     housing = stiff(make_housing(gearbox, modes=10))
     found = equilibrium(gearbox, laws, housing, input_torque=250.0)
     record = bearing_forces(
@@ -137,7 +137,7 @@ def test_the_time_loop_runs_about_it(make_gearbox, make_laws, make_housing, name
 
 def test_a_run_up_begins_at_it(make_gearbox, make_laws):
     gearbox = on(make_gearbox(), "deep groove")
-    laws = make_laws(mesh_ripple=0.0, plain_wheel=True, error=0.0, cells=3)
+    laws = make_laws(mesh_ripple=0.0, plain_wheel=True, error=0.0, grid=(80e-6, 3))
     found = equilibrium(gearbox, laws, None, input_torque=250.0)
     record = run_up(
         found.gearbox, laws, None, start_speed=SPEED, end_speed=1.001 * SPEED, duration=0.01, input_torque=250.0,

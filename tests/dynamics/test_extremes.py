@@ -68,7 +68,7 @@ def test_coasting_loads_the_back_flanks_with_the_mirrored_torque(make_gearbox, m
 
 
 def test_ten_times_the_load_gives_ten_times_the_force(make_gearbox, make_laws):
-    gearbox, laws = make_gearbox(), make_laws(plain_wheel=True, top=400e-6, cells=120)
+    gearbox, laws = make_gearbox(), make_laws(plain_wheel=True, grid=(400e-6, 120))
     record = _run_up(gearbox, laws, input_torque=2500.0)
     static = static_bearing_forces(gearbox, laws, None, input_torque=250.0)
     mean = record.force[len(record.time) // 2 :].mean(axis=0)

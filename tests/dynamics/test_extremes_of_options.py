@@ -12,7 +12,7 @@ import pytest
 
 from nvhchain.dynamics import LoadCentre, MeshFriction, run_up
 from nvhchain.dynamics.time_loop.quasi_static import static_state
-from nvhchain.dynamics.time_loop.simulation import advance, bearing_force, quasi_static_state, simulation
+from nvhchain.dynamics.time_loop.simulation import InputMotion, advance, bearing_force, quasi_static_state, simulation
 from nvhchain.errors import InputError, SolverError
 from nvhchain.fidelity import DynamicsFidelity
 
@@ -86,7 +86,7 @@ def _static(scene, gearbox, fidelity):
     model = simulation(
         gearbox, scene.laws, scene.housing, input_torque=scene.torque, time_step=scene.step,
         fidelity=replace(fidelity, path_correction=False),
-        input_acceleration=(operation["end_speed"] - operation["start_speed"]) / operation["duration"],
+        motion=InputMotion((operation["end_speed"] - operation["start_speed"]) / operation["duration"]),
     )  # fmt: skip
     return static_state(model.assembly, model.table, model.torque, np.zeros(2)).bearing_force
 
@@ -134,7 +134,7 @@ def scenes(make_gearbox, make_laws, make_housing):
         "no load": replace(ordinary, torque=0.0, operation={"start_speed": SPEED}),
         "reversal": replace(ordinary, torque=-TORQUE),
         "ten times the load": replace(
-            ordinary, laws=make_laws(plain_wheel=True, top=400e-6, cells=120, backlash=1e-3), torque=10 * TORQUE
+            ordinary, laws=make_laws(plain_wheel=True, grid=(400e-6, 120), backlash=1e-3), torque=10 * TORQUE
         ),
         "standstill": replace(ordinary, operation={"end_speed": 0.0, "duration": 0.02}),
         "20 000 rpm": replace(ordinary, operation={"end_speed": 8 * SPEED, "duration": 0.3}),
@@ -198,7 +198,7 @@ def test_gears_that_are_drawn_together_stand_on_both_flanks(scenes, make_laws, e
     """What stands still is in balance: the bearing forces of a run at rest do not move."""
     scene = replace(scenes[extreme], operation={"end_speed": 0.0, "duration": 0.02})
     if extreme == "ten times the load":  # through the usual backlash
-        scene = replace(scene, laws=make_laws(plain_wheel=True, top=400e-6, cells=120))
+        scene = replace(scene, laws=make_laws(plain_wheel=True, grid=(400e-6, 120)))
     model = simulation(
         scene.gearbox, scene.laws, scene.housing, input_torque=scene.torque, time_step=1e-5,
         fidelity=DynamicsFidelity(1e-5),
@@ -248,7 +248,7 @@ def test_steps_of_a_millisecond_stay_bounded_and_make_no_record(scenes, option):
         _force(option, scene)
     model = simulation(
         gearbox, scene.laws, scene.housing, input_torque=TORQUE, time_step=1e-3, fidelity=fidelity,
-        gyroscopic_speed=SPEED if gearbox.gyroscopic else 0.0,
+        motion=InputMotion(0.0, SPEED if gearbox.gyroscopic else 0.0),
     )  # fmt: skip
     phases = (np.arange(200)[:, None] + 0.5) * 1e-3 * SPEED / (2 * pi) * np.array([20, 12])
     motion = quasi_static_state(model, phases[0])

@@ -15,7 +15,7 @@ from nvhchain.dynamics.model.assembly import assemble
 from nvhchain.dynamics.model.sections import sections
 from nvhchain.dynamics.model.train import shaft_torques
 from nvhchain.dynamics.runs import speed_ramp
-from nvhchain.dynamics.time_loop.simulation import advance, quasi_static_state, simulation
+from nvhchain.dynamics.time_loop.simulation import InputMotion, advance, quasi_static_state, simulation
 from nvhchain.fidelity import DynamicsFidelity
 
 SPEED = 2500 * 2 * pi / 60
@@ -61,7 +61,7 @@ def test_they_do_no_work(make_gearbox, make_laws):
     gearbox, laws = make_gearbox(damping=0.0), make_laws(angles=8)
     model = simulation(
         gearbox, laws, None, input_torque=250.0, time_step=1e-5, fidelity=DynamicsFidelity(1e-5, angle_refinement=1),
-        gyroscopic_speed=30.0 * SPEED,
+        motion=InputMotion(gyroscopic_speed=30.0 * SPEED),
     )  # fmt: skip
     a = model.assembly
     assert np.abs(model.step.compliance - model.step.compliance.T).max() > 1e-8 * np.abs(model.step.compliance).max()
@@ -168,7 +168,7 @@ def test_soft_bearings_whose_overdamped_modes_come_and_go_with_the_speed(make_ge
     count = {
         len(
             simulation(
-                soft, laws, None, input_torque=250.0, time_step=1e-5, fidelity=step, gyroscopic_speed=speed
+                soft, laws, None, input_torque=250.0, time_step=1e-5, fidelity=step, motion=InputMotion(0.0, speed)
             ).modes.eigenvalue
         )
         for speed in (SPEED / 32, SPEED)

@@ -14,7 +14,7 @@ from nvhchain.errors import SolverError
 
 
 def test_refined_rows_pass_through_the_tabulated_ones(make_law):
-    law = make_law(0, teeth_in_period=10, body_ripple=0.08)
+    law = make_law(0, body=(10, 0.08))
     assert refine(law, 4)[::4] == pytest.approx(law.force, abs=1e-9 * np.abs(law.force).max())
 
 

@@ -27,7 +27,7 @@ def test_linear_gearbox_has_the_forced_response_of_its_impedance(make_gearbox, m
     """Constant mesh stiffness, harmonic transmission error: (K + Wᵀk W + jωC − ω²M) X = Wᵀ k E, solved directly."""
     gearbox = make_gearbox()
     housing = make_housing(gearbox, modes=20)
-    laws = make_laws(mesh_ripple=0.0, plain_wheel=True, error=0.0, cells=3)
+    laws = make_laws(mesh_ripple=0.0, plain_wheel=True, error=0.0, grid=(80e-6, 3))
     amplitude, harmonics = 1e-6, ((0, 1), (1, 3))  # 1 µm at mesh order 1 of stage 1 and mesh order 3 of stage 2
     made = []
     for (_, order), law in zip(harmonics, laws, strict=True):

@@ -13,7 +13,8 @@ from nvhchain.fem.solid_model import ElementBlock, SolidModel
 from nvhchain.handoff import Surface
 from nvhchain.housing.imported.modal_results import modal_skin
 from nvhchain.housing.imported.repair import raised, sound_mesh
-from nvhchain.housing.skin.envelope import outer_envelope
+from nvhchain.housing.modes.engine_plane import EnginePlane
+from nvhchain.housing.skin.envelope import RadiatingFaces, outer_envelope
 from nvhchain.housing.skin.mapping_error import facet_flux, gathered, mapping_error, source_power
 from nvhchain.housing.skin.normal_motion import normal_motion
 from nvhchain.housing.skin.skin import solid_skin
@@ -39,7 +40,8 @@ def hollow(hole=None, bottom=True):
 
 
 def envelope(skin, face=0.025, **options):
-    return outer_envelope(skin, [], face_size=face, opening=options.pop("opening", face), voxels_per_face=5, **options)
+    shells = options.pop("shells", None)
+    return outer_envelope(skin, [], RadiatingFaces(face, **options), voxels_per_face=5, shells=shells)
 
 
 def area(skin, chosen):
@@ -187,7 +189,7 @@ def test_surface_that_lost_the_body_or_has_another_unit_is_refused():
 
 def test_engine_plane_closes_the_open_side_and_is_silent():
     skin = hollow(bottom=False)
-    made = envelope(skin, floor=(np.zeros(3), np.array([0.0, 0.0, -1.0])))
+    made = envelope(skin, engine_plane=EnginePlane((0.0, 0.0, 0.0), (0.0, 0.0, -1.0)))
     assert area(skin, made.exposed) == pytest.approx(OUTSIDE - 0.4 * 0.3, rel=1e-9)
     assert made.surface.areas[made.silent].sum() == pytest.approx(0.4 * 0.3, rel=0.03)
     assert np.abs(made.surface.vertices[made.surface.triangles[made.silent], 2]).max() < 1e-12
@@ -199,7 +201,7 @@ def test_engine_plane_may_lie_anyhow():
     turn = np.linalg.qr(np.random.default_rng(4).standard_normal((3, 3)))[0]
     turn *= np.sign(np.linalg.det(turn))
     moved = replace(skin, nodes=skin.nodes @ turn.T + [1.0, -2.0, 0.5])
-    made = envelope(moved, floor=(np.array([1.0, -2.0, 0.5]), turn @ [0.0, 0.0, -1.0]))
+    made = envelope(moved, engine_plane=EnginePlane((1.0, -2.0, 0.5), tuple(turn @ [0.0, 0.0, -1.0])))
     assert made.surface.volume == pytest.approx(0.4 * 0.3 * 0.2, rel=0.03)
     assert area(moved, made.exposed) == pytest.approx(OUTSIDE - 0.4 * 0.3, rel=1e-9)
 

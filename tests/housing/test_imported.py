@@ -11,6 +11,7 @@ from nvhchain.conventions import STEEL
 from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.fem import modes_below
 from nvhchain.fidelity import HousingFidelity
+from nvhchain.housing import RadiatingFaces
 from nvhchain.housing.exchange.casting_model import casting_model
 from nvhchain.housing.exchange.modal_model import modal_model
 from nvhchain.housing.imported.mesh_resolution import resolution
@@ -37,11 +38,9 @@ def foreign(mesh, casting, fidelity, surface, tmp_path_factory):
         model,
         seats,
         f_max=F_MAX,
-        surface_size=0.022,
+        faces=RadiatingFaces(0.022, engine_plane=ENGINE, surface=surface),
         modal_damping=casting.modal_damping,
         fidelity=fidelity,
-        engine_plane=ENGINE,
-        surface=surface,
     )
 
 
@@ -77,7 +76,7 @@ BOX = HousingFidelity(element_size=0.01, mode_ratio=1.0, voxels_per_face=3)
 
 def reduce_box(model, fidelity=BOX, **options):
     seats = [rigid for rigid in model.rigid_sets if rigid.name == "S"]
-    given = {"f_max": 3000.0, "surface_size": 0.02, "modal_damping": 0.02, **options}
+    given = {"f_max": 3000.0, "modal_damping": 0.02, "faces": RadiatingFaces(0.02), **options}
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", AccuracyWarning)
         return reduce_model(model, seats, fidelity=fidelity, **given), [str(w.message) for w in caught]
@@ -107,7 +106,7 @@ def test_damping_of_an_imported_model_may_be_a_curve_that_is_read_at_its_modes()
 @pytest.mark.parametrize("opening", [-1.0, 0.0, float("nan")])
 def test_opening_that_is_not_positive_is_refused(opening):
     with pytest.raises(InputError, match=r"opening = \S+ m must be positive"):
-        reduce_box(held_box("hex8"), opening=opening)
+        reduce_box(held_box("hex8"), faces=RadiatingFaces(0.02, opening=opening))
 
 
 def test_rigid_motions_that_held_freedoms_leave_are_warned_of():
@@ -140,7 +139,7 @@ def test_band_far_beyond_the_mesh_is_refused_before_anything_is_solved(monkeypat
     counted = modes_below(K, M, 12e3) * 1e6 / 12e3
     monkeypatch.setattr("nvhchain.housing.imported.solid_model.seat_modes", None)
     with pytest.raises(InputError, match=r"walls of 5 mm at 1e\+06 Hz, 4 are needed") as refused:
-        reduce_box(model, f_max=1e6, surface_size=0.005)
+        reduce_box(model, f_max=1e6, faces=RadiatingFaces(0.005))
     told = re.search(
         r"valid to (\S+) Hz; about (\S+) modes lie below 1e[+]06 Hz.* refine to (\S+) mm", str(refused.value)
     )
@@ -159,7 +158,7 @@ def test_tetrahedra_much_longer_than_their_wall_is_thick_are_warned_of():
 
     def caught(kind, counts):
         model = held_box(kind, counts=counts, lengths=(0.2, 0.12, 0.01))
-        return [text for text in reduce_box(model, f_max=100.0, surface_size=0.01)[1] if "is thick" in text]
+        return [text for text in reduce_box(model, f_max=100.0, faces=RadiatingFaces(0.01))[1] if "is thick" in text]
 
     (text,) = caught("tet4", (5, 3, 1))
     assert "tetrahedra are 5.7 times as long as the wall is thick" in text

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from nvhchain.errors import AccuracyWarning, InputError
+from nvhchain.housing import RadiatingFaces
 from nvhchain.housing.casting.mesh import boundary_faces
 from nvhchain.housing.exchange.casting_model import casting_model
 from nvhchain.housing.exchange.modal_model import modal_model
@@ -34,10 +35,8 @@ def housing(model, casting, fidelity, surface, **options):
             model,
             {bore.name: bore.centre for bore in casting.bores},
             f_max=F_MAX,
-            surface_size=0.022,
+            faces=RadiatingFaces(0.022, engine_plane=ENGINE, surface=surface),
             fidelity=fidelity,
-            engine_plane=ENGINE,
-            surface=surface,
             **options,
         )
 
@@ -125,10 +124,8 @@ def test_residual_vectors_carry_the_whole_residual_flexibility(with_vectors, red
         with_vectors,
         at,
         f_max=4000.0,
-        surface_size=0.022,
+        faces=RadiatingFaces(0.022, engine_plane=ENGINE, surface=surface),
         fidelity=fidelity,
-        engine_plane=ENGINE,
-        surface=surface,
         residual_vectors=True,
     )
     assert found.natural_frequency == pytest.approx(reduced.natural_frequency, rel=1e-10)
@@ -158,10 +155,8 @@ def test_modes_that_end_below_the_band_before_the_residual_vectors_are_warned_of
             model,
             {bore.name: bore.centre for bore in casting.bores},
             f_max=f_max,
-            surface_size=0.022,
+            faces=RadiatingFaces(0.022, engine_plane=ENGINE, surface=surface),
             fidelity=replace(fidelity, mode_ratio=1.0),
-            engine_plane=ENGINE,
-            surface=surface,
             residual_vectors=True,
         )
         told.append([str(w.message) for w in recwarn if "before the residual vectors" in str(w.message)])
@@ -192,9 +187,8 @@ def test_residual_vectors_that_are_not_there_are_refused(modes, casting, fidelit
             some,
             {bore.name: bore.centre for bore in casting.bores},
             f_max=F_MAX,
-            surface_size=0.022,
+            faces=RadiatingFaces(0.022, surface=surface),
             fidelity=fidelity,
-            surface=surface,
             residual_vectors=True,
         )
 
@@ -303,9 +297,8 @@ def test_seat_that_does_not_move_is_refused(vectors, modes, casting, fidelity, s
             replace(modes, shapes=shapes),
             at,
             f_max=1000.0,
-            surface_size=0.022,
+            faces=RadiatingFaces(0.022, surface=surface),
             fidelity=fidelity,
-            surface=surface,
             residual_vectors=vectors,
         )
 
@@ -315,7 +308,7 @@ def test_modes_in_another_unit_of_length_are_refused(modes, fidelity):
     match = r"the mesh is \d+ m long, 0\.005 … 20 m are taken for a housing"
     with pytest.raises(InputError, match=match):
         housing_from_modes(
-            wrong, {"A1": (0, 0, 0)}, labels={"A1": 1}, f_max=F_MAX, surface_size=0.022, fidelity=fidelity
+            wrong, {"A1": (0, 0, 0)}, labels={"A1": 1}, f_max=F_MAX, faces=RadiatingFaces(0.022), fidelity=fidelity
         )
     with pytest.raises(InputError, match=match):
         modal_extent(wrong)
@@ -338,32 +331,36 @@ def test_modes_that_end_below_the_band_and_missing_nodes_are_refused(modes, cast
     few = replace(modes, frequency=modes.frequency[:2], damping=modes.damping[:2], shapes=modes.shapes[:2])
     at = {"A1": casting.bores[0].centre}
     with pytest.raises(InputError, match="its modes end at"):
-        housing_from_modes(few, at, f_max=F_MAX, surface_size=0.022, fidelity=fidelity)
+        housing_from_modes(few, at, f_max=F_MAX, faces=RadiatingFaces(0.022), fidelity=fidelity)
     with pytest.raises(InputError, match="name the node"):
-        housing_from_modes(modes, {"A1": (0, 0, 0.5)}, f_max=F_MAX, surface_size=0.022, fidelity=fidelity)
+        housing_from_modes(modes, {"A1": (0, 0, 0.5)}, f_max=F_MAX, faces=RadiatingFaces(0.022), fidelity=fidelity)
     undamped = replace(modes, damping=0 * modes.damping)
     with pytest.raises(InputError, match="no damping"):
-        housing_from_modes(undamped, at, f_max=F_MAX, surface_size=0.022, fidelity=fidelity)
+        housing_from_modes(undamped, at, f_max=F_MAX, faces=RadiatingFaces(0.022), fidelity=fidelity)
 
 
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
         ({"f_max": np.nan}, "f_max = nan Hz must be positive"),
-        ({"surface_size": 0.0}, "surface_size = 0 m must be positive"),
         ({"modal_damping": 1.2}, r"modal_damping = 1\.2 must lie in 0 … 1"),
         ({"positions": {}}, "no bearing seats are given"),
     ],
 )
 def test_numbers_that_are_none_are_refused_by_name(modes, casting, fidelity, wrong, message):
     at = {bore.name: bore.centre for bore in casting.bores}
-    given = {"positions": at, "f_max": F_MAX, "surface_size": 0.022, "fidelity": fidelity, **wrong}
+    given = {"positions": at, "f_max": F_MAX, "faces": RadiatingFaces(0.022), "fidelity": fidelity, **wrong}
     with pytest.raises(InputError, match=message):
         housing_from_modes(modes, **given)
+
+
+def test_faces_without_extent_are_refused():
+    with pytest.raises(InputError, match="surface_size = 0 m must be positive"):
+        RadiatingFaces(0.0)
 
 
 def test_tolerance_for_the_number_of_modes_is_refused(modes, casting, fidelity):
     at = {bore.name: bore.centre for bore in casting.bores}
     asked = replace(fidelity, truncation_tolerance_db=0.2)
     with pytest.raises(InputError, match=r"truncation_tolerance_db = 0\.2: the modes of .* are given"):
-        housing_from_modes(modes, at, f_max=F_MAX, surface_size=0.022, fidelity=asked)
+        housing_from_modes(modes, at, f_max=F_MAX, faces=RadiatingFaces(0.022), fidelity=asked)

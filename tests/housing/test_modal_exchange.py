@@ -9,7 +9,7 @@ from nvhchain.errors import FileFormatError, InputError
 from nvhchain.fem.faces import boundary_faces
 from nvhchain.fem.solid_model import CORNERS
 from nvhchain.handoff import HousingAccuracy
-from nvhchain.housing import EnginePlane, exported_modes, housing_from_modes
+from nvhchain.housing import EnginePlane, RadiatingFaces, exported_modes, housing_from_modes
 from nvhchain.housing.imported.modal_results import modal_skin
 from nvhchain.housing.imported.repair import sound_mesh
 from nvhchain.interop import read_modal_hdf5, read_modal_uff, write_modal_hdf5, write_modal_uff
@@ -40,10 +40,8 @@ def test_reduced_housing_comes_back_from_a_file(through, digits, exported, reduc
         through(exported, tmp_path),
         dict(zip(reduced.names, reduced.positions, strict=True)),
         f_max=F_MAX,
-        surface_size=0.022,
+        faces=RadiatingFaces(0.022, engine_plane=ENGINE, surface=reduced.surface),
         fidelity=fidelity,
-        engine_plane=ENGINE,
-        surface=reduced.surface,
         residual_vectors=True,
     )
     for name in (

@@ -112,7 +112,7 @@ def test_no_more_tasks_are_under_way_than_memory_holds(monkeypatch):
         return frequency + 0j
 
     with ThreadPoolExecutor(8) as executor:
-        solve_bands(solve, MASTERS, (), (), memory_per_task=2**30, executor=executor, progress=None)
+        solve_bands(solve, MASTERS, memory_per_task=2**30, executor=executor, progress=None)
     assert max(most) == 3
 
 
@@ -127,14 +127,14 @@ def test_an_error_of_a_task_comes_out_as_it_is_and_what_has_not_begun_is_cancell
 
     with ThreadPoolExecutor(2) as executor:
         with pytest.raises(SolverError, match="singular"):
-            solve_bands(solve, np.arange(400.0), (), (), memory_per_task=1, executor=executor, progress=None)
+            solve_bands(solve, np.arange(400.0), memory_per_task=1, executor=executor, progress=None)
         assert executor.submit(int, 5).result() == 5  # the executor is as good as before
     assert len(begun) <= 6
 
 
 def test_an_error_on_a_worker_process_comes_out_as_it_is(two_workers):
     with pytest.raises(ResourceError, match="too large"):
-        solve_bands(_refuse, MASTERS, (), (), memory_per_task=1, executor=two_workers, progress=None)
+        solve_bands(_refuse, MASTERS, memory_per_task=1, executor=two_workers, progress=None)
     assert two_workers.submit(int, 5).result() == 5
 
 
@@ -192,10 +192,10 @@ def test_a_lost_band_is_given_out_again_until_it_is_clear_that_it_kills(error, m
         return frequency + 0j
 
     arguments = {"memory_per_task": 2**31, "progress": None}
-    found = solve_bands(solve, MASTERS, (), (), executor=Losing(2, error), **arguments)
+    found = solve_bands(solve, MASTERS, executor=Losing(2, error), **arguments)
     assert np.array_equal(found, MASTERS)
     with pytest.raises(SolverError, match=r"3 workers were lost.* \(\S.*\): .* needs 2 GiB; give workers more memory"):
-        solve_bands(solve, MASTERS, (), (), executor=Losing(99, error), **arguments)
+        solve_bands(solve, MASTERS, executor=Losing(99, error), **arguments)
 
 
 class Watched:
@@ -229,7 +229,7 @@ def test_a_cluster_whose_workers_are_lost_as_fast_as_they_come_is_not_waited_for
     monkeypatch.setattr(bands, "_PATIENCE", 0.01)
     with pytest.warns(RuntimeWarning, match=r"as fast as they come, all 12 times\): 8 bands .* solved in this"):
         found = solve_bands(
-            lambda frequency: frequency + 0j, MASTERS, (), (), memory_per_task=1, executor=Watched(looks), progress=None
+            lambda frequency: frequency + 0j, MASTERS, memory_per_task=1, executor=Watched(looks), progress=None
         )
     assert np.array_equal(found, MASTERS)
 
@@ -249,7 +249,7 @@ def test_a_cluster_is_waited_for_while_bands_are_finished_between_losses(monkeyp
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         found = solve_bands(
-            lambda frequency: frequency + 0j, MASTERS, (), (), memory_per_task=1, executor=watched, progress=None
+            lambda frequency: frequency + 0j, MASTERS, memory_per_task=1, executor=watched, progress=None
         )
     assert np.array_equal(found, MASTERS)
 

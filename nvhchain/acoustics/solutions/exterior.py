@@ -477,7 +477,6 @@ class ExteriorProblem:
             block,
             frequency,
             rows,
-            (),
             memory_per_task=memory,
             executor=work.executor,
             progress=work.progress,

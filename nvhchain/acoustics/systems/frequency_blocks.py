@@ -57,8 +57,7 @@ class Checkpoints(Protocol):
 def solve_bands(
     solve: Callable[..., Band],
     frequency: FloatArray,
-    extra: tuple[Any, ...],
-    arguments: tuple[Any, ...],
+    extra: tuple[Any, ...] = (),
     *,
     memory_per_task: int,
     executor: Executor | None,
@@ -66,7 +65,7 @@ def solve_bands(
     checkpoints: Checkpoints | None = None,
     records: list[SolverRecord] | None = None,
 ) -> ComplexArray:
-    """Return values of `solve(frequency band, *extra bands, *arguments)` stacked over all frequencies.
+    """Return values of `solve(frequency band, *extra bands)` stacked over all frequencies.
 
     extra : arrays with one row per frequency, cut like the frequencies.
     memory_per_task : bytes. Running tasks never exceed the memory of the executor's machines.
@@ -105,7 +104,7 @@ def solve_bands(
     for band in bands:
         kept = checkpoints.find(frequency[band]) if checkpoints else None
         if kept is None:
-            jobs.append((band, (frequency[band], *(rows[band] for rows in extra), *arguments)))
+            jobs.append((band, (frequency[band], *(rows[band] for rows in extra))))
         else:
             store(band, kept)
     if executor is None:

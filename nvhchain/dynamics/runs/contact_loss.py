@@ -53,7 +53,7 @@ def parted_flanks(
         )
         if free.any():
             seconds[f"{of.pinion_shaft}–{of.wheel_shaft}"] = float(free.sum() * sample_time)
-    return stated_loss(seconds, model.step.step, model.corrected)
+    return stated_loss(seconds, model.step.step, model.contact.corrected)
 
 
 def stated_loss(seconds: Mapping[str, float], time_step: float, bent: bool) -> ForceAccuracy:

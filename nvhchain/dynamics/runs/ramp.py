@@ -57,15 +57,11 @@ class Ramp:
         return np.asarray(angle / (2.0 * pi))
 
 
-class Operation(TypedDict):
-    """Keyword arguments of a run-up.
+class Load(TypedDict):
+    """Keyword arguments of every run.
 
     Parameters
     ----------
-    start_speed, end_speed : float
-        Speeds of the input (rad/s), not negative; equal for a long record at constant speed.
-    duration : float
-        Duration of the run-up (s).
     input_torque : float
         Constant torque along the input's rotation (N m). The output torque balances all of it that does not accelerate
         the train.
@@ -75,6 +71,23 @@ class Operation(TypedDict):
         Fidelity of the dynamics.
     contact_forces : sequence of ContactForce, optional
         One solver per mesh, for `fidelity.mesh_level` "contact".
+    """
+
+    input_torque: float
+    f_max: float
+    fidelity: DynamicsFidelity
+    contact_forces: NotRequired[Sequence[ContactForce] | None]
+
+
+class Operation(Load):
+    """Keyword arguments of a run-up.
+
+    Parameters
+    ----------
+    start_speed, end_speed : float
+        Speeds of the input (rad/s), not negative; equal for a long record at constant speed.
+    duration : float
+        Duration of the run-up (s).
     fluctuation : Fluctuation, optional
         Fluctuation of torque or speed at the input, about the values above.
     """
@@ -82,8 +95,4 @@ class Operation(TypedDict):
     start_speed: float
     end_speed: float
     duration: float
-    input_torque: float
-    f_max: float
-    fidelity: DynamicsFidelity
-    contact_forces: NotRequired[Sequence[ContactForce] | None]
     fluctuation: NotRequired[Fluctuation | None]

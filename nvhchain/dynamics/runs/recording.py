@@ -166,7 +166,7 @@ def _path(folder: Path, index: int) -> Path:
 
 def _answers(run: RunUp, mesh_laws: Sequence[MeshLaw]) -> FloatArray:
     """Return forces (N) that identify the contact solvers; none at the levels without them."""
-    loop = run.model.contact_loop
+    loop = run.model.contact.loop
     if loop is None:
         return np.zeros(0)
     angles = (np.arange(PROBES) * GOLDEN) % 1.0

@@ -24,6 +24,7 @@ from nvhchain.dynamics.runs.ramp import Operation, Ramp
 from nvhchain.dynamics.runs.steady import check_step, settling_time
 from nvhchain.dynamics.time_loop.quasi_static import law_phases
 from nvhchain.dynamics.time_loop.simulation import (
+    InputMotion,
     Motion,
     Simulation,
     advance,
@@ -148,10 +149,8 @@ def prepare(
         input_torque=input_torque + source * ramp.acceleration,
         time_step=fidelity.time_step,
         fidelity=fidelity,
-        input_acceleration=ramp.acceleration,
-        gyroscopic_speed=float(way[0]),
+        motion=InputMotion(ramp.acceleration, float(way[0]), fluctuating=fluctuation is not None),
         contact_forces=operation.get("contact_forces"),
-        fluctuating=fluctuation is not None,
     )
     kinematics = model.assembly.train
     check_step(gearbox, mesh_laws, kinematics, max(ramp.start_speed, ramp.end_speed), f_max, fidelity)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from math import ceil, gcd, inf, isfinite, lcm, log, pi
+from typing import Unpack
 
 import numpy as np
 from scipy.fft import next_fast_len
@@ -19,11 +20,11 @@ from nvhchain.dynamics.model.rigid_train import input_inertia
 from nvhchain.dynamics.model.train import Train, train
 from nvhchain.dynamics.runs.contact_loss import parted_flanks, warn_or_refuse
 from nvhchain.dynamics.runs.law_range import excursions
-from nvhchain.dynamics.runs.ramp import Ramp
-from nvhchain.dynamics.time_loop.mesh_levels import ContactForce
+from nvhchain.dynamics.runs.ramp import Load, Ramp
 from nvhchain.dynamics.time_loop.one_thread import one_blas_thread
 from nvhchain.dynamics.time_loop.quasi_static import law_phases
 from nvhchain.dynamics.time_loop.simulation import (
+    InputMotion,
     Motion,
     Simulation,
     advance,
@@ -49,13 +50,10 @@ def bearing_forces(
     housing: ReducedHousing | None,
     *,
     input_speed: float,
-    input_torque: float,
-    f_max: float,
-    fidelity: DynamicsFidelity,
     duration: float = 0.0,
-    contact_forces: Sequence[ContactForce] | None = None,
     fluctuation: Fluctuation | None = None,
     progress: Progress | None = None,
+    **load: Unpack[Load],
 ) -> BearingForces:
     """Return the forces of the bearings on the housing at constant speed, over whole common periods of the train.
 
@@ -69,20 +67,14 @@ def bearing_forces(
         Housing; None for rigid seats.
     input_speed : float
         Speed of the input (rad/s), > 0.
-    input_torque : float
-        Torque along the input's rotation (N m); the output torque balances it exactly.
-    f_max : float
-        Upper end of the band of interest (Hz); `fidelity.time_step` must resolve it.
-    fidelity : DynamicsFidelity
-        Fidelity of the dynamics.
     duration : float
         Shortest duration of the record (s), rounded up to whole common periods.
-    contact_forces : sequence of ContactForce, optional
-        One solver per mesh, for `fidelity.mesh_level` "contact".
     fluctuation : Fluctuation, optional
         Harmonics of torque or speed at the input; the common period then holds whole cycles of each.
     progress : callable, optional
         Called with the blocks of settling done and in all.
+    **load : Load
+        Torque, band and fidelity; `fidelity.time_step` must resolve the band.
 
     Returns
     -------
@@ -113,6 +105,7 @@ def bearing_forces(
     If a deflection leaves its mesh law, or flanks separate, there is an AccuracyWarning. The accuracy then states
     `law_exceeded` or `parted`.
     """
+    input_torque, f_max, fidelity = load["input_torque"], load["f_max"], load["fidelity"]
     require(
         isfinite(input_speed) and input_speed > 0,
         f"input_speed = {input_speed} rad/s must be positive: give the sense of rotation as gearbox.input_rotation",
@@ -141,9 +134,10 @@ def bearing_forces(
         input_torque=input_torque,
         time_step=period / n_step,
         fidelity=fidelity,
-        gyroscopic_speed=input_speed if gearbox.gyroscopic else 0.0,
-        contact_forces=contact_forces,
-        fluctuating=fluctuation is not None,
+        motion=InputMotion(
+            gyroscopic_speed=input_speed if gearbox.gyroscopic else 0.0, fluctuating=fluctuation is not None
+        ),
+        contact_forces=load.get("contact_forces"),
     )
     cycle = _Cycle(
         n_step,
@@ -191,12 +185,9 @@ def steady_sweep(
     housing: ReducedHousing | None,
     *,
     input_speeds: Sequence[float],
-    input_torque: float,
-    f_max: float,
-    fidelity: DynamicsFidelity,
-    contact_forces: Sequence[ContactForce] | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
+    **load: Unpack[Load],
 ) -> tuple[BearingForces, ...]:
     """Return the record of `bearing_forces` at each of several speeds, each from its own quasi-static start.
 
@@ -206,14 +197,12 @@ def steady_sweep(
         As in `bearing_forces`.
     input_speeds : sequence of float
         Speeds of the input (rad/s).
-    input_torque, f_max, fidelity
-        As in `bearing_forces`.
-    contact_forces : sequence of ContactForce, optional
-        As in `bearing_forces`; other processes take only those that can be pickled.
     executor : Executor, optional
-        Executor of the speeds.
+        Executor of the speeds. Other processes take only `contact_forces` that can be pickled.
     progress : callable, optional
         Called with the speeds done and in all.
+    **load : Load
+        As in `bearing_forces`.
 
     Returns
     -------
@@ -226,16 +215,7 @@ def steady_sweep(
         As `bearing_forces` at the first speed that fails.
     """
     require(len(input_speeds) > 0, "input_speeds holds no speed: give one or more, rad/s")
-    settled = partial(
-        bearing_forces,
-        gearbox,
-        mesh_laws,
-        housing,
-        input_torque=input_torque,
-        f_max=f_max,
-        fidelity=fidelity,
-        contact_forces=contact_forces,
-    )
+    settled = partial(bearing_forces, gearbox, mesh_laws, housing, **load)
     tell, records = progress if progress is not None else _silent, []
     for record in (executor.map if executor else map)(partial(_forces_of_speed, settled), input_speeds):
         records.append(record)

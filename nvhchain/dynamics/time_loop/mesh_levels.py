@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
 
-from nvhchain.dynamics.time_loop.propagator import Propagator
 from nvhchain.errors import InputError, SolverError
 from nvhchain.handoff import FloatArray, MeshLaw
+
+if TYPE_CHECKING:
+    from nvhchain.dynamics.time_loop.simulation import Motion, Simulation
 
 FLAT = 0.3
 """Slope at which a line search of the level `contact` ends, relative to the slope at its start."""
@@ -103,15 +106,11 @@ class ContactLoop:
 
     def march(
         self,
-        step: Propagator,
-        linear: FloatArray,
+        model: Simulation,
+        motion: Motion,
         phases: FloatArray,
-        state: FloatArray,
-        excess: FloatArray,
         given: FloatArray,
         *,
-        tolerance: float,
-        iterations: int,
         stride: int,
         start_time: float,
     ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
@@ -119,8 +118,10 @@ class ContactLoop:
 
         given : (n_step, n_push) forces r of the rows `step.push`; other arguments and results as in `advance`.
         """
+        step, linear, contact = model.step, model.contact_stiffness, model.contact
+        tolerance, iterations, excess = contact.tolerance, contact.iterations, motion.excess[: len(linear)]
         n_z = len(step.decay)
-        z = state[:n_z] + 1j * state[n_z:]
+        z = motion.state[:n_z] + 1j * motion.state[n_z:]
         y, start = excess.copy(), (step.read @ z).real
         states, excesses = [], np.hstack([np.empty((len(phases), len(excess))), given])
         for n, phase in enumerate(phases):

@@ -31,6 +31,35 @@ LANES = 16
 
 
 @dataclass(frozen=True, eq=False)
+class ContactSolution:
+    """Solution for the contact forces of a step.
+
+    tolerance : admissible residual of the contact forces (N), reached within `iterations`.
+    corrected : True with the fourth-order correction of the excess forces (`_correction`).
+    loop : solver of the contact problem at every step, in place of the table of laws; None for the table.
+    """
+
+    tolerance: float
+    iterations: int
+    corrected: bool = False
+    loop: ContactLoop | None = None
+
+
+@dataclass(frozen=True)
+class InputMotion:
+    """Motion of the input, as far as it changes the equations.
+
+    acceleration : prescribed acceleration (rad/s²).
+    gyroscopic_speed : speed for gyroscopic terms (rad/s); 0 omits them.
+    fluctuating : True where a fluctuating torque acts on the input (`advance`).
+    """
+
+    acceleration: float = 0.0
+    gyroscopic_speed: float = 0.0
+    fluctuating: bool = False
+
+
+@dataclass(frozen=True, eq=False)
 class Simulation:
     """Gearbox under constant torques, and perhaps one that fluctuates, ready for the time loop.
 
@@ -46,9 +75,7 @@ class Simulation:
         the output lags behind the input.
     kernel : decay, gain, read and drive of `step` for the time loop; `push` follows the rows of the drive. Each is
         (2, …), real over imaginary parts, padded with idle modes to whole vector registers.
-    tolerance : admissible residual of the contact forces (N), reached within `iterations`.
-    corrected : True with the fourth-order correction of the excess forces (`_correction`).
-    contact_loop : solver of the contact problem at every step, in place of `table`; None for the table.
+    contact : solution for the contact forces of a step.
     """
 
     assembly: Assembly
@@ -64,10 +91,7 @@ class Simulation:
     back_output: FloatArray
     error_output: FloatArray
     kernel: tuple[FloatArray, ...]
-    tolerance: float
-    iterations: int
-    corrected: bool = False
-    contact_loop: ContactLoop | None = None
+    contact: ContactSolution
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,28 +117,24 @@ def simulation(
     input_torque: float,
     time_step: float,
     fidelity: DynamicsFidelity,
-    input_acceleration: float = 0.0,
-    gyroscopic_speed: float = 0.0,
+    motion: InputMotion = InputMotion(),
     contact_forces: Sequence[ContactForce] | None = None,
-    fluctuating: bool = False,
 ) -> Simulation:
     """Assemble, diagonalise and discretise a gearbox.
 
     input_torque : torque along the input's rotation (N m), negative in coast.
     time_step : length of the step (s).
-    input_acceleration : prescribed acceleration of the input (rad/s²).
-    gyroscopic_speed : speed of the input for gyroscopic terms (rad/s); 0 omits them.
+    motion : acceleration and speed of the input.
     contact_forces : one solver per mesh, for the mesh level `contact`, which needs the laws for its start and linear
         part.
-    fluctuating : True where a fluctuating torque acts on the input (`advance`).
 
     The inertia torques of an acceleration need no term of their own. Along the free torsion they do no work
     (`Assembly.free`), and the output torque is reduced by them.
 
     Raises InputError if the torque exceeds a law.
     """
-    assembly = assemble(gearbox, mesh_laws, housing, input_speed=gyroscopic_speed, fidelity=fidelity)
-    torque = shaft_torques(gearbox, assembly.train, input_torque, assembly.inertia, input_acceleration)
+    assembly = assemble(gearbox, mesh_laws, housing, input_speed=motion.gyroscopic_speed, fidelity=fidelity)
+    torque = shaft_torques(gearbox, assembly.train, input_torque, assembly.inertia, motion.acceleration)
     nominal = nominal_mesh_forces(assembly, mesh_laws, torque)
     loop = None
     if fidelity.mesh_level == "contact":
@@ -136,11 +156,13 @@ def simulation(
         torque,
         mean_stiffness(assembly, table, nominal),
         time_step,
-        fidelity.contact_residual * float(np.abs(table.force).max()),
-        fidelity.contact_iterations,
-        fidelity.path_correction,
-        loop,
-        fluctuating,
+        ContactSolution(
+            fidelity.contact_residual * float(np.abs(table.force).max()),
+            fidelity.contact_iterations,
+            fidelity.path_correction,
+            loop,
+        ),
+        motion.fluctuating,
     )
 
 
@@ -164,10 +186,7 @@ def _discretised(
     torque: FloatArray,
     contact_stiffness: FloatArray,
     time_step: float,
-    tolerance: float,
-    iterations: int,
-    corrected: bool,
-    loop: ContactLoop | None,
+    contact: ContactSolution,
     fluctuating: bool,
 ) -> Simulation:
     """Diagonalise and discretise (fields of `Simulation`; time_step in s)."""
@@ -175,7 +194,7 @@ def _discretised(
     first = assembly.gearbox.rotor_index(assembly.gearbox.input_shaft)
     push = assembly.torques[first : first + 1] if fluctuating else None
     step = propagator(assembly, modes, assembly.load(torque), time_step, push)
-    if corrected:
+    if contact.corrected:
         check_bends(assembly, modes, contact_stiffness, assembly.load(torque), time_step, table)
     contact_output = output_matrix(modes, assembly.contact, np.zeros_like(assembly.contact))
     n_mesh = len(assembly.gearbox.meshes)
@@ -195,10 +214,7 @@ def _discretised(
         -mean @ contact_output[1::2],
         output_matrix(modes, error, np.zeros_like(error)),
         tuple(_pad_modes(part) for part in (step.decay, step.gain, step.read, np.concatenate([step.drive, step.push]))),
-        tolerance,
-        iterations,
-        corrected,
-        loop,
+        contact,
     )
 
 
@@ -210,10 +226,7 @@ def set_input_speed(model: Simulation, input_speed: float) -> Simulation:
         model.torque,
         model.contact_stiffness,
         model.step.step,
-        model.tolerance,
-        model.iterations,
-        model.corrected,
-        model.contact_loop,
+        model.contact,
         len(model.step.push) > 0,
     )
 
@@ -271,24 +284,16 @@ def advance(
     given = np.zeros((len(phases), n_push))
     if torque is not None:
         given[:] = -torque[:, None]
-    if model.contact_loop is not None:
-        state, excess, states, excesses = model.contact_loop.march(
-            model.step,
-            model.contact_stiffness,
-            phases,
-            motion.state,
-            motion.excess[:n_c],
-            given,
-            tolerance=model.tolerance,
-            iterations=model.iterations,
-            stride=stride,
-            start_time=start_time,
+    contact = model.contact
+    if contact.loop is not None:
+        state, excess, states, excesses = contact.loop.march(
+            model, motion, phases, given, stride=stride, start_time=start_time
         )
         return Motion(state, excess), states, excesses
     from nvhchain.dynamics.time_loop._march import march_of  # compiles, or reads its cache, when first needed
 
     position = _row_coordinates(model, phases)
-    turned_to = _row_coordinates(model, phases_at_ends(phases) if model.corrected else phases[:0])
+    turned_to = _row_coordinates(model, phases_at_ends(phases) if contact.corrected else phases[:0])
     n_step = len(position)
     states = np.empty((-(-n_step // stride), len(motion.state)))
     excesses = np.empty((n_step, n_c + n_push))
@@ -299,20 +304,20 @@ def advance(
     re_im[:, : len(motion.state) // 2] = motion.state.reshape(2, -1)
     scratch = np.zeros((17, n_c))
     past = np.zeros((5, n_c)) if motion.past is None else motion.past.copy()
-    if model.corrected and motion.past is None and n_step > 0:
+    if contact.corrected and motion.past is None and n_step > 0:
         deflection = model.contact_output @ motion.state
         past = standing(model.table, deflection, model.contact_stiffness, phases[0, model.assembly.mesh])
-    failed = march_of(model.corrected, n_push > 0)(
+    failed = march_of(contact.corrected, n_push > 0)(
         *model.kernel, model.step.compliance, model.contact_stiffness,
         model.table.deflection, model.table.force, model.table.potential, model.table.rows, model.table.cells, position,
-        re_im, excess, model.tolerance, model.iterations, stride, states, excesses, turned_to, past,
+        re_im, excess, contact.tolerance, contact.iterations, stride, states, excesses, turned_to, past,
         scratch, np.zeros((7, n_c), np.int64), np.zeros((n_c, n_c + 1)), np.zeros(n_z),
     )  # fmt: skip
     if failed >= 0:
         raise SolverError(
             f"mesh forces did not converge at t = {start_time + failed * model.step.step:.6g} s within "
-            f"{model.iterations} iterations "
-            f"to {model.tolerance:.3g} N: take a smaller time step"
+            f"{contact.iterations} iterations "
+            f"to {contact.tolerance:.3g} N: take a smaller time step"
         )
     last = np.append(excess, given[-1:])
     return Motion(re_im[:, : len(motion.state) // 2].ravel(), last, past), states, excesses

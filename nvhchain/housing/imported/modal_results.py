@@ -11,14 +11,13 @@ import scipy.sparse as sp
 from nvhchain.errors import require
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fidelity import HousingFidelity
-from nvhchain.handoff import FloatArray, HousingAccuracy, IntArray, ReducedHousing, Surface
+from nvhchain.handoff import FloatArray, HousingAccuracy, IntArray, ReducedHousing
 from nvhchain.housing.imported.repair import check_extent
 from nvhchain.housing.imported.seats import seat_rows
 from nvhchain.housing.imported.solid_model import warn
-from nvhchain.housing.modes.engine_plane import EnginePlane
 from nvhchain.housing.modes.truncation import truncation_error
 from nvhchain.housing.reduction import finished
-from nvhchain.housing.skin.envelope import outer_envelope
+from nvhchain.housing.skin.envelope import RadiatingFaces, outer_envelope
 from nvhchain.housing.skin.mapping_error import skin_sources, stated_mapping_errors
 from nvhchain.housing.skin.normal_motion import normal_motion
 from nvhchain.housing.skin.shell_sides import distinct, has_area, outward_sides, outward_skin
@@ -43,13 +42,10 @@ def housing_from_modes(
     positions: Mapping[str, Sequence[float]],
     *,
     f_max: float,
-    surface_size: float,
+    faces: RadiatingFaces,
     fidelity: HousingFidelity,
     labels: Mapping[str, int] | None = None,
     modal_damping: float | None = None,
-    engine_plane: EnginePlane | None = None,
-    opening: float | None = None,
-    surface: Surface | None = None,
     residual_vectors: bool = False,
 ) -> ReducedHousing:
     """Reduce modal results to the bearing seats and the radiating faces.
@@ -62,16 +58,14 @@ def housing_from_modes(
         Bearing → centre of its seat (m).
     f_max : float
         Upper limit of the band (Hz).
-    surface_size : float
-        Edge length of the radiating faces (m).
+    faces : RadiatingFaces
+        Size of the radiating faces, and the plane that closes the housing.
     fidelity : HousingFidelity
         Fidelity; modes up to mode_ratio · f_max are kept.
     labels : mapping of str to int, optional
         Bearing → node of the file; by default the node at the position.
     modal_damping : float, optional
         Fraction of critical damping in place of the file's.
-    engine_plane, opening, surface
-        As in `reduce_model`.
     residual_vectors : bool
         True if the uppermost modes are residual vectors of unit forces at the seats (`modal_model`, Nastran RESVEC).
         With the modes before them they make the whole static flexibility.
@@ -100,7 +94,6 @@ def housing_from_modes(
         f"truncation_tolerance_db = {fidelity.truncation_tolerance_db:g}: the modes of {model.source} are given, "
         "they are not counted by a tolerance: leave it at 0",
     )
-    require(np.isfinite(surface_size) and surface_size > 0, f"surface_size = {surface_size:g} m must be positive")
     require(modal_damping is None or 0 < modal_damping < 1, f"modal_damping = {modal_damping} must lie in 0 … 1")
     check_modes(model, f_max)
     frequency = model.frequency
@@ -130,11 +123,8 @@ def housing_from_modes(
     envelope = outer_envelope(
         skin,
         [],
-        face_size=surface_size,
-        opening=surface_size if opening is None else opening,
+        faces,
         voxels_per_face=fidelity.voxels_per_face,
-        floor=engine_plane.arrays if engine_plane is not None else None,
-        surface=surface,
         shells=shells,
     )
     facets = skin.facets[envelope.exposed]
@@ -169,7 +159,7 @@ def housing_from_modes(
         accuracy=accuracy,
         provenance=provenance,
     )
-    places, displaced = skin_sources(skin.nodes, facets, surface_size)
+    places, displaced = skin_sources(skin.nodes, facets, faces.size)
     flux = (skin.restrict(displaced) @ model.shapes.reshape(len(frequency), -1).T).T
     accuracy |= stated_mapping_errors(reduced, places, flux[keep].T, (share @ flux[~keep]).T, f_max)
     if residual_vectors:

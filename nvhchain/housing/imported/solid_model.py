@@ -13,15 +13,14 @@ from nvhchain.errors import require, warn_caller
 from nvhchain.fem import rigid_map, stiffness_and_mass
 from nvhchain.fem.solid_model import RigidSet, SolidModel
 from nvhchain.fidelity import HousingFidelity
-from nvhchain.handoff import FloatArray, HousingAccuracy, ReducedHousing, Surface
+from nvhchain.handoff import FloatArray, HousingAccuracy, ReducedHousing
 from nvhchain.housing.imported.mesh_resolution import resolution
 from nvhchain.housing.imported.repair import sound_mesh
 from nvhchain.housing.imported.structure import structural_matrices
 from nvhchain.housing.modes.damping import DampingCurve, check_modal_damping, damping_of_modes
-from nvhchain.housing.modes.engine_plane import EnginePlane
 from nvhchain.housing.modes.seat_modes import seat_modes
 from nvhchain.housing.reduction import accurate, finished
-from nvhchain.housing.skin.envelope import outer_envelope
+from nvhchain.housing.skin.envelope import RadiatingFaces, outer_envelope
 from nvhchain.housing.skin.mapping_error import skin_sources, stated_mapping_errors
 from nvhchain.housing.skin.normal_motion import normal_motion
 from nvhchain.housing.skin.skin import model_skin
@@ -36,12 +35,9 @@ def reduce_model(
     seats: Sequence[RigidSet],
     *,
     f_max: float,
-    surface_size: float,
+    faces: RadiatingFaces,
     modal_damping: float | DampingCurve,
     fidelity: HousingFidelity,
-    engine_plane: EnginePlane | None = None,
-    opening: float | None = None,
-    surface: Surface | None = None,
     progress: Progress | None = None,
 ) -> ReducedHousing:
     """Reduce an imported model to modes and residual flexibility at its seats.
@@ -54,18 +50,12 @@ def reduce_model(
         Seats from `bearing_seats`, in the order of the bearings.
     f_max : float
         Upper limit of the band (Hz).
-    surface_size : float
-        Edge length of the radiating faces (m).
+    faces : RadiatingFaces
+        Size of the radiating faces, and the plane that closes the housing.
     modal_damping : float or DampingCurve
         Fraction of critical damping of every mode, or a curve over the natural frequency.
     fidelity : HousingFidelity
         Fidelity; modes up to mode_ratio · f_max, or the number for truncation_tolerance_db, as in `reduce_housing`.
-    engine_plane : EnginePlane, optional
-        Rigid plane that closes the housing; None for a closed housing.
-    opening : float, optional
-        Diameter (m) of the largest hole that counts as closed; surface_size by default.
-    surface : Surface, optional
-        Radiating surface; made from the skin by default.
     progress : Progress, optional
         Receives steps done and total.
 
@@ -88,7 +78,6 @@ def reduce_model(
     above fidelity.mapping_tolerance_db.
     """
     require(np.isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
-    require(np.isfinite(surface_size) and surface_size > 0, f"surface_size = {surface_size:g} m must be positive")
     check_modal_damping(modal_damping, "reduce_model")
     tell = progress or (lambda done, total: None)
     tell(0, _STEPS)
@@ -98,20 +87,16 @@ def reduce_model(
     warn(resolution(model, skin, f_max, fidelity.elements_per_bending_wavelength))
     tell(1, _STEPS)
     plugs = [rigid.nodes for rigid in model.rigid_sets]
-    floor = engine_plane.arrays if engine_plane is not None else None
     envelope = outer_envelope(
         skin,
         plugs,
-        face_size=surface_size,
-        opening=surface_size if opening is None else opening,
+        faces,
         voxels_per_face=fidelity.voxels_per_face,
-        floor=floor,
-        surface=surface,
         shells=shells,
     )
     facets = skin.facets[envelope.exposed]
     motion = normal_motion(skin.nodes, facets, envelope.surface, envelope.silent, fidelity.samples_per_face)
-    places, flux = skin_sources(skin.nodes, facets, surface_size)
+    places, flux = skin_sources(skin.nodes, facets, faces.size)
     tell(2, _STEPS)
     K, M, T = constrained(model)
     tell(3, _STEPS)

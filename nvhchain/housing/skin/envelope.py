@@ -20,6 +20,7 @@ from scipy.sparse.csgraph import connected_components
 from nvhchain.errors import InputError, require
 from nvhchain.handoff import FloatArray, IntArray, Surface
 from nvhchain.handoff.surface import body_numbers
+from nvhchain.housing.modes.engine_plane import EnginePlane
 from nvhchain.housing.skin.regions import CAVITY, EXTERIOR, PLUG, WALL, Regions, regions
 from nvhchain.housing.skin.skin import Skin
 from nvhchain.housing.skin.surface_nets import relaxed, split, surface_nets, well_composed
@@ -35,6 +36,40 @@ _SMOOTHING = 0.35
 
 The effect of the surface on the sound power is measured and stated with every housing (`mapping_error_db`).
 """
+
+
+@dataclass(frozen=True, eq=False)
+class RadiatingFaces:
+    """Choice of the radiating faces of a housing.
+
+    Parameters
+    ----------
+    size : float
+        Edge length (m).
+    engine_plane : EnginePlane, optional
+        Rigid plane that closes the housing; None for a closed housing.
+    opening : float, optional
+        Diameter (m) of the largest hole that counts as closed; `size` by default.
+    surface : Surface, optional
+        Radiating surface, used as it is; made from the skin by default.
+
+    Raises
+    ------
+    InputError
+        If a length is not positive.
+    """
+
+    size: float
+    engine_plane: EnginePlane | None = None
+    opening: float | None = None
+    surface: Surface | None = None
+
+    def __post_init__(self) -> None:
+        require(np.isfinite(self.size) and self.size > 0, f"surface_size = {self.size:g} m must be positive")
+        opening = self.size if self.opening is None else self.opening
+        require(
+            opening > 0, f"opening = {opening:g} m must be positive: the diameter of the largest hole that is closed"
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,26 +93,22 @@ class Envelope:
 def outer_envelope(
     skin: Skin,
     plugs: Sequence[IntArray],
+    faces: RadiatingFaces,
     *,
-    face_size: float,
-    opening: float,
     voxels_per_face: float,
-    floor: tuple[FloatArray, FloatArray] | None = None,
-    surface: Surface | None = None,
     shells: IntArray | None = None,
 ) -> Envelope:
-    """Return the envelope with edges of about `face_size` (m).
+    """Return the envelope with edges of about `faces.size`.
 
     plugs : node sets of bores and bolts, which count as filled; facets with all nodes in one are not exposed.
-    floor : point (m) on the engine's plane and its unit normal towards the engine; None for a free body.
-    opening : diameter (m) of the largest other hole that counts as closed.
     voxels_per_face : voxels per edge of a face.
-    surface : supplied surface, used as it is.
     shells : (k,) bool, facets that are one of the two sides of a shell.
 
     Raises InputError for a body that is thinner than a face: it has no envelope of that size.
     """
-    require(opening > 0, f"opening = {opening:g} m must be positive: the diameter of the largest hole that is closed")
+    face_size, surface = faces.size, faces.surface
+    opening = face_size if faces.opening is None else faces.opening
+    floor = None if faces.engine_plane is None else faces.engine_plane.arrays
     size = face_size / voxels_per_face
     extent = float(np.ptp(skin.nodes[np.unique(skin.facets)], axis=0).max())
     require(

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from nvhchain.acoustics import sphere, transfer_vectors
+from nvhchain.acoustics import ExteriorProblem, Work, sphere
 from nvhchain.acoustics.systems import frequency_blocks as bands
 from nvhchain.acoustics.systems.frequency_blocks import BAND, _task, solve_bands
 from nvhchain.conventions import Air
@@ -31,9 +31,8 @@ MASTERS = np.linspace(50.0, 2500.0, 32)
 
 
 def vectors(executor=None, progress=None, body=BODY):
-    return transfer_vectors(
-        body, POINTS, MASTERS, air=AIR, fidelity=FIDELITY, executor=executor, progress=progress
-    ).vectors
+    problem = ExteriorProblem(body, air=AIR, fidelity=FIDELITY)
+    return problem.transfer_vectors(POINTS, MASTERS, Work(executor, progress)).vectors
 
 
 @pytest.fixture(scope="module")

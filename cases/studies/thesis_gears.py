@@ -1,6 +1,6 @@
 """The spur gears of S. Shweiki's thesis, chapters 3 and 4, as the gallery has them."""
 
-from nvhchain.gallery.thesis_gears import (
+from nvhchain.gallery.gears import (
     BLANKS,
     CENTRE_DISTANCE,
     CROWNED,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields, replace
 from typing import Any, Literal
 
-from nvhchain.dynamics.model.friction import LARGEST_COEFFICIENT
+from nvhchain.dynamics.model.angle_laws import LARGEST_COEFFICIENT
 from nvhchain.errors import require
 from nvhchain.kinds import check_fields
 

@@ -438,8 +438,7 @@ def check(options: argparse.Namespace) -> int:
     """Read and validate a case and the file of its housing."""
     from nvhchain.case import GearboxCase, load_case
     from nvhchain.scene import check_case, option_lines
-    from nvhchain.scene.bearing_lines import bearing_lines
-    from nvhchain.scene.deviation_lines import deviation_lines
+    from nvhchain.scene.bearing_lines import bearing_lines, deviation_lines
 
     case = load_case(options.case, changes=_case_changes(options))
     check_case(case)

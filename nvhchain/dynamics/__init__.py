@@ -1,9 +1,8 @@
 """Gearbox dynamics: shafts, bearings, reduced housing and nonlinear gear meshes give bearing forces."""
 
+from nvhchain.dynamics.model.angle_laws import LoadCentre, MeshFriction
 from nvhchain.dynamics.model.fluctuation import Fluctuation, Harmonic
-from nvhchain.dynamics.model.friction import MeshFriction
 from nvhchain.dynamics.model.gearbox import Gearbox
-from nvhchain.dynamics.model.load_centre import LoadCentre
 from nvhchain.dynamics.model.parts import Bearing, Cylinder, LooseGear, Mesh, RigidBody, Shaft, ShaftBearing
 from nvhchain.dynamics.model.rigid_train import run_up_time
 from nvhchain.dynamics.model.train import Train, train

@@ -21,8 +21,7 @@ line lay on one, forces have been 3 dB off with limits of 1.3 dB.
 """
 
 from nvhchain.error_band.band import COVERAGE, ErrorBand, format_level, format_limits, format_parts
-from nvhchain.error_band.confidence import pass_probability
-from nvhchain.error_band.difference import SHARED, difference_limits
+from nvhchain.error_band.difference import SHARED, difference_limits, pass_probability
 from nvhchain.error_band.files import save_error_bands
 from nvhchain.error_band.quantities import Origin, error_band, force_band, power_band, velocity_band
 from nvhchain.error_band.run_bands import BANDS

@@ -10,9 +10,17 @@ import numpy as np
 from nvhchain import plots
 from nvhchain.gallery.chapter_3_lumped import HYSTERESIS, SWEPT
 from nvhchain.gallery.figures import grid
-from nvhchain.gallery.gears import engagement, field_numbers, gear_fidelity, loaded_gear, orders
+from nvhchain.gallery.gears import (
+    BLANKS,
+    CENTRE_DISTANCE,
+    SPUR,
+    engagement,
+    field_numbers,
+    gear_fidelity,
+    loaded_gear,
+    orders,
+)
 from nvhchain.gallery.item import Item, Numbers, Place, Stated
-from nvhchain.gallery.thesis_gears import BLANKS, CENTRE_DISTANCE, SPUR
 from nvhchain.gear import WHEEL, GearBody, GearPair, loaded_transmission_error, mass_properties
 from nvhchain.lumped import THESIS_PAIRS, pair_from_error, steady_sweep
 from nvhchain.lumped.gear_pairs import HALF_BACKLASH

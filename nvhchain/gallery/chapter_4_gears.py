@@ -9,9 +9,18 @@ import numpy as np
 from nvhchain import plots
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gallery.figures import write_curves
-from nvhchain.gallery.gears import engagement, field_numbers, gear_fidelity, loaded_gear, orders
+from nvhchain.gallery.gears import (
+    BLANKS,
+    CROWNED,
+    FRICTION,
+    SPUR,
+    engagement,
+    field_numbers,
+    gear_fidelity,
+    loaded_gear,
+    orders,
+)
 from nvhchain.gallery.item import Item, Numbers, Place, Stated
-from nvhchain.gallery.thesis_gears import BLANKS, CROWNED, FRICTION, SPUR
 from nvhchain.gear import (
     WHEEL,
     Engagement,

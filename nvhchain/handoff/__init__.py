@@ -17,7 +17,7 @@ from nvhchain.handoff.flank_flexibility import FlankFlexibility
 from nvhchain.handoff.forces import BearingForces, ForceSpectrum
 from nvhchain.handoff.gear_field import GearField
 from nvhchain.handoff.housing import ReducedHousing, SurfaceVelocity
-from nvhchain.handoff.mesh_law import LoadDistribution, MeshLaw
+from nvhchain.handoff.mesh_law import LoadDistribution, MeshLaw, ToothPairs
 from nvhchain.handoff.sound import (
     Directivity,
     FieldPressure,
@@ -27,7 +27,6 @@ from nvhchain.handoff.sound import (
     SurfacePressure,
 )
 from nvhchain.handoff.surface import Surface
-from nvhchain.handoff.tooth_pairs import ToothPairs
 from nvhchain.handoff.transfer import (
     ModalTransferVectors,
     NoiseTransferFunctions,

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.io import savemat
 
 from nvhchain.errors import require
-from nvhchain.fem.superelement import CraigBampton
+from nvhchain.fem.modal_model import CraigBampton
 from nvhchain.files.atomic_write import content_of, write_output
 from nvhchain.handoff import FloatArray
 from nvhchain.interop.solids.writers import real16

@@ -12,11 +12,10 @@ from nvhchain.plots.differences import Table, difference_table
 from nvhchain.plots.history import mesh_names, pressure_history, transmission_error_history
 from nvhchain.plots.lumped import backbone_curves, order_spectra, rig_responses, sweep_responses
 from nvhchain.plots.mesh import mesh_law_map, transmission_errors
-from nvhchain.plots.orders import OrderMarks
 from nvhchain.plots.radiated import directivity_polar, directivity_spectrum, efficiency_spectrum
 from nvhchain.plots.spectrum import bearing_force_spectra, power_spectrum, pressure_spectrum
 from nvhchain.plots.speed import campbell, levels_over_speed
-from nvhchain.plots.waterfall import waterfall_maps
+from nvhchain.plots.waterfall import OrderMarks, waterfall_maps
 
 __all__ = [
     "COLOURS",

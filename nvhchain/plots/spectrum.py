@@ -14,7 +14,7 @@ from nvhchain import levels
 from nvhchain.errors import require
 from nvhchain.handoff import FieldPressure, FloatArray, ForceSpectrum, SoundPower
 from nvhchain.plots._style import colour, panels, styled
-from nvhchain.plots.orders import OrderMarks, add_order_axis, draw_mesh_orders, matching
+from nvhchain.plots.waterfall import OrderMarks, add_order_axis, draw_mesh_orders, matching
 
 if TYPE_CHECKING:
     from nvhchain.error_band import ErrorBand

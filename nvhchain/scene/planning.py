@@ -10,8 +10,7 @@ from typing import Any
 from nvhchain.case import FIELD_POINT_QUANTITIES, RADIATED, Case, Extent, GearboxCase, Options
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.kinds import checked
-from nvhchain.scene.bearing_lines import bearing_lines
-from nvhchain.scene.deviation_lines import deviation_lines
+from nvhchain.scene.bearing_lines import bearing_lines, deviation_lines
 from nvhchain.scene.inputs import input_effects
 from nvhchain.scene.mechanics import (
     dynamics_step,

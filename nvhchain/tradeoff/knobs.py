@@ -10,7 +10,7 @@ from typing import Any
 from nvhchain.case import FIELD_POINT_QUANTITIES, RADIATED, Case, GearboxCase, Ramp
 from nvhchain.errors import require
 from nvhchain.fidelity import PRESETS, STANDARD, Fidelity, Sweep, declared
-from nvhchain.tradeoff.unused_knobs import is_unused
+from nvhchain.scene import Scene
 
 PACKAGES = ("gear", "dynamics", "housing", "acoustics")
 """Parts of a fidelity that have knobs, in the order of the chain."""
@@ -241,3 +241,26 @@ def _is_named(knob: Knob, name: str) -> bool:
     if knob.hours:
         return name == _request_name(knob)
     return name in (knob.name, knob.package) or name in [f"{knob.package}.{field}" for field in knob.fields]
+
+
+_INTERPOLATION_KNOBS = {"interpolation_points", "interpolation_poles"}
+"""Fields of the acoustics that supplied transfer vectors still need."""
+
+
+def is_unused(package: str, fields: Sequence[str], case: Case, supplied: Collection[str]) -> bool:
+    """Return True for a knob without effect.
+
+    `package` is its part of the fidelity and `supplied` names the supplied hand-offs.
+    """
+    if package == "acoustics":
+        return _unused_in_acoustics(set(fields), case, supplied)
+    if all(step.knobs != package for step in Scene(case, STANDARD, supplied).steps):
+        return True
+    return package == "housing" and isinstance(case, GearboxCase) and not case.housing.unused_knobs.isdisjoint(fields)
+
+
+def _unused_in_acoustics(fields: set[str], case: Case, supplied: Collection[str]) -> bool:
+    if "transfer_vectors" in supplied and not RADIATED.intersection(case.quantities):
+        return fields.isdisjoint(_INTERPOLATION_KNOBS)
+    meshed = {"housing", "surface_velocity", "transfer_vectors"}.intersection(supplied)
+    return "elements_per_wavelength" in fields and (case.states_surface or bool(meshed))

@@ -11,7 +11,7 @@ import nvhchain as nvh
 from nvhchain.case import Deviations, GearboxCase
 from nvhchain.errors import InputError
 from nvhchain.gear import pitch_deviations
-from nvhchain.scene.deviation_lines import deviation_lines
+from nvhchain.scene.bearing_lines import deviation_lines
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ import pytest
 import nvhchain as nvh
 from nvhchain.cli import main
 from nvhchain.fidelity import DynamicsFidelity, HousingFidelity
-from nvhchain.testing.box_decks import box_of_shells, box_of_solids, deck
+from nvhchain.testing.decks import box_of_shells, box_of_solids, deck
 
 CASE = """base = "{base}"
 quantities = ["pressure"]

@@ -7,7 +7,7 @@ from nvhchain.cli import main, parser
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DRAFT
 from nvhchain.files import hdf5
-from nvhchain.testing.sweep_here import run_here
+from nvhchain.testing.coarse_runs import run_here
 from nvhchain.tradeoff import sweep as sweeping
 
 

@@ -22,7 +22,7 @@ from nvhchain.case import HousingModel, SurfaceFile
 from nvhchain.errors import InputError
 from nvhchain.files.result_cache import key_in
 from nvhchain.plots.tradeoff import accuracy_cost
-from nvhchain.testing.sweep_here import run_here
+from nvhchain.testing.coarse_runs import run_here
 from nvhchain.tradeoff import (
     Deviation,
     Knob,

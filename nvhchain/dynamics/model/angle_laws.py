@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from math import pi
+from dataclasses import dataclass
+from math import isfinite, pi
 from typing import Any
 
 import numpy as np
 
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray, MeshLaw
+from nvhchain.kinds import check_fields
 
 CELL_DEFLECTIONS = np.array([-3.0, -1.0, 1.0, 3.0])
 """Deflections (m) of such a law; the middle cell holds every deflection that occurs."""
@@ -57,3 +59,97 @@ def law_of_angle(
         f"mesh {subject} of the drive flanks is given, but the back flanks carry {-force:.4g} N: leave {subject} out",
     )
     return law.replace(angle=angle, deflection=CELL_DEFLECTIONS, force=values[:, None] + LEVEL * CELL_DEFLECTIONS)
+
+
+LARGEST_COEFFICIENT = 1.0
+"""Largest coefficient of friction; a larger one indicates a wrong unit."""
+
+
+@dataclass(frozen=True, eq=False)
+class MeshFriction:
+    """Friction of the drive flanks under nominal load.
+
+    Parameters
+    ----------
+    coefficient : float
+        Coefficient of friction μ.
+    period : float
+        Period of the angles (rad of the wheel).
+    angle : (n_angle,) array
+        Wheel angles (rad), increasing from 0 within one period.
+    sliding : (n_angle,) array
+        Signed share of the force Σ σ F / Σ F, −1 … 1.
+    arm : (n_angle,) array
+        Lever arm Σ σ F s / Σ F (m).
+    """
+
+    coefficient: float
+    period: float
+    angle: FloatArray
+    sliding: FloatArray
+    arm: FloatArray
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        require(
+            isfinite(self.coefficient) and 0.0 <= self.coefficient <= LARGEST_COEFFICIENT,
+            f"mesh friction: coefficient = {self.coefficient} is outside 0…{LARGEST_COEFFICIENT:g}; usual is 0.05",
+        )
+        check_table(self, "friction", "sliding", "arm")
+        require(
+            bool((np.abs(self.sliding) <= 1.0 + 1e-9).all()),
+            "mesh friction: sliding is the share of the force with its sense, −1…1",
+        )
+
+
+def friction_laws(law: MeshLaw, friction: MeshFriction, force: float) -> tuple[MeshLaw, MeshLaw]:
+    """Return A and S / r_bP (N) as laws that do not depend on the deflection.
+
+    force : nominal mesh force along the flank normal (N).
+
+    Raises InputError if the back flanks carry, because their lines of action differ.
+    """
+    push = friction.coefficient * force
+    return tuple(  # type: ignore[return-value]
+        law_of_angle(law, friction.period, friction.angle, push * values, force, "friction")
+        for values in (friction.sliding, friction.arm / law.base_radius[0])
+    )
+
+
+FARTHEST = 1.0
+"""Largest offset from mid-width (m); a larger one indicates a wrong unit."""
+
+
+@dataclass(frozen=True, eq=False)
+class LoadCentre:
+    """Centre of the load of the drive flanks along the face, under nominal load.
+
+    Parameters
+    ----------
+    period : float
+        Period of the angles (rad of the wheel).
+    angle : (n_angle,) array
+        Wheel angles (rad), increasing from 0 within one period.
+    offset : (n_angle,) array
+        Offset from mid-width along z (m).
+    """
+
+    period: float
+    angle: FloatArray
+    offset: FloatArray
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        check_table(self, "load centre", "offset")
+        require(
+            bool((np.abs(self.offset) <= FARTHEST).all()),
+            f"mesh load centre: offset of {np.abs(self.offset).max():g} m is off any face: give it in m",
+        )
+
+
+def centre_law(law: MeshLaw, centre: LoadCentre, force: float) -> MeshLaw:
+    """Return F ζ / b (N) as a law that does not depend on the deflection.
+
+    force : nominal mesh force along the flank normal (N).
+    """
+    return law_of_angle(law, centre.period, centre.angle, force * centre.offset / law.face_width, force, "load centre")

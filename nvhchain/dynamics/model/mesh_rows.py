@@ -132,7 +132,7 @@ def contact_wrenches(
 
 
 def friction_wrenches(gearbox: Gearbox, kinematics: Train, mesh: Mesh, law: MeshLaw) -> list[list[Wrench]]:
-    """Return the wrenches of unit A and of unit S / r_bP (`nvhchain.dynamics.model.friction`).
+    """Return the wrenches of unit A and of unit S / r_bP (`nvhchain.dynamics.model.angle_laws`).
 
     They are subtracted like a contact force.
     """
@@ -151,7 +151,7 @@ def friction_wrenches(gearbox: Gearbox, kinematics: Train, mesh: Mesh, law: Mesh
 
 
 def shuttling_wrenches(gearbox: Gearbox, kinematics: Train, mesh: Mesh, law: MeshLaw) -> list[Wrench]:
-    """Return the wrenches of unit F ζ / b (`nvhchain.dynamics.model.load_centre`), subtracted like a contact force."""
+    """Return the wrenches of unit F ζ / b (`nvhchain.dynamics.model.angle_laws`), subtracted like a contact force."""
     middle, edge = (contact_wrenches(gearbox, kinematics, mesh, law, offset)[0] for offset in (0.0, law.face_width))
     return [replace(a, load=b.load - a.load) for a, b in zip(middle, edge, strict=True)]
 

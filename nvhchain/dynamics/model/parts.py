@@ -22,8 +22,7 @@ from nvhchain.bearings import (
     Tapered,
 )
 from nvhchain.dimensions import Inertia, Length, Modulus
-from nvhchain.dynamics.model.friction import MeshFriction
-from nvhchain.dynamics.model.load_centre import LoadCentre
+from nvhchain.dynamics.model.angle_laws import LoadCentre, MeshFriction
 from nvhchain.errors import require, require_all
 from nvhchain.kinds import check_fields
 from nvhchain.names import check_name

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nvhchain.dynamics.model.angle_laws import centre_law, friction_laws
 from nvhchain.dynamics.model.assembly import Assembly, assemble
-from nvhchain.dynamics.model.friction import friction_laws
 from nvhchain.dynamics.model.gearbox import Gearbox
-from nvhchain.dynamics.model.load_centre import centre_law
 from nvhchain.dynamics.model.train import shaft_torques
 from nvhchain.dynamics.time_loop.law_table import LawTable, deflection_under, force_at, row_at, slope_at, tabulate
 from nvhchain.errors import SolverError, require

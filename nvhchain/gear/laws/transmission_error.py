@@ -17,14 +17,13 @@ import numpy as np
 from nvhchain.conventions import Progress
 from nvhchain.errors import InputError, SolverError, require
 from nvhchain.fidelity import GearFidelity
-from nvhchain.gear.compliance.monotone_cubic import monotone_cubic
 from nvhchain.gear.contact.closing_edges import close_edges
 from nvhchain.gear.contact.contact_lines import ContactLines
 from nvhchain.gear.contact.engagement import Engagement
 from nvhchain.gear.contact.friction import lever_arms
 from nvhchain.gear.contact.slice_forces import contact_half_width
 from nvhchain.gear.drawing.pair import GearPair
-from nvhchain.handoff import FloatArray, MeshLaw
+from nvhchain.handoff import FloatArray, IntArray, MeshLaw
 from nvhchain.kinds import checked
 
 _ANGLE_BLOCK = 48
@@ -313,3 +312,35 @@ def _deflections(
         guess = mesh.deflection
         found.append(guess)
     return np.array(found)
+
+
+def monotone_cubic(x: FloatArray, y: FloatArray, first: IntArray, last: IntArray, place: float) -> FloatArray:
+    """Return the value (rows,) at x = `place` of the cubic through columns `first` to `last` of each row.
+
+    x: (rows, n), never falling.  y: (n,), rising.  first, last: (rows,) with x[first] ≤ at ≤ x[last], first < last. The
+    curve jumps where x is equal in several columns.
+    """
+    row = np.arange(len(x))
+    step = np.diff(x, axis=1)
+    left = np.clip((x < place).sum(axis=1) - 1, first, last - 1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slope = np.diff(y) / step
+        tangent = np.zeros(x.shape)
+        near, far = step[:, 1:], step[:, :-1]
+        before, after = 2 * near + far, near + 2 * far
+        mean = (before / slope[:, :-1] + after / slope[:, 1:]) / (before + after)  # mean of 1/slope
+        tangent[:, 1:-1] = 1.0 / mean
+        tangent[row, first] = _end(step, slope, row, first, np.minimum(first + 1, last - 1))
+        tangent[row, last] = _end(step, slope, row, last - 1, np.maximum(last - 2, first))
+        width, rise = step[row, left], slope[row, left]
+        start, end = tangent[row, left], tangent[row, left + 1]
+        s, bend = place - x[row, left], (start + end - 2 * rise) / width
+        curve = y[left] + start * s + ((rise - start) / width - bend) * (s * s) + bend / width * (s * s * s)
+    return np.where(s > 0, curve, y[left])
+
+
+def _end(step: FloatArray, slope: FloatArray, row: IntArray, outer: IntArray, inner: IntArray) -> FloatArray:
+    """Return the tangent at an end from the two nearest intervals: that of a parabola, never falling."""
+    h, k, m, n = step[row, outer], step[row, inner], slope[row, outer], slope[row, inner]
+    tangent = ((2 * h + k) * m - h * n) / (h + k)
+    return np.where(inner == outer, m, np.where(tangent > 0, tangent, 0.0))

@@ -14,8 +14,8 @@ import scipy.sparse as sp
 
 from nvhchain.errors import require
 from nvhchain.fem import factorize, lowest_modes
+from nvhchain.fem.modal_model import CraigBampton
 from nvhchain.fem.solid_model import RigidSet, SolidModel
-from nvhchain.fem.superelement import CraigBampton
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray
 from nvhchain.housing.casting.casting import Casting

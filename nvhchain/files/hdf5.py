@@ -20,25 +20,17 @@ import numpy as np
 
 from nvhchain.errors import FileFormatError, InputError, require
 from nvhchain.files.atomic_write import content_of, write_atomic
-from nvhchain.files.untyped_accuracy import typed
 from nvhchain.handoff import HAND_OFFS, Accuracy, HandOff
 from nvhchain.handoff.base import Declared
 from nvhchain.handoff.declared import LABELS, Quantity
 
 SCHEMA_VERSION = 3
-"""Version of the file layout; older files are read, too.
-
-In version 2 the provenance contained the accuracy (`typed`). In version 1 axes had labels and no scales, and a surface
-velocity was not stored as its factors.
-"""
-TYPED_ACCURACY = 3
-"""First version whose accuracy is a group of its own."""
+"""Version of the file layout."""
 CONVENTIONS = "e^{+j omega t}; outward normals; single-sided peak amplitudes; SI; frequency axes in Hz"
 
 _BLOCK_BYTES = 512
 """Length of the user block, the smallest of HDF5."""
 _BEGIN = b"nvhchain hand-off: HDF5 after these 512 bytes, its SHA-256 "
-_HDF5 = b"\x89HDF\r\n\x1a\n"
 """Begin of older files without a user block; they contain a checksum of their arrays."""
 
 H = TypeVar("H", bound=HandOff)
@@ -141,10 +133,10 @@ def load(path: str | Path, kind: type[H] = HandOff) -> H:  # type: ignore[assign
     Raises
     ------
     FileFormatError
-        If the file is missing, truncated, altered, newer than this version, or not an nvhchain file.
+        If the file is missing, truncated, altered, of another schema, or not an nvhchain file.
     """
     path = Path(path)
-    sealed = _check_bytes(path)
+    _check_bytes(path)
     try:
         with h5py.File(path, "r") as file:
             schema = int(file.attrs.get("nvhchain_schema", 0))
@@ -154,9 +146,11 @@ def load(path: str | Path, kind: type[H] = HandOff) -> H:  # type: ignore[assign
                 raise FileFormatError(
                     f"{path}: schema {schema} is newer than {SCHEMA_VERSION}, the latest known: update nvhchain"
                 )
-            if not sealed and _read(file, path).content_hash != file.attrs["content_hash"]:
-                raise FileFormatError(f"{path}: damaged or altered, its checksum is another: restore it from a copy")
-            hand_off = _read(file, path, untyped=schema < TYPED_ACCURACY)
+            if schema < SCHEMA_VERSION:
+                raise FileFormatError(
+                    f"{path}: schema {schema} is older than {SCHEMA_VERSION} and no longer read: make it anew"
+                )
+            hand_off = _read(file, path)
     except (OSError, KeyError, RuntimeError, ValueError, TypeError, AttributeError) as error:
         if isinstance(error, FileFormatError):
             raise
@@ -228,8 +222,8 @@ def record(path: str | Path) -> tuple[str, dict[str, Any]]:
     return kind, provenance
 
 
-def _check_bytes(path: Path) -> bool:
-    """Raise `FileFormatError` unless a file has the saved bytes; return False for a file without such a checksum."""
+def _check_bytes(path: Path) -> None:
+    """Raise `FileFormatError` unless a file has the saved bytes."""
     if not path.is_file():
         raise FileFormatError(f"{path}: no such file")
     try:
@@ -238,15 +232,12 @@ def _check_bytes(path: Path) -> bool:
             whole = block == _user_block(hashlib.file_digest(file, "sha256").hexdigest())
     except OSError as error:
         raise FileFormatError(f"{path}: cannot be read ({error.strerror or error})") from error
-    if block.startswith(_HDF5):
-        return False
     if not block.startswith(_BEGIN):
         raise FileFormatError(f"{path}: not an nvhchain hand-off (it does not begin as one): export it with nvhchain")
     if not whole:
         raise FileFormatError(
             f"{path}: damaged, truncated or altered, its checksum is another: delete it or restore it from a copy"
         )
-    return True
 
 
 def _user_block(digest: str) -> bytes:
@@ -303,43 +294,31 @@ def _scale(group: Any, axis: str, length: int, labels: Sequence[str] | None) -> 
     return place[axis]
 
 
-def _read(group: Any, path: Path, untyped: bool = False) -> HandOff:
-    """Read a hand-off; if `untyped`, the provenance contains its accuracy, as in older versions."""
+def _read(group: Any, path: Path) -> HandOff:
+    """Read a hand-off."""
     kind = group.attrs["kind"]
     if kind not in HAND_OFFS:
         raise FileFormatError(f"{path}: unknown hand-off kind {str(kind)[:60]!r}")
     provenance = json.loads(group.attrs["provenance"])
     if not isinstance(provenance, dict):
         raise FileFormatError(f"{path}: its record of how it was made is no table: make it anew")
-    if "breaks" in group:
-        raise FileFormatError(
-            f"{path}: its transfer vectors come from coarser surfaces at low frequencies, which are no longer read: "
-            "compute them again"
-        )
-    fields = _fields(group, HAND_OFFS[kind], path, untyped)
-    if untyped:
-        provenance, found = typed(provenance, HAND_OFFS[kind])
-        fields |= found
+    fields = _fields(group, HAND_OFFS[kind], path)
     missing = {name: None for name, quantity in HAND_OFFS[kind].declared.items() if quantity.made_by}
     return HAND_OFFS[kind](**missing | fields, provenance=provenance)
 
 
-def _fields(group: Any, kind: type[Declared], path: Path, untyped: bool = False) -> dict[str, Any]:
+def _fields(group: Any, kind: type[Declared], path: Path) -> dict[str, Any]:
     """Read the declared fields of a kind from a group."""
-    return {
-        name: _read_field(group[name], quantity, path, untyped)
-        for name, quantity in kind.declared.items()
-        if name in group
-    }
+    return {name: _read_field(group[name], quantity, path) for name, quantity in kind.declared.items() if name in group}
 
 
-def _read_field(item: Any, quantity: Quantity, path: Path, untyped: bool) -> Any:
+def _read_field(item: Any, quantity: Quantity, path: Path) -> Any:
     if isinstance(item, h5py.Dataset):
         return _read_array(item)
     if issubclass(quantity.kind, Accuracy):
         return quantity.kind(**_fields(item, quantity.kind, path))
     if "kind" in item.attrs:
-        return _read(item, path, untyped)
+        return _read(item, path)
     parts = {part.name: item.attrs[part.name].tolist() for part in dataclasses.fields(quantity.kind)}
     return quantity.kind(**parts)
 

@@ -266,6 +266,14 @@ def test_altered_provenance_is_found(tmp_path):
         hdf5.load(path)
 
 
+def test_a_file_of_an_older_schema_is_refused(tmp_path, monkeypatch):
+    with monkeypatch.context() as before:
+        before.setattr(hdf5, "SCHEMA_VERSION", hdf5.SCHEMA_VERSION - 1)
+        path = hdf5.save(FieldPressure([50.0], [[0.0, 0, 1]], [[1.0 + 1j]]), tmp_path / "old.h5")
+    with pytest.raises(FileFormatError, match=r"old\.h5: schema 2 is older than 3 and no longer read: make it anew"):
+        hdf5.load(path)
+
+
 def test_a_file_of_a_newer_schema_is_refused(tmp_path, monkeypatch):
     with monkeypatch.context() as later:
         later.setattr(hdf5, "SCHEMA_VERSION", hdf5.SCHEMA_VERSION + 1)

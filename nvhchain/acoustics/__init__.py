@@ -33,7 +33,6 @@ from nvhchain.acoustics.radiation.run_up_sound import convolution_lines, decay_t
 from nvhchain.acoustics.radiation.wave_pressure import enclosing_sphere, wave_pressure
 from nvhchain.acoustics.solutions.exterior import ExteriorProblem
 from nvhchain.acoustics.solutions.functions import (
-    master_frequencies,
     radiation_resistance,
     solve_direct,
     sound_power,
@@ -87,7 +86,6 @@ __all__ = [
     "interpolation_error",
     "loaded_bearings",
     "map_velocity",
-    "master_frequencies",
     "mean_square_velocity",
     "modal_efficiency",
     "modal_power",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi, sqrt
+from math import pi
 
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipkm1
@@ -151,24 +151,3 @@ def ball_stiffness(inner: Groove, outer: Groove) -> float:
         Load per deflection to the power of 3/2.
     """
     return (inner.compliance + outer.compliance) ** -1.5
-
-
-def roller_pressure(load: float, length: float, diameter: float, gamma: float) -> float:
-    """Return the largest pressure (Pa) of an evenly loaded roller on its inner raceway.
-
-    Parameters
-    ----------
-    load : float
-        Load (N).
-    length, diameter : float
-        Effective length and diameter of the roller (m).
-    gamma : float
-        D_we cos α/D_pw.
-
-    Returns
-    -------
-    float
-        Pressure (Pa).
-    """
-    curvature = 2.0 / (diameter * (1.0 - gamma))
-    return sqrt(load * curvature * YOUNG / (1.0 - POISSON**2) / (2.0 * pi * length))

@@ -156,8 +156,8 @@ def ball_geometry(given: Given) -> Internal:
 
     Notes
     -----
-    For every number of balls, C_0r of ISO 76 gives their diameter. That number is taken whose diameter is closest to
-    0.6 of the section height and whose C_r of ISO 281 is closest to the catalogue's, both relative to their scatter.
+    For every number of balls, C_0r of ISO 76 gives their diameter. The number has a diameter closest to 0.6 of the
+    section height and a C_r of ISO 281 closest to the catalogue's. Both differences count relative to their scatter.
     """
     derived: list[str] = []
     pitch = given.pitch(derived)
@@ -220,9 +220,9 @@ def roller_geometry(given: Given, *, share: float, fill: float, b_m: float) -> I
 
     Notes
     -----
-    For every roller diameter, `fill` gives the number and C_0r of ISO 76 the length. That diameter is taken that is
-    closest to `share` of the section height and whose C_r of ISO 281 is closest to the catalogue's, both relative to
-    their scatter.
+    For every roller diameter, `fill` gives the number and C_0r of ISO 76 the length. The diameter is closest to `share`
+    of the section height, with a C_r of ISO 281 closest to the catalogue's. Both differences count relative to their
+    scatter.
     """
     derived: list[str] = []
     pitch = given.pitch(derived)

@@ -38,8 +38,8 @@ def difference_limits(first: ErrorBand, second: ErrorBand, shared: Collection[st
 
     Notes
     -----
-    A line l with the share a_l of the first energy and b_l of the second changes the difference by 20 lg(e) (b_l −
-    a_l) ε_l for a shared relative error ε_l. Changes of the lines of a source add up; those of `housing` add in
+    A line l has the share a_l of the first energy and b_l of the second. A shared relative error ε_l changes the
+    difference by 20 lg(e) (b_l − a_l) ε_l. Changes of the lines of a source add up; those of `housing` add in
     quadrature, as in `ErrorBand.overall`. Other sources change both levels independently. All sources add in
     quadrature, times `COVERAGE`.
     """

@@ -1,7 +1,7 @@
 """Loose gear in mesh with a gear of given motion: it rattles where its inertia needs more torque than its drag gives.
 
-The driving gear (base radius r_P) turns at Ω + ΔΩ, with the angular acceleration α = dΔΩ/dt. The loose gear (inertia J,
-base radius r_G) is driven by the mesh force F along the transverse line of action and braked by the drag T_d:
+The driving gear (base radius r_P) turns at Ω + ΔΩ, with the angular acceleration α = dΔΩ/dt. The mesh force F along the
+transverse line of action drives the loose gear (inertia J, base radius r_G); the drag T_d brakes it:
 
     J φ̈_G = r_G F − T_d.
 

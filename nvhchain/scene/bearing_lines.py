@@ -2,35 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from nvhchain.bearings.catalogue import RollingBearing
 from nvhchain.case import GearboxCase, Stage
 from nvhchain.case.gearbox import USUAL_DAMPING
-from nvhchain.dynamics import Bearing
 from nvhchain.scene.mechanics import recorded_time
-
-SOFTEST = 1e3
-"""Smallest constant (N/m) of a bearing."""
-
-
-def constant_bearings(case: GearboxCase) -> tuple[Bearing, ...]:
-    """Return the bearings with two constants each: those of a model are means at the static load on rigid seats."""
-    if all(bearing.model is None for bearing in case.bearings):
-        return case.bearings
-    return tuple(
-        bearing
-        if bearing.model is None
-        else replace(
-            bearing,
-            model=None,
-            radial_stiffness=max(SOFTEST, 0.5 * float(stiffness[0, 0] + stiffness[1, 1])),
-            axial_stiffness=max(SOFTEST, float(stiffness[2, 2])),
-        )
-        for bearing, stiffness in zip(case.bearings, case.equilibrium.stiffness, strict=True)
-    )
 
 
 def bearing_lines(case: GearboxCase) -> tuple[str, ...]:

@@ -2,7 +2,7 @@
 
 from nvhchain.sound.background import Background, background_sound, recorded_background
 from nvhchain.sound.hearing import Hearing, hearing, loudness_at, loudness_level
-from nvhchain.sound.orders import OrderTrack, keep_orders, order_track, remove_orders
+from nvhchain.sound.orders import OrderTrack, filter_orders, order_track
 from nvhchain.sound.signals import Loop, Sound, run_up_sound, steady_loop, steady_sound
 from nvhchain.sound.tonality import ToneProminence, tone_prominence
 from nvhchain.sound.wav import read_wav, write_wav
@@ -15,14 +15,13 @@ __all__ = [
     "Sound",
     "ToneProminence",
     "background_sound",
+    "filter_orders",
     "hearing",
-    "keep_orders",
     "loudness_at",
     "loudness_level",
     "order_track",
     "read_wav",
     "recorded_background",
-    "remove_orders",
     "run_up_sound",
     "steady_loop",
     "steady_sound",

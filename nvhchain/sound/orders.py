@@ -27,8 +27,8 @@ _BLOCKS = 10
 
 
 @checked
-def keep_orders(pressure: FieldPressure, orders: Sequence[float]) -> FieldPressure:
-    """Return the sound of some orders of the input alone.
+def filter_orders(pressure: FieldPressure, orders: Sequence[float], *, remove: bool = False) -> FieldPressure:
+    """Return the sound of some orders of the input alone, or without them.
 
     Parameters
     ----------
@@ -36,44 +36,21 @@ def keep_orders(pressure: FieldPressure, orders: Sequence[float]) -> FieldPressu
         Sound pressure at constant speed.
     orders : sequence of float
         Orders of the input.
+    remove : bool
+        True to remove the orders and keep the others.
 
     Returns
     -------
     FieldPressure
-        Lines of the orders; the other lines are zero.
+        Pressure at all lines; zero at those that are not kept.
 
     Raises
     ------
     InputError
         If an order has no line.
     """
-    kept = _lines(pressure, orders)
+    kept = _lines(pressure, orders) != remove
     return pressure.replace(pressure=np.where(kept[:, None], pressure.pressure, 0.0))
-
-
-@checked
-def remove_orders(pressure: FieldPressure, orders: Sequence[float]) -> FieldPressure:
-    """Return the sound without some orders of the input.
-
-    Parameters
-    ----------
-    pressure : FieldPressure
-        Sound pressure at constant speed.
-    orders : sequence of float
-        Orders of the input.
-
-    Returns
-    -------
-    FieldPressure
-        Lines of the other orders; those of `orders` are zero.
-
-    Raises
-    ------
-    InputError
-        If an order has no line.
-    """
-    left = _lines(pressure, orders)
-    return pressure.replace(pressure=np.where(left[:, None], 0.0, pressure.pressure))
 
 
 def _lines(pressure: FieldPressure, orders: Sequence[float]) -> NDArray[np.bool_]:

@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import ArrayLike
 
 from nvhchain import acoustics
-from nvhchain.acoustics import Adaptive, Work, master_frequencies, sphere, transfer_vectors
+from nvhchain.acoustics import Adaptive, Work, sphere, transfer_vectors
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError
 from nvhchain.fidelity import STANDARD
@@ -56,8 +56,8 @@ def test_every_argument_of_every_function_is_refused_by_its_name_if_it_is_of_the
         (lambda: Work(progress=3), r"progress = 3 .* a function or None$"),
         (lambda: transfer_vectors(BODY, None, [100.0]), r"points = None .* give numbers"),
         (lambda: transfer_vectors(BODY, [0, 0, 1], Adaptive("50", 100.0)), r"low = '50' .* give a number$"),
-        (lambda: master_frequencies(50.0, None, STANDARD.acoustics), r"high = None .* give a number$"),
-        (lambda: master_frequencies(-1.0, 5.0, STANDARD.acoustics), r"band -1…5 Hz is empty"),
+        (lambda: Adaptive(50.0, None), r"high = None .* give a number$"),
+        (lambda: transfer_vectors(BODY, [0, 0, 1], Adaptive(-1.0, 5.0)), r"band -1…5 Hz is empty"),
         (lambda: acoustics.sound_power(AT_REST, array_radius="1 m"), r"array_radius = '1 m' .* a number or None$"),
         (lambda: acoustics.sound_power(AT_REST, array_radius=np.nan), r"array radius nan m must be positive"),
         (lambda: sphere("0.1", 2), r"radius = '0.1' .* give a number$"),

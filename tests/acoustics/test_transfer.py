@@ -11,7 +11,6 @@ from nvhchain.acoustics import (
     ExteriorProblem,
     Work,
     interpolation_error,
-    master_frequencies,
     radiate,
     solve_direct,
     sphere,
@@ -55,7 +54,7 @@ def small_body():
     surface = bodies.box((0.15, 0.15, 0.1), 0.025, remove=lambda c: c[0] > 0.075 and c[1] > 0.075)
     air, fidelity = Air(343.0, 1.21), AcousticsFidelity(elements_per_wavelength=1.8, masters=50)
     points = [[0.8, 0.6, 0.0], [-0.1, 0.2, 0.97]]
-    masters = master_frequencies(50.0, 5000.0, fidelity)
+    masters = np.linspace(50.0, 5000.0, fidelity.masters)
     atv = transfer_vectors(surface, points, masters, air=air, fidelity=fidelity)
     lines = np.array([60.0, 75.0, 101.0, 333.0, 808.0, 1515.0, 2777.0, 3580.0, 4747.0, 4949.5, 4990.0])
     return surface, air, fidelity, atv, lines
@@ -199,20 +198,6 @@ def test_bands_on_an_executor_give_the_same_vectors_and_report_progress(bracket,
     quantity = Vectors(bracket, alone.points, air, coarse.field_near_ratio)
     task = partial(band_values, frequency[:1], problem=problem, quantity=quantity, task=(2**30, 0.0))
     assert np.abs(pickle.loads(pickle.dumps(task))().values[0] - alone.vectors[0]).max() < roundoff
-
-
-def test_masters_span_the_band(coarse):
-    masters = master_frequencies(50.0, 5000.0, coarse)
-    assert (masters[0], masters[-1], len(masters)) == (50.0, 5000.0, coarse.masters)
-    assert master_frequencies(80.0, 80.0, coarse).tolist() == [80.0]
-    with pytest.raises(InputError, match="empty"):
-        master_frequencies(100.0, 50.0, coarse)
-
-
-def test_a_band_without_a_finite_end_is_refused(coarse):
-    for low, high in ((0.0, np.inf), (np.nan, 100.0), (0.0, np.nan)):
-        with pytest.raises(InputError, match="empty: give 0 ≤ low ≤ high, finite"):
-            master_frequencies(low, high, coarse)
 
 
 def test_an_executor_that_was_shut_down_is_refused_in_one_line(bracket, air, coarse):

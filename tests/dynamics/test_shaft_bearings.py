@@ -87,7 +87,7 @@ def test_bearings_of_wrong_shafts_are_refused(case, change, words):
 
 def test_a_bearing_between_shafts_is_a_bearing(case):
     assert isinstance(case.shaft_bearings[0], ShaftBearing)
-    assert case.gearbox.bearings_of("S3")[-1] is case.shaft_bearings[0]
+    assert case.gearbox.shaft_bearings[0] is case.shaft_bearings[0]
 
 
 def test_equilibrium_of_rolling_bearings_feels_the_bearing_between_shafts(case):

@@ -10,11 +10,10 @@ from nvhchain.handoff import FieldPressure, PressureHistory
 from nvhchain.sound import (
     Background,
     background_sound,
-    keep_orders,
+    filter_orders,
     order_track,
     read_wav,
     recorded_background,
-    remove_orders,
     run_up_sound,
     steady_sound,
     write_wav,
@@ -99,11 +98,11 @@ def test_order_of_a_run_up_alone_and_the_rest_without_it():
 
 def test_orders_of_a_steady_sound_add_up():
     pressure = lines(np.arange(1, 40) * TURNS)
-    kept, left = keep_orders(pressure, [12.0, 24.0]), remove_orders(pressure, [12.0, 24.0])
+    kept, left = (filter_orders(pressure, [12.0, 24.0], remove=remove) for remove in (False, True))
     assert np.flatnonzero(kept.pressure[:, 0]).tolist() == [11, 23]
     assert np.array_equal(kept.pressure + left.pressure, pressure.pressure)
     with pytest.raises(InputError, match=r"order 12\.5 has no line: the nearest is order 12"):
-        remove_orders(pressure, [12.5])
+        filter_orders(pressure, [12.5])
 
 
 def test_background_has_the_levels_of_its_third_octaves(tmp_path):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from concurrent.futures import Executor
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from nvhchain.acoustics.radiation.microphones import array_points, array_power, check_array
@@ -16,11 +15,9 @@ from nvhchain.acoustics.solutions.work import Adaptive, Work
 from nvhchain.acoustics.systems.engines import engine_named
 from nvhchain.acoustics.waves.incident import IncidentField
 from nvhchain.conventions import Air
-from nvhchain.errors import require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import (
     FieldPressure,
-    FloatArray,
     RadiationResistance,
     RigidPlane,
     SoundPower,
@@ -30,42 +27,6 @@ from nvhchain.handoff import (
     TransferVectors,
 )
 from nvhchain.kinds import checked
-
-
-@checked
-def master_frequencies(low: float, high: float, fidelity: AcousticsFidelity) -> FloatArray:
-    """Return equally spaced master frequencies.
-
-    Parameters
-    ----------
-    low, high : float
-        Band (Hz).
-    fidelity : AcousticsFidelity
-        Accuracy settings; `masters` decides.
-
-    Returns
-    -------
-    (n_f,) array
-        Frequencies (Hz) from `low` to `high`.
-
-    Raises
-    ------
-    InputError
-        If the band is empty or the number of masters too small.
-
-    Notes
-    -----
-    A transfer vector without its phase oscillates in frequency with the body's own travel time, at every frequency
-    alike.
-    """
-    require(0 <= low <= high < np.inf and high > 0, f"band {low:g}…{high:g} Hz is empty: give 0 ≤ low ≤ high, finite")
-    if low == high:
-        return np.array([high])
-    require(
-        fidelity.masters >= 2,
-        f"{fidelity.masters} master frequency cannot span {low:g}…{high:g} Hz: ask for 2 at least",
-    )
-    return np.linspace(low, high, fidelity.masters)
 
 
 @checked
@@ -359,7 +320,7 @@ def radiation_resistance(
     Notes
     -----
     One boundary element system per frequency is solved for all shapes, as in `sound_power` for one velocity. In a band,
-    the error of a column is the 2-norm of its waves' error relative to that of its waves, the worst of the columns.
+    the error of a column is the 2-norm of its waves' error relative to that of its waves. The worst column counts.
     Combinations of columns that cancel have larger errors, which `power_from_waves` states.
     """
     surface, found = motion.surface, engine_named(engine)

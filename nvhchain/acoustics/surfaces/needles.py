@@ -21,8 +21,8 @@ LONGEST_NEEDLE = 100.0
 """Ratio of longest edge to height above which a single needle causes remeshing."""
 
 LONGEST_SOLVED = 1000.0
-"""Ratio of longest edge to height above which boundary elements refuse a surface. With one layer of needles round a box
-and a point source inside, the error is up to 0.52 of the stated one at 1000, 2.6 at 3000 and 21 at 1e5."""
+"""Ratio of longest edge to height above which boundary elements refuse a surface. One layer of needles round a box with
+a point source inside was measured. The error is up to 0.52 of the stated one at 1000, 2.6 at 3000 and 21 at 1e5."""
 
 VOLUME_CHANGE = 0.01
 """Largest relative change of the enclosed volume, which scaling of each body compensates. Without scaling, 0.8 % makes

@@ -149,8 +149,8 @@ def assemble(
 
     This is of first order in the damping of the exact complex series (`bearing_series`).
 
-    Raises InputError if bearings, seats, axes and laws do not fit together, if the stiffness of a bearing depends on
-    its load, or if a shaft can move freely.
+    Raises InputError if bearings, seats, axes and laws do not fit together, or a shaft can move freely. Also if the
+    stiffness of a bearing depends on its load.
     """
     kinematics = train(gearbox, mesh_laws)
     bearings, n_shaft = gearbox.bearings, len(gearbox.shafts)

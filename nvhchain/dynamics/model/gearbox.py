@@ -160,11 +160,6 @@ class Gearbox:
         carriers = {gear.name: gear.shaft for gear in self.loose_gears}
         return [shaft.name for shaft in self.shafts].index(carriers.get(name, name))
 
-    def bearings_of(self, shaft: str) -> list[Bearing]:
-        """Return the bearings on a shaft, those to other shafts included."""
-        links = [b for b in self.shaft_bearings if shaft in (b.shaft, b.outer_shaft)]
-        return [*(b for b in self.bearings if b.shaft == shaft), *links]
-
     def add_bodies(self, shaft: str, bodies: Iterable[RigidBody]) -> Gearbox:
         """Return the gearbox with more bodies on one shaft, such as gears whose inertia another step computed."""
         require(

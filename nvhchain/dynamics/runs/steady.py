@@ -407,7 +407,7 @@ def _period(model: Simulation, motion: Motion, cycle: _Cycle) -> tuple[Motion, F
     """Advance by one common period; return the motion, bearing forces and meshes.
 
     Bearing forces are (n_step, 3 n_bearing) (N). The second array (n_step, 3 n_mesh + 1) holds deflections of drive
-    flanks and of back flanks and transmission errors of the meshes (m), then the lag of the output (rad).
+    flanks and of back flanks (m). Transmission errors of the meshes (m) and the lag of the output (rad) follow.
     """
     output = np.vstack([model.deflection_output, model.back_output, model.error_output]).T
     force = np.empty((cycle.count, len(model.bearing_output)))

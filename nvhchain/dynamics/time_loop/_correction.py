@@ -91,8 +91,8 @@ def store_step(  # type: ignore[no-untyped-def]
 ):  # fmt: skip
     """Fill `past` with the values of this step that the next one needs.
 
-    Its rows are the path, its change since the step before, the rise of the excess, the excess at the end, and the
-    change of the rise.
+    Its rows are the path and its change since the step before, then rise, end value and change of the rise of the
+    excess.
     """
     for i in range(n_c):
         k, side, way = i // 2, 1.0 - 2.0 * (i % 2), end[i] - start[i]

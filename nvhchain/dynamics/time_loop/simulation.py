@@ -276,9 +276,9 @@ def advance(
     start_time : time of the first step (s), for messages.
     torque : (n_step,) torque that fluctuates on the input (N m), mean over the step; by default there is none.
 
-    Returns the motion at the end, the states before steps 0, stride, 2 stride … (n_store, n_state), and the excess
-    forces of all steps (n_step, 2 n_row + n_push) as in `Motion`. Raises SolverError with the time of a step that did
-    not converge.
+    Returns the motion at the end and the states before steps 0, stride, 2 stride … (n_store, n_state). The excess
+    forces of all steps (n_step, 2 n_row + n_push) follow, as in `Motion`. Raises SolverError with the time of a step
+    that did not converge.
     """
     n_c, n_push = len(model.contact_stiffness), len(model.step.push)
     given = np.zeros((len(phases), n_push))

@@ -3,7 +3,7 @@
 The pinion drives and turns counter-clockwise about +z (sense +1) or clockwise (−1), the wheel the other way.  Each
 angle counts positive in its own running direction; r_bP φ_P = r_bG φ_G without load.
 
-On the plane of action s is the distance from the pinion's base tangent point along the transverse line of action, and z
+On the plane of action, s is the distance from the pinion's base tangent point along the transverse line of action. z is
 the distance from mid-width.  Drive flanks are those of both gears that face the pinion's running direction.  For the
 drive flanks, tooth pair k and wheel angle θ,
 

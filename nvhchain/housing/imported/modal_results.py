@@ -26,8 +26,8 @@ from nvhchain.housing.skin.skin import Skin, with_middles
 _RIGID = 1e-4
 """Largest frequency of a rigid mode over f_max.
 
-Rounding, 1e-16 of the highest eigenvalue of a mesh, gives free bodies natural frequencies of 1e-8 of its highest (some
-MHz), and a few times that. This does not fall with the band: the limit is ten times as large, up to `_ROUNDED`.
+Rounding is 1e-16 of the highest eigenvalue of a mesh. It gives free bodies natural frequencies of 1e-8 of its highest
+(some MHz), and a few times that. This does not fall with the band: the limit is ten times as large, up to `_ROUNDED`.
 """
 
 _ROUNDED = 0.5

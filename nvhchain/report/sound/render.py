@@ -15,11 +15,10 @@ from nvhchain.report.page.stored import StoredRun, stored_results
 from nvhchain.report.sound.write import BACKGROUND
 from nvhchain.sound import (
     Sound,
-    keep_orders,
+    filter_orders,
     order_track,
     read_wav,
     recorded_background,
-    remove_orders,
     run_up_sound,
     steady_sound,
     write_wav,
@@ -126,9 +125,9 @@ def _filtered(run: StoredRun, point: int, only: Sequence[float], without: Sequen
     pressure = run.pressure
     assert isinstance(pressure, FieldPressure)
     if only:
-        pressure = keep_orders(pressure, only)
+        pressure = filter_orders(pressure, only)
     if without:
-        pressure = remove_orders(pressure, without)
+        pressure = filter_orders(pressure, without, remove=True)
     return steady_sound(pressure, point=point, seconds=seconds)
 
 

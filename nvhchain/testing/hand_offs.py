@@ -1,9 +1,10 @@
-"""Hand-offs made up of formulas, so that no finite or boundary elements are needed."""
+"""Hand-offs made up of formulas, without finite or boundary elements, and records as other programs write them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from math import asin, atan, cos, radians, sin, tan
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import ArrayLike
 from nvhchain.acoustics import sphere
 from nvhchain.conventions import Air
 from nvhchain.handoff import FloatArray, ForceSpectrum, MeshLaw, ReducedHousing, Surface, TransferVectors
+from nvhchain.interop import BearingChannels, ForceChannels
 
 NAMES = ("A1", "A2", "B1")
 """Bearings of `housing` and `forces`."""
@@ -89,3 +91,39 @@ def mesh_law(amplitudes: Sequence[float]) -> MeshLaw:
         base_radius=0.5 * module * teeth * cos(pressure), base_helix_angle=asin(sin(helix) * cos(normal)),
         working_pressure_angle=pressure, centre_distance=25 * module, face_width=0.016,
     )  # fmt: skip
+
+
+RATE = 25e3
+"""Hz."""
+
+POSITIONS = {"A": (0.0, 0.0, 0.01), "B": (0.05, -0.02, 0.13)}
+"""m, of two bearings."""
+
+SUFFIXES = (".csv", ".mat", ".h5", ".uff")
+"""File formats of records."""
+
+
+def csv(
+    path: Path,
+    time: FloatArray,
+    columns: FloatArray,
+    *,
+    header: str = "t,Ax,Ay,Az,Bx,By,Bz",
+    units: str | None = None,
+) -> Path:
+    """Write a table of time (n,) and channels (n, m), with a line of units below the header where given."""
+    rows = [header] + ([units] if units else [])
+    rows += [",".join(repr(float(v)) for v in row) for row in np.column_stack([time, columns])]
+    path.write_text("\n".join(rows))
+    return path
+
+
+def six_tones(time: FloatArray, frequency: float = 300.0) -> FloatArray:
+    """Compute six channels (n, 6) of one tone, 1 rad apart."""
+    return np.stack([np.sin(2 * np.pi * frequency * time + k) for k in range(6)], axis=1)
+
+
+def one_bearing(x: str, y: str, z: str, **more: Any) -> ForceChannels:
+    """Declare the channels of a bearing at the origin: N on the housing, sampled at 1 kHz."""
+    stated: dict[str, Any] = {"force_unit": "N", "acts_on": "housing", "speed": 10.0, "sample_rate": 1e3} | more
+    return ForceChannels((BearingChannels("A", x, y, z, (0.0, 0.0, 0.0)),), **stated)

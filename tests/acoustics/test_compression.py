@@ -19,8 +19,8 @@ from nvhchain.acoustics import (
     transfer_vectors,
 )
 from nvhchain.acoustics.accuracy import mesh_error as accuracy
-from nvhchain.acoustics.accuracy.solver_error import COMPRESSION_GROWTH
 from nvhchain.acoustics.fused import engine
+from nvhchain.acoustics.solutions.provenance import COMPRESSION_GROWTH
 from nvhchain.acoustics.surfaces.surface import mean_edge
 from nvhchain.acoustics.systems import engines
 from nvhchain.acoustics.systems.compressed import compressed_size, compressed_systems

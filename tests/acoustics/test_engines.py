@@ -17,7 +17,7 @@ from nvhchain.errors import InputError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import Surface, SurfaceVelocity
 from nvhchain.testing import bodies
-from nvhchain.testing.spheres import pulsating, rigid_sphere
+from nvhchain.testing.bodies import pulsating, rigid_sphere
 
 AIR, RADIUS, BODY = Air(speed_of_sound=343.0, density=1.21), 0.1, sphere(0.1, 2)
 KNOBS = AcousticsFidelity(elements_per_wavelength=2.0, masters=4, quadrature_order=6, singular_order=6)

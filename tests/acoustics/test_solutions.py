@@ -19,7 +19,7 @@ from nvhchain.acoustics.waves.layer_potentials import RULE_BARYCENTRIC, RULE_WEI
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.handoff import SurfaceVelocity
 from nvhchain.testing import bodies
-from nvhchain.testing.spheres import pulsating, rigid_sphere
+from nvhchain.testing.bodies import pulsating, rigid_sphere
 
 CUBE = bodies.box((0.2, 0.2, 0.2), 0.2 / 12, alike=True)
 STRETCHED = bodies.cells((6, 18, 18), (0.3, 0.3, 0.3), alike=True)

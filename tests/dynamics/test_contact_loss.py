@@ -8,8 +8,7 @@ import pytest
 
 from nvhchain.dynamics import bearing_forces, record_run_up, run_up
 from nvhchain.dynamics.runs import recording
-from nvhchain.dynamics.runs.contact_loss import gap_ends, stated_loss, warn_or_refuse
-from nvhchain.dynamics.runs.law_range import joined
+from nvhchain.dynamics.runs.contact_loss import gap_ends, joined, stated_loss, warn_or_refuse
 from nvhchain.dynamics.time_loop.law_table import tabulate
 from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.fidelity import DynamicsFidelity

@@ -9,7 +9,7 @@ import pytest
 
 from nvhchain.dynamics import bearing_forces, record_run_up, run_up
 from nvhchain.dynamics.runs import recording
-from nvhchain.dynamics.runs.law_range import excursions, joined
+from nvhchain.dynamics.runs.contact_loss import excursions, joined
 from nvhchain.dynamics.time_loop.simulation import quasi_static_state, simulation
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import DynamicsFidelity

@@ -10,8 +10,12 @@ from nvhchain.conventions import Air
 from nvhchain.errors import InputError
 from nvhchain.handoff import ForceSpectrum, TransferVectors
 from nvhchain.housing import respond
-from nvhchain.housing.casting.contributions import modal_contributions, panel_contributions
-from nvhchain.housing.casting.panels import casting_panels, group_panels
+from nvhchain.housing.casting.contributions import (
+    casting_panels,
+    group_panels,
+    modal_contributions,
+    panel_contributions,
+)
 from nvhchain.housing.modes.modal_assurance import modal_assurance
 
 LINES = np.array([400.0, 1800.0, 3000.0])

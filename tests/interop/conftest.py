@@ -5,7 +5,7 @@ import pytest
 
 from nvhchain.handoff import BearingForces
 from nvhchain.interop import BearingChannels, ForceChannels
-from nvhchain.testing.force_records import POSITIONS, RATE
+from nvhchain.testing.hand_offs import POSITIONS, RATE
 
 
 @pytest.fixture

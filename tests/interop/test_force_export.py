@@ -7,7 +7,7 @@ from scipy.io import loadmat
 from nvhchain.errors import InputError
 from nvhchain.interop import read_bearing_forces, write_bearing_forces
 from nvhchain.interop.forces import csv_mat_hdf5 as records
-from nvhchain.testing.force_records import SUFFIXES
+from nvhchain.testing.hand_offs import SUFFIXES
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)

@@ -10,7 +10,7 @@ from scipy.io import savemat
 from nvhchain.errors import InputError
 from nvhchain.files.hdf5 import save
 from nvhchain.interop import BearingChannels, ForceChannels, read_bearing_forces, read_record
-from nvhchain.testing.force_records import POSITIONS, one_bearing
+from nvhchain.testing.hand_offs import POSITIONS, one_bearing
 
 
 def test_stored_hand_off_and_matlab_73_file_are_read_as_hdf5(forces, tmp_path, declared):

@@ -8,7 +8,7 @@ import pytest
 from nvhchain.errors import InputError
 from nvhchain.interop import BearingChannels, read_bearing_forces
 from nvhchain.interop.forces.sampling import resampled
-from nvhchain.testing.force_records import POSITIONS, csv, six_tones
+from nvhchain.testing.hand_offs import POSITIONS, csv, six_tones
 
 
 def test_speed_channel_is_converted_and_sample_rate_replaces_a_time_channel(tmp_path, declared):

@@ -8,7 +8,7 @@ import pyuff
 
 from nvhchain.errors import InputError
 from nvhchain.interop import read_bearing_forces, read_record, write_bearing_forces
-from nvhchain.testing.force_records import RATE
+from nvhchain.testing.hand_offs import RATE
 
 
 @pytest.mark.parametrize(("code", "unit"), [(1, "N"), (4, "pdl"), (10, "N")])

@@ -12,7 +12,7 @@ from nvhchain.errors import InputError
 from nvhchain.interop import read_bearing_forces, read_record, write_bearing_forces
 from nvhchain.interop.forces import csv_mat_hdf5 as records
 from nvhchain.interop.forces.channel_units import unit_called
-from nvhchain.testing.force_records import POSITIONS, csv, one_bearing, six_tones
+from nvhchain.testing.hand_offs import POSITIONS, csv, one_bearing, six_tones
 
 
 def test_units_in_the_file_must_agree_with_the_declared_ones(tmp_path, declared):

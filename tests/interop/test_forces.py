@@ -9,7 +9,7 @@ from scipy.io import savemat
 from nvhchain.case.toml.table import build
 from nvhchain.errors import InputError
 from nvhchain.interop import BearingChannels, ForceChannels, read_bearing_forces, read_record, write_bearing_forces
-from nvhchain.testing.force_records import POSITIONS, SUFFIXES, csv, six_tones
+from nvhchain.testing.hand_offs import POSITIONS, SUFFIXES, csv, six_tones
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)

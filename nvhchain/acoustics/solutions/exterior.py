@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike
 
 from nvhchain.acoustics.accuracy.cancellation import cancellation_accuracy, short_waves, wall_waves
 from nvhchain.acoustics.accuracy.mesh_error import expected_accuracy
-from nvhchain.acoustics.accuracy.solver_error import solver_accuracy
 from nvhchain.acoustics.interpolation.adaptive import check_band
 from nvhchain.acoustics.interpolation.paths import paths_about
 from nvhchain.acoustics.radiation.efficiency import equivalent_radiated_power
@@ -27,7 +26,7 @@ from nvhchain.acoustics.solutions.pressure import (
     resonance_shift_change,
     vertex_values,
 )
-from nvhchain.acoustics.solutions.provenance import adapted_masters, knob_text, solution_provenance
+from nvhchain.acoustics.solutions.provenance import adapted_masters, knob_text, solution_provenance, solver_accuracy
 from nvhchain.acoustics.solutions.quantity import Quantity, check_frequencies
 from nvhchain.acoustics.solutions.resistance import SurfaceShapes, Waves
 from nvhchain.acoustics.solutions.vectors import Vectors

@@ -6,10 +6,9 @@ from collections.abc import Callable
 from typing import Any
 
 from nvhchain.chain.running import Run
-from nvhchain.chain.steps.dynamics import bearing_forces, recording
+from nvhchain.chain.steps.dynamics import bearing_forces, force_spectrum, recording, reduced_housing, surface_velocity
 from nvhchain.chain.steps.gears import load_distributions, mesh_laws
 from nvhchain.chain.steps.kernels import compile_kernels
-from nvhchain.chain.steps.motion import force_spectrum, reduced_housing, surface_velocity
 from nvhchain.chain.steps.power import directivity, radiation_efficiency, radiation_resistance, sound_power
 from nvhchain.chain.steps.sound import noise_transfer_functions, pressure, pressure_history, transfer_vectors
 from nvhchain.scene import steps as table

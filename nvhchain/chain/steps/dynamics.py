@@ -1,4 +1,4 @@
-"""Bearing forces of the gearbox with its options, at constant or changing speed."""
+"""Motion of the gearbox with its options: reduced housing, bearing forces, their spectrum, surface velocity."""
 
 from __future__ import annotations
 
@@ -9,12 +9,20 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from nvhchain import dynamics, gear
+from nvhchain import acoustics, dynamics, gear, housing, spectrum
+from nvhchain.case import RadiatorCase
 from nvhchain.chain.running import Run
 from nvhchain.errors import AccuracyWarning, concerning
-from nvhchain.handoff import BearingForces
+from nvhchain.handoff import BearingForces, ForceSpectrum, ReducedHousing, SurfaceVelocity
 from nvhchain.scene.bearing_lines import damping_lines
-from nvhchain.scene.steps import BEARING_FORCES, LOAD_DISTRIBUTIONS, MESH_LAWS
+from nvhchain.scene.steps import (
+    BEARING_FORCES,
+    FORCE_SPECTRUM,
+    HOUSING,
+    LOAD_DISTRIBUTIONS,
+    MESH_LAWS,
+    SURFACE_VELOCITY,
+)
 
 
 def bearing_forces(run: Run) -> BearingForces:
@@ -114,3 +122,50 @@ def _gearbox(run: Run) -> dynamics.Gearbox:
         for mesh, of in zip(gearbox.meshes, spread, strict=True)
     )
     return replace(gearbox, meshes=meshes)
+
+
+def reduced_housing(run: Run) -> ReducedHousing:
+    """Reduce the housing to its seats and the radiating surface.
+
+    Parameters
+    ----------
+    run : Run
+        Run in progress.
+
+    Returns
+    -------
+    ReducedHousing
+        Modes and residual flexibility.
+    """
+    case, knobs = run.gearbox, run.fidelity.housing
+    size = acoustics.required_element_size(case.band.high, case.air, run.fidelity.acoustics)
+    contents = case.housing.read(case, size)
+    inputs = (case.housing, case.band.high, size, *contents)
+    made: ReducedHousing = run.cached(
+        HOUSING, inputs, lambda progress: case.housing.reduce(case, contents, size, knobs, progress)
+    )
+    return made
+
+
+def force_spectrum(run: Run) -> ForceSpectrum:
+    """Lines of the bearing forces in the band."""
+    forces, band = run[BEARING_FORCES], run.gearbox.band
+    made: ForceSpectrum = run.cached(
+        FORCE_SPECTRUM,
+        (forces, band),
+        lambda progress: spectrum.force_spectrum(forces, low=band.low, high=band.high, resolution=band.resolution),
+    )
+    return made
+
+
+def surface_velocity(run: Run) -> SurfaceVelocity:
+    """Velocity stated in the case, cached if it is asked for; else the forced response of the housing."""
+    if isinstance(run.case, RadiatorCase):
+        stated = run.case.surface_velocity(run.fidelity.acoustics)
+        asked = "surface_velocity" in run.case.quantities
+        return run.cached(SURFACE_VELOCITY, (stated,), lambda progress: stated) if asked else stated
+    reduced, forces = run[HOUSING], run[FORCE_SPECTRUM]
+    made: SurfaceVelocity = run.cached(
+        SURFACE_VELOCITY, (reduced, forces), lambda progress: housing.respond(reduced, forces)
+    )
+    return made

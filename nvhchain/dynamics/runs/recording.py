@@ -19,8 +19,7 @@ import numpy as np
 
 from nvhchain.conventions import Progress
 from nvhchain.dynamics.model.gearbox import Gearbox
-from nvhchain.dynamics.runs.contact_loss import warn_or_refuse
-from nvhchain.dynamics.runs.law_range import joined
+from nvhchain.dynamics.runs.contact_loss import joined, warn_or_refuse
 from nvhchain.dynamics.runs.ramp import Operation
 from nvhchain.dynamics.runs.run_up_record import Sampled, record
 from nvhchain.dynamics.runs.speed_ramp import RunUp, Standing, prepare, samples, start

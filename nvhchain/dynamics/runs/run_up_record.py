@@ -10,8 +10,7 @@ import numpy as np
 
 from nvhchain.conventions import Progress
 from nvhchain.dynamics.model.gearbox import Gearbox
-from nvhchain.dynamics.runs.contact_loss import parted_flanks, warn_or_refuse
-from nvhchain.dynamics.runs.law_range import excursions
+from nvhchain.dynamics.runs.contact_loss import excursions, parted_flanks, warn_or_refuse
 from nvhchain.dynamics.runs.ramp import Operation
 from nvhchain.dynamics.runs.speed_ramp import RunUp, prepare, samples, start
 from nvhchain.dynamics.time_loop.one_thread import one_blas_thread

@@ -18,8 +18,7 @@ from nvhchain.dynamics.model.fluctuation import Drive, Fluctuation
 from nvhchain.dynamics.model.gearbox import Gearbox
 from nvhchain.dynamics.model.rigid_train import input_inertia
 from nvhchain.dynamics.model.train import Train, train
-from nvhchain.dynamics.runs.contact_loss import parted_flanks, warn_or_refuse
-from nvhchain.dynamics.runs.law_range import excursions
+from nvhchain.dynamics.runs.contact_loss import excursions, parted_flanks, warn_or_refuse
 from nvhchain.dynamics.runs.ramp import Load, Ramp
 from nvhchain.dynamics.time_loop.one_thread import one_blas_thread
 from nvhchain.dynamics.time_loop.quasi_static import law_phases

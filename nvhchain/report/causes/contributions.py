@@ -19,8 +19,14 @@ from nvhchain.files.hdf5 import write_text
 from nvhchain.files.result_cache import Watcher
 from nvhchain.handoff import Surface
 from nvhchain.housing import Casting
-from nvhchain.housing.casting.contributions import Contributions, modal_contributions, panel_contributions
-from nvhchain.housing.casting.panels import Panels, casting_panels, group_panels
+from nvhchain.housing.casting.contributions import (
+    Contributions,
+    Panels,
+    casting_panels,
+    group_panels,
+    modal_contributions,
+    panel_contributions,
+)
 from nvhchain.names import safe_names
 from nvhchain.plots.files import save
 

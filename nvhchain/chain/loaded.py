@@ -37,12 +37,13 @@ def _kept_flanks(
     """Return the compliance of a gear from the cache, or compute and keep it; imported meshes are not kept."""
     if isinstance(body.blank, gear.VolumeMesh):
         return gear.flank_compliance(body, knobs, reach=reach, progress=progress)
+    plain = replace(body, geometry=replace(body.geometry, micro=gear.MicroGeometry()))  # no part of the mesh
     found = cache.cached(
         "flank_flexibility-{key}",
         FlankFlexibility,
         MESH_LAWS.code,
-        (body, reach),
-        lambda _: gear.flank_flexibility(body, knobs, reach=reach, progress=progress),
+        (plain, reach),
+        lambda _: gear.flank_flexibility(plain, knobs, reach=reach, progress=progress),
         fidelity=knobs,
     )
     return gear.compliance_at_points(found)

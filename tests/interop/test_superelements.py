@@ -8,7 +8,7 @@ import scipy.sparse as sp
 from nvhchain.errors import InputError
 from nvhchain.fem import lowest_modes
 from nvhchain.fidelity import DRAFT
-from nvhchain.housing import housing_from_modes, reduce_model
+from nvhchain.housing import RadiatingFaces, housing_from_modes, reduce_model
 from nvhchain.housing.exchange.craig_bampton import craig_bampton
 from nvhchain.housing.imported.repair import sound_mesh
 from nvhchain.housing.imported.seats import bearing_seats
@@ -89,7 +89,7 @@ def test_every_format_has_the_modes_of_the_matrices_and_of_the_whole_model(kind,
 def test_velocity_of_the_surface_is_that_of_the_whole_model(body, tmp_path):
     model, *_ = body
     seat = {"S": model.rigid_sets[1].reference}
-    options = {"f_max": 5000.0, "surface_size": 0.02, "modal_damping": 0.02, "fidelity": DRAFT.housing}
+    options = {"f_max": 5000.0, "faces": RadiatingFaces(0.02), "modal_damping": 0.02, "fidelity": DRAFT.housing}
     whole = reduce_model(model, bearing_seats(model, seat), **options)
     modes = read_superelement(files_of("DMIG", body, tmp_path), units="mm-t-s")
     matrices = housing_from_modes(modes, seat, residual_vectors=True, **options)

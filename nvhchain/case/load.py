@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -14,6 +13,7 @@ from nvhchain.case.gearbox import GearboxCase
 from nvhchain.case.radiator import RadiatorCase
 from nvhchain.case.sound import check_targets
 from nvhchain.case.toml.lines import Table, merged_places, placed, with_line
+from nvhchain.case.toml.read import read_toml
 from nvhchain.case.toml.table import build
 from nvhchain.dimensions import UNITS
 from nvhchain.errors import InputError, Mistakes, mistakes, require
@@ -214,29 +214,14 @@ def _place_records(operation: Any, folder: Path) -> None:
 
 def _read(path: Path, open_files: tuple[Path, ...]) -> Table:
     require(path.resolve() not in open_files, f"{path}: base files refer to each other in a circle")
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-        table: Table = placed(tomllib.loads(text), text, str(path))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: byte {error.start + 1} is none of UTF-8 text: save the file as UTF-8") from None
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(_syntax(str(error), path)) from None
+    content, text = read_toml(path)
+    table: Table = placed(content, text, str(path))
     _check_texts(table, f"{path}")
     base = table.pop("base", None)
     if base is None:
         return table
     require(isinstance(base, str), f"{path}: base = {base!r} must be the path of a case file")
     return _merge(_read(path.parent / base, (*open_files, path.resolve())), table, f"{path}: ")
-
-
-def _syntax(message: str, path: Path) -> str:
-    """Return the message of invalid TOML, with its line in front."""
-    found = re.search(r" \(at line (\d+), (column \d+)\)$", message)
-    if found is None:
-        return f"{path}: not valid TOML: {message}"
-    return f"{path}:{found[1]}: not valid TOML: {message[: found.start()]} ({found[2]})"
 
 
 def _check_texts(value: Any, place: str) -> None:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
+from nvhchain.case.toml.read import read_toml
 from nvhchain.errors import InputError, Mistakes, mistakes, require
 from nvhchain.kinds import check_fields
 from nvhchain.names import check_names
@@ -184,12 +184,8 @@ def load_study(path: str | Path) -> Study:
         If the file cannot be used; all mistakes at once.
     """
     path = Path(path)
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file: give a study, such as docs/studies.md shows") from None
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise InputError(f"{path}: cannot be read ({error}): give a study in TOML") from None
+    require(path.exists(), f"{path}: no such file: give a study, such as docs/studies.md shows")
+    table, _ = read_toml(path)
     wrong: list[str] = []
     parameters = _parameters(table, "parameters", path, wrong)
     scatter = _parameters(table, "scatter", path, wrong)

@@ -15,6 +15,7 @@ from nvhchain.case import Case
 from nvhchain.case.load import parse_change
 from nvhchain.dimensions import UNITS
 from nvhchain.errors import require
+from nvhchain.names import check_names
 from nvhchain.report.case_record import case_values
 
 SEEDS = 2**31
@@ -78,6 +79,7 @@ class Parameter:
             if not self.variants
             else f"{self.name}: variants name their own paths: leave `paths` out",
         )
+        check_names((name for name, _ in self.variants), f"{self.name}: variants")
         for first, second in (("low", "high"), ("mean", "deviation")):
             pair = [getattr(self, first), getattr(self, second)]
             require(

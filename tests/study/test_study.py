@@ -289,3 +289,8 @@ def test_workers_give_the_rows_of_one_process(sphere, tmp_path):
 def test_no_workers_are_refused(sphere, tmp_path, capsys):
     assert main(["study", str(written(tmp_path, RADII)), "--workers", "0"]) == 2
     assert "--workers = 0: give 1 or more" in capsys.readouterr().err
+
+
+def test_variants_have_names_that_tables_and_figures_may_show():
+    with pytest.raises(InputError, match=r"size: variants: name = .* holds '\\x1b'"):
+        Parameter("size", variants=(("a\x1b[2J", {"body.radius": 0.01}),))

@@ -1,0 +1,53 @@
+"""TOML files as tables; what cannot be read is refused in one line."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from nvhchain.errors import InputError, require
+
+_LARGEST = 2**26
+"""Bytes of a file; a device without end has more."""
+
+
+def read_toml(path: Path) -> tuple[dict[str, Any], str]:
+    """Return the table of a TOML file, and its text.
+
+    Parameters
+    ----------
+    path : Path
+        File in UTF-8.
+
+    Returns
+    -------
+    (dict, str)
+        Table and text.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is too large, or is not valid TOML.
+    """
+    try:
+        with path.open("rb") as file:
+            content = file.read(_LARGEST + 1)
+        require(len(content) <= _LARGEST, f"{path}: more than {_LARGEST >> 20} MB: give a file in TOML")
+        text = content.decode("utf-8-sig").replace("\r\n", "\n")
+        return tomllib.loads(text), text
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: byte {error.start + 1} is none of UTF-8 text: save the file as UTF-8") from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(_syntax(str(error), path)) from None
+
+
+def _syntax(message: str, path: Path) -> str:
+    """Return the message of invalid TOML, with its line in front."""
+    found = re.search(r" \(at line (\d+), (column \d+)\)$", message)
+    if found is None:
+        return f"{path}: not valid TOML: {message}"
+    return f"{path}:{found[1]}: not valid TOML: {message[: found.start()]} ({found[2]})"

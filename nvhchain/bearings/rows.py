@@ -170,19 +170,17 @@ class RollerRow:
         return load @ normal, (normal.T * (LINE_EXPONENT * self.lamina_stiffness * root)) @ normal
 
 
-def logarithmic_profile(diameter: float, length: float, laminae: int = LAMINAE) -> FloatArray:
-    """Return the relief (laminae,) (m) of a roller against both raceways, 2 P(x) of ISO/TS 16281.
+def logarithmic_profile(diameter: float, length: float) -> FloatArray:
+    """Return the relief (m) of a roller against both raceways, 2 P(x) of ISO/TS 16281.
 
     Parameters
     ----------
     diameter, length : float
         Diameter D_we and effective length L_we of the roller (m).
-    laminae : int
-        Number of laminae.
 
     Returns
     -------
-    (laminae,) array
+    (n_lamina,) array
         Relief (m).
 
     Notes
@@ -190,14 +188,14 @@ def logarithmic_profile(diameter: float, length: float, laminae: int = LAMINAE) 
     P = 0.00035 D_we ln(1/(1 − (2x/L_we)²)). For rollers longer than 2.5 D_we, it is 0.0005 D_we
     ln(1/(1 − ((2|x| − (L_we − 2.5 D_we))/(2.5 D_we))²)) beyond a straight middle.
     """
-    x = np.abs(2.0 * ((np.arange(laminae) + 0.5) / laminae - 0.5)) * length  # 2|x|
+    x = np.abs(2.0 * ((np.arange(LAMINAE) + 0.5) / LAMINAE - 0.5)) * length  # 2|x|
     end, factor = (length, 0.00035) if length <= 2.5 * diameter else (2.5 * diameter, 0.0005)
     within = np.maximum(x - (length - end), 0.0) / end
     return np.asarray(2.0 * factor * diameter * -np.log1p(-(within**2)))
 
 
-def crowned_profile(radius_difference: float, length: float, laminae: int = LAMINAE) -> FloatArray:
-    """Return the relief (laminae,) (m) of a roller of circular profile against both raceways.
+def crowned_profile(radius_difference: float, length: float) -> FloatArray:
+    """Return the relief (m) of a roller of circular profile against both raceways.
 
     Parameters
     ----------
@@ -205,13 +203,11 @@ def crowned_profile(radius_difference: float, length: float, laminae: int = LAMI
         Difference of the curvatures 1/R_roller − 1/R_raceway (1/m), alike at both raceways.
     length : float
         Effective length (m).
-    laminae : int
-        Number of laminae.
 
     Returns
     -------
-    (laminae,) array
+    (n_lamina,) array
         Relief (m), x² (1/R_roller − 1/R_raceway).
     """
-    x = length * ((np.arange(laminae) + 0.5) / laminae - 0.5)
+    x = length * ((np.arange(LAMINAE) + 0.5) / LAMINAE - 0.5)
     return np.asarray(x**2 * radius_difference)

@@ -40,9 +40,14 @@ _SHIFT = 0.1
 """Default shift relative to f_max: K + (2π · 0.1 f_max)² M is positive definite for a free structure too."""
 
 
-def lowest_modes(
-    K: Any, M: Any, f_max: float, *, factor: Factor | None = None, tolerance: float = 1e-6
-) -> tuple[FloatArray, FloatArray]:
+_TOLERANCE = 1e-6
+"""Residual of an eigenpair relative to its eigenvalue (of the inverted operator).
+
+It is the error of a shape beside modes that are well separated from it. The error of its frequency is about the square.
+"""
+
+
+def lowest_modes(K: Any, M: Any, f_max: float, *, factor: Factor | None = None) -> tuple[FloatArray, FloatArray]:
     """Return natural frequencies up to f_max and mass-normalised shapes.
 
     Parameters
@@ -53,8 +58,6 @@ def lowest_modes(
         Highest frequency (Hz), > 0.
     factor : Factor, optional
         Factor of K itself, for a structure without rigid modes. By default K is shifted and factored here.
-    tolerance : float
-        Residual of an eigenpair relative to its eigenvalue (of the inverted operator).
 
     Returns
     -------
@@ -67,11 +70,6 @@ def lowest_modes(
     ------
     SolverError
         If a mode does not converge or the count disagrees.
-
-    Notes
-    -----
-    `tolerance` is the error of a shape beside modes that are well separated from it. The error of its frequency is
-    about the square.
     """
     require(np.isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
     limit = (2 * np.pi * f_max) ** 2
@@ -85,9 +83,9 @@ def lowest_modes(
     if factor is None:
         shift = -((_SHIFT * 2 * np.pi * f_max) ** 2)
         with factorize(sp.csr_matrix(K - shift * M)) as own:
-            values, shapes = _lanczos(M, own, shift, limit, expected, tolerance)
+            values, shapes = _lanczos(M, own, shift, limit, expected)
     else:
-        values, shapes = _lanczos(M, factor, shift, limit, expected, tolerance)
+        values, shapes = _lanczos(M, factor, shift, limit, expected)
     return _finished(K, values, shapes)
 
 
@@ -110,9 +108,7 @@ def modes_below(K: Any, M: Any, frequency: float) -> int:
         return factor.negative
 
 
-def _lanczos(
-    M: Any, factor: Factor, shift: float, limit: float, expected: int, tolerance: float
-) -> tuple[FloatArray, FloatArray]:
+def _lanczos(M: Any, factor: Factor, shift: float, limit: float, expected: int) -> tuple[FloatArray, FloatArray]:
     """Return the `expected` eigenpairs of (K, M) below `limit`; `factor` solves with K − shift·M.
 
     Three-term recurrence, then a pass against the whole basis. M Q is kept with Q: two products with M per step.
@@ -143,7 +139,7 @@ def _lanczos(
         if found == expected:
             # the residual of a Ritz pair lies in the next block: its norm is ‖coupling · last rows of the vector‖
             residual = np.linalg.norm(coupling @ vectors[first:size, :found], axis=0)
-            if block.shape[1] == 0 or (residual <= tolerance * inverse[:found]).all():
+            if block.shape[1] == 0 or (residual <= _TOLERANCE * inverse[:found]).all():
                 break
         if block.shape[1] == 0 or size + block.shape[1] > capacity:
             raise SolverError(

@@ -68,9 +68,7 @@ def gear_fidelity(fidelity: GearFidelity, angles_per_mesh: int) -> GearFidelity:
     return replace(fidelity, width_layers=6, slices=8, angles_per_mesh=angles_per_mesh)
 
 
-def engagement(
-    driving: GearGeometry, driven: GearGeometry, blank: Blank, fidelity: GearFidelity, *, friction: bool = False
-) -> Engagement:
+def engagement(driving: GearGeometry, driven: GearGeometry, blank: Blank, fidelity: GearFidelity) -> Engagement:
     """Return the engagement of a solid gear with a lightweight one.
 
     Parameters
@@ -81,21 +79,19 @@ def engagement(
         Blank of the driven gear.
     fidelity : GearFidelity
         Finite elements and slices.
-    friction : bool
-        True for compliances to the friction forces as well.
     """
     pair = GearPair(GearBody(driving), GearBody(driven, blank), CENTRE_DISTANCE)
     # edges come into contact in some of the uses: the same reach serves all
     reach = engaged_reach(pair, max(fidelity.corner_gap, 1e-5))
     bodies = (pair.pinion, pair.wheel)
-    both = (_compliance(bodies[0], fidelity, reach, friction), _compliance(bodies[1], fidelity, reach, friction))
+    both = (_compliance(bodies[0], fidelity, reach), _compliance(bodies[1], fidelity, reach))
     return Engagement(pair, both, fidelity)
 
 
 @cache
-def _compliance(body: GearBody, fidelity: GearFidelity, reach: int, friction: bool) -> FlankCompliance:
+def _compliance(body: GearBody, fidelity: GearFidelity, reach: int) -> FlankCompliance:
     """Return the compliance of a gear; that of the driving gear serves several pairs."""
-    return flank_compliance(body, replace(fidelity, angles_per_mesh=16), reach=reach, friction=friction)
+    return flank_compliance(body, replace(fidelity, angles_per_mesh=16), reach=reach)
 
 
 def orders(error: FloatArray, pair: GearPair) -> dict[int, float]:

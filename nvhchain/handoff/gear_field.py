@@ -62,20 +62,15 @@ class GearField(HandOff):
         carrying = np.abs(self.slice_force).max(axis=1, initial=0.0) > 0
         return tuple(int(tooth) for tooth in np.unique(self.slice_tooth[carrying]))
 
-    def stress_away_from_contact(self, modules: float = 1.0) -> FloatArray:
+    def stress_away_from_contact(self) -> FloatArray:
         """Return the equivalent stress without that about the points of contact, where it does not converge.
-
-        Parameters
-        ----------
-        modules : float
-            Distance (normal modules) from a loaded slice up to which nodes count as near.
 
         Returns
         -------
         (n,) array
-            Equivalent stress after von Mises (Pa), 0 at near nodes.
+            Equivalent stress after von Mises (Pa), 0 at nodes up to a normal module from a loaded slice.
         """
         away = np.ones(len(self.nodes), dtype=bool)
         for point in self.slice_point[np.abs(self.slice_force).max(axis=1, initial=0.0) > 0]:
-            away &= ((self.nodes - point) ** 2).sum(axis=1) > (modules * self.module) ** 2
+            away &= ((self.nodes - point) ** 2).sum(axis=1) > self.module**2
         return np.where(away, self.von_mises, 0.0)

@@ -19,6 +19,9 @@ HALF_BACKLASH = 50e-6
 """Half the backlash along the line of action (m); not given in table 3.2. A backlash of 0.1 mm is common at this
 module. It is wide enough that contact loss never reaches the back flank."""
 
+DAMPING_RATIO = 0.06
+"""Fraction of critical damping."""
+
 
 @dataclass(frozen=True)
 class PairData:
@@ -62,7 +65,7 @@ THESIS_PAIRS = {
 
 
 @checked
-def thesis_pair(name: str, *, torque: float = 350.0, damping_ratio: float = 0.06) -> GearPair:
+def thesis_pair(name: str, *, torque: float = 350.0) -> GearPair:
     """Return pair `a`, `b`, `c` or `d` of table 3.2 over one turn.
 
     Parameters
@@ -71,8 +74,6 @@ def thesis_pair(name: str, *, torque: float = 350.0, damping_ratio: float = 0.06
         Row of table 3.2.
     torque : float
         Torque (Nm).
-    damping_ratio : float
-        Fraction of critical damping.
 
     Returns
     -------
@@ -105,6 +106,6 @@ def thesis_pair(name: str, *, torque: float = 350.0, damping_ratio: float = 0.06
         force=force,
         mass=data.mass,
         mesh_cycles=TEETH,
-        damping_ratio=damping_ratio,
+        damping_ratio=DAMPING_RATIO,
         half_backlash=HALF_BACKLASH,
     )

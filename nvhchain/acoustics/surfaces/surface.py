@@ -185,7 +185,7 @@ def check_mesh(surface: Surface, f_max: float, air: Air, fidelity: AcousticsFide
 
 
 @checked
-def check_points(surface: Surface, points: ArrayLike, clearance: float = CLEARANCE) -> FloatArray:
+def check_points(surface: Surface, points: ArrayLike) -> FloatArray:
     """Check field points and return them as an array.
 
     Parameters
@@ -194,8 +194,6 @@ def check_points(surface: Surface, points: ArrayLike, clearance: float = CLEARAN
         Radiating surface.
     points : (n_point, 3) array
         Field points (m).
-    clearance : float
-        Smallest distance from the surface, in longest edges of the nearest triangle.
 
     Returns
     -------
@@ -219,14 +217,14 @@ def check_points(surface: Surface, points: ArrayLike, clearance: float = CLEARAN
     )
     # most points lie so far outside the bounding box that no triangle needs a check
     beyond = np.maximum(surface.vertices.min(axis=0) - x, x - surface.vertices.max(axis=0)).max(axis=1)
-    near = np.flatnonzero(beyond <= clearance * surface.longest_edges.max())
+    near = np.flatnonzero(beyond <= CLEARANCE * surface.longest_edges.max())
     inside = winding_numbers(surface.vertices[surface.triangles], x[near]) > 0.5
-    distance = clearances(surface, x[near], clearance)
-    for at in np.flatnonzero(inside | (distance < clearance))[:1]:
+    distance = clearances(surface, x[near], CLEARANCE)
+    for at in np.flatnonzero(inside | (distance < CLEARANCE))[:1]:
         where = f"field point {near[at]} at {x[near[at]].tolist()} m"
         require(not inside[at], f"{where} lies inside the body: move it outside")
         raise InputError(
-            f"{where} is {distance[at]:.3g} element edges from the surface, at least {clearance:g} are needed: move it "
+            f"{where} is {distance[at]:.3g} element edges from the surface, at least {CLEARANCE:g} are needed: move it "
             "away or refine the mesh there"
         )
     return x

@@ -32,6 +32,9 @@ _ANGLE_BLOCK = 48
 _PIECES = 16
 """Largest number of jobs; each is sent with the compliances of its own teeth and of those beside them."""
 
+_MOST_STEPS = 50
+"""Largest number of Newton steps."""
+
 
 @checked
 def deflection_at_force(law: MeshLaw, force: float) -> FloatArray:
@@ -144,7 +147,6 @@ def loaded_mesh(
     guess: float,
     friction: float = 0.0,
     friction_bending: bool = True,
-    max_iterations: int = 50,
 ) -> LoadedMesh:
     """Find the deflection δ at which the drive flanks carry the pinion torque of a normal force.
 
@@ -163,8 +165,6 @@ def loaded_mesh(
     friction_bending : bool
         If True, friction bends the teeth too, and the compliances must include it.  If False, friction acts in the
         balance of torque alone, as with contact modes that are normal to the flank.
-    max_iterations : int
-        Largest number of Newton steps.
 
     Returns
     -------
@@ -192,7 +192,7 @@ def loaded_mesh(
     require(0 < pressed < inf, f"guess = {guess:g} m must be a positive deflection, such as 1 nm for every newton")
     unit = engagement.pair.base_radius[0] * np.cos(engagement.pair.base_helix_angle)
     bending = friction if friction_bending else 0.0
-    for _ in range(max_iterations):
+    for _ in range(_MOST_STEPS):
         probe = start + pressed * np.array([1.0, 1 + 1e-4])
         lines, forces = engagement.forces(angle, probe, friction=bending)
         arms = lever_arms(engagement.pair, lines, friction)

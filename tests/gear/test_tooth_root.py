@@ -10,6 +10,7 @@ from nvhchain.fidelity import DRAFT
 from nvhchain.gear import GearBody, GearGeometry, GearPair, Protuberance, Relief, iso_stiffness, mass_properties
 from nvhchain.gear.compliance.analytic import slice_compliance
 from nvhchain.gear.elements.pitch_mesh import pitch_mesh
+from nvhchain.gear.root_strain.places import _Profile
 
 MODULE = 3e-3
 
@@ -115,8 +116,9 @@ def test_chamfer_shortens_the_flank_but_not_the_tooth():
     assert cut.tip_circle_radius == plain.tip_circle_radius
     assert cut.usable_flank[1] == pytest.approx(np.sqrt(cut.tip_form_radius**2 - cut.base_radius**2), rel=1e-12)
     removed = mass_properties(GearBody(plain)).mass - mass_properties(GearBody(cut)).mass
-    corner = 0.5 * 0.3e-3**2 * 20e-3 * 7850  # 45°, right angle at the tip circle
-    assert removed == pytest.approx(50 * corner, rel=0.25)  # the flank leans
+    lean = np.tan(float(plain.pressure_angle_at(plain.tip_circle_radius - 0.15e-3)))  # of the flank to the radius
+    corner = 0.5 * 0.3e-3**2 * (1 - lean) * 20e-3 * 7850
+    assert removed == pytest.approx(50 * corner, rel=0.05)
     assert (
         GearPair(GearBody(cut), GearBody(plain), 25 * MODULE).transverse_contact_ratio
         < GearPair(GearBody(plain), GearBody(plain), 25 * MODULE).transverse_contact_ratio - 0.05
@@ -177,6 +179,22 @@ def test_iso_stiffness_takes_the_pair_in_either_order():
     distance = 30.5 * MODULE
     forward, backward = (iso_stiffness(GearPair(a, b, distance)) for a, b in ((small, large), (large, small)))
     assert forward.mesh == pytest.approx(backward.mesh, rel=1e-12)
+
+
+def test_root_strain_finds_its_place_on_the_arc_below_a_protuberance():
+    ground = gear(40, protuberance=Protuberance(0.25e-3, 0.1e-3))
+    for g in (ground, gear(40), gear(12)):
+        profile = _Profile(g)
+        at = profile.tangent_length(np.radians(30))
+        radius, angle = profile.position(np.array([at - 5e-6, at + 5e-6]))
+        x, y = radius * np.cos(angle), radius * np.sin(angle)
+        assert np.degrees(np.arctan2(y[0] - y[1], x[1] - x[0])) == pytest.approx(30, abs=0.5)
+        assert g.root_radius < radius[0] < g.form_radius
+
+
+def test_chamfers_flatter_than_the_flank_are_refused():
+    with pytest.raises(InputError, match=r"tip_chamfer_angle = 20° to the radius is below the 29.5\d*° at which the"):
+        gear(25, tip_chamfer=0.2e-3, tip_chamfer_angle=np.radians(20))
 
 
 def test_relief_starts_at_the_tip_form_circle():

@@ -152,7 +152,8 @@ def contact_lines(
     tips = np.array([[g.usable_flank[1]] for g in pair.geometries])
     distance = np.maximum(tips**2 - rolled**2, 0.0) / (2 * pair.base_radius[:, None])
     enclosed = np.where(enclosed > 0, enclosed, -distance.min(axis=0) / curvature)
-    wedge = 0.5 * np.pi + np.arctan(tips[:, 0] / pair.base_radius)
+    lean = np.array([g.tip_chamfer_angle if g.tip_chamfer else 0.5 * np.pi for g in pair.geometries])
+    wedge = np.pi - lean + np.arctan(tips[:, 0] / pair.base_radius)
     wheel_tooth = k[pairs] + (1 if flank == BACK else 0)
     depth = np.stack([g.depth_to_centre_line(r) for g, r in zip(pair.geometries, radius, strict=True)])
     return ContactLines(

@@ -188,6 +188,12 @@ class GearGeometry:
             f"teeth are pointed at {np.interp(0.0, half, radius):g} m, below tip_radius = {tip:g} m: lower tip_radius, "
             "addendum or profile_shift",
         )
+        lean = np.degrees(float(self.pressure_angle_at(tip)))
+        require(
+            self.tip_chamfer == 0 or np.degrees(self.tip_chamfer_angle) > lean,
+            f"tip_chamfer_angle = {np.degrees(self.tip_chamfer_angle):.4g}° to the radius is below the {lean:.4g}° at "
+            "which the flank leans: it would add material; raise it",
+        )
         land = 2e3 * tip * float(self.half_outline_angle(tip))
         require(
             land > 0,
@@ -322,7 +328,7 @@ class GearGeometry:
         """Return the angle (rad) from the tooth's centre line to its outline at `radius` (m), chamfer included."""
         radius = np.asarray(radius, float)
         cut = np.maximum(radius - self.tip_form_radius, 0.0) * np.tan(self.tip_chamfer_angle) / radius
-        return self.half_tooth_angle(radius) - cut
+        return self.half_tooth_angle(np.minimum(radius, self.tip_form_radius)) - cut
 
     def outline(self, points: int) -> tuple[FloatArray, FloatArray]:
         """Return radius (m) and half angle (rad) of `points` from form circle to tip, and the end of a chamfer."""

@@ -60,13 +60,13 @@ class Flank:
     Parameters
     ----------
     profile_crowning : float
-        Amount at both ends of the usable flank, form to tip circle (m); 0 half-way in rolled length.
+        Amount at both ends of the usable flank, form to tip form circle (m); 0 half-way in rolled length.
     lead_crowning : float
         Amount at both ends of the face width (m); 0 in its middle.
     lead_slope : float
         Amount at one end of the face width (m), 0 at the other: > 0 at +z; < 0 removes its amount at −z.
     tip_relief : Relief, optional
-        Relief from the tip circle inwards.
+        Relief from the tip form circle inwards.
     root_relief : Relief, optional
         Relief from the form circle outwards.
     """
@@ -96,7 +96,7 @@ class Flank:
     ) -> FloatArray:
         """Return the material removed (m) at rolled length `rolled` and axial position `axial` (m).
 
-        usable: m, rolled length of form and tip circle.
+        usable: m, rolled length of form and tip form circle.
         """
         low, high = usable
         profile = (2 * rolled - low - high) / (high - low)

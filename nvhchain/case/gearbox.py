@@ -213,7 +213,7 @@ class GearboxCase:
                 yield (
                     f"stage {stage.name}: {stage.pinion} at z = {1e3 * pinion.z:g} mm and {stage.wheel} at "
                     f"{1e3 * wheel.z:g} mm share {1e3 * max(high - low, 0.0):.4g} mm of face, of "
-                    f"{1e3 * LEAST_SHARE * min(widths):.4g} mm at least: move one of them"
+                    f"{1e3 * LEAST_SHARE * min(widths):.4g} mm at least: move one of their mid-planes"
                 )
             (x1, y1), (x2, y2) = axes[pinion.shaft], axes[wheel.shaft]
             distance = hypot(x2 - x1, y2 - y1)

@@ -32,7 +32,7 @@ def test_faces_that_do_not_align_meet_on_their_common_face():
     case = load_case(PLAIN, changes=["gears.wheel.z_mm = 80", "gears.wheel.geometry.face_width_mm = 20"])
     assert case.pairs[0].face_width == pytest.approx(13e-3)  # 67…83 and 70…90 mm
     assert case.gearbox.meshes[0].z == pytest.approx(76.5e-3)
-    with pytest.raises(InputError, match=r"share 0 mm of face, of 0.8 mm at least: move one of them"):
+    with pytest.raises(InputError, match=r"share 0 mm of face, of 0.8 mm at least: move one of their mid-planes"):
         load_case(PLAIN, changes=["gears.wheel.z_mm = 95"])
 
 

@@ -7,7 +7,16 @@ import pytest
 
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DRAFT
-from nvhchain.gear import GearBody, GearGeometry, GearPair, Protuberance, Relief, iso_stiffness, mass_properties
+from nvhchain.gear import (
+    GearBody,
+    GearGeometry,
+    GearPair,
+    Protuberance,
+    Relief,
+    iso_stiffness,
+    mass_properties,
+    nominal_centre_distance,
+)
 from nvhchain.gear.compliance.analytic import slice_compliance
 from nvhchain.gear.elements.pitch_mesh import pitch_mesh
 from nvhchain.gear.root_strain.places import _Profile
@@ -87,15 +96,17 @@ def test_undercut_ends_the_involute_above_the_base_circle():
     assert (neck[0] * np.sin(neck[1])).min() < 0.99 * float(radius * np.sin(angle))
 
 
-def test_17_teeth_run_as_drawn_and_a_tip_below_the_form_circle_is_refused_with_numbers():
-    pinion, wheel = gear(17), gear(24, profile_shift=-0.5)
-    distance = 0.5 * MODULE * 41 * 0.99
+def test_17_teeth_and_24_at_minus_half_run_as_drawn_and_a_tip_below_the_form_circle_is_refused_with_numbers():
+    for pinion, wheel, ratio in (
+        (gear(17), gear(100), 1.68),
+        (gear(24, profile_shift=-0.5), gear(60, profile_shift=0.5), 1.72),
+    ):
+        assert pinion.undercut > 0
+        pair = GearPair(GearBody(pinion), GearBody(wheel), 0.5 * MODULE * (pinion.teeth + wheel.teeth))
+        assert pair.transverse_contact_ratio == pytest.approx(ratio, abs=0.005)
+    pinion, wheel = gear(24, profile_shift=-0.5), gear(60)
     with pytest.raises(InputError, match=r"mm below the start of its involute \(rolled length .* undercut\)"):
-        GearPair(GearBody(wheel), GearBody(gear(60)), 0.5 * MODULE * 84 - 0.45 * MODULE)
-    pair = GearPair(GearBody(pinion), GearBody(gear(17, addendum=0.95)), 17 * MODULE)
-    assert pair.transverse_contact_ratio > 1.3
-    low = gear(24, profile_shift=-0.5, addendum=0.9), gear(60, addendum=0.75)
-    assert GearPair(*map(GearBody, low), 0.5 * MODULE * 84 - 0.45 * MODULE).transverse_contact_ratio > 1.2, distance
+        GearPair(GearBody(pinion), GearBody(wheel), nominal_centre_distance(pinion, wheel))
 
 
 def test_teeth_and_mesh_follow_an_undercut():

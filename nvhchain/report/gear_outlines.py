@@ -45,8 +45,8 @@ def gear_outlines(case: Case) -> dict[str, Any]:
 def _outline(body: GearBody) -> dict[str, Any]:
     of = body.geometry
     root, angle = of.fillet(np.linspace(1.0, 0.0, FILLET, endpoint=False))
-    flank = np.linspace(of.form_radius, of.tip_circle_radius, FLANK)
-    tooth = np.column_stack([np.append(root, flank), np.append(angle, of.half_tooth_angle(flank))])
+    flank, half = of.outline(FLANK)
+    tooth = np.column_stack([np.append(root, flank), np.append(angle, half)])
     found: dict[str, Any] = {"teeth": of.teeth, "tooth": _short(tooth), "bore": of.bore_radius}
     web, cut = body.blank.web, body.blank.cutouts
     if web is not None:

@@ -22,7 +22,7 @@ _SIZES = (
     *(6.0, 6.5, 7.0, 7.5, 8.0, 9.0, 10.0, 10.5, 11.0, 12.0, 14.0, 15.0, 16.0, 18.0, 20.0, 22.0, 25.0, 28.0, 30.0),
     *(35.0, 40.0, 45.0, 50.0),
 )
-"""Diameters of measuring balls and pins (mm), DIN 3977."""
+"""Diameters of measuring balls and pins in common sets (mm)."""
 
 
 class ToothSizes(NamedTuple):
@@ -143,7 +143,7 @@ def usual_span(gear: GearGeometry) -> int | None:
 
 
 def usual_ball(gear: GearGeometry) -> float | None:
-    """Return the size of ball or pin (m) after DIN 3977 that touches nearest to the circle d + 2 x m_n.
+    """Return the common size of ball or pin (m) that touches nearest to the circle d + 2 x m_n.
 
     Parameters
     ----------

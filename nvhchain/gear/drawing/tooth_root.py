@@ -1,7 +1,7 @@
 """Root of a tooth as a rack-shaped tool cuts it: trochoid, undercut, protuberance.
 
 The rack tooth ends in an arc.  A protuberance tool is wider there: its arc stands out from the flank's line by
-amount − grinding allowance, and a line at the protuberance angle leads back to the flank (ISO 6336-3, figure 4).
+amount − grinding allowance, and a line at the protuberance angle leads back to the flank (ISO 6336-3).
 
 A point of the tool cuts where its normal passes through the pitch point.  The involute ends where this curve crosses
 it: at the tool's own tangent point, or above it on an undercut tooth.

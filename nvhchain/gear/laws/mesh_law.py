@@ -162,7 +162,7 @@ def pair_compliances(
     fidelity: GearFidelity,
     *,
     progress: Progress | None = None,
-    flanks: Callable[..., FlankCompliance] = flank_compliance,
+    flanks: Callable[..., FlankCompliance] | None = None,
 ) -> tuple[FlankCompliance | SliceCompliance, FlankCompliance | SliceCompliance]:
     """Compute the compliances of pinion and wheel, each over `engaged_reach(pair)` teeth.
 
@@ -174,8 +174,8 @@ def pair_compliances(
         `bodies` selects elements or closed-form slices.
     progress : Progress, optional
         Called with (teeth done, teeth of both sectors).
-    flanks : callable
-        Function of one gear, with the arguments of `flank_compliance`; one that keeps results saves repeated work.
+    flanks : callable, optional
+        Function of one gear in place of `flank_compliance`; one that keeps results saves repeated work.
 
     Returns
     -------
@@ -197,7 +197,7 @@ def pair_compliances(
                 )
         return slice_compliance(pair.pinion), slice_compliance(pair.wheel)
     reach, first = engaged_reach(pair, fidelity.corner_gap), pair.pinion.sector
-    teeth = first + pair.wheel.sector
+    teeth, flanks = first + pair.wheel.sector, flanks or flank_compliance
 
     def report(done: int) -> None:
         if progress:

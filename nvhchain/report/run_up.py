@@ -68,13 +68,6 @@ def run_up_maps(
     return input_frequency_waterfall(*signal, high=high), input_order_waterfall(*signal, high=highest)
 
 
-def run_up_curves(
-    histories: Mapping[str, PressureHistory], marks: OrderMarks, *, high: float
-) -> dict[str, list[Curve]]:
-    """Return the curves over speed of every configuration at the first field point: overall, then the main orders."""
-    return curves_of({name: run_up_maps(of, marks, high=high) for name, of in histories.items()}, marks)
-
-
 def curves_of(maps: Mapping[str, tuple[Waterfall, Waterfall]], marks: OrderMarks) -> dict[str, list[Curve]]:
     """Return the curves over speed from the maps against frequency and order."""
     orders = main_orders([of for _, of in maps.values()])

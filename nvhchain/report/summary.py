@@ -16,9 +16,9 @@ from nvhchain.error_band.files import finite
 from nvhchain.files.hdf5 import write_text
 from nvhchain.gear import quasi_static_transmission_error
 from nvhchain.handoff import FieldPressure, FloatArray
-from nvhchain.report.causes.differences import causes
+from nvhchain.report.causes.differences import causes, run_up_causes
 from nvhchain.report.marks import mesh_orders, order_marks, slot_orders
-from nvhchain.report.run_up import run_up_curves, run_up_summary
+from nvhchain.report.run_up import curves_of, run_up_maps, run_up_summary
 from nvhchain.report.sound.targets import judge
 
 
@@ -80,7 +80,9 @@ def _configurations(results: Mapping[str, Result]) -> dict[str, Any]:
     marks = order_marks([result.case for result in results.values()])
     histories = {name: of.pressure_history for name, of in results.items() if of.pressure_history is not None}
     if histories:
-        curves = run_up_curves(histories, marks, high=max(results[name].case.band.high for name in histories))  # type: ignore[union-attr]
+        high = max(results[name].case.band.high for name in histories)  # type: ignore[union-attr]
+        maps = {name: run_up_maps(of, marks, high=high) for name, of in histories.items()}
+        curves = curves_of(maps, marks)
         found |= {name: run_up_summary(histories[name], curves[name]) for name in histories}
     for name, result in results.items():
         if result.pressure is not None:
@@ -95,6 +97,10 @@ def _configurations(results: Mapping[str, Result]) -> dict[str, Any]:
         found[name] |= _difference(results[first], results[name])
         if because := causes(results[first], results[name]):
             found[name]["causes"] = because
+        if first in histories and name in histories:
+            both = float(found[first]["overall_dBA"]), float(found[name]["overall_dBA"])
+            orders = [of.order for of in curves[name] if of.order is not None]
+            found[name]["causes"] = run_up_causes(both, (maps[first][1], maps[name][1]), orders)
     return found
 
 

@@ -53,7 +53,8 @@ def verdict(summary: Mapping[str, Any]) -> list[str]:
     for name, configuration in others:
         sentences.append(_overall(name, configuration, base, first, point))
         if "over_speed" in configuration:
-            sentences += [_over_speed(configuration, first), *_orders(configuration, first)]
+            parts = _lines(name, configuration, base, first) if "causes" in configuration else []
+            sentences += [_over_speed(configuration, first), *parts, *_orders(configuration, first)]
         else:
             sentences += [*_lines(name, configuration, base, first), *_states(configuration, first)]
     return sentences + [line for name, of in summary["configurations"].items() for line in _limits(name, of)]
@@ -155,6 +156,8 @@ def _lines(name: str, other: Mapping[str, Any], base: str, first: Mapping[str, A
 def _line(cause: Mapping[str, Any], origin: str) -> str:
     """Return the name of a line, with a comma at its end."""
     order, frequency = cause["order"], cause["frequency_hz"]
+    if frequency is None:
+        return f"order {order:g}{origin}, "
     return f"{frequency:.0f} Hz, " if order == frequency else f"order {order:g} ({frequency:.0f} Hz{origin}), "
 
 

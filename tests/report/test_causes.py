@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
-from nvhchain.handoff import FieldPressure
-from nvhchain.levels import a_weighting, decibel
-from nvhchain.report.causes.differences import line_differences, split_difference
+from nvhchain.handoff import FieldPressure, PressureHistory
+from nvhchain.levels import a_weighting, decibel, equivalent
+from nvhchain.plots import OrderMarks
+from nvhchain.report.causes.differences import line_differences, run_up_causes, split_difference
+from nvhchain.report.run_up import run_up_maps
 
 RNG = np.random.default_rng(1)
 
@@ -38,3 +40,22 @@ def test_modes_add_up_to_their_line_whatever_their_phases():
     alone = split_difference(np.array([1.0 + 0j, 2.0]), [{"a": 1.0, "b": 0.5j}, {"a": 2.0, "b": 0.5j}], 1.0)
     assert [of["name"] for of in alone] == ["a", "b", "all others"]
     assert [of["part_db"] for of in alone] == pytest.approx([3.0, 0.0, 0.0])
+
+
+def test_order_of_a_run_up_makes_its_difference_and_all_adds_up():
+    rate, seconds = 4000.0, 8.0
+    time = np.arange(int(rate * seconds)) / rate
+    speed = 2 * np.pi * (10.0 + 15.0 * time / seconds)
+    angle = np.cumsum(speed) / rate
+    waves = [size * np.sin(20 * angle) + 0.1 * np.sin(33 * angle) for size in (1.0, 0.5)]
+    maps = [
+        run_up_maps(PressureHistory(time, [[0, 0, 1]], wave[:, None], speed), OrderMarks(mesh={"a": 20.0}), high=1500.0)
+        for wave in waves
+    ]
+    heard = [float(equivalent(wave, sample_rate=rate)) for wave in waves]
+    found = run_up_causes((heard[0], heard[1]), (maps[0][1], maps[1][1]), [20.0, 33.0])
+    assert sum(of["part_db"] for of in found) == pytest.approx(heard[1] - heard[0], abs=1e-9)
+    assert found[0]["order"] == 20.0
+    assert found[0]["part_db"] == pytest.approx(heard[1] - heard[0], rel=0.05)
+    alone = [float(equivalent(size * np.sin(20 * angle), sample_rate=rate)) for size in (1.0, 0.5)]
+    assert found[0]["levels_dBA"] == pytest.approx(alone, abs=0.2)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,8 +10,10 @@ import numpy as np
 
 from nvhchain import levels
 from nvhchain.chain.result import Result
+from nvhchain.conventions import REFERENCE_PRESSURE
 from nvhchain.handoff import ComplexArray, FieldPressure, FloatArray
 from nvhchain.report.causes.paths import line_parts
+from nvhchain.spectrum import Waterfall
 
 LINES = 8
 """Largest number of lines that are split into modes and paths."""
@@ -132,6 +135,55 @@ def causes(first: Result, second: Result) -> list[dict[str, Any]]:
         )
     rest = float(found.part.sum() - sum(of["part_db"] for of in lines))
     return [*lines, {"order": None, "part_db": rest, "lines": len(found.order) - len(lines)}]
+
+
+def run_up_causes(
+    levels_dBA: tuple[float, float], maps: tuple[Waterfall, Waterfall], orders: Sequence[float]
+) -> list[dict[str, Any]]:
+    """Return the orders that make most of the difference of two run-ups.
+
+    Parameters
+    ----------
+    levels_dBA : (float, float)
+        Equivalent levels of the whole records.
+    maps : (Waterfall, Waterfall)
+        Waterfalls against order.
+    orders : sequence of float
+        Orders of the input that are followed.
+
+    Returns
+    -------
+    list of dict
+        Orders for summary.json, the largest part first, then all other sound. `part_db` adds up to the difference.
+
+    Notes
+    -----
+    The energy of an order is its A-weighted mean over time; each window lasts ten turns.
+    """
+    total = REFERENCE_PRESSURE**2 * 10 ** (np.array(levels_dBA) / 10)
+    energy = np.array([_order_energy(of, orders) for of in maps])
+    part = (energy[1] - energy[0]) / _mean(total)
+    shown = np.argsort(-np.abs(part), kind="stable")[:LINES]
+    found: list[dict[str, Any]] = [
+        {
+            "order": float(orders[i]),
+            "frequency_hz": None,
+            "levels_dBA": [float(10 * np.log10(e / REFERENCE_PRESSURE**2)) if e > 0 else None for e in energy[:, i]],
+            "part_db": float(part[i]),
+        }
+        for i in shown.tolist()
+    ]
+    rest = levels_dBA[1] - levels_dBA[0] - sum(of["part_db"] for of in found)
+    return [*found, {"order": None, "part_db": float(rest), "lines": None}]
+
+
+def _order_energy(of: Waterfall, orders: Sequence[float]) -> FloatArray:
+    """Return the A-weighted mean square (n,) of orders over the time of a run-up."""
+    lines = np.abs(of.axis[:, None] - np.asarray(orders)).argmin(axis=0)
+    turns = of.input_speed / (2 * np.pi)
+    gain = 10 ** (levels.a_weighting(np.maximum(np.outer(turns, of.axis[lines]), 1e-3)) / 10)
+    seconds = 1.0 / np.maximum(turns, 1e-9)
+    return np.asarray(seconds @ (0.5 * np.abs(of.amplitude[:, lines]) ** 2 * gain) / seconds.sum())
 
 
 def split_difference(pressure: ComplexArray, parts: list[dict[str, complex]], scale: float) -> list[dict[str, Any]]:

@@ -85,11 +85,12 @@ def _difference(stored: Stored, base: StoredRun, run: StoredRun) -> list[Any]:
 def _line(stored: Stored, of: Mapping[str, Any]) -> str:
     """Return the name of a line, or of all others."""
     if of["order"] is None:
-        return f"{of['lines']} other lines"
+        return f"{of['lines']} other lines" if of["lines"] is not None else "all other sound"
     if of["order"] == of["frequency_hz"]:
         return f"{of['frequency_hz']:.0f} Hz"
     origin = order_name(of["order"], stored.marks.mesh, stored.marks.slots)
-    return f"{of['frequency_hz']:.0f} Hz, order {of['order']:.5g}" + (f" ({origin})" if origin else "")
+    where = "" if of["frequency_hz"] is None else f"{of['frequency_hz']:.0f} Hz, "
+    return f"{where}order {of['order']:.5g}" + (f" ({origin})" if origin else "")
 
 
 def _strongest(parts: list[Mapping[str, Any]]) -> str:

@@ -404,6 +404,7 @@ def tradeoff(options: argparse.Namespace) -> int:
     """Measure the knobs of a case."""
     from nvhchain import tradeoff
     from nvhchain.case import load_case
+    from nvhchain.report import write_page
 
     case = load_case(options.case, changes=_case_changes(options))
     out = Path(options.out or Path("out") / f"tradeoff-{case.name}")
@@ -411,6 +412,7 @@ def tradeoff(options: argparse.Namespace) -> int:
         case, out=out, fidelity=PRESETS[options.fidelity], knobs=options.knob, progress=_variants, watcher=Console()
     )
     tradeoff.save_tradeoff(sweep, out)
+    write_page(out)
     options.answer = {"folder": str(out), **json.loads(tradeoff.as_json(sweep))}
     show(tradeoff.markdown(sweep), end="")
     return 0

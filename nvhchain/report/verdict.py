@@ -18,6 +18,9 @@ LINES = 3
 LEAST_SHARE = 0.05
 """Least share in the difference of energy of a line that is named."""
 
+MOST_SHARE = 0.5
+"""Least share of all other lines that is named."""
+
 SAME = 0.03
 """Relative change of a mode's pressure below which its phase counts."""
 
@@ -150,6 +153,10 @@ def _lines(name: str, other: Mapping[str, Any], base: str, first: Mapping[str, A
         f"{_reason(of, order_name(of['order'], mesh, slots))}"
         for number, of in enumerate(lines[:LINES])
         if (part := of["part_db"]) / difference >= LEAST_SHARE
+    ] + [
+        f"  {_number(abs(of['part_db']))} of {abs(difference):.1f} dB: all other sound"
+        for of in other.get("causes", [])
+        if of["order"] is None and of["part_db"] / difference >= MOST_SHARE
     ]
 
 

@@ -322,3 +322,13 @@ def test_tables_and_curves_are_written_as_csv_and_workbook(pair, capsys):
     assert "holed" in texts
     assert main(["tables", str(pair), "--out", str(pair / "all.xls")]) == 2
     assert "a workbook that ends in .xlsx" in capsys.readouterr().err
+
+
+def test_page_of_a_trade_off_names_cheaper_settings_and_draws_all(request, tmp_path):
+    shipped = request.config.rootpath / "nvhchain/tradeoff/single-stage.json"
+    (tmp_path / "tradeoff.json").write_text(shipped.read_text())
+    page = read(write_page(tmp_path))
+    assert "single-stage: 70 of 92 settings are cheaper within 0.5 dB" in page.texts
+    (figure,) = page.figures.values()
+    assert sum(len(trace["x"]) for trace in figure["data"]) == 92
+    assert "gear.profile_elements" in page.cells

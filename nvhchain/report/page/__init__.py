@@ -1,4 +1,4 @@
-"""Page of a run or comparison: one HTML file without links to the network."""
+"""Page of a run, comparison or trade-off: one HTML file without links to the network."""
 
 from __future__ import annotations
 
@@ -8,15 +8,17 @@ from nvhchain.errors import InputError
 from nvhchain.files.hdf5 import write_text
 from nvhchain.report.page.sections import SECTIONS
 from nvhchain.report.page.stored import stored_results
+from nvhchain.report.page.tradeoff import FILE as TRADEOFF
+from nvhchain.report.page.tradeoff import tradeoff_sections
 
 
 def write_page(folder: str | Path) -> Path:
-    """Write `report.html` to the folder of a run or comparison.
+    """Write `report.html` to the folder of a run, comparison or trade-off.
 
     Parameters
     ----------
     folder : str or Path
-        Folder that `run` or `compare` filled, completely or in part.
+        Folder that `run`, `compare` or `tradeoff` filled, completely or in part.
 
     Returns
     -------
@@ -30,7 +32,11 @@ def write_page(folder: str | Path) -> Path:
     """
     from nvhchain.report.page._jinja import rendered  # jinja2 and plotly are imported for pages only
 
-    stored = stored_results(Path(folder))
+    folder = Path(folder)
+    if (folder / TRADEOFF).is_file() and not (folder / "summary.json").is_file():
+        write_text(folder / "report.html", rendered(f"{folder.resolve().name}: trade-off", tradeoff_sections(folder)))
+        return folder / "report.html"
+    stored = stored_results(folder)
     try:
         sections = [(module.__name__.rpartition(".")[2], module.TITLE, module.blocks(stored)) for module in SECTIONS]
     except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:

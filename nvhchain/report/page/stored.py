@@ -65,7 +65,7 @@ class StoredRun:
 
     def record(self, name: str) -> dict[str, Any]:
         """Return the object in a JSON file of the run; empty without one."""
-        return _table(self.folder / name)
+        return json_table(self.folder / name)
 
     @property
     def points(self) -> list[str]:
@@ -151,7 +151,7 @@ def stored_results(folder: Path) -> Stored:
         If the folder holds no results, or summary.json or case.json cannot be read.
     """
     try:
-        summary = _table(folder / "summary.json")
+        summary = json_table(folder / "summary.json")
         return _stored(folder, summary)
     except OSError as error:
         raise InputError(f"{folder}: {error.strerror or error}: name the folder of a run or comparison") from None
@@ -172,10 +172,10 @@ def _stored(folder: Path, summary: dict[str, Any]) -> Stored:
     else:
         names = [] if _has_results(folder) else _begun(folder)
     runs = []
-    for name in names or [str(_table(folder / "case.json").get("name", folder.resolve().name))]:
+    for name in names or [str(json_table(folder / "case.json").get("name", folder.resolve().name))]:
         place = folder / name if (folder / name).is_dir() else folder
         of = summary["configurations"][name] if summary else {}
-        runs.append(StoredRun(name, place, of, _table(place / "case.json")))
+        runs.append(StoredRun(name, place, of, json_table(place / "case.json")))
     require(
         bool(summary) or any(_has_results(run.folder) for run in runs),
         f"{folder} holds no results: run `nvhchain run` or `nvhchain compare` first, with --out {folder}",
@@ -203,7 +203,7 @@ def _has_results(folder: Path) -> bool:
     return next(folder.glob("*.h5"), None) is not None
 
 
-def _table(path: Path) -> dict[str, Any]:
+def json_table(path: Path) -> dict[str, Any]:
     """Return the object in a JSON file; empty for a missing file."""
     if not path.is_file():
         return {}

@@ -197,7 +197,7 @@ def _reason(cause: Mapping[str, Any], origin: str) -> str:
     change = "in another phase" if abs(after - before) <= SAME * before else "more" if after > before else "less"
     bearing, _, axis = path["name"].rpartition(" ")
     return (
-        f", because {origin or 'it'} excites {what} {change} ({_number(abs(mode['part_db']))} dB), "
+        f", because {origin if origin and ' = ' not in origin else 'it'} excites {what} {change} ({_number(abs(mode['part_db']))} dB), "
         f"most through bearing {bearing} in {axis}"
     )
 

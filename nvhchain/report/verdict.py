@@ -196,8 +196,9 @@ def _reason(cause: Mapping[str, Any], origin: str) -> str:
     before, after = mode["pressure_Pa"]
     change = "in another phase" if abs(after - before) <= SAME * before else "more" if after > before else "less"
     bearing, _, axis = path["name"].rpartition(" ")
+    subject = origin if origin and " = " not in origin else "it"
     return (
-        f", because {origin if origin and ' = ' not in origin else 'it'} excites {what} {change} ({_number(abs(mode['part_db']))} dB), "
+        f", because {subject} excites {what} {change} ({_number(abs(mode['part_db']))} dB), "
         f"most through bearing {bearing} in {axis}"
     )
 

@@ -132,11 +132,15 @@ def _compressed(motions: Sequence[ComplexArray]) -> tuple[FloatArray, list[Compl
     rows = np.concatenate([part for motion in motions for part in (motion.real, motion.imag)])
     size = np.linalg.norm(rows, axis=1)
     scaled = rows / np.where(size > 0, size, 1.0)[:, None]
-    left, sizes, shapes = np.linalg.svd(scaled, full_matrices=False)
-    count = int(np.clip(np.count_nonzero(sizes > TRUNCATION), 1, max(1, VALUES // shapes.shape[1])))
+    squares, left = np.linalg.eigh(scaled @ scaled.T)  # singular values and vectors of few long rows
+    sizes, left = np.sqrt(np.maximum(squares[::-1], 0.0)), left[:, ::-1]
+    most = max(1, min(VALUES // rows.shape[1], rows.shape[1]))
+    count = int(np.clip(np.count_nonzero(sizes > TRUNCATION), 1, most))
+    used = np.where(sizes[:count] > 0, sizes[:count], 1.0)
+    shapes = (left[:, :count] / used).T @ scaled
     coordinates = size[:, None] * left[:, :count] * sizes[:count]
     parts = np.split(coordinates, 2 * len(motions)) if motions else []
-    return shapes[:count], [real + 1j * imag for real, imag in zip(parts[::2], parts[1::2], strict=True)]
+    return shapes, [real + 1j * imag for real, imag in zip(parts[::2], parts[1::2], strict=True)]
 
 
 def _quantised(values: FloatArray, kind: str) -> dict[str, Any]:

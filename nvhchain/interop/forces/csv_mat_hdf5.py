@@ -6,7 +6,7 @@ Numbers keep all digits: a file written here reads back bit for bit.
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from io import BytesIO, StringIO
 from itertools import chain
 from pathlib import Path
@@ -20,7 +20,6 @@ from scipy.io.matlab import MatlabOpaque
 from nvhchain.errors import FileFormatError, require
 from nvhchain.files.atomic_write import content_of, write_output
 from nvhchain.handoff import BearingForces, FloatArray
-from nvhchain.interop.forces.channel_units import unit_called
 from nvhchain.interop.forces.channels import Record
 from nvhchain.interop.forces.force_channels import MESH_QUANTITIES, mesh_quantities
 
@@ -35,74 +34,6 @@ UNIT = ("unit", "units")
 
 STRING = "a string, which only MATLAB reads: store a char"
 """Text in place of a unit that MATLAB stored as one of its objects."""
-
-
-def read_csv(path: Path) -> Record:
-    """Read comments after #, a line of channel names, a line of units if it holds no number, then numbers.
-
-    Lines above the names with other numbers of cells are free text. Without names, the last comments with as many cells
-    are names, with units below them. Cells may be quoted; lines may end with a comma.
-    """
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            lines = (line.strip().removesuffix(",") for line in file)
-            head, below = _head(lines)
-            table = np.loadtxt(chain(below, lines), delimiter=",", ndmin=2, comments="#", quotechar='"')
-        names, stated = head[0], head[1] if head[1:] else [""] * len(head[0])
-        if len(stated) != len(names):
-            raise ValueError(f"{len(names)} names, but {len(stated)} units")
-        if table.shape[1] != len(names):
-            raise ValueError(f"{len(names)} names, but {table.shape[1]} columns")
-    except (OSError, ValueError, UnicodeDecodeError) as error:
-        raise FileFormatError(
-            f"{path}: not a table of numbers, with commas between them and decimal points, under a line of names: "
-            f"{_reason(error)}"
-        ) from None
-    if len(set(names)) != len(names):
-        raise FileFormatError(f"{path}: channel names repeat: {', '.join(names)}: put a line of different names on top")
-    units = {name: unit for name, unit in zip(names, stated, strict=True) if unit}
-    return Record(str(path), {name: table[:, i].copy() for i, name in enumerate(names)}, units)
-
-
-def _head(lines: Iterator[str]) -> tuple[list[list[str]], list[str]]:
-    """Return cells of the line of names and of units, if any, and the lines read below them, numbers first."""
-    comments: list[list[str]] = []
-    read: list[str] = []
-    head: list[list[str]] = []
-    for line in lines:
-        if line.startswith("#"):
-            comments.append(_cells(line.lstrip("# ")))
-        elif line:
-            read.append(line)
-            head.append(_cells(line))
-            if all(map(_is_number, head[-1])):
-                break
-    if not head:
-        raise ValueError("it ends before the first number")
-    # free text above the names has other numbers of cells than the table
-    above = next((i for i, cells in enumerate(head[:-1]) if len(cells) == len(head[-1])), 0)
-    head, read = head[above:], read[above:]
-    if len(head) == 1:
-        named = [cells for cells in comments if len(cells) == len(head[0]) and not all(map(_is_number, cells))]
-        if named:
-            return named[-2:] if all(map(unit_called, named[-1])) else named[-1:], read
-    count = 2 if head[1:] and not any(map(_is_number, head[1])) else 1
-    rest = read[count:] or [next((line for line in lines if line and not line.startswith("#")), "")]
-    if not rest[0]:
-        raise ValueError("it ends before the first number")
-    return head[:count], rest
-
-
-def _cells(line: str) -> list[str]:
-    return [cell.strip() for cell in next(csv.reader([line], skipinitialspace=True), [])]
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def read_mat(path: Path) -> Record:

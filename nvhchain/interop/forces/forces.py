@@ -1,4 +1,4 @@
-"""Bearing forces from and to other multibody codes: CSV, MAT, HDF5 and UFF 58, by the file's suffix."""
+"""Records of other programs: text, LVM, TDMS, MDF4, MAT, HDF5 and UFF 58, by the file's suffix."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from nvhchain.interop.forces.csv_mat_hdf5 import (
     AXES,
     columns_of,
     csv_name,
-    read_csv,
     read_hdf5,
     read_mat,
     write_csv,
@@ -21,11 +20,20 @@ from nvhchain.interop.forces.csv_mat_hdf5 import (
     write_mat,
 )
 from nvhchain.interop.forces.force_channels import BearingChannels, ForceChannels, convert_record, mesh_quantities
+from nvhchain.interop.forces.labview import read_lvm
+from nvhchain.interop.forces.recorders import read_mdf, read_tdms
+from nvhchain.interop.forces.text_tables import read_text_table
 from nvhchain.interop.forces.uff58 import MESH_NODES, SPEED_NODE, read_uff, write_uff
 from nvhchain.kinds import checked
 
 SUFFIXES = {
     ".csv": "csv",
+    ".txt": "text",
+    ".tsv": "text",
+    ".lvm": "lvm",
+    ".tdms": "tdms",
+    ".mf4": "mdf",
+    ".mdf": "mdf",
     ".mat": "mat",
     ".h5": "hdf5",
     ".hdf5": "hdf5",
@@ -34,7 +42,16 @@ SUFFIXES = {
     ".bunv": "uff",
     ".58": "uff",
 }
-READERS = {"csv": read_csv, "mat": read_mat, "hdf5": read_hdf5, "uff": read_uff}
+READERS = {
+    "csv": read_text_table,
+    "text": read_text_table,
+    "lvm": read_lvm,
+    "tdms": read_tdms,
+    "mdf": read_mdf,
+    "mat": read_mat,
+    "hdf5": read_hdf5,
+    "uff": read_uff,
+}
 WRITERS = {"csv": write_csv, "mat": write_mat, "hdf5": write_hdf5, "uff": write_uff}
 
 
@@ -45,7 +62,7 @@ def read_record(path: str | Path) -> Record:
     Parameters
     ----------
     path : str or Path
-        CSV, MAT, HDF5 or UFF 58 file.
+        CSV, text, LVM, TDMS, MDF4, MAT, HDF5 or UFF 58 file.
 
     Returns
     -------
@@ -119,6 +136,8 @@ def write_bearing_forces(forces: BearingForces, path: str | Path) -> ForceChanne
     """
     path = Path(path)
     kind = _format(path)
+    if kind not in WRITERS:
+        raise InputError(f"{path}: {path.suffix} is read, not written: use .csv, .mat, .h5 or .uff")
     WRITERS[kind](forces, path)
     bearings = []
     for i, (name, place) in enumerate(zip(forces.names, forces.positions.tolist(), strict=True)):

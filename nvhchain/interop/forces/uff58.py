@@ -6,7 +6,7 @@ Channels are called `node:x`, `node:y`, `node:z` by response node and direction,
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +33,12 @@ DISPLACEMENT = 8
 
 PRESSURE = 15
 """Type of data of a pressure."""
+
+ORDINATES = {
+    0: "unknown", 1: "general", 2: "stress", 3: "strain", 5: "temperature", 8: "displacement", 9: "reaction force",
+    11: "velocity", 12: "acceleration", 13: "excitation force", 15: "pressure", 19: "speed",
+}  # fmt: skip
+"""Names of types of ordinates."""
 
 TIME_RESPONSE, TIME_AXIS, DOUBLE = 1, 17, 4
 
@@ -70,8 +76,7 @@ def read_uff(path: Path) -> Record:
     units: dict[str, str] = {}
     times: dict[str, FloatArray] = {}
     unusable: dict[str, str] = {}
-    for function in functions:
-        name, sign = _name(function, path)
+    for name, sign, function in _named(functions, path):
         if reason := "has two time responses: keep one" if name in channels else _obstacle(function, name):
             unusable[name] = reason
         channels[name] = sign * np.real(function["data"]).astype(float)
@@ -154,6 +159,20 @@ def _function(
     return "\n".join([*head, ""]).encode() + np.asarray(values, dtype="<f8").tobytes() + f"{-1:6d}\n".encode()
 
 
+def _named(functions: list[dict[str, Any]], path: Path) -> Iterator[tuple[str, float, dict[str, Any]]]:
+    """Yield name, sign and function; several quantities at one node and direction are told apart by their type.
+
+    The only one that may be a force keeps the plain name; others are called `node:x:acceleration`.
+    """
+    plain = [_name(function, path) for function in functions]
+    kinds = [int(function["ordinate_spec_data_type"]) for function in functions]
+    for (name, sign), kind, function in zip(plain, kinds, functions, strict=True):
+        beside = {k for (other, _), k in zip(plain, kinds, strict=True) if other == name}
+        possible = [k for k in beside if k in FORCE_TYPES or (name.endswith(":scalar") and k in SPEED_TYPES)]
+        named = len(beside) > 1 and (kind not in possible or len(possible) > 1)
+        yield (f"{name}:{ORDINATES.get(kind, f'type {kind}')}" if named else name), sign, function
+
+
 def _name(function: dict[str, Any], path: Path) -> tuple[str, float]:
     direction = int(function["rsp_dir"])
     if abs(direction) >= len(DIRECTIONS):
@@ -170,6 +189,8 @@ def _time_unit(function: dict[str, Any]) -> str:
 def _obstacle(function: dict[str, Any], name: str) -> str:
     """Return the reason why a time response is no force, speed or displacement over time; empty if it may be."""
     time, values = function["x"], function["data"]
+    if "num_pts" in function and int(function["num_pts"]) != len(values):
+        return f"holds {len(values)} values of {int(function['num_pts'])} that it declares: it is truncated"
     if len(time) != len(values):
         return f"has {len(values)} values at {len(time)} times: it is truncated"
     if np.iscomplexobj(values):

@@ -99,8 +99,8 @@ def _coordinates(path: Path, lines: list[str]) -> dict[str, LabelledMatrix]:
     wrong = next((row for row in rows if len(row) != 5), None)
     if wrong is not None:
         raise FileFormatError(
-            f"{path}: {' '.join(wrong)[:60]!r} is not node, component, node, component, value: write it by FORMAT="
-            "MATRIX INPUT or LABELS"
+            f"{path}: {' '.join(wrong)[:60]!r} is not node, component, node, component, value: use FORMAT=MATRIX "
+            "INPUT or LABELS"
         )
     entries = [((int(a), int(b)), (int(c), int(d)), real(value)) for a, b, c, d, value in rows]
     unknowns = tuple(dict.fromkeys(row for row, _, _ in entries))

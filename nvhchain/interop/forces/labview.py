@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from nvhchain.errors import FileFormatError, InputError, require
+from nvhchain.handoff import FloatArray
 from nvhchain.interop.forces.channels import Record
 from nvhchain.interop.forces.text_tables import encoding_of
 
@@ -66,7 +67,9 @@ def _segment(path: Path, lines: list[str], ends: list[int], separator: str) -> R
     )
     table = np.array(rows)
     units = [*own.get("Y_Unit_Label", []), *[""] * count][:count]
-    channels, times, unusable = {}, {}, {}
+    channels: dict[str, FloatArray] = {}
+    times: dict[str, FloatArray] = {}
+    unusable: dict[str, str] = {}
     for k in range(count):
         place = first + step * k
         name = names[place] or f"channel {k + 1}"
@@ -75,7 +78,7 @@ def _segment(path: Path, lines: list[str], ends: list[int], separator: str) -> R
         channels[name] = values[np.isfinite(values)] if columns == "Multi" else values
         if columns == "No":
             start, delta = (float(own[key][k].replace(decimal, ".")) for key in ("X0", "Delta_X"))
-            times[name] = start + delta * np.arange(len(values))
+            times[name] = np.asarray(start + delta * np.arange(len(values)), dtype=float)
         else:
             axis = table[:, place - 1] if columns == "Multi" else table[:, 0]
             times[name] = axis[: len(channels[name])]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import warnings
+import json
+import logging
 from collections import Counter
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +12,7 @@ import numpy as np
 from nvhchain.errors import FileFormatError
 from nvhchain.handoff import FloatArray
 from nvhchain.interop.forces.channels import Record
+from nvhchain.interop.notation._apart import read_apart
 from nvhchain.runtime.extras import check_installed
 
 Signal = tuple[str, str, FloatArray, FloatArray | None, str]
@@ -22,9 +23,11 @@ def read_tdms(path: Path) -> Record:
     """Read all channels with numbers; those with a step (`wf_increment`) have a time axis."""
     check_installed("nptdms")
     from nptdms import TdmsFile
+    from nptdms.log import log_manager
 
-    def signals() -> list[Signal]:
-        found: list[Signal] = []
+    signals: list[Signal] = []
+    log_manager.set_level(logging.CRITICAL)  # it prints what it meets
+    try:
         file = TdmsFile.read(path)
         if file.file_status.incomplete_final_segment:
             raise ValueError("its last segment is incomplete")
@@ -34,46 +37,51 @@ def read_tdms(path: Path) -> Record:
                 if values.dtype.kind in "fiu" and len(values) > 1:
                     step = float(channel.properties.get("wf_increment", 0.0))
                     start = float(channel.properties.get("wf_start_offset", 0.0))
-                    time = start + step * np.arange(len(values)) if step > 0 else None
+                    time = np.asarray(start + step * np.arange(len(values)), dtype=float) if step > 0 else None
                     unit = str(channel.properties.get("unit_string", ""))
-                    found.append((group.name, channel.name, values.astype(float), time, unit))
-        return found
+                    signals.append((group.name, channel.name, values.astype(float), time, unit))
+    except Exception as error:  # the reader raises what it meets in a damaged file
+        said = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise FileFormatError(f"{path}: damaged, truncated or no TDMS file: {said}") from None
+    return _record(path, signals)
 
-    return _record(path, "TDMS", signals)
+
+_MDF_READER = """
+import io, json, sys, warnings
+import numpy
+warnings.simplefilter("ignore")
+from asammdf import MDF
+path = sys.stdin.buffer.read().decode()
+found, index = {}, []
+with MDF(path) as file:
+    for i, group in enumerate(file.groups):
+        called = str(group.channel_group.acq_name or f"group {i + 1}")
+        for j, channel in enumerate(group.channels):
+            if j == file.masters_db.get(i, -1):
+                continue
+            signal = file.get(channel.name, group=i, index=j, ignore_invalidation_bits=True)
+            values = numpy.asarray(signal.samples)
+            if values.dtype.kind in "fiu" and values.ndim == 1 and len(values) > 1:
+                found[f"v{len(index)}"] = values.astype(float)
+                found[f"t{len(index)}"] = numpy.asarray(signal.timestamps, dtype=float)
+                index.append([called, signal.name, str(signal.unit or "")])
+found["index"] = numpy.frombuffer(json.dumps(index).encode(), dtype=numpy.uint8)
+"""
 
 
 def read_mdf(path: Path) -> Record:
     """Read all channels with numbers and their times, in physical units."""
     check_installed("asammdf")
-    from asammdf import MDF
-
-    def signals() -> list[Signal]:
-        found: list[Signal] = []
-        with MDF(path) as file:
-            names = [str(group.channel_group.acq_name or f"group {i + 1}") for i, group in enumerate(file.groups)]
-            for i, group in enumerate(names):
-                for j, channel in enumerate(file.groups[i].channels):
-                    if j == file.masters_db.get(i, -1):
-                        continue
-                    signal = file.get(channel.name, group=i, index=j, ignore_invalidation_bits=True)
-                    values = np.asarray(signal.samples)
-                    if values.dtype.kind in "fiu" and values.ndim == 1 and len(values) > 1:
-                        time = np.asarray(signal.timestamps, dtype=float)
-                        found.append((group, signal.name, values.astype(float), time, str(signal.unit or "")))
-        return found
-
-    return _record(path, "MDF", signals)
+    found = read_apart(_MDF_READER, path, kind="MDF")
+    index = json.loads(found["index"].tobytes())
+    signals: list[Signal] = [
+        (group, name, found[f"v{i}"], found[f"t{i}"], unit) for i, (group, name, unit) in enumerate(index)
+    ]
+    return _record(path, signals)
 
 
-def _record(path: Path, kind: str, signals: Callable[[], list[Signal]]) -> Record:
+def _record(path: Path, found: list[Signal]) -> Record:
     """Return channels by name; those of several groups are called `group/name`."""
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            found = signals()
-    except Exception as error:  # the readers raise what they meet in a damaged file
-        said = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise FileFormatError(f"{path}: damaged, truncated or no {kind} file: {said}") from None
     if not found:
         raise FileFormatError(f"{path}: holds no channel with numbers")
     often = Counter(name for _, name, *_ in found)

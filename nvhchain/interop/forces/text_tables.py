@@ -97,7 +97,7 @@ def read_text_table(path: Path) -> Record:
         with path.open(newline="", encoding=encoding) as file:
             lines = map(layout.trimmed, file)
             head, below = _head(lines, layout)
-            rows = chain(below, lines)
+            rows: Iterator[str] = chain(below, lines)
             if layout.decimal == ",":
                 rows = map(_with_points, rows)
             table = np.loadtxt(rows, delimiter=layout.separator, ndmin=2, comments="#", quotechar='"')

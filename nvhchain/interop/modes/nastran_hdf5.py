@@ -11,9 +11,9 @@ import numpy as np
 
 from nvhchain.errors import FileFormatError, InputError, require
 from nvhchain.fem.modal_model import ModalModel
-from nvhchain.interop.modes._hdf5 import read_tables
 from nvhchain.interop.modes.assembled import Geometry, Mode, modal_model
 from nvhchain.interop.modes.nastran_geometry import card_geometry, deck_geometry
+from nvhchain.interop.notation._apart import read_apart
 from nvhchain.interop.notation.units import unit_system
 
 _DOMAINS, _VECTORS = "NASTRAN/RESULT/DOMAINS", "NASTRAN/RESULT/NODAL/EIGENVECTOR"
@@ -28,6 +28,15 @@ _TABLES = (
     *(f"NASTRAN/INPUT/ELEMENT/{name}" for name in _ELEMENTS),
     *(f"NASTRAN/INPUT/COORDINATE_SYSTEM/{name}" for name in _FRAMES),
 )
+
+
+_READER = """
+import io, sys
+import h5py, numpy
+path, *names = sys.stdin.buffer.read().decode().split("\\n")
+with h5py.File(path, "r") as file:
+    found = {name: numpy.asarray(file[name][()]) for name in names if name in file}
+"""
 
 
 def holds_nastran_results(path: Path) -> bool:
@@ -68,7 +77,7 @@ def read_nastran_hdf5(
         For a file without modes, with modes of several subcases, or without its model.
     """
     path, system = Path(path), unit_system(units)
-    found = read_tables(path, _TABLES)
+    found = read_apart(_READER, path, *_TABLES, kind="HDF5")
     try:
         geometry = _geometry(found, path) if deck is None else deck_geometry(Path(deck))
         modes = list(_modes(found, path))

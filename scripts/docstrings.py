@@ -54,6 +54,10 @@ class Docstring(Validator):
         if vars(self.obj).get("_is_protocol") or (is_dataclass(self.obj) and not own):
             return ()
         declared = {"provenance"} if issubclass(self.obj, HandOff) else set()
+        bases = [base for base in self.obj.__mro__[1:] if is_dataclass(base)]
+        declared |= {name for base in bases for name in vars(base).get("__annotations__", {})} - {
+            *self.doc_all_parameters
+        }
         return tuple(name for name in super().signature_parameters if name not in declared)
 
     def parameter_type(self, param: str) -> str:

@@ -325,7 +325,12 @@ def parser() -> argparse.ArgumentParser:
     )
     study.add_argument("study", metavar="STUDY", help="TOML file: base case, parameters, plan")
     study.add_argument("--fidelity", choices=list(PRESETS), default="draft", help="accuracy preset (default: draft)")
-    study.add_argument("--out", metavar="DIR", type=folder, help="folder for the tables (default: out/<study file>)")
+    study.add_argument(
+        "--out", metavar="DIR", type=folder, help="folder for page and tables (default: out/<study file>)"
+    )
+    study.add_argument(
+        "--operators", metavar="DIR", type=folder, help="folder of shared operators, such as that of another study"
+    )
     study.add_argument("--plan", action="store_true", help="print designs, time and memory; compute nothing")
     study.set_defaults(action=study_command)
 

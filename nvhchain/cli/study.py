@@ -24,11 +24,16 @@ def study_command(options: argparse.Namespace) -> int:
     out = Path(options.out or Path("out") / path.stem)
     with _executor(options) as executor:
         rows = run_study(
-            study, out=out, fidelity=fidelity, executor=executor, progress=lambda line: show(line, error=True)
+            study,
+            out=out,
+            operators=options.operators,
+            fidelity=fidelity,
+            executor=executor,
+            progress=lambda line: show(line, error=True),
         )
     for line in write_study(study, rows, out):
         show(line)
-    show(f"{out / 'study.csv'}: {len(rows)} runs")
+    show(f"{out / 'report.html'}: {len(rows)} runs")
     return 0
 
 

@@ -70,7 +70,7 @@ def level_difference(first: Row, second: Row) -> Difference | None:
 
 
 def differences(rows: Sequence[Row], base: int = 0) -> dict[int, Difference]:
-    """Return the differences of all rows from one design at the same operating point.
+    """Return the differences of all rows from one design at the same operating point and draw.
 
     Parameters
     ----------
@@ -84,11 +84,12 @@ def differences(rows: Sequence[Row], base: int = 0) -> dict[int, Difference]:
     dict of int to Difference
         Index of a row → its difference; rows of the base and rows without a level are missing.
     """
-    bases = {row.point: row for row in reversed(rows) if row.design == base and row.refused is None}
+    bases = {(row.point, row.draw): row for row in reversed(rows) if row.design == base and row.refused is None}
     found = {}
     for index, row in enumerate(rows):
-        if row.design != base and row.refused is None and row.point in bases:
-            difference = level_difference(bases[row.point], row)
+        place = (row.point, row.draw)
+        if row.design != base and row.refused is None and place in bases:
+            difference = level_difference(bases[place], row)
             if difference is not None:
                 found[index] = difference
     return found

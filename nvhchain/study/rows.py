@@ -51,6 +51,8 @@ class Row:
         Reason why there is no result.
     seconds : float
         Time of the run (s).
+    draw : int
+        Number of the draw of the tolerances, from 0.
     band : mapping, optional
         Record of the limits of `level` line by line, for differences (`nvhchain.study.differences`).
     """
@@ -63,6 +65,7 @@ class Row:
     limits: dict[str, tuple[float | None, float | None]] = field(default_factory=dict)
     refused: str | None = None
     seconds: float = 0.0
+    draw: int = 0
     band: Mapping[str, Any] | None = field(default=None, repr=False, compare=False)
 
     @property

@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +38,7 @@ def run_study(
     study: Study,
     *,
     out: str | Path,
+    operators: str | Path | None = None,
     fidelity: Fidelity = STANDARD,
     executor: Executor | None = None,
     progress: Callable[[str], None] | None = None,
@@ -49,11 +50,14 @@ def run_study(
     study : Study
         Study.
     out : str or Path
-        Folder for rows and operators.
+        Folder for rows.
+    operators : str or Path, optional
+        Folder of mesh laws, housings and transfer vectors, such as that of another study; `operators` in `out` by
+        default.
     fidelity : Fidelity
         Fidelity of all runs.
     executor : concurrent.futures.Executor, optional
-        Executor of designs, such as a process pool; operators are computed first in this process.
+        Executor of designs, such as a process pool or a dask cluster; the first run is done in this process.
     progress : callable, optional
         Receives a line for every run.
 
@@ -76,7 +80,8 @@ def run_study(
     count_designs(study)
     folder = writable_folder(out, "out")
     with hold_folder(folder):
-        runs = _Runs(study, folder, fidelity, executor, progress)
+        spread = Spread(fidelity, executor, Path(operators or folder / OPERATORS), study.responses)
+        runs = _Runs(study, folder, spread, progress)
         if study.plan == "optimise":
             return search(study, load_case(study.case), runs.rows)
         if study.plan == "gradient":
@@ -121,8 +126,7 @@ class _Runs:
 
     study: Study
     folder: Path
-    fidelity: Fidelity
-    executor: Executor | None
+    spread: Spread
     progress: Callable[[str], None] | None
 
     def report(self, line: str) -> None:
@@ -133,9 +137,9 @@ class _Runs:
         """Return the rows of numbered designs at every operating point, and with every draw of the tolerances."""
         draws = draws_of(self.study.goal)
         empty = [
-            Row(number, design | draw, point.speed_rpm, point.torque)
+            Row(number, design | draw, point.speed_rpm, point.torque, draw=place)
             for number, design in designs
-            for draw in draws
+            for place, draw in enumerate(draws)
             for point in operating_points(self.study)
         ]
         rows: list[Row | None] = [None] * len(empty)
@@ -154,11 +158,11 @@ class _Runs:
             else:
                 for index in task.rows:
                     rows[index] = _filled(empty[index], found)
-        self.report(f"{len(empty)} runs: {len(tasks)} different ones, {len(tasks) - len(left)} cached")
-        spread = Spread(self.fidelity, self.executor, self.folder / OPERATORS, self.study.responses)
+        several = f" of designs {designs[0][0]} to {designs[-1][0]}" if self.study.goal is not None else ""
+        self.report(f"{len(empty)} runs{several}: {len(tasks)} different ones, {len(tasks) - len(left)} cached")
         if left:
             writable_folder(self.folder / "rows", "rows")
-        for task, found, progress in spread.outcomes(left):
+        for task, found, progress in self.spread.outcomes(left):
             write_text(_record(self.folder, task.key), json.dumps(found) + "\n")
             for index in task.rows:
                 rows[index] = _filled(empty[index], found)
@@ -170,26 +174,23 @@ class _Runs:
         varied = (*self.study.parameters, *(self.study.goal.scatter if self.study.goal is not None else ()))
         changes = [change for parameter in varied for change in parameter.changes(row.values[parameter.name])]
         case = load_case(self.study.case, changes=[*changes, *row.point.changes])
-        key = fingerprint(case, self.fidelity, self.study.responses, *code)
+        key = fingerprint(case, self.spread.fidelity, self.study.responses, *code)
         same = tasks.get(key)
         drawn = varied[len(self.study.parameters) :] or self.study.parameters
-        drawable = all(one.draws_deviations for one in drawn) and can_be_drawn(case, self.fidelity)
+        drawable = all(one.draws_deviations for one in drawn) and can_be_drawn(case, self.spread.fidelity)
         tasks[key] = Task(key, case, (*(same.rows if same else ()), index), drawable)
 
 
 def _filled(row: Row, found: dict[str, Any]) -> Row:
     """Return a row with the outcome of its run."""
     limits = {name: (low, high) for name, (low, high) in found.get("limits", {}).items()}
-    return Row(
-        row.design,
-        row.values,
-        row.speed_rpm,
-        row.torque,
-        found.get("responses", {}),
-        limits,
-        found["refused"],
-        found.get("seconds", 0.0),
-        found.get("band"),
+    return replace(
+        row,
+        responses=found.get("responses", {}),
+        limits=limits,
+        refused=found["refused"],
+        seconds=found.get("seconds", 0.0),
+        band=found.get("band"),
     )
 
 

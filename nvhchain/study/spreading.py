@@ -116,12 +116,13 @@ class Spread:
 
     def _spread(self, tasks: Sequence[Task], executor: Executor) -> Iterator[tuple[Task, Outcome]]:
         """Yield tasks from an executor, which never holds more of them than its memory permits."""
-        space = room(executor, self._memory(tasks[0].case))
+        memory = self._memory(tasks[0].case)
         waiting = list(reversed(tasks))
         running: dict[Future[Outcome], Task] = {}
         lost: dict[str, int] = {}
         try:
             while waiting or running:
+                space = room(executor, memory)  # workers come and go
                 while waiting and len(running) < space.tasks:
                     task = waiting.pop()
                     running[self._submit(executor, task, space)] = task

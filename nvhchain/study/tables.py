@@ -225,11 +225,12 @@ def _search_lines(study: Study, rows: Sequence[Row]) -> list[str]:
     if best is None:
         return ["No design meets all targets: widen the ranges, or raise the targets"]
     given = ", ".join(f"{key} = {_short(value)}" for key, value in best.values.items())
-    lines = [f"Best {name}: {share}{best.responses[name]:.4g}, design {best.design} ({given})"]
+    form = ".1f" if name.startswith("level") else ".4g"
+    lines = [f"Best {name}: {share}{best.responses[name]:{form}}, design {best.design} ({given})"]
     if base.responses and base.design != best.design:
         change = best.responses[name] - base.responses[name]
         missed = ", which misses a target" if base.excess > 0 else ""
-        lines.append(f"Less design 0, the base case{missed}: {change:+.3g}")
+        lines.append(f"Less design 0, the base case{missed}: {change:+{form}}")
     return lines
 
 

@@ -6,6 +6,8 @@ from typing import Any
 
 from nvhchain.report.page.blocks import Figure, Hero, axes, label, rounded
 from nvhchain.study.page.results import Results, design_text, level_text, limits_of, unit_of
+from nvhchain.study.page.search import course
+from nvhchain.study.page.slopes import tornado
 from nvhchain.study.rows import Row
 
 TITLE = "Answer"
@@ -21,7 +23,11 @@ def blocks(results: Results) -> list[Any]:
     """Return the first screen."""
     headline, *others = results.lines or (f"{len(results.rows)} runs",)
     doubt = _doubt(results)
-    figures = [figure for figure in (_pareto(results), _over_speed(results)) if figure is not None]
+    figures = [
+        figure
+        for figure in (course(results), tornado(results), _pareto(results), _over_speed(results))
+        if figure is not None
+    ]
     first, second = [*figures, None, None][:2]
     sentences = [f" {line}" for line in others[:MOST_LINES]]
     return [Hero(headline, doubt, sentences, first, second, None, "")]

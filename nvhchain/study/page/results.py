@@ -71,7 +71,7 @@ class Results:
 
 def text_of(value: Any, digits: int = 4) -> str:
     """Return a value as text of a table."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
+    if not isinstance(value, float):
         return "" if value is None else str(value)
     return f"{value:.{digits}g}".replace("-", "−")
 

@@ -1,4 +1,4 @@
-"""Course and result of a search."""
+"""Best designs of a search, and its course."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import numpy as np
 
 from nvhchain.report.page.blocks import Figure, Table, axes, label, rounded
 from nvhchain.study.page.results import Results, response_text, text_of, unit_of
-from nvhchain.study.plans.optimise import Score, scores
+from nvhchain.study.plans.optimise import scores
 
-TITLE = "Search"
+TITLE = "Best designs"
 
 MOST_BEST = 10
 """Number of designs in the table of the best."""
@@ -24,7 +24,6 @@ def blocks(results: Results) -> list[Any]:
     found = scores(results.study, results.rows)
     valid = [score for score in found if score.excess == 0.0]
     names = [goal.response, *(name for name in results.study.targets if name != goal.response)]
-    blocks: list[Any] = [_course(found, goal.response)]
     rows = [
         (
             str(score.design),
@@ -36,11 +35,14 @@ def blocks(results: Results) -> list[Any]:
     percent = f", {goal.percent:g} % of {goal.draws} gearboxes" if goal.draws else ""
     head = ("design", *(parameter.name for parameter in results.study.parameters), *names)
     caption = f"Best designs that meet all targets, at their worst operating point{percent}."
-    return [*blocks, Table(head, rows, caption, numbers=1, sortable=True)] if rows else blocks
+    return [Table(head, rows, caption, numbers=1, sortable=True)] if rows else []
 
 
-def _course(found: list[Score], name: str) -> Figure:
-    """Return the response of every design in the order of the search, and the best so far."""
+def course(results: Results) -> Figure | None:
+    """Return the response of every design in the order of the search, and the best so far; None for other plans."""
+    if results.study.goal is None:
+        return None
+    found, name = scores(results.study, results.rows), results.study.goal.response
     valid = [score for score in found if score.excess == 0.0]
     lowest = list(np.minimum.accumulate([score.responses[name] for score in valid])) if valid else []
     others = [score for score in found if score.responses and score.excess > 0.0]

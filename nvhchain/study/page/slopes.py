@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from nvhchain.report.page.blocks import Table, Text
+from nvhchain.report.page.blocks import Figure, Table, Text, axes, bars, label, rounded
 from nvhchain.study.page.results import Results, point_texts, point_titles, text_of
 from nvhchain.study.plans.gradient import slopes
 
@@ -44,3 +44,33 @@ def blocks(results: Results) -> list[Any]:
         Table(head, rows[True], numbers=2, sortable=True),
         Table(head, rows[False], "Slopes of other responses", folded=True, numbers=2, sortable=True),
     ]
+
+
+def tornado(results: Results) -> Figure | None:
+    """Return the change of the main response over the range of every parameter; None for other plans."""
+    if results.study.plan != "gradient":
+        return None
+    found = [one for one in slopes(results.study, results.rows) if one.response == results.main]
+    spans = {parameter.name: parameter.span for parameter in results.study.parameters}
+    traces = []
+    for number, point in enumerate(dict.fromkeys((one.speed_rpm, one.torque) for one in found)):
+        own = [one for one in found if (one.speed_rpm, one.torque) == point]
+        widths = [spans[one.parameter][1] - spans[one.parameter][0] for one in own]
+        traces.append(
+            {
+                "type": "bar",
+                "orientation": "h",
+                "name": ", ".join(point_texts(own[0])) or "level",
+                "y": [label(one.parameter) for one in own],
+                "x": rounded((one.value * width for one, width in zip(own, widths, strict=True)), 3),
+                "error_x": {
+                    "type": "data",
+                    "array": rounded((one.error * width for one, width in zip(own, widths, strict=True)), 3),
+                },
+                "marker": bars(number),
+            }
+        )
+    title = " and ".join(point_titles(results.study))
+    layout = axes(f"slope × range of {results.main}", "", showlegend=len(traces) > 1, barmode="group")
+    caption = f"Change of {results.main} over the range of each parameter" + (f", by {title}." if title else ".")
+    return Figure(caption, traces, layout, height=140 + 34 * len(found)) if found else None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterable, Mapping, Sequence
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,7 @@ from nvhchain.study.analysis import (
 from nvhchain.study.definition import Study
 from nvhchain.study.differences import differences
 from nvhchain.study.page import write_study_page
-from nvhchain.study.page.results import DRAWN
+from nvhchain.study.page.results import DRAWN, PAIRED
 from nvhchain.study.plans.gradient import Slope, slopes
 from nvhchain.study.plans.optimise import best_score, scores
 from nvhchain.study.quality import PERCENTS, failed_shares, influences, percentiles
@@ -58,13 +59,15 @@ def write_study(study: Study, rows: Sequence[Row], out: str | Path) -> list[str]
     Figures (effects.png, pareto.png, percentiles.png) appear where responses differ.
     """
     folder = Path(out)
-    write_text(folder / "study.csv", rows_csv(rows))
-    write_parquet(records_of(rows), folder / "study.parquet")
+    write_text(folder / "study.csv", rows_csv(study, rows))
+    write_parquet(records_of(study, rows), folder / "study.parquet")
     effects = main_effects(study, rows)
     write_text(folder / "effects.csv", _csv(_effect_record(effect) for effect in effects))
     lines = _search_lines(study, rows) if study.goal is not None else []
     if study.plan == "gradient":
         lines += _write_slopes(study, rows, folder)
+    if study.plan in DRAWN and main_response(rows) is not None:
+        lines += _write_quality(study, rows, folder)
     lines += _summary(study, rows, effects)
     main = main_response(rows)
     if main is not None and any(effect.response == main for effect in effects):
@@ -78,8 +81,6 @@ def write_study(study: Study, rows: Sequence[Row], out: str | Path) -> list[str]
             for index in indices
             if index.response == main
         ]
-    if study.plan in DRAWN and main is not None:
-        lines += _write_quality(study, rows, main, folder)
     pair = study.pareto or (None if study.plan in DRAWN else pareto_pair(rows))
     if pair:
         worst = worst_rows(rows)
@@ -96,8 +97,9 @@ def write_study(study: Study, rows: Sequence[Row], out: str | Path) -> list[str]
     return lines
 
 
-def _write_quality(study: Study, rows: Sequence[Row], main: str, folder: Path) -> list[str]:
+def _write_quality(study: Study, rows: Sequence[Row], folder: Path) -> list[str]:
     """Write percentiles, shares that fail and the ranking of the parameters; return the lines that sum them up."""
+    main = str(main_response(rows))
     found = percentiles(rows, main)
     names = [main, *(name for name in study.targets if name != main)]
     every = [one for name in names for one in percentiles(rows, name)]
@@ -115,12 +117,12 @@ def _write_quality(study: Study, rows: Sequence[Row], main: str, folder: Path) -
         save(axes, folder / "percentiles.png")
     lines = []
     loudest = max((one for one in found if one.percent == PERCENTS[-1]), key=lambda one: one.value, default=None)
-    for one in found:
+    for one in reversed(found):
         if loudest is not None and (one.speed_rpm, one.torque) == (loudest.speed_rpm, loudest.torque):
             at = "" if one.speed_rpm is None else f" at {one.speed_rpm:g} rpm"
             lines.append(
                 f"{one.percent:g} % of {one.designs} gearboxes have a {main}{at} below {one.value:.1f} "
-                f"({one.limits[0]:.1f}…{one.limits[1]:.1f})"
+                f"({_ends(one.limits)})"
             )
     for failed in failed_shares(study, rows) if any(row.refused is None for row in rows) else ():
         lines.append(
@@ -149,11 +151,13 @@ def _flat(record: Any) -> dict[str, Any]:
     return flat
 
 
-def rows_csv(rows: Sequence[Row]) -> str:
+def rows_csv(study: Study, rows: Sequence[Row]) -> str:
     """Return the table of all runs as CSV in ASCII; missing values are empty.
 
     Parameters
     ----------
+    study : Study
+        Study.
     rows : sequence of Row
         Rows of `run_study`.
 
@@ -162,14 +166,16 @@ def rows_csv(rows: Sequence[Row]) -> str:
     str
         Content of study.csv.
     """
-    return _csv(records_of(rows))
+    return _csv(records_of(study, rows))
 
 
-def records_of(rows: Sequence[Row]) -> list[dict[str, Any]]:
+def records_of(study: Study, rows: Sequence[Row]) -> list[dict[str, Any]]:
     """Return the table of all runs, for data frames.
 
     Parameters
     ----------
+    study : Study
+        Study.
     rows : sequence of Row
         Rows of `run_study`.
 
@@ -181,7 +187,7 @@ def records_of(rows: Sequence[Row]) -> list[dict[str, Any]]:
     """
     responses = responses_of(rows)
     limited = [name for name in responses if any(name in row.limits for row in rows)]
-    changes = differences(rows)
+    changes = differences(rows) if study.plan in PAIRED else {}
     records = []
     for index, row in enumerate(rows):
         record: dict[str, Any] = {"design": row.design, **row.values}
@@ -266,7 +272,7 @@ def _effect_record(effect: Effect) -> dict[str, Any]:
 def _summary(study: Study, rows: Sequence[Row], effects: Sequence[Effect]) -> list[str]:
     lines, main = [], main_response(rows)
     heard = [row for row in worst_rows(rows) if main is not None and main in row.responses]
-    if main is not None and heard and study.plan not in ("optimise", "gradient"):
+    if main is not None and heard and study.plan not in ("optimise", "gradient", *DRAWN):
         several = " (worst operating point)" if len({(row.speed_rpm, row.torque) for row in rows}) > 1 else ""
         for word, row in (
             ("Lowest", min(heard, key=lambda row: row.responses[main])),
@@ -300,8 +306,11 @@ def _given(row: Row) -> dict[str, Any]:
 def _limits(row: Row, name: str) -> str:
     if name not in row.limits:
         return ""
-    low, high = ("none" if limit is None else f"{limit:.1f}" for limit in row.limits[name])
-    return f" ({low}…{high})"
+    return f" ({_ends(row.limits[name])})"
+
+
+def _ends(limits: Iterable[float | None]) -> str:
+    return "…".join("none" if limit is None or not isfinite(limit) else f"{limit:.1f}" for limit in limits)
 
 
 def _short(value: object) -> str:

@@ -226,7 +226,7 @@ def test_tables_are_ascii_with_empty_cells():
         Row(0, {"x": "ä"}, responses={"level": 60.0}, limits={"level": (None, 61.0)}),
         Row(1, {"x": "b"}, refused="too large, by 2"),
     ]
-    text = rows_csv(rows)
+    text = rows_csv(Study("case.toml", (Parameter("x", ("a.x",), ("ä", "b")),)), rows)
     assert text.isascii()
     first, second = csv.DictReader(io.StringIO(text))
     assert (first["level lower"], first["level upper"], first["refused"]) == ("", "61", "")

@@ -11,7 +11,7 @@ from nvhchain.study.page import answer, designs, effects, indices, refused, scat
 from nvhchain.study.page.results import Results
 from nvhchain.study.rows import Row
 
-SECTIONS = (answer, search, slopes, designs, effects, indices, scatter, refused)
+SECTIONS = (answer, search, slopes, scatter, indices, designs, effects, refused)
 """Modules of the sections in their order, each with TITLE and `blocks`."""
 
 

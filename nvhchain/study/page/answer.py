@@ -6,6 +6,7 @@ from typing import Any
 
 from nvhchain.report.page.blocks import Figure, Hero, axes, label, rounded
 from nvhchain.study.page.results import Results, design_text, level_text, limits_of, unit_of
+from nvhchain.study.page.scatter import distribution
 from nvhchain.study.page.search import course
 from nvhchain.study.page.slopes import tornado
 from nvhchain.study.rows import Row
@@ -25,7 +26,7 @@ def blocks(results: Results) -> list[Any]:
     doubt = _doubt(results)
     figures = [
         figure
-        for figure in (course(results), tornado(results), _pareto(results), _over_speed(results))
+        for figure in (course(results), tornado(results), distribution(results), _pareto(results), _over_speed(results))
         if figure is not None
     ]
     first, second = [*figures, None, None][:2]

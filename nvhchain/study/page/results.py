@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from math import isfinite
 from typing import Any
 
 from nvhchain.study.analysis import Effect, best_designs, main_effects, main_response, pareto_pair, worst_rows
@@ -16,6 +17,9 @@ from nvhchain.study.rows import Row
 
 DRAWN = ("monte_carlo", "latin_hypercube", "sobol")
 """Plans whose designs stand for what leaves the factory."""
+
+PAIRED = ("grid", "list", "optimise", "gradient")
+"""Plans whose design 0 is one to compare others with."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +58,7 @@ class Results:
     @cached_property
     def differences(self) -> Mapping[int, Difference]:
         """Index of a row → its difference from design 0."""
-        return differences(self.rows)
+        return differences(self.rows) if self.study.plan in PAIRED else {}
 
     @property
     def pair(self) -> tuple[str, str] | None:
@@ -85,7 +89,9 @@ def limits_of(limits: Sequence[float | None] | None, digits: int = 1) -> str:
     """Return limits as text; "none" for one that does not exist."""
     if limits is None:
         return ""
-    low, high = ("none" if limit is None else f"{limit:.{digits}f}".replace("-", "−") for limit in limits)
+    low, high = (
+        "none" if limit is None or not isfinite(limit) else f"{limit:.{digits}f}".replace("-", "−") for limit in limits
+    )
     return f"{low} … {high}"
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from nvhchain.report.page.blocks import Figure, Table, Text, axes, label, rounded
 from nvhchain.study.page.results import DRAWN, Results, level_text, limits_of, point_texts, point_titles, unit_of
-from nvhchain.study.quality import FEWEST, Influence, Percentile, failed_shares, influences, percentiles
+from nvhchain.study.quality import FEWEST, Influence, failed_shares, influences, percentiles
 
 TITLE = "What leaves the factory"
 
@@ -16,7 +16,7 @@ def blocks(results: Results) -> list[Any]:
     main = results.main
     if results.study.plan not in DRAWN or main is None:
         return []
-    found: list[Any] = [_figure(results, main, percentiles(results.rows, main))]
+    found: list[Any] = []
     names = [main, *(name for name in results.study.targets if name != main)]
     rows = [
         (
@@ -47,8 +47,12 @@ def _few(results: Results) -> Text:
     return Text(f"A ranking of tolerances needs {FEWEST} gearboxes or more that differ in {results.main}.", "small")
 
 
-def _figure(results: Results, main: str, found: list[Percentile]) -> Figure:
-    """Return percentiles over speed; the distribution where there is one speed."""
+def distribution(results: Results) -> Figure | None:
+    """Return percentiles over speed, or the distribution where there is one speed; None for other plans."""
+    main = results.main
+    if results.study.plan not in DRAWN or main is None:
+        return None
+    found = percentiles(results.rows, main)
     target = results.study.targets.get(main)
     line = {"color": "#1d2329", "width": 1, "dash": "dash"}
     speeds = sorted({one.speed_rpm for one in found if one.speed_rpm is not None})

@@ -85,12 +85,12 @@ class Study:
         Two responses, both better the smaller, of the figure of best designs.
     targets : dict of str to float
         Response → largest value that passes, such as level = 65; at the worst operating point.
+    most_designs : int
+        Number of designs above which a plan is refused.
     responses : tuple of str
         Further responses: `orders`, `loudness`, `contact_pressure`.
     goal : Goal, optional
         Goal of the plan `optimise`.
-    most_designs : int
-        Number of designs above which a plan is refused.
 
     Raises
     ------

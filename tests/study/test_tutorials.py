@@ -30,7 +30,7 @@ def followed(name, operators, folder, monkeypatch, capsys):
     return capsys.readouterr().out, float(re.search(r"\*\*([\d.]+)[^*]*\*\*\.?[^*]*$", page)[1])
 
 
-def test_slots_cost_what_their_page_says(operators, tmp_path, monkeypatch, capsys):
+def test_slots_cost_the_decibels_of_their_page(operators, tmp_path, monkeypatch, capsys):
     _, number = followed("slots_or_holes", operators, tmp_path, monkeypatch, capsys)
     table = (tmp_path / "out" / "slots" / "study.csv").read_text().splitlines()
     head, *rows = [line.split(",") for line in table]
@@ -38,7 +38,7 @@ def test_slots_cost_what_their_page_says(operators, tmp_path, monkeypatch, capsy
     assert float(slots[head.index("less design 0")]) == pytest.approx(number, abs=0.1)
 
 
-def test_relief_that_forgives_ends_at_its_level(operators, tmp_path, monkeypatch, capsys):
+def test_the_robust_relief_has_its_level(operators, tmp_path, monkeypatch, capsys):
     printed, number = followed("tip_relief", operators, tmp_path, monkeypatch, capsys)
     assert float(re.search(r"gearboxes below ([\d.]+)", printed)[1]) == pytest.approx(number, abs=0.1)
 

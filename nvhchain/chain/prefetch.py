@@ -1,4 +1,4 @@
-"""Operators of gearboxes on two cores: mesh laws in a separate process, housings in this one.
+"""Operators of gearboxes on two cores: mesh laws in a separate process, housings and transfer vectors in this one.
 
 This module is the separate process (`python -m`). Mesh laws and housing are independent, and a second thread speeds up
 neither much.
@@ -25,7 +25,7 @@ from nvhchain.runtime import processes
 from nvhchain.runtime.memory import free_memory
 from nvhchain.runtime.threads import blas_threads, cores
 from nvhchain.scene import Scene, decided, planned_steps, preflight
-from nvhchain.scene.steps import HOUSING, MESH_LAWS
+from nvhchain.scene.steps import HOUSING, MESH_LAWS, TRANSFER_VECTORS
 
 _LEAST_SECONDS = 5.0
 """Smallest processor time (s) of laws and of housings for which a second process saves time."""
@@ -54,7 +54,7 @@ class _OnlyComputed(Unwatched):
 def operators_ahead(
     cases: Sequence[Case], fidelity: Fidelity, operators: Path, watcher: Watcher | None = None
 ) -> Iterator[None]:
-    """Compute housings and mesh laws of `cases` in advance, and compile the code of the next steps.
+    """Compute housings, mesh laws and transfer vectors of `cases` in advance, and compile the code of the next steps.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def operators_ahead(
     operators : Path
         Folder of the shared operators.
     watcher : Watcher, optional
-        Receives the progress of the housings.
+        Receives the progress of the housings and transfer vectors.
 
     Raises
     ------
@@ -87,14 +87,15 @@ def operators_ahead(
         preflight(case, fidelity, {})
     writable_folder(operators, "operators")
     with _mesh_law_process(gearboxes, fidelity, operators):
+        runs = [Run(Scene(case, fidelity), shared=ResultCache(operators, _OnlyComputed(watcher))) for case in gearboxes]
         with blas_threads(1):
-            for case in gearboxes:
-                with concerning(case.name):
-                    steps.reduced_housing(
-                        Run(Scene(case, fidelity), shared=ResultCache(operators, _OnlyComputed(watcher)))
-                    )
-        for case in gearboxes:
-            steps.compile_kernels(case, fidelity)
+            for run in runs:
+                with concerning(run.case.name):
+                    run.hand_offs[HOUSING] = steps.reduced_housing(run)
+        for run in runs:
+            steps.compile_kernels(run.gearbox, fidelity)
+            with concerning(run.case.name):  # while the other process is at the mesh laws
+                steps.transfer_vectors_ahead(run)
         yield
 
 
@@ -124,9 +125,10 @@ def _laws_need_gears_alone(case: GearboxCase) -> bool:
 def _second_process_pays(cases: Sequence[GearboxCase], fidelity: Fidelity) -> bool:
     """Return True if a second process saves time and the memory is enough for both."""
     planned = [one for case in cases for one in planned_steps(Scene(case, fidelity))]
-    kinds = [[one for one in planned if one.step is step] for step in (HOUSING, MESH_LAWS)]
-    seconds = min(sum(one.seconds for one in kind) for kind in kinds)
-    megabytes = sum(max((one.megabytes for one in kind), default=0.0) for kind in kinds)
+    kinds = HOUSING, MESH_LAWS, TRANSFER_VECTORS
+    housings, laws, vectors = ([one for one in planned if one.step is kind] for kind in kinds)
+    seconds = min(sum(one.seconds for one in kind) for kind in (housings, laws))
+    megabytes = sum(max((one.megabytes for one in kind), default=0.0) for kind in (laws, housings + vectors))
     return cores() > 1 and seconds > _LEAST_SECONDS and 1e6 * megabytes < free_memory()
 
 

@@ -74,6 +74,17 @@ def test_what_comes_next_is_compiled_ahead_and_nothing_for_sound_where_none_is_a
         asked.clear()
 
 
+def test_transfer_vectors_are_made_while_the_laws_are(case, coarse, tmp_path, record, request, worth):
+    heard = nvh.load_case(request.config.rootpath / "cases" / "small" / "single_stage.toml")
+    heard = replace(heard, band=case.band)
+    cheap = replace(coarse, acoustics=replace(coarse.acoustics, radiation="rayleigh"))
+    with ahead.operators_ahead([heard], cheap, tmp_path, record):
+        assert record.ended == [("housing", "computed"), ("transfer_vectors", "computed")]
+        nvh.run(heard, fidelity=cheap, out=tmp_path, watcher=record)
+    assert ("transfer_vectors", "cached") in record.ended
+    assert record.began.count("transfer_vectors") == 1
+
+
 @pytest.mark.parametrize(
     "options", [{"tilt": True}, {"shuttling": True}, {"friction": 0.05}, {"loaded_misalignment": True}]
 )

@@ -10,7 +10,13 @@ from nvhchain.chain.steps.dynamics import bearing_forces, force_spectrum, record
 from nvhchain.chain.steps.gears import load_distributions, mesh_laws
 from nvhchain.chain.steps.kernels import compile_kernels
 from nvhchain.chain.steps.power import directivity, radiation_efficiency, radiation_resistance, sound_power
-from nvhchain.chain.steps.sound import noise_transfer_functions, pressure, pressure_history, transfer_vectors
+from nvhchain.chain.steps.sound import (
+    noise_transfer_functions,
+    pressure,
+    pressure_history,
+    transfer_vectors,
+    transfer_vectors_ahead,
+)
 from nvhchain.scene import steps as table
 from nvhchain.scene.steps import Step
 
@@ -32,4 +38,4 @@ MADE_BY: dict[Step[Any], Callable[[Run], Any]] = {
 }
 """Step of the table → the function that makes its hand-off."""
 
-__all__ = ["MADE_BY", "compile_kernels", "mesh_laws", "recording", "reduced_housing"]
+__all__ = ["MADE_BY", "compile_kernels", "mesh_laws", "recording", "reduced_housing", "transfer_vectors_ahead"]

@@ -65,11 +65,27 @@ def band_of(case: Case, lines: FloatArray | None) -> tuple[float, float]:
 
 def transfer_vectors(run: Run) -> TransferVectors:
     """Transfer vectors to the field points: at the lines if they are few, else at master frequencies of the band."""
-    points, where, lines = _points(run.case), surroundings(run), None
     if run.case.running_up:
-        surface = run[HOUSING].surface
-    else:
-        surface, lines = run[SURFACE_VELOCITY].surface, run[SURFACE_VELOCITY].frequency
+        return _vectors(run, run[HOUSING].surface, None)
+    return _vectors(run, run[SURFACE_VELOCITY].surface, run[SURFACE_VELOCITY].frequency)
+
+
+def transfer_vectors_ahead(run: Run) -> None:
+    """Compute the transfer vectors of a gearbox before its forces are known, for a band with many lines.
+
+    Parameters
+    ----------
+    run : Run
+        Run with its housing. Lines outside the band, which few gearboxes have, take vectors of their own later.
+    """
+    band, (low, high) = run.gearbox.band, run.case.limits
+    if TRANSFER_VECTORS in run.scene.steps and high - low > 2 * _FEW_LINES * band.resolution:
+        _vectors(run, run[HOUSING].surface, None)
+
+
+def _vectors(run: Run, surface: Surface, lines: FloatArray | None) -> TransferVectors:
+    """Return transfer vectors at few lines, or at masters of the band for many or unknown ones."""
+    points, where = _points(run.case), surroundings(run)
     band = (lines,) if lines is not None and len(lines) <= _FEW_LINES else band_of(run.case, lines)
     frequencies = band[0] if len(band) == 1 else Adaptive(*band)
     made: TransferVectors = run.cached_in_parts(

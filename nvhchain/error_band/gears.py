@@ -13,7 +13,6 @@ from fractions import Fraction
 from math import gcd, lcm
 
 import numpy as np
-from scipy.signal import fftconvolve
 
 from nvhchain.case import GearboxCase
 from nvhchain.fidelity import GearFidelity
@@ -225,4 +224,6 @@ def _common(orders: Sequence[Fraction]) -> Fraction:
 
 def _folded(first: FloatArray, second: FloatArray) -> FloatArray:
     """Convolve two-sided spectra about their middle, without rounding below zero."""
+    from scipy.signal import fftconvolve  # slow to import
+
     return np.maximum(fftconvolve(first, second, mode="same"), 0.0)

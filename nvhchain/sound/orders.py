@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import oaconvolve
 
 from nvhchain.errors import require
 from nvhchain.handoff import ComplexArray, FieldPressure, FloatArray, PressureHistory
@@ -156,6 +155,8 @@ def order_track(history: PressureHistory, order: float, *, point: int = 0) -> Or
     count = 2 * int(0.5 * width * rate / sizes[0]) + 1
     window = np.hanning(count + 2)[1:-1]
     window /= window.sum()
+    from scipy.signal import oaconvolve  # slow to import
+
     weight = oaconvolve(np.ones(len(means)), window, mode="same")  # at the ends a part of the window
     smooth = oaconvolve(means, window, mode="same") / weight
     time = np.arange(0.0, duration + 1.0 / ENVELOPE_RATE, 1.0 / ENVELOPE_RATE) + history.time[0]

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from scipy.signal import firwin, kaiserord
 
 from nvhchain.dynamics.time_loop.simulation import Simulation
 from nvhchain.errors import require
@@ -66,6 +65,8 @@ def low_pass(rate: float, stride: int, f_max: float, attenuation: float) -> Floa
     if stride == 1:
         return np.ones(1)
     half, beta = _window(rate, stride, f_max, attenuation)
+    from scipy.signal import firwin  # slow to import
+
     return np.asarray(firwin(2 * half + 1, 0.5 * rate / stride, window=("kaiser", beta), fs=rate))
 
 
@@ -81,6 +82,8 @@ def _window(rate: float, stride: int, f_max: float, attenuation: float) -> tuple
         kept > 2.0 * f_max,
         f"a record at {kept:g} Hz does not cover f_max = {f_max:g} Hz: store more than {2 * f_max:g} samples a second",
     )
+    from scipy.signal import kaiserord  # slow to import
+
     count, beta = kaiserord(attenuation, (kept - 2.0 * f_max) / (0.5 * rate))
     return -(-(count // 2) // stride) * stride, beta
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator, make_interp_spline
-from scipy.signal import firwin, kaiserord, upfirdn
 
 from nvhchain.errors import InputError, require
 from nvhchain.handoff import FloatArray
@@ -81,6 +80,8 @@ def resampled(time: FloatArray, values: FloatArray, rate: float, source: str) ->
     factor = int(np.ceil(OVERSAMPLING * own / rate))
     grid = np.minimum(time[0] + np.arange((count - 1) * factor + 1) / (rate * factor), time[-1])
     dense = make_interp_spline(time, values, k=SPLINE_DEGREE)(grid)
+    from scipy.signal import firwin, kaiserord, upfirdn  # slow to import
+
     taps, beta = kaiserord(STOP_BAND, 2.0 * (1.0 - 2.0 * USABLE_BAND) / factor)
     half = taps // 2 + 1
     low_pass = firwin(2 * half + 1, 1.0 / factor, window=("kaiser", beta))

@@ -120,6 +120,15 @@ def test_bores_of_the_example_never_appear_for_missing_ones(tmp_path, request, c
     assert "housing: bores are missing" in capsys.readouterr().err
 
 
+def test_every_field_point_inside_the_housing_is_named(tmp_path, request, capsys):
+    point = '\n[[field_points]]\nname = "{}"\nposition = [0.0, 0.0, {}]\n'
+    places = "".join(point.format(name, z) for name, z in (("deep", 0.07), ("deeper", 0.08), ("behind", -0.1)))
+    (tmp_path / "case.toml").write_text((request.config.rootpath / SMALL).read_text() + places)
+    assert main(["check", str(tmp_path / "case.toml")]) == 2
+    inside = re.findall(r"field point '(\w+)' at .* lies inside the housing", capsys.readouterr().err)
+    assert inside == ["deep", "deeper"]
+
+
 def test_bearings_without_damping_are_named(checked):
     damping = "radial_damping = 1200\naxial_damping = 400\n"
     _, _, printed = checked(("radial_damping = 1200 # N s/m\n", ""), ("axial_damping = 400", ""), (damping, ""), code=0)

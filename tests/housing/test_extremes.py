@@ -30,6 +30,7 @@ def is_sound(reduced):
     return np.isfinite(response.normal_velocity).all() and residual[0] > -1e-9 * residual[-1]
 
 
+@pytest.mark.filterwarnings("ignore:housing elements of 30 mm")
 def test_walls_of_a_millimetre(casting, fidelity, reduced):
     thin = replace(casting, wall=0.001, end_wall=0.001, spokes=0, rib_height=0.0)
     found = reduced_casting(thin, fidelity, f_max=500.0)
@@ -77,12 +78,14 @@ def test_walls_of_fifty_millimetres(fidelity):
     assert found.natural_frequency[0] > 300.0  # of the flange, which alone is thin
 
 
+@pytest.mark.filterwarnings("ignore:housing elements of 30 mm")
 def test_one_bolt_holds_the_casting_like_a_clamp_far_more_softly_than_four(casting, fidelity, reduced):
     found = reduced_casting(replace(casting, bolts=1), fidelity, f_max=1500.0)
     assert is_sound(found)
     assert 0 < found.natural_frequency[0] < 0.3 * reduced.natural_frequency[0]
 
 
+@pytest.mark.filterwarnings("ignore:housing elements of 30 mm")
 def test_no_bolts_leave_six_rigid_modes_and_the_mass_of_the_casting(casting, fidelity):
     free = replace(casting, bolts=0)
     found = reduced_casting(free, fidelity, f_max=1500.0)
@@ -113,6 +116,7 @@ def rigid_mass(casting, fidelity):
     return float(along.ravel() @ (M @ along.ravel()))
 
 
+@pytest.mark.filterwarnings("ignore:housing elements of 30 mm")
 def test_band_below_the_first_mode_is_answered_by_flexibility_alone(casting, fidelity, reduced):
     found = reduced_casting(casting, replace(fidelity, mode_ratio=1.0), f_max=200.0, size=0.022)
     assert len(found.natural_frequency) == 0

@@ -2,9 +2,7 @@
 
 import pytest
 
-import nvhchain as nvh
 from nvhchain.case import FieldPoint, RadiatorCase, Sphere
-from nvhchain.fidelity import DRAFT
 from nvhchain.testing.coarse_runs import TINY, small_gearbox
 
 
@@ -24,9 +22,3 @@ def gearbox():
 @pytest.fixture(scope="session")
 def tiny():
     return TINY
-
-
-@pytest.fixture(scope="session")
-def draft_of_the_small_case(request):
-    """The whole chain on the case that is swept; ten seconds."""
-    return nvh.run(nvh.load_case(request.config.rootpath / "cases" / "small" / "single_stage.toml"), fidelity=DRAFT)

@@ -1,6 +1,7 @@
 """A sphere over a rigid floor, from its case file: the plane and the workers reach the boundary elements."""
 
 from dataclasses import replace
+from inspect import unwrap
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from nvhchain.cli import main
 from nvhchain.errors import InputError
 from nvhchain.files import hdf5
 from nvhchain.handoff import RigidPlane
+from nvhchain.runtime.cluster import connect
 
 
 @pytest.fixture(scope="module")
@@ -63,7 +65,8 @@ def test_work_spread_over_worker_processes_gives_the_same_pressure(case, request
     assert np.abs(spread.pressure - here).max() < 1e-10 * np.abs(here).max()
 
 
-def test_scheduler_that_does_not_answer_is_bad_input(request, tmp_path, capsys):
+def test_scheduler_that_does_not_answer_is_bad_input(request, tmp_path, capsys, monkeypatch):
+    monkeypatch.setitem(unwrap(connect).__kwdefaults__, "timeout", 0.5)
     path = str(request.config.rootpath / "cases" / "sphere" / "on_floor.toml")
     assert main(["run", path, "--scheduler", "tcp://127.0.0.1:1", "--out", str(tmp_path)]) == 2
     assert "127.0.0.1:1" in capsys.readouterr().err

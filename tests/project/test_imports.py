@@ -21,9 +21,9 @@ HEAVY = {
 }
 PROBE = """
 import json, sys, time
-start = time.perf_counter()
+start = time.process_time()
 import nvhchain
-print(json.dumps([time.perf_counter() - start, sorted({name.partition(".")[0] for name in sys.modules})]))
+print(json.dumps([time.process_time() - start, sorted({name.partition(".")[0] for name in sys.modules})]))
 """
 
 

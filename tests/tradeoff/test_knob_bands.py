@@ -7,7 +7,7 @@ from benchmarks.chain.error_band_knobs import judged_rows
 from nvhchain.tradeoff import deviation, shipped_sweep
 from nvhchain.tradeoff.knobs import FINER_SETTINGS
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("ignore:too low a singular_order")]
 
 ROWS = [
     (row.knob, row.value)
@@ -27,7 +27,6 @@ def verdicts(draft):
     return judged_rows(draft)
 
 
-@pytest.mark.filterwarnings("ignore:too low a singular_order")
 def test_every_setting_of_the_sweep_is_judged(verdicts):
     assert set(verdicts) == set(ROWS)
 

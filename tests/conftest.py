@@ -13,7 +13,6 @@ from nvhchain.errors import AccuracyWarning
 from nvhchain.report import compare
 from nvhchain.testing.coarse_runs import COARSE, Record
 
-
 FIRST = ("test_engines.py", "test_reference_regression.py")
 """Long files, one for each of two processes: of the sound and of gears, so that they compile different kernels."""
 

@@ -74,9 +74,11 @@ class Browser:
         raise RuntimeError("the page was left while a script ran")
 
     def wait(self, condition: str) -> None:
-        """Wait until a condition of JavaScript holds."""
-        check = f"const check = () => {condition} ? done() : setTimeout(check, 50)"
-        self.run(f"new Promise((done) => {{ {check}; check(); }})")
+        """Wait until a condition of JavaScript holds, a minute at most."""
+        check = f"const check = () => {condition} || Date.now() > end ? done() : setTimeout(check, 50)"
+        self.run(f"new Promise((done) => {{ const end = Date.now() + 60000; {check}; check(); }})")
+        if not self.run(f"Boolean({condition})"):
+            raise RuntimeError(f"not within a minute: {condition}")
 
     def picture(self, path: Path, selector: str = "", *, scale: float = 1.0) -> Path:
         """Write a picture (PNG) of an element, or of the window."""

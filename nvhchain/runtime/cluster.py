@@ -15,14 +15,13 @@ from concurrent.futures import BrokenExecutor, CancelledError, Executor, ThreadP
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
-from multiprocessing import resource_tracker
 from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
 
 from nvhchain.errors import InputError, ResourceError, is_whole, require
 from nvhchain.kinds import checked
 from nvhchain.runtime.memory import free_memory
-from nvhchain.runtime.processes import isolated
+from nvhchain.runtime.processes import isolated, start_tracker
 from nvhchain.runtime.threads import blas_threads, cores, granted, set_blas_threads
 
 T = TypeVar("T")
@@ -114,8 +113,7 @@ def _interrupts_for_this_process_alone() -> Iterator[None]:
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    # Python unblocks SIGINT in the thread that starts its tracker of resources, hence in the workers that follow.
-    resource_tracker.ensure_running()
+    start_tracker()  # which unblocks SIGINT in its thread, hence in workers that follow
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield

@@ -15,7 +15,7 @@ from _thread import interrupt_main
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
-from multiprocessing import get_context, parent_process
+from multiprocessing import get_context, parent_process, resource_tracker
 from multiprocessing.connection import wait
 from pathlib import Path
 from queue import SimpleQueue
@@ -23,7 +23,18 @@ from subprocess import DEVNULL, PIPE
 from threading import Thread, current_thread, main_thread
 from typing import IO, Any
 
-__all__ = ["DEVNULL", "PIPE", "end_here", "exchange", "isolated", "process_pool", "run", "run_python", "start_python"]
+__all__ = [
+    "DEVNULL",
+    "PIPE",
+    "end_here",
+    "exchange",
+    "isolated",
+    "process_pool",
+    "run",
+    "run_python",
+    "start_python",
+    "start_tracker",
+]
 
 
 def run_python(*arguments: str, seconds: float) -> subprocess.CompletedProcess[str] | None:
@@ -183,6 +194,12 @@ def isolated() -> Iterator[None]:
             os.environ.pop("PYTHONSAFEPATH", None)
         else:
             os.environ["PYTHONSAFEPATH"] = before
+
+
+def start_tracker() -> None:
+    """Start the process by which `multiprocessing` keeps count of its resources, unless it is at work."""
+    with isolated():
+        resource_tracker.ensure_running()
 
 
 def _end_with_caller() -> None:

@@ -184,7 +184,6 @@ def load_study(path: str | Path) -> Study:
         If the file cannot be used; all mistakes at once.
     """
     path = Path(path)
-    require(path.exists(), f"{path}: no such file: give a study, such as docs/studies.md shows")
     table, _ = read_toml(path)
     wrong: list[str] = []
     parameters = _parameters(table, "parameters", path, wrong)

@@ -154,7 +154,7 @@ def test_keys_of_modal_results_are_strict(modal_results, tmp_path, old, new, mes
     ("change", "message"),
     [
         ({"units": "mm-t-s"}, "HDF5 is in SI, not in mm-t-s"),
-        ({"file": "modes.op2"}, r"\.op2 holds no modes: \.unv, "),
+        ({"file": "modes.xyz"}, r"\.xyz holds no modes: \.unv, "),
         ({"file": "none.h5"}, r"none\.h5"),
         ({"seats": (SeatNode("A1", 10**7),)}, r"bearing A1: .*modes\.h5 has no node 10000000"),
         ({"seats": (SeatNode("X", 1),)}, "seats are named for X, which are no bearings"),

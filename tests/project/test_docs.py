@@ -134,7 +134,8 @@ def test_scripts_of_the_pages_compile_and_import_names_that_exist():
     for page, script in scripts:
         tree = ast.parse(script, page)
         for node in ast.walk(tree):
-            if isinstance(node, ast.Import | ast.ImportFrom):
+            elsewhere = getattr(node, "module", None) == "dask_jobqueue"  # on the machine of a batch system
+            if isinstance(node, ast.Import | ast.ImportFrom) and not elsewhere:
                 exec(ast.unparse(node), {})
         for name in re.findall(r"\bnvh\.(\w+)", script):
             assert hasattr(nvhchain, name), f"{page}: nvh.{name}"

@@ -202,6 +202,7 @@ def test_player_holds_the_lines_of_all_designs_at_one_gain(pair):
 @pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed: apt install chromium")
 def test_page_in_a_browser_has_no_errors_and_its_body_moves_turns_and_sounds(pair):
     with Browser(write_page(pair)) as page:
+        page.wait("document.querySelectorAll('#answer .js-plotly-plot').length >= 2")  # drawn as they come into view
         page.run("document.querySelector('#housing').scrollIntoView({behavior: 'instant'})")
         page.wait("document.querySelector('#housing canvas')")
         pixels = "document.querySelectorAll('#housing canvas')[1].toDataURL()"
@@ -217,7 +218,6 @@ def test_page_in_a_browser_has_no_errors_and_its_body_moves_turns_and_sounds(pai
         page.run("{ const slider = document.querySelector('#housing input'); slider.value = 0; slider.oninput(); }")
         assert len(set(seen)) == 3  # at rest, moved, turned
         assert page.run(line) != before
-        assert page.run("document.querySelectorAll('#answer .js-plotly-plot').length") >= 2
         page.run("document.querySelector('#sound .play').click()")
         assert page.run("document.querySelector('#sound .play').getAttribute('aria-pressed')") == "true"
         assert page.errors == []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import isfinite
+from math import degrees, isfinite
 
 import numpy as np
 
@@ -76,8 +76,8 @@ class Cutouts:
         pitch = 2 * np.pi / self.count
         require(
             0 < self.angular_width < 0.95 * pitch,
-            f"angular width {np.degrees(self.angular_width):.4g}° of the openings is outside 0…"
-            f"{np.degrees(0.95 * pitch):.4g}° (95 % of their pitch): make them narrower or fewer",
+            f"angular width {degrees(self.angular_width):.4g}° of the openings is outside 0…"
+            f"{degrees(0.95 * pitch):.4g}° (95 % of their pitch): make them narrower or fewer",
         )
         largest = 0.45 * min(self.outer_radius - self.inner_radius, self.angular_width * self.inner_radius)
         require(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from os.path import isfile
 from pathlib import Path
 
 from nvhchain.errors import InputError
@@ -33,7 +34,7 @@ def write_page(folder: str | Path) -> Path:
     from nvhchain.report.page._jinja import rendered  # jinja2 and plotly are imported for pages only
 
     folder = Path(folder)
-    if (folder / TRADEOFF).is_file() and not (folder / "summary.json").is_file():
+    if isfile(folder / TRADEOFF) and not isfile(folder / "summary.json"):
         write_text(folder / "report.html", rendered(f"{folder.resolve().name}: trade-off", tradeoff_sections(folder)))
         return folder / "report.html"
     stored = stored_results(folder)

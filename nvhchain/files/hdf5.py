@@ -266,13 +266,21 @@ def _write(group: Any, what: Declared) -> None:
             _write_array(group, quantity, value)
 
 
+_LARGE = 2**18
+"""Bytes from which an array is packed."""
+
+_PACKING: dict[str, Any] = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
+"""Filters of large arrays, which every HDF5 library has: a fifth to a half of the space at 0.02 s per MB."""
+
+
 def _write_array(group: Any, quantity: Quantity, value: Any) -> None:
     array, dims = np.asarray(value, h5py.string_dtype() if quantity.is_text else None), quantity.dims
     is_complex = np.iscomplexobj(array)
     if is_complex:
         array = np.ascontiguousarray(array).view(np.float64).reshape(*array.shape, 2)
         dims = (*dims, "re_im")
-    dataset = group.create_dataset(quantity.name, data=array)
+    packing = _PACKING if array.nbytes >= _LARGE else {}
+    dataset = group.create_dataset(quantity.name, data=array, **packing)
     dataset.attrs["units"] = quantity.unit
     dataset.attrs["long_name"] = quantity.meaning
     dataset.attrs["complex"] = int(is_complex)

@@ -7,6 +7,7 @@ from nvhchain.handoff import FieldPressure, PressureHistory
 from nvhchain.levels import a_weighting, decibel, equivalent
 from nvhchain.plots import OrderMarks
 from nvhchain.report.causes.differences import line_differences, run_up_causes, split_difference
+from nvhchain.report.page.sections.causes import contributions
 from nvhchain.report.run_up import run_up_maps
 
 RNG = np.random.default_rng(1)
@@ -59,3 +60,9 @@ def test_order_of_a_run_up_makes_its_difference_and_all_adds_up():
     assert found[0]["part_db"] == pytest.approx(heard[1] - heard[0], rel=0.05)
     alone = [float(equivalent(size * np.sin(20 * angle), sample_rate=rate)) for size in (1.0, 0.5)]
     assert found[0]["levels_dBA"] == pytest.approx(alone, abs=0.2)
+
+
+def test_lines_of_designs_that_differ_in_their_last_digits_are_one_line():
+    sound = np.array([[1.0], [2.0]]) * (1 + 0j)
+    runs = [FieldPressure(np.array([1200.0, f]), [[0.0, 0, 1]], sound, 9.0) for f in (2400.0, 2400.0 * (1 + 1e-13))]
+    assert contributions._loudest(runs).tolist() == [1200.0, 2400.0]

@@ -68,11 +68,13 @@ def _by_path_and_mode(stored: Stored) -> list[Any]:
 def _loudest(pressures: list[FieldPressure]) -> FloatArray:
     """Return the frequencies (n,) Hz of the loudest lines in dB(A) of all configurations, rising."""
     level: dict[float, float] = {}
+    first = pressures[0].frequency if pressures else np.zeros(0)
     for of in pressures:
         weighted = levels.decibel(of.pressure[:, 0]) + levels.a_weighting(of.frequency)
         for f, heard in zip(of.frequency.tolist(), weighted.tolist(), strict=True):
             if all(np.abs(other.frequency - f).min() <= 1e-6 * f for other in pressures):
-                level[f] = max(level.get(f, -np.inf), heard)
+                line = float(first[np.abs(first - f).argmin()])  # one line, whose last digits may differ
+                level[line] = max(level.get(line, -np.inf), heard)
     return np.sort(sorted(level, key=lambda f: -level[f])[:LINES])
 
 

@@ -14,6 +14,9 @@ TITLE = "Why"
 STRONGEST = 3
 """Number of modes and of paths that are named beside a line."""
 
+INAUDIBLE = -20.0
+"""Level (dB(A)) below which a line counts as absent."""
+
 LOUDER, QUIETER, LEVEL = "#d55e00", "#0072b2", "#59636e"
 """Colours of parts and of levels."""
 
@@ -39,10 +42,7 @@ def _difference(stored: Stored, base: StoredRun, run: StoredRun) -> list[Any]:
     traces = [
         {
             "type": "waterfall",
-            "x": [
-                label(text).replace(", order", "<br>order").replace(" (", "<br>(")
-                for text in (base.name, *names, run.name)
-            ],
+            "x": [_narrow(text) for text in (base.name, *names, run.name)],
             "y": rounded([ends[0], *(of["part_db"] for of in lines), ends[1]], 3),
             "measure": ["absolute", *["relative"] * len(lines), "total"],
             "text": [f"{ends[0]:.1f}", *(_signed(of["part_db"]) for of in lines), f"{ends[1]:.1f}"],
@@ -93,6 +93,21 @@ def _line(stored: Stored, of: Mapping[str, Any]) -> str:
     return f"{where}order {of['order']:.5g}" + (f" ({origin})" if origin else "")
 
 
+def _narrow(name: str) -> str:
+    """Return the name of a line in short rows, which stand beside each other under a figure."""
+    rows = label(name)
+    for before, after in (
+        (", order", "<br>order"),
+        (" (", "<br>"),
+        (")", ""),
+        (" = ", "<br>= "),
+        (" − ", "<br>− "),
+        (" + ", "<br>+ "),
+    ):
+        rows = rows.replace(before, after)
+    return rows
+
+
 def _strongest(parts: list[Mapping[str, Any]]) -> str:
     """Return the largest parts, one a row."""
     named = sorted((of for of in parts if "pressure_Pa" in of), key=lambda of: -abs(of["part_db"]))
@@ -104,4 +119,4 @@ def _signed(value: float, digits: int = 1) -> str:
 
 
 def _level(value: float | None) -> str:
-    return "–" if value is None else f"{value:.1f}".replace("-", "−")
+    return "–" if value is None or value < INAUDIBLE else f"{value:.1f}".replace("-", "−")

@@ -24,6 +24,7 @@ from benchmarks.publish import ROOT, publish
 from nvhchain import levels
 from nvhchain.case import PLAIN, GearboxCase, Options
 from nvhchain.chain.result import Result
+from nvhchain.errors import AccuracyWarning
 from nvhchain.scene import modelled
 from nvhchain.scene.linear_level import LinearGearbox, level_change
 
@@ -213,7 +214,7 @@ def main() -> None:
     kept = out / "options_decided.json"
     out.mkdir(parents=True, exist_ok=True)
     found = json.loads(kept.read_text()) if kept.is_file() else {}
-    warnings.simplefilter("ignore")
+    warnings.simplefilter("ignore", AccuracyWarning)
     for name in names if names != ["table"] else ():
         found[name] = measure(name, out)
         kept.write_text(json.dumps(found, indent=1))

@@ -223,6 +223,15 @@ def test_an_accuracy_of_the_documentation_is_complete_by_its_declarations(tmp_pa
     assert hdf5.load(hdf5.save(made, tmp_path / "i.h5"), type(made)).accuracy == made.accuracy
 
 
+def test_large_arrays_take_less_space_and_keep_their_bits(tmp_path):
+    time = np.arange(50_000) / 1e4
+    force = np.round(np.sin(time)[:, None, None] * np.ones((2, 3)), 3)
+    forces = BearingForces(time, force, ("A", "B"), [[0.0, 0, 0], [0.1, 0, 0]], 9.0)
+    path = hdf5.save(forces, tmp_path / "forces.h5")
+    assert path.stat().st_size < 0.5 * (force.nbytes + time.nbytes)
+    assert np.array_equal(hdf5.load(path, BearingForces).force, force)
+
+
 def test_truncated_file_is_refused(tmp_path):
     path = hdf5.save(SURFACE, tmp_path / "s.h5")
     path.write_bytes(path.read_bytes()[:-200])

@@ -71,6 +71,13 @@ def test_teeth_of_both_gears_stand_where_their_contact_is():
         np.testing.assert_allclose(turned, expected, atol=1e-15)
 
 
+def test_points_of_a_compliance_lie_on_the_face_of_their_gear():
+    meshing = pair((0.0, 4e-3))
+    for found, body in zip(pair_compliances(meshing, COARSE), (meshing.pinion, meshing.wheel), strict=True):
+        half = body.geometry.face_width / 2
+        assert (found.axial.min(), found.axial.max()) == pytest.approx((body.offset - half, body.offset + half))
+
+
 @pytest.mark.parametrize("bodies", ["elements", "analytic"])
 def test_a_pair_and_its_mirror_image_are_equally_stiff(bodies):
     fidelity = dataclasses.replace(COARSE, bodies=bodies)

@@ -38,6 +38,9 @@ def test_modes_add_up_to_their_line_whatever_their_phases():
     pressure = np.array([sum(before.values()), sum(after.values())])
     parts = split_difference(pressure, [before, after], 3.0)
     assert sum(of["part_db"] for of in parts) == pytest.approx(3 * np.diff(np.abs(pressure) ** 2)[0], rel=1e-9)
+    few = [{name: complex(*RNG.standard_normal(2)) for name in "abc"} for _ in range(2)]
+    *_, others = split_difference(np.array([sum(of.values()) for of in few]), few, 3.0)
+    assert others["part_db"] == pytest.approx(0.0, abs=1e-12)  # nothing is left where all parts are listed
     alone = split_difference(np.array([1.0 + 0j, 2.0]), [{"a": 1.0, "b": 0.5j}, {"a": 2.0, "b": 0.5j}], 1.0)
     assert [of["name"] for of in alone] == ["a", "b", "all others"]
     assert [of["part_db"] for of in alone] == pytest.approx([3.0, 0.0, 0.0])

@@ -10,7 +10,7 @@ from typing import TypeVar
 import numpy as np
 
 from nvhchain import acoustics
-from nvhchain.errors import InputError
+from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.files import hdf5
 from nvhchain.handoff import (
@@ -100,7 +100,7 @@ def line_parts(
     load = forces.replace(frequency=lines, force=forces.force[rows[1]])
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # the run has given them
+            warnings.simplefilter("ignore", AccuracyWarning)  # the run has given them
             modal = acoustics.modal_transfer_vectors(vectors, housing, lines, fidelity=fidelity)
             functions = acoustics.noise_transfer_functions(modal, housing).functions
             modes = modal_contributions(modal, housing, load)

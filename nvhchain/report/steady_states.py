@@ -62,7 +62,10 @@ def steady_maps(
     write_text(out / TABLE, _table(results, maps))
     if all(len(of.torque) == 1 for of in maps.values()):
         place = next(iter(results.values())).case.field_points[0].name
-        profiles = {name: {f"dB(A) at {place}": (of.speed, of.level[0, :, 0])} for name, of in maps.items()}
+        profiles = {
+            name: {f"A-weighted sound pressure level at {place}, re 20 µPa": (of.speed, of.level[0, :, 0])}
+            for name, of in maps.items()
+        }
         save(plots.levels_over_speed(profiles, dynamic_range=RANGE), out / FIGURE)
     return {name: _summary(of, results[name].case.field_points[0].name) for name, of in maps.items()}
 

@@ -1,4 +1,4 @@
-"""Rules of docs/developers/words.md that neither ruff nor numpydoc hold: first words, length of sentences, names."""
+"""Rules of docs/developers/words.md that neither ruff nor numpydoc hold: first words, length of sentences in docstrings and pages, names."""
 
 import ast
 import inspect
@@ -48,6 +48,16 @@ def word_count(sentence):
     return sum(bool(re.fullmatch(r"[A-Za-z’'–-]+", word)) for word in re.findall(r"[^\s(),;:.…]+", sentence))
 
 
+def page_sentences(text):
+    """Yield the sentences of a page in Markdown, without code, tables, headings and formulas. A colon ends one, too."""
+    text = re.sub(r"(?ms)^(```+|~~~).*?^\1\s*$", "", text)
+    text = re.sub(r"(?m)^\s*(\||#|:\w+:|<|!\[).*$", "", text)
+    text = re.sub(r"(?s)\{\w+\}`[^`]*`|`[^`]*`|\$\$.*?\$\$|\$[^$]*\$", "X", text)
+    text = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", text)
+    for paragraph in re.split(r"\n\s*\n|\n\s*(?:[-*]|\d+\.) ", text):
+        yield from re.split(r"(?<=[.!?:])\s+(?=\S)", " ".join(paragraph.split()))
+
+
 def test_docstrings_begin_with_a_verb_or_a_noun_phrase():
     found = []
     for path in sorted((ROOT / "nvhchain").rglob("*.py")):
@@ -62,6 +72,18 @@ def test_sentences_of_public_docstrings_have_at_most_25_words():
             if inspect.isclass(member) or inspect.isroutine(member) or isinstance(member, property):
                 lengths = {sentence: word_count(sentence) for sentence in sentences(inspect.getdoc(member) or "")}
                 found += [f"{each}: {n} words: {sentence}" for sentence, n in lengths.items() if n > 25]
+    assert not found, "\n".join(found)
+
+
+def test_sentences_of_pages_have_at_most_25_words_and_a_subject():
+    pages = [ROOT / name for name in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md")] + sorted(
+        path for path in (ROOT / "docs").rglob("*.md") if not {"_build", "measured"} & {*path.parts}
+    )
+    found = []
+    for page in pages:
+        for sentence in page_sentences(page.read_text(encoding="utf-8")):
+            if word_count(sentence) > 25 or re.match(r"(Of|What|Whether) ", sentence):
+                found.append(f"{page.relative_to(ROOT)}: {word_count(sentence)} words: {sentence}")
     assert not found, "\n".join(found)
 
 

@@ -94,6 +94,8 @@ def test_every_environment_variable_that_is_read_is_documented(request):
             continue
         text = path.read_text(encoding="utf-8")
         read |= set(re.findall(r"environ(?:\.get\(|\.pop\(|\.setdefault\(|\[)\"([A-Z_]+)\"", text))
-    page = (root / "docs" / "howto" / "install.md").read_text(encoding="utf-8").partition("## Threads, caches and logs")[2]
+    page = (
+        (root / "docs" / "howto" / "install.md").read_text(encoding="utf-8").partition("## Threads, caches and logs")[2]
+    )
     assert {"NUMBA_CACHE_DIR", "XDG_CACHE_HOME"} <= read
     assert sorted(name for name in read | {"NUMBA_NUM_THREADS", "OMP_NUM_THREADS"} if f"`{name}`" not in page) == []

@@ -1,4 +1,4 @@
-"""Rules of docs/developers/words.md that neither ruff nor numpydoc hold: first words, length of sentences in docstrings and pages, names."""
+"""Rules of docs/developers/words.md that neither ruff nor numpydoc hold: first words, long sentences, names."""
 
 import ast
 import inspect

@@ -161,7 +161,7 @@ class RollingBearing(ABC):
             return (-1, 1)
         require(
             thrust in (-1, 1),
-            f"{self.title}: thrust = {thrust} does not say which axial force a {self.arrangement} bearing carries: "
+            f"{self.title}: thrust = {thrust} does not state which axial force a {self.arrangement} bearing carries: "
             "give +1 for a force of the shaft along +z, −1 for one along −z",
         )
         return (thrust,) * len(self.places)

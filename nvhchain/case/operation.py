@@ -58,7 +58,7 @@ class Band:
         """Raise InputError where a record of changing speed with `duration` (s) is too short to resolve this band."""
         require(
             duration >= self.shortest_record * (1.0 - 1e-9),
-            f"a record of {duration:.3g} s is too short to tell {self.low:g}…{self.high:g} Hz while the speed changes: "
+            f"a record of {duration:.3g} s is too short to resolve {self.low:g}…{self.high:g} Hz at changing speed: "
             f"lengthen it to {self.shortest_record:.3g} s or widen the band",
         )
 
@@ -211,7 +211,7 @@ class Operation:
             ),
             (
                 self.input_torque != 0 or self.mesh_torque is not None,
-                "input_torque = 0 N m does not say how far the mesh laws of rattling gears must reach: give "
+                "input_torque = 0 N m does not state how far the mesh laws of rattling gears must reach: give "
                 "mesh_torque, N m at the input, about that of the hardest impacts",
             ),
             (

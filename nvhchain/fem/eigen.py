@@ -135,7 +135,7 @@ def _lanczos(M: Any, factor: Factor, shift: float, limit: float, expected: int) 
         wanted = inverse * (limit - shift) >= 1.0
         found = int(wanted.sum())
         if found > expected:
-            raise SolverError(f"{found} modes found below the limit where the Sturm count says {expected}")
+            raise SolverError(f"{found} modes found below the limit, {expected} by the Sturm count")
         if found == expected:
             # the residual of a Ritz pair lies in the next block: its norm is ‖coupling · last rows of the vector‖
             residual = np.linalg.norm(coupling @ vectors[first:size, :found], axis=0)

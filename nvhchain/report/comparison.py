@@ -214,7 +214,7 @@ def check_comparable(cases: Sequence[Case]) -> None:
             f"name = {name!r} of a case becomes a folder beside files that end in {Path(name).suffix}: choose another",
         )
     for case in cases:
-        require("pressure" in case.quantities, f"{case.name} does not ask for `pressure`, which is what is compared")
+        require("pressure" in case.quantities, f"{case.name} does not ask for `pressure`: add it to quantities")
     _running_up(cases)
 
 

@@ -90,8 +90,8 @@ def growth(setting: Fidelity, base: Fidelity, cases: Sequence[Case], swept: Mapp
         return 1.0
     require(
         _is_extent(swept),
-        f"the sweep tells {', '.join(sorted(swept)) or 'nothing'} of its case, not width, overlap and wave, with which "
-        "errors grow elsewhere: measure it again with `nvhchain tradeoff`",
+        f"the sweep states {', '.join(sorted(swept)) or 'nothing'} of its case, but errors grow with width, overlap "
+        "and wave: measure it again with `nvhchain tradeoff`",
     )
     here = [extent(case) for case in cases]
     factors = [1.0]

@@ -97,7 +97,7 @@ class Ledger:
         lost = [stage for stage, key in stages if key not in self.costs]
         if lost:
             raise FileFormatError(
-                f"{self.file} does not know what {', '.join(lost)} took, found ready-made: remove their files under "
+                f"{self.file} has no cost of {', '.join(lost)}, cached before: remove their files under "
                 f"{self.file.parent} and measure again"
             )
         return {stage: self.costs[key] for stage, key in stages}

@@ -264,7 +264,7 @@ def test_bempp_cannot_compress_and_knows_no_plane(body):
     surface, *_ = body
     with pytest.raises(InputError, match="engine bempp cannot compress its matrices: use engine fused"):
         engines.check_memory(surface, 1, 0, 0, Bempp(), FIDELITY)
-    with pytest.raises(InputError, match="engine bempp knows no reflecting plane: use fused"):
+    with pytest.raises(InputError, match="engine bempp has no reflecting plane: use fused"):
         ExteriorProblem(surface, plane=RigidPlane((0, 0, -1), (0, 0, 1)), engine=Bempp())
 
 

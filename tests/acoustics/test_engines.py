@@ -125,7 +125,7 @@ def test_a_reflecting_plane_is_known_to_the_fused_engine_only_and_refused_by_the
     """A pulsating sphere 0.3 m above the floor sounds like two, but for what they scatter of each other's sound."""
     floor = RigidPlane((0.0, 0.0, -0.3), (0.0, 0.0, 1.0))
     one = {"air": AIR, "fidelity": KNOBS, "plane": floor}
-    with pytest.raises(InputError, match="engine bempp knows no reflecting plane: use fused"):
+    with pytest.raises(InputError, match="engine bempp has no reflecting plane: use fused"):
         transfer_vectors(BODY, POINTS[-1:], FREQUENCY[:1], engine="bempp", **one)
     above = transfer_vectors(BODY, POINTS[-1:], FREQUENCY[:1], **one).vectors[0, 0].sum()
     distance = np.linalg.norm(POINTS[-1] - [0.0, 0.0, -0.6])

@@ -91,7 +91,7 @@ def test_motions_of_another_surface_are_refused(air, coarse):
 
 
 def test_body_plane_and_engine_are_checked_when_the_problem_is_made():
-    with pytest.raises(InputError, match="engine bempp knows no reflecting plane: use fused"):
+    with pytest.raises(InputError, match="engine bempp has no reflecting plane: use fused"):
         ExteriorProblem(BODY, plane=FLOOR, engine=Bempp())
     with pytest.raises(InputError, match="plane"):
         ExteriorProblem(BODY, plane=RigidPlane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)))

@@ -92,7 +92,7 @@ def test_the_factor_e_gives_the_contact_angle():
         (lambda: AngularContact(elements=9, element_diameter=12e-3, pitch_diameter=60e-3), "contact_angle is missing"),
         (
             lambda: AngularContact(elements=9, element_diameter=12e-3, pitch_diameter=60e-3, contact_angle=0.7),
-            "thrust = 0 does not say",
+            "thrust = 0 does not state",
         ),
         (
             lambda: AngularContact(

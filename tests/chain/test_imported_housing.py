@@ -183,7 +183,7 @@ def test_case_says_which_constraints_hold_a_nastran_housing(folder, coarse):
     (folder / "two.bdf").write_text(text.replace("ENDDATA", "SPC1    2       3       1\nENDDATA"))
     two = (folder / "case.toml").read_text().replace("housing.bdf", "two.bdf")
     (folder / "two.toml").write_text(two)
-    with pytest.raises(InputError, match=r"two\.bdf: constraint sets 1, 2 are there: say which by spc"):
+    with pytest.raises(InputError, match=r"two\.bdf: constraint sets 1, 2 are present: choose one by spc"):
         preflight(nvh.load_case(folder / "two.toml"), coarse)
     (folder / "one.toml").write_text(two.replace('"two.bdf"', '"two.bdf"\nspc = 1'))
     preflight(nvh.load_case(folder / "one.toml"), coarse)

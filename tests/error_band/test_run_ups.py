@@ -136,7 +136,7 @@ def test_a_short_run_up_is_judged_in_as_few_parts_as_leave_lines_in_its_band(cas
     assert np.isfinite(made.limits[:, :, 1]).all()
     assert made.level[0] < made.overall[0, 1]
     with pytest.raises(
-        InputError, match=r"record of 0.002 s is too short to tell 1000…2000 Hz.*lengthen it to 0.004 s"
+        InputError, match=r"record of 0.002 s is too short to resolve 1000…2000 Hz.*lengthen it to 0.004 s"
     ):
         run_up_force_band(Origin(case, DRAFT, mesh_laws=laws), record(24))
     ramp = replace(case.operation, ramp=Ramp(220.0, 2e-3))

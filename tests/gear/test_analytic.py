@@ -98,7 +98,7 @@ def test_fidelity_chooses_it_and_openings_do_not_enter(make_pair):
         plain, wheel=GearBody(gear, ThinRim(6e-3, 1.3 * gear.bore_radius, 0.85 * gear.root_radius))
     )
     with pytest.warns(
-        AccuracyWarning, match="solid but for the twist of a web: analytic bodies know no rim that bends"
+        AccuracyWarning, match="solid but for the twist of a web: analytic bodies have no rim that bends"
     ):
         pair_compliances(rim, ANALYTIC)
     with pytest.raises(InputError, match="gear bodies = 'beams' is unknown: choose from elements, analytic"):

@@ -162,7 +162,7 @@ SECTION = "*SOLID SECTION, ELSET=ALL, MATERIAL=Steel\n,\n"
         ("Case-1.8, 3, 3", "Case-1.8, 3, 3, 0.5", "only 0 can be held"),
         ("bottom, PINNED", "bottem, PINNED", "'bottem' is not defined"),
         ("210000., 0.3", "2.1e5, 0.6", "poisson"),
-        ("*STEP\n", "*STEP\n*BOUNDARY, OP=NEW\nCase-1.8, 1, 1\n", "OP=NEW takes back what was held before"),
+        ("*STEP\n", "*STEP\n*BOUNDARY, OP=NEW\nCase-1.8, 1, 1\n", "OP=NEW releases earlier supports"),
         ("*STEP\n", f"{HOLD}*END STEP\n{HOLD}", r"\*BOUNDARY in steps 1, 2: which of them holds"),
         ("\n,\n*END PART", f"\n,\n{SECTION}*END PART", "element 1 has two sections, of sets all and ALL"),
         ("\n,\n*END PART", f"\n,\n*ELSET, ELSET=Some\n1\n{SECTION}*END PART".replace("=ALL", "=Some"), "all and Some"),

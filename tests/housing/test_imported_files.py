@@ -194,7 +194,11 @@ def test_subcases_held_differently_are_read_by_spc(tmp_path):
         ("PSOLID         3       4", "PSOLID,3,4,,,,,PFLUID", "PSOLID 3 is PFLUID, not structure"),
         ("PSOLID         3", "CTETRA,1,3,1,2,3,5\nPSOLID         3", "element 1 is defined twice"),
         ("SPC1,7,123,1,4", "RBE2,11,99,123456,6\nSPC1,7,123,1,4", "element 11 is defined twice"),
-        ("SPC = 7", "SUBCASE 1\nSPC = 7\nSUBCASE 2\nSPC = 8", "selects constraint sets 7, 8 in turn: say which by spc"),
+        (
+            "SPC = 7",
+            "SUBCASE 1\nSPC = 7\nSUBCASE 2\nSPC = 8",
+            "selects constraint sets 7, 8 in turn: choose one by spc",
+        ),
         ("SPC1,7,123,1,4", "SPC1,7,123,1,9", "a constraint: node 9 is not defined"),
         (
             "SPC = 7\nBEGIN BULK",

@@ -111,7 +111,7 @@ class ExteriorProblem:
         self.engine.check()
         require(
             self.plane is None or self.engine.reflects,
-            f"engine {self.engine.name} knows no reflecting plane: use {FUSED.name}",
+            f"engine {self.engine.name} has no reflecting plane: use {FUSED.name}",
         )
         if self.plane is not None:
             check_plane(self.plane, self.surface)
@@ -149,7 +149,7 @@ class ExteriorProblem:
         """
         require(
             self.fidelity.radiation != "equivalent_radiated_power",
-            "equivalent radiated power knows no transfer vectors: spread its power with equivalent_pressure instead",
+            "equivalent radiated power has no transfer vectors: spread its power with equivalent_pressure instead",
         )
         if isinstance(frequencies, Adaptive):
             check_band(frequencies.low, frequencies.high, self.fidelity)
@@ -288,7 +288,7 @@ class ExteriorProblem:
             return equivalent_radiated_power(velocity, self.air)
         require(
             self.fidelity.radiation == "boundary_elements",
-            "the Rayleigh integral knows no pressure on the surface: give array_radius, or use boundary_elements",
+            "the Rayleigh integral gives no pressure on the surface: give array_radius, or use boundary_elements",
         )
         self._checked(float(frequency[-1]), None)
         quantity = Power(
@@ -334,7 +334,7 @@ class ExteriorProblem:
         """
         require(
             self.fidelity.radiation == "boundary_elements",
-            f"radiation = {self.fidelity.radiation!r} knows no radiation resistance: choose boundary_elements",
+            f"radiation = {self.fidelity.radiation!r} gives no radiation resistance: choose boundary_elements",
         )
         self._check_surface(motion.surface, "shapes")
         if isinstance(frequencies, Adaptive):

@@ -129,7 +129,7 @@ def _tagged(mesh: MeshFile, tag: str, path: str) -> IntArray:
     if name not in cells:
         raise InputError(
             f"{path}: no tag {tag!r} among {_listed({*points, *cells})}: name the nodes of the "
-            "bore `bore` and those of all flanks `flanks`, or say how they are named, as point sets, point arrays or "
+            "bore `bore` and those of all flanks `flanks`, or state their names, as point sets, point arrays or "
             "groups of surface cells"
         )
     if not len(cells[name]):

@@ -190,7 +190,7 @@ def pair_compliances(
         for name, body in (("pinion", pair.pinion), ("wheel", pair.wheel)):
             blank = body.blank
             if blank.web is not None or blank.cutouts is not None or isinstance(blank, VolumeMesh):
-                message = f"the {name}'s blank counts as solid but for the twist of a web: analytic bodies know no rim"
+                message = f"the {name}'s blank counts as solid but for the twist of a web: analytic bodies have no rim"
                 warn_caller(
                     f"{message} that bends, no openings and no foreign meshes; take bodies = 'elements'",
                     kind="analytic bodies",

@@ -170,8 +170,8 @@ def read_boundary(file: AbaqusFile, block: Block) -> None:
     """Read held components of nodes."""
     require(
         block.get("OP", "MOD").upper() == "MOD",
-        f"{file.parts.source}: *BOUNDARY, OP={block.get('OP')} takes back what was held before, which is not read: "
-        "write what is held once",
+        f"{file.parts.source}: *BOUNDARY, OP={block.get('OP')} releases earlier supports, which is not read: "
+        "write all supports once",
     )
     for row in block.data:
         labels = file.labels(row[0], file.nsets)

@@ -249,7 +249,7 @@ def _selected(control: list[str], path: Path, name: str) -> int | None:
     found = [re.match(rf"\s*{name}\s*=\s*(\d+)", line, re.I) for line in control]
     chosen = sorted({int(one[1]) for one in found if one})
     if len(chosen) > 1:
-        remedy = "say which by spc" if name == "SPC" else "select one"
+        remedy = "choose one by spc" if name == "SPC" else "select one"
         raise InputError(
             f"{path}: case control selects {name.replace('SPC', 'constraint')} sets {', '.join(map(str, chosen))} in "
             f"turn: {remedy}"
@@ -275,7 +275,7 @@ def _constraints(deck: Deck, chosen: int | None) -> None:
     if chosen is None:
         if len(sets) > 1:
             listed = ", ".join(map(str, sorted(sets)))
-            raise InputError(f"{parts.source}: constraint sets {listed} are there: say which by spc")
+            raise InputError(f"{parts.source}: constraint sets {listed} are present: choose one by spc")
         chosen = next(iter(sets))
     if chosen not in sets:
         raise InputError(f"{parts.source}: constraint set {chosen} is not there; known: {sorted(sets)}")

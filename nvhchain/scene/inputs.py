@@ -40,7 +40,7 @@ class InputEffect:
     def line(self) -> str:
         """Effect in words."""
         ends = f"{self.low_db:+z.1f} and {self.high_db:+z.1f} dB"
-        return f"{self.name} over and times {self.factor:g}: {ends}"
+        return f"{self.name} ÷ and × {self.factor:g}: {ends}"
 
     @property
     def largest_db(self) -> float:

@@ -105,7 +105,7 @@ class Plan:
         lines += ["assumed:", *(f"  {sentence}" for sentence in self.assumptions)] if self.assumptions else []
         lines += ["options, by the gearbox linearised at its mean load:"] if self.options else []
         lines += [f"  {line}" for line in self.options]
-        lines += ["inputs that are rarely known, over their spread:"] if self.inputs else []
+        lines += ["uncertain inputs, over their spread:"] if self.inputs else []
         lines += [f"  {line}" for line in self.inputs]
         lines += [f"in all about {self.seconds:.0f} s of processor time, {self.megabytes:.0f} MB at the peak"]
         return "\n".join(lines)

@@ -201,7 +201,7 @@ def _excluded(case: GearboxCase, fidelity: Fidelity) -> tuple[str, ...]:
         for gear in case.gears
     ]
     if moves:
-        reasons.append(f"of the housing all but {kept_modes(case, fidelity)}: their flexibility is kept as residual")
+        reasons.append(f"all modes of the housing but {kept_modes(case, fidelity)}: kept as residual flexibility")
     else:
         reasons.append("the housing: its seats are rigid (options.rigid_housing) and its motion is not asked for")
     reasons += [
@@ -211,7 +211,7 @@ def _excluded(case: GearboxCase, fidelity: Fidelity) -> tuple[str, ...]:
     if RADIATED.intersection(case.quantities):
         reasons.append("radiation resistance between masters: interpolated")
     if FIELD_POINT_QUANTITIES.intersection(case.quantities):
-        reasons.append("transfer vectors between masters: interpolated; points that are not asked for")
+        reasons.append("transfer vectors between masters: interpolated")
     else:
         reasons.append("transfer vectors and sound pressure: not asked for")
     if case.quantities == ("bearing_forces",) and moves:

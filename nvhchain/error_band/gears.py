@@ -94,8 +94,6 @@ FINEST = 2**18
 class ForceError:
     """Excitation and its error over order of the input shaft.
 
-    Parameters
-    ----------
     step : spacing of the lines (orders).
     power, error : (n,) squares of amplitudes over the mean deflection, from order 0 on.
     """

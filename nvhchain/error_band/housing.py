@@ -61,16 +61,13 @@ do not. The value is the smallest tenth that holds the surface velocity at every
 class ModalShares:
     """Shares of a motion or sound: modes, residual, and their changes.
 
-    Parameters
-    ----------
     modes : (n_f, n_place, n_mode) amplitude of each mode's share.
     residual : (n_f, n_place) amplitude of the residual's share.
     motion_change : (n_f, n_mode) relative change of a mode's motion within the error of its frequency.
     passed_on : (n_f, n_place) effect of the change of the bearing forces.
     frequency : (n_f,) frequencies (Hz).
     excluded_mode_error : (n_f,) relative error of the motion due to excluded modes, estimated by the housing; None
-    without
-        estimate.
+        without estimate.
     """
 
     modes: FloatArray

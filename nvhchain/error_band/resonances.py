@@ -22,8 +22,6 @@ from nvhchain.handoff import ComplexArray, ForceSpectrum, MeshLaw, ReducedHousin
 class ForceChange:
     """Change of bearing forces from matrices in the order of `names`.
 
-    Parameters
-    ----------
     away : (n_f, 3 n_bearing, n_mesh) force on the bearings per force between flanks (N/N).
     flanks : (n_f, n_mesh, 3 n_bearing) force between the flanks per force on the bearings (N/N).
     names : names of the bearings.

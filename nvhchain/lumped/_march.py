@@ -164,29 +164,17 @@ def march_forced(table, load, damping, gap, state, steps, schedule, stride, stat
 def march_four(table, load, damping, gap, state, steps, schedule, stride, statistics, samples):  # type: ignore[no-untyped-def]
     """Advance four curves in place through windows of constant step and linearly rising speed.
 
-    Parameters
-    ----------
-    table : (n_cell, 4, 4) array
-        Cubic coefficients of stiffness over mass (1/s²) per cell and curve, highest power first.  The cells divide one
-        period.
-    load : (4,) array
-        Load over mass (N/kg).
-    damping : (4,) array
-        Damping over mass (1/s).
-    gap : (4,) array
-        Half the backlash (m).
-    state : (2, 4) array
-        x (m) and v (m/s); overwritten.
-    steps : (n_w,) int array
-        Number of steps per window.
-    schedule : (n_w, 4) array
-        Step (s), phase at the start (cells), cells per step, cells per step².
-    stride : (n_w,) int array
-        Steps between stored samples, 0 for none.  The count continues through windows of equal stride.
-    statistics : (n_w, 4, 4) array
-        Output: sum, sum of squares, lowest and highest x of each window (m, m²).
-    samples : (n_sample, 4) array
-        Output: x (m).
+    table : (n_cell, 4, 4) cubic coefficients of stiffness over mass (1/s²) per cell and curve, highest power first.
+        The cells divide one period.
+    load : (4,) load over mass (N/kg).
+    damping : (4,) damping over mass (1/s).
+    gap : (4,) half the backlash (m).
+    state : (2, 4) x (m) and v (m/s); overwritten.
+    steps : (n_w,) number of steps per window.
+    schedule : (n_w, 4) step (s), phase at the start (cells), cells per step, cells per step².
+    stride : (n_w,) steps between stored samples, 0 for none.  The count continues through windows of equal stride.
+    statistics : (n_w, 4, 4) output: sum, sum of squares, lowest and highest x of each window (m, m²).
+    samples : (n_sample, 4) output: x (m).
     """
     n = float(table.shape[0])
     x0, x1, x2, x3 = state[0, 0], state[0, 1], state[0, 2], state[0, 3]

@@ -13,19 +13,9 @@ _MOST_BARS = 12
 def effect_bars(effects: Mapping[str, float], notes: Sequence[str], *, name: str) -> list[Axes]:
     """Draw the effects of parameters on a response, the first on top.
 
-    Parameters
-    ----------
-    effects : mapping of str to float
-        Parameter → highest less lowest mean of the response.
-    notes : sequence of str
-        Text beside each bar.
-    name : str
-        Response; levels are in dB(A).
-
-    Returns
-    -------
-    list of Axes
-        Axes.
+    effects : parameter → highest less lowest mean of the response.
+    notes : text beside each bar.
+    name : response; levels are in dB(A).
     """
     shown = list(zip(effects.items(), notes, strict=True))[:_MOST_BARS]
     axes = Figure(figsize=(7.0, 1.2 + 0.4 * len(shown)), layout="constrained").subplots()
@@ -44,19 +34,9 @@ def best_points(
 ) -> list[Axes]:
     """Draw designs in two responses, and the line of those that no other betters in both.
 
-    Parameters
-    ----------
-    designs : sequence of (2,) sequences
-        Both responses of every design.
-    best : mapping of int to (2,) sequence
-        Number of each best design and its responses.
-    names : sequence of str
-        Names of both responses.
-
-    Returns
-    -------
-    list of Axes
-        Axes.
+    designs : (2,) both responses of every design.
+    best : (2,) number of each best design and its responses.
+    names : names of both responses.
     """
     axes = Figure(figsize=(7.0, 4.5), layout="constrained").subplots()
     axes.plot(*zip(*designs, strict=True), "o", color="0.6", ms=4, label="designs")
@@ -77,21 +57,10 @@ def percentile_curves(
 ) -> list[Axes]:
     """Draw percentiles of a response over speed, or its distribution where there is one speed.
 
-    Parameters
-    ----------
-    points : sequence of (speed, percent, value)
-        Percentiles at every speed (rpm); None for the speed of the case.
-    worst : sequence of float
-        Response of every design at its worst operating point.
-    name : str
-        Response; levels are in dB(A).
-    target : float, optional
-        Largest value that passes.
-
-    Returns
-    -------
-    list of Axes
-        Axes.
+    points : (speed, percent, value) percentiles at every speed (rpm); None for the speed of the case.
+    worst : response of every design at its worst operating point.
+    name : response; levels are in dB(A).
+    target : largest value that passes.
     """
     axes = Figure(figsize=(7.0, 4.0), layout="constrained").subplots()
     unit = f"{name} / dB(A)" if name.startswith("level") else name

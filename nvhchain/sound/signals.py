@@ -215,10 +215,7 @@ def run_up_sound(history: PressureHistory, *, point: int = 0, rate: int | None =
 def audible_rate(highest: float, least: int = LEAST_RATE) -> int:
     """Return the smallest sampling rate (Hz) of players, at least `least`, that covers frequencies up to `highest`.
 
-    Raises
-    ------
-    InputError
-        If none does.
+    InputError if none does.
     """
     rate = next((rate for rate in RATES if rate >= max(least, HEADROOM * highest)), 0)
     require(rate > 0, f"lines up to {highest:g} Hz have no sound: {RATES[-1] / HEADROOM:.0f} Hz is the most")

@@ -170,8 +170,6 @@ def _slopes(body: Surface, velocity: ComplexArray) -> FloatArray:
 def pressure_of_motion(body: Surface, wavenumber: FloatArray, velocity: ComplexArray, air: Air) -> ComplexArray:
     """Estimate pressures (n_face, m) Pa on a body from normal velocities (n_face, m) m/s at wavenumbers (m,).
 
-    Notes
-    -----
     The shape is the smoothed velocity, q = (1/a² − Δ)⁻¹ v. The size is √∫|p|² = ρck √∫v* q, at most ρcv. A wave of
     wavenumber κ on a wall has the pressure ρck v/κ if κ > k. A body of half diagonal a that moves as a whole has at
     most ρcka v. The operator Δ acts on the surface, but not across edges, where the velocity jumps and the pressure
@@ -207,14 +205,9 @@ def _walls(body: Surface) -> tuple[csr_array, SuperLU]:
 class _Thrust:
     """Residual thrusts of the pressures on one body.
 
-    Parameters
-    ----------
-    squared : (m, m) array
-        FᴴF (N²).
-    middles : (m, 3) array
-        Centres of the carrying areas (m).
-    extents : (m,) array
-        Half extents of the carrying areas (m).
+    squared : fᴴF (N²).
+    middles : (m, 3) centres of the carrying areas (m).
+    extents : half extents of the carrying areas (m).
     """
 
     squared: ComplexArray

@@ -80,49 +80,34 @@ def expected_accuracy(
 
     The errors of `check_mesh` apply. The worst of several bodies counts: the sound may come from one of them alone.
 
-    Returns
-    -------
-    elements_per_wavelength : float
-        Elements per wavelength at `f_max`.
-    expected_error_db : float
-        Error at the loudest field points, including the next five.
-    expected_error_low_db : float
-        Error at any low frequency, including the next three.
-    faceting_error_db : float
-        Error of facets in place of round faces. Triangles that meet at more than 40° form an edge of the body.
-    expected_error_beside_db : float
-        Error of coarse triangles beside a small body (`neighbour_edge_ratio`).
-    remeshing_error_db : float
-        Error of a remeshed surface.
-    expected_error_patch_db, coarse_share, coarse_elements_per_wavelength : float
-        Present for triangles longer than `LOCAL_COARSENING` permits. The first is a bound on the error of sound from
-        behind these triangles alone. The others are their share of the area and the elements per wavelength of the
-        longest one. Their error (`patch_error`) is part of `expected_error_db`. The error of the nearest points counts
-        as if they lay next to the longest triangle.
-    resonance_shift : float
-        Relative frequency error of resonances of the air in openings (`resonance_shift`), no part of
+    elements_per_wavelength : elements per wavelength at `f_max`.
+    expected_error_db : error at the loudest field points, including the next five.
+    expected_error_low_db : error at any low frequency, including the next three.
+    faceting_error_db : error of facets in place of round faces. Triangles that meet at more than 40° form an edge of
+        the body.
+    expected_error_beside_db : error of coarse triangles beside a small body (`neighbour_edge_ratio`).
+    remeshing_error_db : error of a remeshed surface.
+    expected_error_patch_db, coarse_share, coarse_elements_per_wavelength : present for triangles longer than
+        `LOCAL_COARSENING` permits. The first is a bound on the error of sound from behind these triangles alone. The
+        others are their share of the area and the elements per wavelength of the longest one. Their error
+        (`patch_error`) is part of `expected_error_db`. The error of the nearest points counts as if they lay next to
+        the longest triangle.
+    resonance_shift : relative frequency error of resonances of the air in openings (`resonance_shift`), no part of
         `expected_error_db`. `radiate` and `power_from_waves` state its effect on levels (`resonance_error_db`).
-    clearance, expected_error_nearest_db : float
-        Present for a point nearer than half an element edge: its clearance in edges, and the error there at its own
-        pressure. They hold for motions shared by neighbouring elements. A single moving element errs by 2.7 dB next to
-        it and by 0.6 dB half an edge away.
-    quadrature_error : float
-        Relative error of constant and linear pressures on the surface. Present for needles, edges sharper than 60°, a
-        `singular_order` below 3, and gaps narrower than the engine resolves (`bempp` cuts no triangles). Other surface
-        pressures err by up to eight times as much, sixty times if all triangles are needles. Their sound errs far less
-        (docs/measured/acoustics/quadrature.md). Twice this error is part of `expected_error_low_db`.
+    clearance, expected_error_nearest_db : present for a point nearer than half an element edge: its clearance in
+        edges, and the error there at its own pressure. They hold for motions shared by neighbouring elements. A
+        single moving element errs by 2.7 dB next to it and by 0.6 dB half an edge away.
+    quadrature_error : relative error of constant and linear pressures on the surface. Present for needles, edges
+        sharper than 60°, a `singular_order` below 3, and gaps narrower than the engine resolves (`bempp` cuts no
+        triangles). Other surface pressures err by up to eight times as much, sixty times if all triangles are
+        needles. Their sound errs far less (docs/measured/acoustics/quadrature.md). Twice this error is part of
+        `expected_error_low_db`.
 
-    Warns
-    -----
-    AccuracyWarning
-        If the mesh is coarser than `fidelity.elements_per_wavelength`, or as coarse relative to its own size. If
-        triangles of a coarse patch have less than `fidelity.coarsest_elements_per_wavelength` on their longest edge. If
-        a point is that near, or the quadrature error exceeds `fidelity.quadrature_error`.
-    RuntimeWarning
-        If gaps and needles cost more than `SLOW_SECONDS`.
+    AccuracyWarning if the mesh is coarser than `fidelity.elements_per_wavelength`, or as coarse relative to its own
+    size. If triangles of a coarse patch have less than `fidelity.coarsest_elements_per_wavelength` on their longest
+    edge. If a point is that near, or the quadrature error exceeds `fidelity.quadrature_error`. RuntimeWarning if gaps
+    and needles cost more than `SLOW_SECONDS`.
 
-    Notes
-    -----
     An error of e dB means a factor 10^(e/20) in either direction. Silent directions are worse, and so are motions whose
     parts cancel each other. For these, `radiate`, `solve_direct` and `sound_power` state `cancellation_error_db`. Both
     together are an estimate, not a bound: boxes at 4.5 elements per wavelength erred by up to twice as much.
@@ -214,8 +199,6 @@ def patch_error(surface: Surface, size: float, wavelength: float) -> tuple[float
 
     Errors are relative to the peak. They are zero for even meshes.
 
-    Notes
-    -----
     A triangle longer than `LOCAL_COARSENING` sizes errs by `MESH_ERROR` (longest edge/wavelength)² of its radiation,
     less the value of the longest edge permitted. For sound of irregular phase, the root of the area-weighted mean
     square counts. Velocities are means over the faces. Those at the centroids of a cap alone would add up to 0.3 at any

@@ -17,16 +17,10 @@ from nvhchain.kinds import checked
 class LevelError(NamedTuple):
     """Errors (dB) up to a limit of the wavenumber times half size of the body.
 
-    Parameters
-    ----------
-    upper_limit : float
-        Upper limit of the wavenumber times half size.
-    housing : float
-        Largest mean over points and motions of a box and of a gearbox.
-    mean : float
-        Largest mean of these and a sphere, from here to the highest frequency.
-    single : float
-        Largest RMS of levels at single points, and of the power of one motion.
+    upper_limit : upper limit of the wavenumber times half size.
+    housing : largest mean over points and motions of a box and of a gearbox.
+    mean : largest mean of these and a sphere, from here to the highest frequency.
+    single : largest RMS of levels at single points, and of the power of one motion.
     """
 
     upper_limit: float
@@ -128,8 +122,6 @@ def level_accuracy(surface: Surface, frequency: FloatArray, air: Air, radiation:
     and many motions for the worst body, `housing_mean_error_db` for a box or a gearbox. An AccuracyWarning is given if
     the mean of the worst body exceeds `TOLERABLE`.
 
-    Notes
-    -----
     A motion in phase on the whole surface may lose more at single frequencies. The Rayleigh integral yields no power
     for a pulsating sphere if its circumference is a multiple of the wavelength.
     """

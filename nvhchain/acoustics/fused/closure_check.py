@@ -45,8 +45,6 @@ def closure_error(surface: Surface, fidelity: AcousticsFidelity, plane: Plane | 
     The pressures are one constant and three linear in a coordinate, one at half the diagonal from the middle. The
     result is 0 if the integrals are exact. ResourceError as for `stripes`.
 
-    Notes
-    -----
     Harmonic functions u inside the body satisfy A u − B ∂u/∂n = u + α ∂u/∂n, tested with the hats. Linear functions are
     represented exactly on the triangles and take part in all four operators. A constant takes part in the double layer
     alone. The remaining error is quadrature of near and touching triangles. It is about 1e-5 on a smooth mesh and 1e-4

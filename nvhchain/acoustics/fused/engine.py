@@ -41,14 +41,9 @@ each time."""
 class Stripe(NamedTuple):
     """Complete rows of the system A p = B ∂p/∂n at every wavenumber, with identities, in the caller's numbering.
 
-    Parameters
-    ----------
-    rows : (n_row,) array of int
-        Vertices, increasing.
-    a : (n_k, n_row, n_v) array
-        Rows of A. The caller may overwrite them.
-    b : (n_k, n_row, n_face) array
-        Rows of B. The caller may overwrite them.
+    rows : (n_row,) vertices, increasing.
+    a : (n_k, n_row, n_v) rows of A. The caller may overwrite them.
+    b : (n_k, n_row, n_face) rows of B. The caller may overwrite them.
     """
 
     rows: IntArray
@@ -67,8 +62,6 @@ def systems(
     Every array belongs to the caller, who may overwrite it, and is a view of that of all wavenumbers. ResourceError if
     they do not fit into free memory.
 
-    Notes
-    -----
     All wavenumbers are assembled together and share distance and exponential; four already save most of that work.
 
     A = ½M − K + αW and B = −(S + α(½M′ + K′)), tested with the hats of p. p is at vertices, ∂p/∂n per face along the
@@ -179,20 +172,12 @@ def _zeros(shape: tuple[int, int, int], precision: str) -> ComplexArray:
 class _Group:
     """Neighbouring wavenumbers of a batch that share quadrature and the advance of the exponential.
 
-    Parameters
-    ----------
-    some : slice
-        Positions in the batch.
-    k : (n_k,) array
-        Wavenumbers (rad/m).
-    beta : (n_k,) array
-        β of α = −jβ (m).
-    new_step : (n_k,) array of bool
-        True if the step after k[i] differs from the one before.
-    rules : Rules
-        Quadrature.
-    points : tuple of (n_m, 3, n_face) arrays
-        Quadrature points of every trial surface (m).
+    some : positions in the batch.
+    k : (n_k,) wavenumbers (rad/m).
+    beta : (n_k,) β of α = −jβ (m).
+    new_step : (n_k,) bool true if the step after k[i] differs from the one before.
+    rules : quadrature.
+    points : (n_m, 3, n_face) quadrature points of every trial surface (m).
     """
 
     some: slice
@@ -239,13 +224,8 @@ def _batch(mesh: Mesh, surface: Surface, k: FloatArray, fidelity: AcousticsFidel
 def compile_kernels(precision: str) -> None:
     """Compile the kernels, or load them from disk, before threads use them.
 
-    Parameters
-    ----------
-    precision : str
-        `double` or `single`.
+    precision : `double` or `single`.
 
-    Notes
-    -----
     If the small kernel is not on disk, two processes compile the two large ones side by side. The compiler uses one
     core of a process.
     """

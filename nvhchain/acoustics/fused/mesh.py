@@ -39,16 +39,10 @@ class Plane(Hashable, Protocol):
 class Trial:
     """Triangles that radiate: those of the surface, or their mirror images with normals out of the image.
 
-    Parameters
-    ----------
-    vertices : (n_v, 3) array
-        Vertices (m).
-    normals, curls : (n_face, 3) and (n_face, 3, 3) arrays
-        Normals and curls of the hats (1/m).
-    normal_rows, curl_rows : arrays
-        The same as rows over the faces.
-    close_start : (n_face + 1,) array
-        Indices into `close_trial` and `close_rule`, the pairs too near for the far rule.
+    vertices : (n_v, 3) vertices (m).
+    normals, curls : (n_face, 3) normals and curls of the hats (1/m).
+    normal_rows, curl_rows : the same as rows over the faces.
+    close_start : (n_face + 1,) indices into `close_trial` and `close_rule`, the pairs too near for the far rule.
     """
 
     vertices: FloatArray
@@ -65,15 +59,10 @@ class Trial:
 class Rules:
     """Quadrature rules of one order.
 
-    Parameters
-    ----------
-    far_hats, far_weights : (n_q, 3) and (n_q,) arrays
-        Rule on a triangle.
-    chunks, start, width : arrays
-        Pair rules in chunks (`split_rules`).
-    plain : int
-        First rule of touching needles. This and all following rules are for 1, 2, 3 shared vertices, as are the first
-        three.
+    far_hats, far_weights : (n_q, 3) rule on a triangle.
+    chunks, start, width : pair rules in chunks (`split_rules`).
+    plain : first rule of touching needles. This and all following rules are for 1, 2, 3 shared vertices, as are the
+        first three.
     """
 
     far_hats: FloatArray
@@ -88,22 +77,14 @@ class Rules:
 class Mesh:
     """Surface in the order of the kernels: triangles that are neighbours in space are neighbours in memory.
 
-    Parameters
-    ----------
-    order : (n_face,) array
-        Original number of every sorted triangle; `face_rank` is its inverse.
-    columns : (n_face, 3) array
-        Vertices, numbered by first use in the sorted triangles; `vertex_rank` (n_v,) holds that number.
-    tiles : (n_tile + 1,) array
-        First triangle of every tile.
-    trials : tuple of Trial
-        The surface, and its image if there is a plane.
-    slenderest : int
-        Highest of the needle levels 0, 1, 2 of a triangle.
-    edge : float
-        Longest edge of a triangle, area-weighted mean (m).
-    extent : float
-        Longest distance in surface and image (m).
+    order : (n_face,) original number of every sorted triangle; `face_rank` is its inverse.
+    columns : (n_face, 3) vertices, numbered by first use in the sorted triangles; `vertex_rank` (n_v,) holds that
+        number.
+    tiles : (n_tile + 1,) first triangle of every tile.
+    trials : the surface, and its image if there is a plane.
+    slenderest : highest of the needle levels 0, 1, 2 of a triangle.
+    edge : longest edge of a triangle, area-weighted mean (m).
+    extent : longest distance in surface and image (m).
     """
 
     order: IntArray

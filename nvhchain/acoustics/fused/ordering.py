@@ -19,14 +19,9 @@ BLOCK = 64
 class Block:
     """Test triangles assembled together and the rows they may write.
 
-    Parameters
-    ----------
-    triangles : (n_test,) array
-        Triangles in sorted numbering.
-    rows : (n_row,) array
-        Vertices.
-    lines : (n_test, 3) array
-        Indices into `rows`, or n_row + corner.
+    triangles : (n_test,) triangles in sorted numbering.
+    rows : (n_row,) vertices.
+    lines : (n_test, 3) indices into `rows`, or n_row + corner.
     """
 
     triangles: IntArray
@@ -38,14 +33,9 @@ class Block:
 class Part:
     """Rows that one thread assembles; no other part writes them, so that parts need no lock and add in fixed order.
 
-    Parameters
-    ----------
-    rows : (n_row,) array
-        Vertices.
-    triangles : (n_test,) array
-        All triangles that touch them, in sorted numbering.
-    blocks : tuple of Block
-        The same triangles in portions.
+    rows : (n_row,) vertices.
+    triangles : (n_test,) all triangles that touch them, in sorted numbering.
+    blocks : the same triangles in portions.
     """
 
     rows: IntArray

@@ -19,12 +19,8 @@ from nvhchain.handoff import ComplexArray, FloatArray, IntArray
 class PairRule(NamedTuple):
     """Points and weights over triangle × triangle.
 
-    Parameters
-    ----------
-    first, second : (3, n) arrays
-        Barycentric coordinates of the point on either triangle.
-    weight : (n,) array
-        Weights.
+    first, second : (3, n) barycentric coordinates of the point on either triangle.
+    weight : (n,) weights.
     """
 
     first: FloatArray
@@ -118,14 +114,9 @@ def touching_rule(shared: int, order: int) -> PairRule:
 def split_rules(rules: list[PairRule], size: int) -> tuple[FloatArray, IntArray, IntArray]:
     """Cut rules into chunks of at most `size` points for the compiled loops.
 
-    Returns
-    -------
-    chunks : (n_chunk, 7, size) array
-        Coordinates of both points, and weight.
-    start : (n_rule + 1,) array
-        First chunk of every rule.
-    width : (n_chunk,) array
-        Points of every chunk.
+    chunks : (n_chunk, 7, size) coordinates of both points, and weight.
+    start : (n_rule + 1,) first chunk of every rule.
+    width : (n_chunk,) points of every chunk.
     """
     parts, start = [], [0]
     for rule in rules:

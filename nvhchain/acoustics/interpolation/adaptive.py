@@ -89,14 +89,9 @@ class Source(Protocol[Sampled, Smooth]):
 class Chosen(Generic[Sampled]):
     """Masters that meet the tolerance.
 
-    Parameters
-    ----------
-    masters : TransferVectors or RadiationResistance
-        Solutions, with provenance and accuracy of the first masters, which include the highest frequency.
-    records : list of SolverRecord
-        Solver records of all masters.
-    accuracy : SoundAccuracy
-        Accuracy of the choice.
+    masters : solutions, with provenance and accuracy of the first masters, which include the highest frequency.
+    records : solver records of all masters.
+    accuracy : accuracy of the choice.
     """
 
     masters: Sampled
@@ -141,8 +136,6 @@ def choose_masters(
 
     SolverError if `fidelity.masters` are too few for the tolerance.
 
-    Notes
-    -----
     Masters are added where the error estimated from the known ones (`Nodes.error_weights`) is largest, until it is
     within the tolerance everywhere. Two are added at a time, from eighteen on a sixth of those known. Every new master
     tests the prediction of those before it.

@@ -39,20 +39,12 @@ numbers of masters of docs/measured/acoustics/masters.md."""
 class Nodes:
     """Frequencies with known values of jω times a smooth function, and the weights of these values in between.
 
-    Parameters
-    ----------
-    node : (n_node,) array
-        Masters above 0 Hz (Hz), preceded by mirrored masters if those help.
-    mirrored : int
-        Number of nodes before the first master.
-    nodes_per_value : int
-        Nodes per interpolated value.
-    poles : int
-        Largest number of poles of a rational function through them.
-    gram : (n_node, n_node) array or None
-        Inner products of the smooth function at the nodes; None without a search for poles.
-    paths : Paths
-        Phase slopes of the function, known in advance.
+    node : (n_node,) masters above 0 Hz (Hz), preceded by mirrored masters if those help.
+    mirrored : number of nodes before the first master.
+    nodes_per_value : nodes per interpolated value.
+    poles : largest number of poles of a rational function through them.
+    gram : (n_node, n_node) inner products of the smooth function at the nodes; None without a search for poles.
+    paths : phase slopes of the function, known in advance.
     """
 
     node: FloatArray
@@ -87,8 +79,6 @@ class Nodes:
     def error_weights(self, frequency: FloatArray) -> ComplexArray:
         """Return two sets of weights (2, n_f, n_node); the larger result is the estimated error at lines (n_f,) Hz.
 
-        Notes
-        -----
         The next master below (above) and its mirror image are omitted, and the denominator is found without them. The
         weights are the change at the line times a factor. Interpolation errs by a divided difference times Π(f − f_j).
         The factor is the ratio of the products of both sets of nodes, times `_OPTIMISM`. The error is zero at the
@@ -213,10 +203,7 @@ class Nodes:
 class Interpolant(Nodes):
     """Transfer vectors as jω e^{−jkr} times a smooth remainder known at the nodes.
 
-    Parameters
-    ----------
-    atv : TransferVectors
-        Transfer vectors without a plane (`TransferVectors.unfolded`).
+    atv : transfer vectors without a plane (`TransferVectors.unfolded`).
     """
 
     atv: TransferVectors
@@ -272,8 +259,6 @@ def interpolant(atv: TransferVectors, fidelity: AcousticsFidelity) -> Interpolan
     With a plane, those to the points come first, then those to their mirror images; their sum is the whole
     (`TransferVectors.unfolded`).
 
-    Notes
-    -----
     The remainder of a face–point pair is the factor of the body on jω e^{−jkr}, with r the distance from the face's
     centroid. Its phase turns with the detour around the body only. Master spacing therefore depends on the size of the
     body, not on the distance of the point.

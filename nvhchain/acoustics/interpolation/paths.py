@@ -22,18 +22,11 @@ _LINEAR_ERROR = 2.0
 class Paths:
     """Phase slopes of sound paths, and the pressure of the echo.
 
-    Parameters
-    ----------
-    phase_slope : float
-        Largest phase slope of the interpolated function (rad/Hz).
-    echo : float
-        Phase slope (rad/Hz) of the path from the body to a rigid plane and back; 0 without a plane.
-    echo_pressure : float
-        Sound that takes this path and meets the body again, relative to the radiation of the body. The value is the
-        body's radius over the path, the pressure of a monopole there.
+    phase_slope : largest phase slope of the interpolated function (rad/Hz).
+    echo : phase slope (rad/Hz) of the path from the body to a rigid plane and back; 0 without a plane.
+    echo_pressure : sound that takes this path and meets the body again, relative to the radiation of the body. The
+        value is the body's radius over the path, the pressure of a monopole there.
 
-    Notes
-    -----
     Measured echoes were mostly 0.2 to 1.9 times `echo_pressure`, and 8 times beside a spurious pole (spheres 1.5 and 5
     m above a plane).
     """

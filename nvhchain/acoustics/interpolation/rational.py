@@ -17,12 +17,8 @@ ROUNDING = 4.0 * float(np.sqrt(np.finfo(float).eps))
 class Window:
     """Neighbouring nodes and the denominator of the rational function through the values there.
 
-    Parameters
-    ----------
-    nodes : (m,) array
-        Frequencies (Hz).
-    denominator : Chebyshev
-        Polynomial q; a polynomial interpolates q times the values.
+    nodes : frequencies (Hz).
+    denominator : polynomial q; a polynomial interpolates q times the values.
     """
 
     nodes: FloatArray
@@ -58,8 +54,6 @@ def barycentric(nodes: FloatArray) -> FloatArray:
 def window(nodes: FloatArray, gram: ComplexArray | None, poles: int) -> Window:
     """Return the window for nodes (m,) Hz and inner products (m, m) of the values there, conjugate first.
 
-    Notes
-    -----
     The denominator minimises the highest divided difference of q times the values among all of its degree. That
     difference is Σ_j w_j q(f_j) g_j with the weights w of `barycentric`. It is zero if the values are a rational
     function of that degree. Poles are added one by one, up to `poles`, until only rounding remains. All values share

@@ -175,8 +175,6 @@ def check_array(
     An AccuracyWarning names a `radius` (m) below `NEAREST` source dimensions. Another one names positions that may miss
     the lobes of the source at the frequency `highest` (Hz).
 
-    Notes
-    -----
     The mean square pressure of a source of dimension d₀ oscillates over the height as e^{2jkd₀ cos θ} at most.
     Positions Δ radii apart in height alias this to a constant at k d₀ Δ = π. The power of a monopole high above a plane
     errs by 0.5 dB up to three quarters of that, where the warning begins. At k d₀ Δ = π it errs by up to 14 dB (closed

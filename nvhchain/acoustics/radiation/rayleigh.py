@@ -39,28 +39,11 @@ def check_rayleigh_memory(surface: Surface, points: int, stored_bytes: int) -> i
 def rayleigh_vectors(
     frequency: FloatArray, surface: Surface, points: FloatArray, air: Air, cut_ratio: float
 ) -> ComplexArray:
-    """Compute p = jωρ ∫ v_n e^{−jkr}/(2πr) dS over the faces that look towards the point.
+    """Return p = jωρ ∫ v_n e^{−jkr}/(2πr) dS over the faces that look towards the point, (n_f, n_point, n_face).
 
-    Parameters
-    ----------
-    frequency : (n_f,) array
-        Frequencies (Hz).
-    surface : Surface
-        Radiating surface.
-    points : (n_point, 3) array
-        Field points (m); images behind a rigid plane are further points.
-    air : Air
-        Density and speed of sound.
-    cut_ratio : float
-        Near-field limit of `layer_potentials`.
+    points : (n_point, 3) field points (m); images behind a rigid plane are further points.
+    cut_ratio : near-field limit of `layer_potentials`.
 
-    Returns
-    -------
-    (n_f, n_point, n_face) array
-        Transfer vectors, Pa/(m/s).
-
-    Notes
-    -----
     The integral is exact for a flat radiator in a rigid baffle. The rest of the body neither shades nor reflects. A
     face looks towards a point in front of its plane; parts of the body in between are neglected. Source: Pierce,
     Acoustics, section 5.2.
@@ -79,30 +62,7 @@ def rayleigh_field(
 ) -> FieldPressure:
     """Compute sound pressure by the Rayleigh integral at every line, without keeping transfer vectors.
 
-    Parameters
-    ----------
-    surface_velocity : SurfaceVelocity
-        Normal velocity of the faces (m/s), peak values.
-    points : (n_point, 3) array
-        Field points (m), outside the body.
-    air : Air
-        Density and speed of sound.
-    cut_ratio : float
-        Near-field limit of `layer_potentials`.
-    plane : RigidPlane or None
-        Rigid plane that reflects.
-
-    Returns
-    -------
-    FieldPressure
-        Pressure (Pa).
-
-    Raises
-    ------
-    InputError
-        In the cases of `transfer_vectors`.
-    ResourceError
-        If the integrals do not fit into free memory.
+    InputError in the cases of `transfer_vectors`. ResourceError if the integrals do not fit into free memory.
     """
     surface, frequency = surface_velocity.surface, surface_velocity.frequency
     x = check_points(surface, points)

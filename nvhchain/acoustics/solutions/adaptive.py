@@ -78,16 +78,9 @@ def _wavenumber(problem: ExteriorProblem, band: Adaptive) -> float:
 class _Vectors:
     """Transfer vectors as a source for the choice of masters.
 
-    Parameters
-    ----------
-    solve : function
-        Computes vectors at masters.
-    fidelity : AcousticsFidelity
-        Accuracy settings.
-    points : int
-        Number of field points.
-    deciding : (n,) array
-        Indices of the points at which errors are estimated.
+    solve : computes vectors at masters.
+    points : number of field points.
+    deciding : (n,) indices of the points at which errors are estimated.
     """
 
     solve: Callable[[FloatArray, Progress], tuple[TransferVectors, SolverRecord]]

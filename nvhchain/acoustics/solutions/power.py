@@ -35,18 +35,8 @@ def check_speed(velocity: SurfaceVelocity) -> None:
 class Power(Quantity):
     """Sound power (W), and that of the error where parts of the motion cancel: (2,).
 
-    Parameters
-    ----------
-    surface : Surface
-        Radiating surface.
-    air : Air
-        Density and speed of sound.
-    plane : RigidPlane or None
-        Reflecting plane.
-    top : float
-        Highest wavenumber (rad/m).
-    digits : float
-        Decimal digits of the spherical waves.
+    top : highest wavenumber (rad/m).
+    digits : decimal digits of the spherical waves.
     """
 
     step, knobs = "sound_power", ("multipole_digits",)

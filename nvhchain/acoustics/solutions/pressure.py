@@ -35,18 +35,7 @@ STEP = 0.125
 class FieldValues(Quantity):
     """Pressure at the field points, `cancellation_pressure` and `opening_energy_ratio`: (n_point + 2,).
 
-    Parameters
-    ----------
-    surface : Surface
-        Radiating surface.
-    points : (n_point, 3) array
-        Field points (m).
-    air : Air
-        Density and speed of sound.
-    plane : RigidPlane or None
-        Reflecting plane.
-    cut_ratio : float
-        Near-field limit of `layer_potentials`.
+    cut_ratio : near-field limit of `layer_potentials`.
     """
 
     step = "solve_direct"
@@ -109,14 +98,7 @@ class FieldValues(Quantity):
 class SurfaceValues(Quantity):
     """Coefficients (n_v,) of the linear functions whose sum is the best fit of the surface pressure in the mean.
 
-    Parameters
-    ----------
-    surface : Surface
-        Radiating surface.
-    air : Air
-        Density and speed of sound.
-    incident : IncidentField or None
-        Field that the body scatters, with its reflection by a plane.
+    incident : field that the body scatters, with its reflection by a plane.
     """
 
     step = "surface_pressure"
@@ -199,8 +181,6 @@ def resonance_shift_change(
 def vertex_values(surface: Surface, galerkin: ComplexArray) -> ComplexArray:
     """Return pressure (n_f, n_v) at the vertices from the coefficients of the best linear fit.
 
-    Notes
-    -----
     At the vertices, the best fit of a curved function errs by −h²Δp/16 (equilateral triangles of edge h). Its average
     under each hat function errs by +h²Δp/16. The mean of both is free of that error, which is 4.7 % at eight edges per
     wavelength.

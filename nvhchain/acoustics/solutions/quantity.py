@@ -16,14 +16,9 @@ from nvhchain.handoff import ComplexArray, FloatArray
 class Line(NamedTuple):
     """One frequency above 0 Hz.
 
-    Parameters
-    ----------
-    omega : float
-        Angular frequency (rad/s).
-    wavenumber : float
-        Wavenumber (rad/m).
-    quadrature_error : float
-        Relative error of the quadrature.
+    omega : angular frequency (rad/s).
+    wavenumber : wavenumber (rad/m).
+    quadrature_error : relative error of the quadrature.
     """
 
     omega: float
@@ -36,12 +31,8 @@ class Quantity(Protocol):
 
     Quantities are frozen dataclasses: workers receive them, and their content identifies checkpoints.
 
-    Attributes
-    ----------
-    step : str
-        Name in provenance and checkpoints.
-    knobs : tuple of str
-        Fields of the fidelity that affect the values, besides those of the system.
+    step : name in provenance and checkpoints.
+    knobs : fields of the fidelity that affect the values, besides those of the system.
     """
 
     step: ClassVar[str]

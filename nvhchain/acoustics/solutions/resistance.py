@@ -88,20 +88,9 @@ def housing_shapes(housing: ReducedHousing, loaded: ArrayLike | None = None) -> 
 class Waves(Quantity):
     """Spherical waves of every shape, and below them the `cancellation_resistance`: (n_row + n_column, n_column).
 
-    Parameters
-    ----------
-    surface : Surface
-        Radiating surface.
-    shapes : (n_face, n_column) array
-        Shapes of `SurfaceShapes`.
-    air : Air
-        Density and speed of sound.
-    plane : RigidPlane or None
-        Reflecting plane.
-    top : int
-        Highest order of the waves in the rows.
-    digits : float
-        Decimal digits of the waves.
+    shapes : (n_face, n_column) shapes of `SurfaceShapes`.
+    top : highest order of the waves in the rows.
+    digits : decimal digits of the waves.
     """
 
     step, knobs = "radiation_resistance", ("multipole_digits",)

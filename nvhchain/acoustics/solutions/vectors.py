@@ -21,16 +21,8 @@ from nvhchain.handoff import ComplexArray, FloatArray, SolverRecord, Surface
 class Vectors(Quantity):
     """Transfer vectors (n_end, n_face), −jωρ (Bᵀ A⁻ᵀ d − s): p(x) = d·p − s·∂p/∂n at every end x.
 
-    Parameters
-    ----------
-    surface : Surface
-        Radiating surface.
-    ends : (n_end, 3) array
-        Field points and, with a plane, their images (m).
-    air : Air
-        Density and speed of sound.
-    cut_ratio : float
-        Near-field limit of `layer_potentials`.
+    ends : (n_end, 3) field points and, with a plane, their images (m).
+    cut_ratio : near-field limit of `layer_potentials`.
     """
 
     step = "transfer_vectors"

@@ -21,8 +21,6 @@ def coupling(surface: Surface, wavenumber: float) -> complex:
 
     It belongs to (½ − K + αW) p = −(S + α(½ + K′)) ∂p/∂n under e^{+jωt}. L is `half_diagonal`.
 
-    Notes
-    -----
     For kL ≫ 10, α is −j/k, the near-optimal choice (Burton & Miller 1971; Kress 1985).
 
     Below, α is up to five times as large, as −j/k damps the air in cavities. The mesh tunes the air to one frequency in

@@ -29,14 +29,9 @@ _PLANE_TOLERANCE = 1e-9
 class Facing(NamedTuple):
     """Triangles that stand opposite to each other.
 
-    Parameters
-    ----------
-    pairs : (n, 2) array of int
-        Triangles.
-    ratio : (n,) array
-        Distance of each pair, in longest edges of the longer triangle.
-    air : (n,) array of bool
-        True if the triangles face each other across a gap, False if they are the two sides of a wall.
+    pairs : (n, 2) triangles.
+    ratio : (n,) distance of each pair, in longest edges of the longer triangle.
+    air : (n,) bool true if the triangles face each other across a gap, False if they are the two sides of a wall.
     """
 
     pairs: IntArray

@@ -17,19 +17,9 @@ air through the gap, and a source inside it, err as much as far above the plane.
 def check_plane(plane: RigidPlane, surface: Surface, points: FloatArray | None = None) -> None:
     """Check the position of body and field points relative to a rigid plane.
 
-    Parameters
-    ----------
-    plane : RigidPlane
-        Reflecting plane.
-    surface : Surface
-        Radiating surface.
-    points : (n_point, 3) array, optional
-        Field points (m). They may lie on the plane.
+    points : (n_point, 3) field points (m). They may lie on the plane.
 
-    Raises
-    ------
-    InputError
-        If the body is not clear of the plane or a point lies behind it.
+    InputError if the body is not clear of the plane or a point lies behind it.
     """
     height = plane.height(surface.vertices)[surface.triangles].min(axis=1)
     lowest = int(height.argmin())
@@ -59,23 +49,5 @@ def check_plane(plane: RigidPlane, surface: Surface, points: FloatArray | None =
 
 
 def append_images(points: FloatArray, plane: RigidPlane | None) -> FloatArray:
-    """Return points followed by their mirror images; without a plane, the points alone.
-
-    Parameters
-    ----------
-    points : (n, 3) array
-        Field points (m).
-    plane : RigidPlane or None
-        Reflecting plane.
-
-    Returns
-    -------
-    (2n, 3) or (n, 3) array
-        Points (m).
-
-    Notes
-    -----
-    The field at a point above the plane is the sum of the radiation of the surface layers to the point and to its
-    image.
-    """
+    """Return points (n, 3) m followed by their mirror images; the sum of the sound at both is that above the plane."""
     return points if plane is None else np.concatenate([points, plane.mirror(points)])

@@ -22,8 +22,6 @@ _SPREAD_RATIO = 1e-6
 def velocity_within_faces(surface: Surface) -> csr_array:
     """Return the factor (n_face, n_face) from piecewise constant velocities to those that a wave transmits.
 
-    Notes
-    -----
     A velocity v that is constant on a face loses M : ∇p ∇v of its product with a pressure p. M holds the second moments
     of the face about its centroid. The factor restores this part: v + S⁻¹ Gᵀ S M G v. S holds the areas, G the slopes
     along the walls. The slopes are fitted to adjacent faces that no edge of the body separates (`SHARP_ANGLE`).

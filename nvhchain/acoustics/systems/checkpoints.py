@@ -18,17 +18,10 @@ from nvhchain.handoff import FloatArray, SolvedBand
 class BandCheckpoints:
     """Checkpoints of the bands of one step.
 
-    Parameters
-    ----------
-    folder : Path
-        Folder of the files.
-    step : str
-        Name of the step.
-    inputs : tuple
-        All inputs of the values besides the frequencies of the band.
+    folder : folder of the files.
+    step : name of the step.
+    inputs : all inputs of the values besides the frequencies of the band.
 
-    Notes
-    -----
     A file is used only if its checksum is correct and its inputs, frequencies and code are those of this run.
     """
 

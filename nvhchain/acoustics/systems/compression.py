@@ -58,17 +58,11 @@ class CompressedMatrix:
     directions that carry them. The other columns pass to the two halves of the group. The smallest groups store theirs
     uncompressed. Rows come in stripes, so that the whole matrix never exists.
 
-    Parameters
-    ----------
-    positions : (n_row, 3) array
-        Positions of the rows (m).
-    columns : sequence of (n_column, 3) arrays
-        Positions of the columns, and of their images (m).
-    error : float
-        Error relative to the norm of each row, root mean square over every group of rows. It applies to the part of
-        every body by itself: a small body that sounds alone is negligible in the whole row of a large one.
-    bodies : sequence of (n,) arrays, optional
-        Columns of each body; without it there is one body.
+    positions : (n_row, 3) positions of the rows (m).
+    columns : (n_column, 3) positions of the columns, and of their images (m).
+    error : error relative to the norm of each row, root mean square over every group of rows. It applies to the part
+        of every body by itself: a small body that sounds alone is negligible in the whole row of a large one.
+    bodies : (n,) columns of each body; without it there is one body.
     """
 
     def __init__(

@@ -91,18 +91,11 @@ def _rows_of_inverse(block: ComplexArray, count: int) -> ComplexArray:
 class IterativeSystem:
     """System A p = B ∂p/∂n solved by GMRES to a relative residual.
 
-    Parameters
-    ----------
-    a, b : Matrix
-        Matrices of the system.
-    patches : function
-        Returns patches filled with the rows of A, when they are needed.
-    residual : float
-        Residual relative to each right-hand side.
-    iterations : int
-        Largest number of iterations.
-    name : str
-        Name of the solver in the record.
+    a, b : matrices of the system.
+    patches : returns patches filled with the rows of A, when they are needed.
+    residual : residual relative to each right-hand side.
+    iterations : largest number of iterations.
+    name : name of the solver in the record.
     """
 
     def __init__(

@@ -23,8 +23,6 @@ def image_waves(amplitudes: ComplexArray, height: float, order: int) -> ComplexA
 
     Rows are those of `multipole_amplitudes`; the plane's normal is the polar axis.
 
-    Notes
-    -----
     Body and image together radiate F = Σ a_lm Y_lm (e^{jkh cos θ} + (−1)^{l+m} e^{−jkh cos θ}), of which the upper half
     counts. The power is a quadratic form of the amplitudes with a matrix for every m. Its triangular factor R yields
     the rows: P = Σ|waves|²/(2ρc). R is real once the amplitudes of odd l + m are multiplied by j. Its rows of low

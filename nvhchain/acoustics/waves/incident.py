@@ -102,12 +102,7 @@ class PointSource:
 class Reflected:
     """Field together with its reflection at a rigid plane, so that the normal velocity on the plane is zero.
 
-    Parameters
-    ----------
-    field : IncidentField
-        Field without the plane.
-    plane : RigidPlane
-        Reflecting plane.
+    field : field without the plane.
     """
 
     field: IncidentField

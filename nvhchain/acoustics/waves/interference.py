@@ -47,8 +47,6 @@ def squared_waves(
     gradient : (n_face,) Pa/m along the normal.
     wavenumber : rad/m, above 0.
 
-    Notes
-    -----
     The number of waves about the middle of all bodies (`multipole_amplitudes`) grows with the square of the distance in
     wavelengths. It is 245 thousand for two spheres 50 m off the middle at 1 kHz. If that costs more, every body has its
     own waves about its own middle, and every two interfere. The interference is F_i* F_j e^{jk r̂·d} over all

@@ -190,8 +190,6 @@ def multipole_amplitudes(
     wavenumber : rad/m, above 0.
     plane : rigid plane. The origin is the foot of the body's centre on it, and its normal is the polar axis.
 
-    Notes
-    -----
     The far field is r e^{jkr} p = Σ a_lm Y_lm, with Y_lm real and of unit norm and a_lm = j^l ∫ (p ∂ψ/∂n − ψ ∂p/∂n) dS.
     The regular waves are ψ = j_l(kr) Y_lm. This follows from Kirchhoff and Helmholtz' integral with the addition
     theorem G = −jk Σ ψ_lm(y) h_l(kr) Y_lm(x), h_l of the second kind. Amplitudes at −k are conjugate to those at k.

@@ -13,16 +13,9 @@ from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane, Surface
 class OutgoingWaves:
     """Values of the waves of a surface at field points.
 
-    Parameters
-    ----------
-    surface : Surface
-        Radiating surface; waves as of `multipole_amplitudes`.
-    plane : RigidPlane or None
-        Reflecting plane.
-    points : (n_point, 3) array
-        Field points (m) outside the enclosing sphere.
-    order : int
-        Highest order of the waves.
+    surface : radiating surface; waves as of `multipole_amplitudes`.
+    points : (n_point, 3) field points (m) outside the enclosing sphere.
+    order : highest order of the waves.
     """
 
     def __init__(self, surface: Surface, plane: RigidPlane | None, points: FloatArray, order: int) -> None:

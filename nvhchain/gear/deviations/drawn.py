@@ -112,19 +112,7 @@ def _steps(place: FloatArray) -> FloatArray:
 def eccentric_pitch(geometry: GearGeometry, eccentricity: float, angle: float, *, drives: bool = True) -> FloatArray:
     """Return the place of each drive flank (n_tooth,) (m) on the reference circle by eccentricity alone.
 
-    Parameters
-    ----------
-    geometry : GearGeometry
-        Teeth.
-    eccentricity, angle : float
-        Eccentricity (m) and its angle (rad), as in `GearDeviations`.
-    drives : bool
-        True for a pinion.
-
-    Returns
-    -------
-    (n_tooth,) array
-        Arc (m).
+    eccentricity, angle, drives : as in `GearDeviations` and `drawn_deviations`.
     """
     alpha = geometry.transverse_pressure_angle * (1.0 if drives else -1.0)
     turn = np.arange(geometry.teeth) * (2.0 * np.pi / geometry.teeth)

@@ -40,20 +40,7 @@ def normal_backlash(pinion: GearGeometry, wheel: GearGeometry, centre_distance: 
 
 
 def working_angle(pinion: GearGeometry, wheel: GearGeometry, centre_distance: float) -> float:
-    """Return the transverse working pressure angle (rad).
-
-    Parameters
-    ----------
-    pinion, wheel : GearGeometry
-        Gears.
-    centre_distance : float
-        Centre distance (m).
-
-    Returns
-    -------
-    float
-        Angle α_wt; 0 at centre distances below the sum of the base radii.
-    """
+    """Return the transverse working pressure angle α_wt (rad); 0 below the sum of the base radii."""
     return acos(min((pinion.base_radius + wheel.base_radius) / centre_distance, 1.0))
 
 

@@ -15,16 +15,9 @@ from nvhchain.handoff import FloatArray
 class Web:
     """Thin disc between hub and rim.
 
-    Parameters
-    ----------
-    hub_radius : float
-        Inner radius (m).
-    rim_radius : float
-        Outer radius (m).
-    thickness : float
-        Thickness (m).
-    offset : float
-        Axial position of its middle from mid-width (m).
+    hub_radius : inner radius (m).
+    rim_radius : outer radius (m).
+    offset : axial position of its middle from mid-width (m).
     """
 
     hub_radius: float
@@ -44,18 +37,11 @@ class Web:
 class Cutouts:
     """Equal openings between two circles, with radial sides and rounded corners.
 
-    Parameters
-    ----------
-    count : int
-        Number of openings.
-    inner_radius, outer_radius : float
-        Radii of the two circles (m).
-    angular_width : float
-        Angle between the radial sides (rad).
-    fillet : float
-        Corner radius (m).
-    phase : float
-        Angle of the middle of opening 0 (rad); opening i follows at 2π i / count.
+    count : number of openings.
+    inner_radius, outer_radius : radii of the two circles (m).
+    angular_width : angle between the radial sides (rad).
+    fillet : corner radius (m).
+    phase : angle of the middle of opening 0 (rad); opening i follows at 2π i / count.
     """
 
     count: int
@@ -123,16 +109,10 @@ class Cutouts:
 class RoundCutouts:
     """Equal round openings on a circle.
 
-    Parameters
-    ----------
-    count : int
-        Number of openings.
-    pitch_radius : float
-        Radius of the circle (m).
-    radius : float
-        Radius of an opening (m).
-    phase : float
-        Angle of the middle of opening 0 (rad); opening i follows at 2π i / count.
+    count : number of openings.
+    pitch_radius : radius of the circle (m).
+    radius : radius of an opening (m).
+    phase : angle of the middle of opening 0 (rad); opening i follows at 2π i / count.
     """
 
     count: int

@@ -121,18 +121,7 @@ def dimension_over_balls(gear: GearGeometry, ball_diameter: float, gauge: Gauge 
 
 
 def usual_span(gear: GearGeometry) -> int | None:
-    """Return the number of teeth whose base tangent length touches nearest to the circle d + 2 x m_n.
-
-    Parameters
-    ----------
-    gear : GearGeometry
-        Gear.
-
-    Returns
-    -------
-    int or None
-        Number k; None where no span touches the flanks within the face width.
-    """
+    """Return the number of teeth whose span touches nearest to the circle d + 2 x m_n; None if none can be measured."""
     target = _middle_circle(gear)
     found = {}
     for k in range(2, max(3, gear.teeth // 2 + 2)):
@@ -143,18 +132,7 @@ def usual_span(gear: GearGeometry) -> int | None:
 
 
 def usual_ball(gear: GearGeometry) -> float | None:
-    """Return the common size of ball or pin (m) that touches nearest to the circle d + 2 x m_n.
-
-    Parameters
-    ----------
-    gear : GearGeometry
-        Gear.
-
-    Returns
-    -------
-    float or None
-        Diameter D_M; None where none of these sizes fits.
-    """
+    """Return the common size of ball or pin (m) that touches nearest to the circle d + 2 x m_n; None if none fits."""
     target = _middle_circle(gear)
     fits = [1e-3 * size for size in _SIZES if not _ball_misses(gear, 1e-3 * size)]
     return min(fits, key=lambda size: abs(_ball_radius(gear, size) - target), default=None)

@@ -356,37 +356,13 @@ def _with_pitch_of(wheel: GearBody, pinion: GearBody) -> GearBody:
 
 
 def common_face(planes: Sequence[float], widths: Sequence[float]) -> tuple[float, float]:
-    """Return the ends of the face that gears share (m).
-
-    Parameters
-    ----------
-    planes, widths : sequence of float
-        Mid-planes and face widths (m).
-
-    Returns
-    -------
-    tuple of 2 float
-        Lower and upper end; the upper one is lower where they share none.
-    """
+    """Return the ends (m) of the face that gears of these mid-planes and face widths share; swapped for none."""
     ends = [(plane - 0.5 * width, plane + 0.5 * width) for plane, width in zip(planes, widths, strict=True)]
     return max(low for low, _ in ends), min(high for _, high in ends)
 
 
 def offset_bodies(pinion: GearBody, wheel: GearBody, planes: tuple[float, float]) -> tuple[GearBody, GearBody]:
-    """Return the bodies of a pair with their offsets from the middle of the contact.
-
-    Parameters
-    ----------
-    pinion, wheel : GearBody
-        Gears.
-    planes : tuple of 2 float
-        Mid-planes of their faces (m).
-
-    Returns
-    -------
-    tuple of 2 GearBody
-        Pinion and wheel; the same objects where their faces are centred on each other.
-    """
+    """Return pinion and wheel with their offsets from the middle of the contact, by mid-planes of their faces (m)."""
     if abs(planes[0] - planes[1]) <= _EXACT:
         return pinion, wheel
     low, high = common_face(planes, [pinion.geometry.face_width, wheel.geometry.face_width])

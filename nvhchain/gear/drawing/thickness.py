@@ -104,22 +104,9 @@ class MeasuredThickness:
 
 
 def state_thickness(gear: GearGeometry) -> Iterator[tuple[str, float]]:
-    """Yield the profile shift or the thickness allowance that the measured thickness of a gear gives.
+    """Yield name and value of profile shift or thickness allowance as the measured thickness of a gear gives them.
 
-    Parameters
-    ----------
-    gear : GearGeometry
-        Gear.
-
-    Yields
-    ------
-    tuple
-        Name and value of a field.
-
-    Raises
-    ------
-    InputError
-        If measures and stated fields contradict each other beyond the rounding of a drawing.
+    InputError if measures and stated fields contradict each other beyond the rounding of a drawing.
     """
     measured = gear.thickness
     if measured is None:
@@ -160,15 +147,9 @@ def state_thickness(gear: GearGeometry) -> Iterator[tuple[str, float]]:
 def check_measured(gear: GearGeometry) -> None:
     """Refuse a measured thickness that cannot be measured on the gear.
 
-    Parameters
-    ----------
-    gear : GearGeometry
-        Gear with its profile shift.
+    gear : gear with its profile shift.
 
-    Raises
-    ------
-    InputError
-        If planes, balls or pins do not touch the flanks.
+    InputError if planes, balls or pins do not touch the flanks.
     """
     measured = gear.thickness
     if measured is None:

@@ -23,27 +23,15 @@ def edge_gap(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the gap between an edge and the mating flank, and the place and angle at which they will meet.
 
-    Parameters
-    ----------
-    excess : (n,) array
-        Distance on the line of action from the end of the path, which the edge has passed or not reached (m).
-    own_base, mating_base : float
-        Base radii of the gear with the edge and of the other (m).
-    edge : float
-        Tip radius of the gear with the edge (m).
-    line_length : float
-        Distance of the base tangent points (m).
-    centre_distance : float
-        Centre distance (m).
+    excess : (n,) distance on the line of action from the end of the path, which the edge has passed or not reached
+        (m).
+    own_base, mating_base : base radii of the gear with the edge and of the other (m).
+    edge : tip radius of the gear with the edge (m).
+    line_length : distance of the base tangent points (m).
 
-    Returns
-    -------
-    gap : (n,) array
-        Arc on the mating base circle by which the edge misses the flank (m).
-    radius : (n,) array
-        Radius on the mating gear at which they will meet (m).
-    angle : (n,) array
-        Angle between the flanks there (rad).
+    gap : (n,) arc on the mating base circle by which the edge misses the flank (m).
+    radius : (n,) radius on the mating gear at which they will meet (m).
+    angle : (n,) angle between the flanks there (rad).
     """
     # own centre at the origin, the other on the x axis; angle of the edge from the line of centres
     pressure, end = np.arccos((own_base + mating_base) / centre_distance), sqrt(edge**2 - own_base**2)

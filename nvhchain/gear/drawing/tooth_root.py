@@ -95,10 +95,7 @@ class _Involute(NamedTuple):
 class ToothRoot:
     """Root curve of one tooth from the end of the involute to the root circle.
 
-    Parameters
-    ----------
-    gear : GearGeometry
-        Gear, whose rack has been checked.
+    gear : gear, whose rack has been checked.
     """
 
     def __init__(self, gear: GearGeometry) -> None:
@@ -231,23 +228,7 @@ class ToothRoot:
 
 
 def state_profile(gear: GearGeometry) -> Iterator[tuple[str, float]]:
-    """Yield the fields that the reference profile of a gear gives.
-
-    Parameters
-    ----------
-    gear : GearGeometry
-        Gear.
-
-    Yields
-    ------
-    tuple
-        Name and value of a field.
-
-    Raises
-    ------
-    InputError
-        If a stated value contradicts the profile.
-    """
+    """Yield name and value of the fields that the reference profile gives; InputError for contradictions."""
     name = gear.reference_profile
     if name is None:
         return

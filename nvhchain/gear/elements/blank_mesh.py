@@ -39,20 +39,11 @@ WEB_GROWTH = 0.5
 class BlankMesh:
     """Transverse mesh of the whole blank; it repeats after `sector` teeth.
 
-    Parameters
-    ----------
-    plane : PlaneMesh
-        Mesh.
-    top : (teeth, n) int array
-        Nodes under each tooth's pitch, counter-clockwise.
-    bore : int array
-        Nodes on the bore.
-    web_elements : (m,) bool array
-        Quadrilaterals of the web.
-    sector_elements : (m,) bool array
-        Quadrilaterals under the first sector of teeth.
-    rotated_nodes : (n,) int array
-        Node that replaces each node when the blank turns by one sector.
+    top : (teeth, n) nodes under each tooth's pitch, counter-clockwise.
+    bore : nodes on the bore.
+    web_elements : quadrilaterals of the web.
+    sector_elements : quadrilaterals under the first sector of teeth.
+    rotated_nodes : (n,) node that replaces each node when the blank turns by one sector.
     """
 
     plane: PlaneMesh
@@ -66,10 +57,7 @@ class BlankMesh:
 def innermost_solid(body: GearBody) -> float:
     """Return the radius (m) down to which the rim is solid over the whole face width.
 
-    Raises
-    ------
-    InputError
-        If the gear has an imported mesh, whose blank is not drawn.
+    InputError if the gear has an imported mesh, whose blank is not drawn.
     """
     require(
         not isinstance(body.blank, VolumeMesh),
@@ -85,10 +73,7 @@ def innermost_solid(body: GearBody) -> float:
 def blank_mesh(body: GearBody, top_radius: float, fidelity: GearFidelity) -> BlankMesh:
     """Mesh the blank between bore and `top_radius` (m), with two columns per tooth and unit of refinement.
 
-    Raises
-    ------
-    InputError
-        If an opening, or the spoke between two, is narrower than an element.
+    InputError if an opening, or the spoke between two, is narrower than an element.
     """
     gear, web, cut = body.geometry, body.blank.web, _openings(body)
     per_tooth = 2 * fidelity.transverse_refinement
@@ -215,17 +200,10 @@ def _ring(
 ) -> tuple[IntArray, FloatArray, FloatArray]:
     """Remove one opening from `cell`, in place.
 
-    Returns
-    -------
-    ring : (n,) int array
-        Corner nodes once round, as row + (rows + 1) · column; columns count on beyond the last.
-    radius, angle : (2 n,) array
-        Radius (m) and angle (rad) of its corner and edge nodes in turn, on the outline.
+    ring : (n,) corner nodes once round, as row + (rows + 1) · column; columns count on beyond the last.
+    radius, angle : (2 n,) radius (m) and angle (rad) of its corner and edge nodes in turn, on the outline.
 
-    Raises
-    ------
-    InputError
-        If the opening, or the spoke beside it, is narrower than an element.
+    InputError if the opening, or the spoke beside it, is narrower than an element.
     """
     step = lines[1] - lines[0]
     # a small bias rounds ties of half a column in the same way for every opening

@@ -33,16 +33,10 @@ second part of the layers and at least two. No layer is flatter than the third p
 class SolidMesh:
     """Bricks of 20 nodes on levels: even levels are layer faces, odd ones the middles of layers.
 
-    Parameters
-    ----------
-    nodes : (n, 3) array
-        Positions (m).
-    angle : (n,) array
-        Angle of each node about the axis (rad).
-    elements : (m, 20) int array
-        Node numbers in the order of VTK.
-    index : (levels, plane nodes) int array
-        Node number, −1 if absent.
+    nodes : (n, 3) positions (m).
+    angle : (n,) angle of each node about the axis (rad).
+    elements : (m, 20) node numbers in the order of VTK.
+    index : (levels, plane nodes) node number, −1 if absent.
     """
 
     nodes: FloatArray
@@ -60,14 +54,9 @@ class SolidMesh:
 class GearMesh:
     """Mesh of one pitch of teeth, all alike, and of the blank: transverse and solid.
 
-    Parameters
-    ----------
-    pitch, blank : PitchMesh, BlankMesh
-        Transverse meshes.
-    pitch_solid, blank_solid : SolidMesh
-        Solid meshes.
-    sector_elements : (m,) bool array
-        Bricks of the blank under the first sector of teeth.
+    pitch, blank : transverse meshes.
+    pitch_solid, blank_solid : solid meshes.
+    sector_elements : bricks of the blank under the first sector of teeth.
     """
 
     pitch: PitchMesh

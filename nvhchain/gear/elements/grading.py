@@ -14,18 +14,11 @@ from nvhchain.handoff import FloatArray
 class Grading:
     """Size of elements along a line: constant within a zone, then growing.
 
-    Parameters
-    ----------
-    centre : float
-        Middle of the zone (m).
-    size : float
-        Size within the zone (m).
-    zone : float
-        Half length of the zone (m).
-    growth : float
-        Growth of the size per distance beyond the zone (m/m).
-    largest : float
-        Largest size (m).
+    centre : middle of the zone (m).
+    size : size within the zone (m).
+    zone : half length of the zone (m).
+    growth : growth of the size per distance beyond the zone (m/m).
+    largest : largest size (m).
     """
 
     centre: float

@@ -29,18 +29,10 @@ _SHARE = 0.7
 class PitchMesh:
     """Mesh of one pitch, tooth centred on angle 0.
 
-    Parameters
-    ----------
-    plane : PlaneMesh
-        Mesh.
-    flanks : (2, n) int array
-        Nodes from form to tip form circle of the flanks that face +φ and −φ.
-    centre : int array
-        Nodes of the tooth's centre line from the tip down.
-    left, right : int array
-        Nodes at −τ/2 and +τ/2, from outside inwards.
-    bottom : int array
-        Nodes on the innermost circle, counter-clockwise; its ends belong to left and right too.
+    flanks : (2, n) nodes from form to tip form circle of the flanks that face +φ and −φ.
+    centre : nodes of the tooth's centre line from the tip down.
+    left, right : nodes at −τ/2 and +τ/2, from outside inwards.
+    bottom : nodes on the innermost circle, counter-clockwise; its ends belong to left and right too.
     """
 
     plane: PlaneMesh

@@ -16,16 +16,10 @@ BoolArray = NDArray[np.bool_]
 class PlaneMesh:
     """Mesh of 8-node quadrilaterals: corner nodes first, then one node on every edge.
 
-    Parameters
-    ----------
-    radius, angle : (n,) array
-        Positions (m, rad).
-    corners : int
-        Number of corner nodes.
-    quads : (m, 8) int array
-        Nodes, counter-clockwise: corners, then the nodes between corners 01, 12, 23, 30.
-    edges : (n − corners, 2) int array
-        Corner nodes of each edge, the smaller first, in order.
+    radius, angle : (n,) positions (m, rad).
+    corners : number of corner nodes.
+    quads : (m, 8) nodes, counter-clockwise: corners, then the nodes between corners 01, 12, 23, 30.
+    edges : (n − corners, 2) corner nodes of each edge, the smaller first, in order.
     """
 
     radius: FloatArray
@@ -52,12 +46,8 @@ class PlaneMesh:
 class Curve:
     """Line of corner nodes whose edge nodes lie on a curve.
 
-    Parameters
-    ----------
-    corners : (n,) int array
-        Corner nodes.
-    radius, angle : (n − 1,) array
-        Positions of the edge nodes (m, rad).
+    corners : (n,) corner nodes.
+    radius, angle : (n − 1,) positions of the edge nodes (m, rad).
     """
 
     corners: IntArray

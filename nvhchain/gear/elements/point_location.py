@@ -27,14 +27,9 @@ _SURFACE_TOLERANCE = 0.1
 class ElementSearch:
     """Elements arranged for the search of points.
 
-    Parameters
-    ----------
-    nodes : (n, 3) array
-        Positions (m).
-    elements : (m, k) int array
-        Node numbers.
-    kind : {'hex20', 'tet10'}
-        Kind of element.
+    nodes : (n, 3) positions (m).
+    elements : node numbers.
+    kind : {'hex20', 'tet10'} kind of element.
     """
 
     def __init__(self, nodes: FloatArray, elements: IntArray, kind: str = "hex20") -> None:
@@ -49,10 +44,7 @@ class ElementSearch:
     def find(self, points: FloatArray) -> tuple[IntArray, FloatArray]:
         """Return the element (n,) that contains each of `points` (n, 3) in m, and its place (n, 3) in that element.
 
-        Raises
-        ------
-        InputError
-            If a point lies outside the mesh.
+        InputError if a point lies outside the mesh.
         """
         points = np.asarray(points, float)
         candidates = self._tree.query(points, k=range(1, min(_CANDIDATES, self._tree.n) + 1))[1]

@@ -42,19 +42,10 @@ def whole_mesh(body: GearBody, fidelity: GearFidelity) -> VolumeMesh:
 def joined_mesh(body: GearBody, mesh: GearMesh) -> tuple[VolumeMesh, IntArray]:
     """Join the blank and all teeth of a divided mesh.
 
-    Parameters
-    ----------
-    body : GearBody
-        Gear.
-    mesh : GearMesh
-        Its divided mesh.
+    mesh : its divided mesh.
 
-    Returns
-    -------
-    mesh : VolumeMesh
-        Undivided mesh.
-    label : (n,) int array
-        Its node for every node of the blank, then of the pitches of teeth 0, 1, ….
+    mesh : undivided mesh.
+    label : (n,) its node for every node of the blank, then of the pitches of teeth 0, 1, ….
     """
     gear = body.geometry
     pitch, blank = mesh.pitch_solid, mesh.blank_solid

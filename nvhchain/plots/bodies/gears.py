@@ -165,20 +165,12 @@ def gear_part(
 ) -> Part:
     """Return a gear as a part of a scene, with the edges of its elements or with its outline.
 
-    Parameters
-    ----------
-    body, mesh : GearBody, VolumeMesh
-        Gear and its undivided mesh.
-    teeth : collection of int
-        Teeth to mark.
-    meshed : bool
-        True for the edges of all elements, False for the outline.
-    turn : float
-        Angle about its axis (rad).
-    place : (3,) array, optional
-        Place of its middle (m).
-    colour, mark : str
-        Colours of the gear and of its marked teeth.
+    body, mesh : gear and its undivided mesh.
+    teeth : teeth to mark.
+    meshed : true for the edges of all elements, False for the outline.
+    turn : angle about its axis (rad).
+    place : (3,) place of its middle (m).
+    colour, mark : colours of the gear and of its marked teeth.
     """
     gear = body.geometry
     surface = shell(len(mesh.nodes), mesh.elements, mesh.kind)

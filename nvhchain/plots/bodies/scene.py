@@ -59,20 +59,12 @@ class View:
 class Shell:
     """Surface of a solid mesh.
 
-    Parameters
-    ----------
-    triangles : (n, 3) int array
-        Corners among the nodes, which include the middles of four-cornered faces.
-    face : (n,) int array
-        Face of each triangle.
-    corners : (f, 4) int array
-        Corners of the faces, −1 for the fourth of a triangle.
-    middles : (q, 8) int array
-        Nodes of the faces whose middles follow those of the mesh.
-    edges : (m, 3) int array
-        Ends and middle of every edge.
-    sides : (m, 2) int array
-        Faces on both sides of every edge.
+    triangles : (n, 3) corners among the nodes, which include the middles of four-cornered faces.
+    face : (n,) face of each triangle.
+    corners : (f, 4) corners of the faces, −1 for the fourth of a triangle.
+    middles : (q, 8) nodes of the faces whose middles follow those of the mesh.
+    edges : (m, 3) ends and middle of every edge.
+    sides : (m, 2) faces on both sides of every edge.
     """
 
     triangles: IntArray
@@ -136,20 +128,12 @@ def shell(count: int, elements: IntArray, kind: str) -> Shell:
 class Part:
     """Body of a scene.
 
-    Parameters
-    ----------
-    triangles : (n, 3, 3) array
-        Corners (m), counter-clockwise seen from outside.
-    colours : (3,), (n, 3) or (n, 3, 3) array
-        Red, green, blue in 0 … 1: of all, of every triangle, or at its corners.
-    opacity : float
-        1 for solid bodies.
-    lines : (m, 2, 3) array
-        Segments on it (m).
-    ink : str
-        Colour of the lines.
-    width : float
-        Width of the lines (pixels).
+    triangles : (n, 3, 3) corners (m), counter-clockwise seen from outside.
+    colours : (3,) red, green, blue in 0 … 1: of all, of every triangle, or at its corners.
+    opacity : 1 for solid bodies.
+    lines : (m, 2, 3) segments on it (m).
+    ink : colour of the lines.
+    width : width of the lines (pixels).
     """
 
     triangles: FloatArray
@@ -175,23 +159,11 @@ class Part:
 def draw_scene(ax: Axes, parts: Sequence[Part], *, view: View, engine: str = "auto", height: int = 1400) -> None:
     """Draw parts into `ax`, whose coordinates are then those of `View.seen`.
 
-    Parameters
-    ----------
-    ax : Axes
-        Axes.
-    parts : sequence of Part
-        Bodies.
-    view : View
-        Direction.
-    engine : {"auto", "pyvista", "matplotlib"}
-        Renderer; "auto" is pyvista if it can render off screen, else matplotlib.
-    height : int
-        Pixels of the picture.
+    engine : {"auto", "pyvista", "matplotlib"} renderer; "auto" is pyvista if it can render off screen, else
+        matplotlib.
+    height : pixels of the picture.
 
-    Raises
-    ------
-    InputError
-        For another engine, or one that cannot draw here.
+    InputError for another engine, or one that cannot draw here.
     """
     require(engine in ("auto", "pyvista", "matplotlib"), f"engine = {engine!r}: use auto, pyvista or matplotlib")
     if engine == "pyvista":

@@ -39,7 +39,7 @@ from nvhchain.acoustics.solutions.functions import (
     surface_pressure,
     transfer_vectors,
 )
-from nvhchain.acoustics.solutions.resistance import SurfaceShapes, housing_shapes
+from nvhchain.acoustics.solutions.quantities import SurfaceShapes, housing_shapes
 from nvhchain.acoustics.solutions.work import Adaptive, Work
 from nvhchain.acoustics.surfaces.needles import Remeshed, remesh_needles
 from nvhchain.acoustics.surfaces.reflecting_plane import RigidPlane

@@ -13,8 +13,7 @@ import pytest
 
 import nvhchain as nvh
 from nvhchain.acoustics import Bempp, ExteriorProblem, Fused, Work, sphere
-from nvhchain.acoustics.solutions import bands
-from nvhchain.acoustics.solutions import vectors as of_vectors
+from nvhchain.acoustics.solutions import quantities, quantity
 from nvhchain.acoustics.systems.frequency_blocks import BAND
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError, SolverError, WriteError
@@ -44,13 +43,13 @@ def same(some, whole):
 @pytest.fixture
 def solved(monkeypatch):
     """Wavenumbers that an engine was asked for."""
-    seen, real = [], bands.systems
+    seen, real = [], quantity.systems
 
     def systems(engine, surface, wavenumbers, *others):
         seen.extend(wavenumbers)
         return real(engine, surface, wavenumbers, *others)
 
-    monkeypatch.setattr(bands, "systems", systems)
+    monkeypatch.setattr(quantity, "systems", systems)
     return seen
 
 
@@ -143,7 +142,7 @@ def test_bands_of_another_engine_are_not_used(half, monkeypatch):
     def systems(*_):
         raise SolverError("asked for anew")
 
-    monkeypatch.setattr(bands, "systems", systems)
+    monkeypatch.setattr(quantity, "systems", systems)
     vectors(half, masters=MASTERS[:BAND])
     with pytest.raises(SolverError, match="asked for anew"):
         vectors(half, masters=MASTERS[:BAND], engine=Bempp())
@@ -157,7 +156,7 @@ def test_bands_made_by_other_code_are_not_used(half, solved, monkeypatch):
 
 def test_the_chain_goes_on_with_finished_bands_and_drops_them_when_the_set_is_whole(tmp_path, solved, monkeypatch):
     case = replace(nvh.load_case(CASES / "sphere" / "pulsating.toml"), frequencies=tuple(np.linspace(100.0, 600.0, 10)))
-    real, count = of_vectors.layer_potentials, []
+    real, count = quantities.layer_potentials, []
 
     def fails_late(*arguments):
         count.append(1)
@@ -166,7 +165,7 @@ def test_the_chain_goes_on_with_finished_bands_and_drops_them_when_the_set_is_wh
         return real(*arguments)
 
     with monkeypatch.context() as broken:
-        broken.setattr(of_vectors, "layer_potentials", fails_late)
+        broken.setattr(quantities, "layer_potentials", fails_late)
         with pytest.raises(SolverError, match="the power failed"):
             nvh.run(case, fidelity=nvh.DRAFT, out=tmp_path)
     assert len(list(tmp_path.glob("transfer_vectors-*.parts/*.h5"))) == 1

@@ -15,9 +15,9 @@ from nvhchain.acoustics.radiation.modal_power import (
     radiation_modes,
     resistance_matrices,
 )
-from nvhchain.acoustics.solutions import bands
+from nvhchain.acoustics.solutions import quantity
 from nvhchain.acoustics.solutions.functions import Adaptive, radiation_resistance
-from nvhchain.acoustics.solutions.resistance import SurfaceShapes, housing_shapes
+from nvhchain.acoustics.solutions.quantities import SurfaceShapes, housing_shapes
 from nvhchain.acoustics.surfaces.reflecting_plane import RigidPlane
 from nvhchain.acoustics.waves.multipoles import waves_from_middle
 from nvhchain.errors import AccuracyWarning, InputError, ResourceError, SolverError
@@ -313,7 +313,7 @@ def test_bearings_and_axes_without_load_are_left_out_and_asked_for_later_refused
     force[:, :, 2] = 0.0
     some = load.replace(force=force)
     solved = []
-    systems = bands.systems
+    systems = quantity.systems
 
     def counted(*arguments):
         for batch in systems(*arguments):
@@ -322,7 +322,7 @@ def test_bearings_and_axes_without_load_are_left_out_and_asked_for_later_refused
                 monkeypatch.setattr(system, "solve", lambda rhs, solve=solve: solved.append(rhs.shape[1]) or solve(rhs))
             yield batch
 
-    monkeypatch.setattr(bands, "systems", counted)
+    monkeypatch.setattr(quantity, "systems", counted)
     where = {"air": air, "fidelity": coarse}
     part = radiation_resistance(housing_shapes(body, loaded_bearings(body, some)), lines, **where)
     assert solved == [12 + 4] * 2

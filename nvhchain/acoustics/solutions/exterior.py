@@ -16,8 +16,6 @@ from nvhchain.acoustics.interpolation.paths import paths_about
 from nvhchain.acoustics.radiation.efficiency import equivalent_radiated_power
 from nvhchain.acoustics.radiation.rayleigh import check_rayleigh_memory, rayleigh_accuracy
 from nvhchain.acoustics.solutions.adaptive import choose_resistance, choose_vectors
-from nvhchain.acoustics.solutions.bands import band_values
-from nvhchain.acoustics.solutions.power import Power, check_speed
 from nvhchain.acoustics.solutions.pressure import (
     STEP,
     FieldValues,
@@ -27,9 +25,8 @@ from nvhchain.acoustics.solutions.pressure import (
     vertex_values,
 )
 from nvhchain.acoustics.solutions.provenance import adapted_masters, knob_text, solution_provenance, solver_accuracy
-from nvhchain.acoustics.solutions.quantity import Quantity, check_frequencies
-from nvhchain.acoustics.solutions.resistance import SurfaceShapes, Waves
-from nvhchain.acoustics.solutions.vectors import Vectors
+from nvhchain.acoustics.solutions.quantities import Power, SurfaceShapes, Vectors, Waves, check_speed
+from nvhchain.acoustics.solutions.quantity import Quantity, band_values, check_frequencies
 from nvhchain.acoustics.solutions.work import Adaptive, Work
 from nvhchain.acoustics.surfaces.needles import check_needles
 from nvhchain.acoustics.surfaces.reflecting_plane import append_images, check_plane
@@ -90,6 +87,9 @@ class ExteriorProblem:
     memory and SolverError for a singular system. The expected accuracy of the mesh is computed, with its warnings, once
     per upper frequency and points.
 
+    Functions of the package describe arguments, results and errors of the methods: `transfer_vectors`, `solve_direct`,
+    `surface_pressure`, `sound_power` and `radiation_resistance`. Velocities and shapes must be of this surface.
+
     Examples
     --------
     >>> from nvhchain.acoustics import ExteriorProblem, sphere
@@ -125,28 +125,7 @@ class ExteriorProblem:
         frequencies: ArrayLike | Adaptive,
         work: Work = Work(),  # noqa: B008 (frozen)
     ) -> TransferVectors:
-        """Compute the pressure at field points per unit normal velocity of every face.
-
-        Parameters
-        ----------
-        points : (n_point, 3) array
-            Field points outside the body (m).
-        frequencies : (n_f,) array or Adaptive
-            Master frequencies (Hz), increasing, or the band in which as few are chosen as the tolerance permits.
-        work : Work
-            Executor, progress and checkpoints.
-
-        Returns
-        -------
-        TransferVectors
-            p = vectors · v_n at the masters.
-
-        Raises
-        ------
-        InputError
-            If the mesh is too coarse, or a point is inside the body, too near it or behind the plane. Also if this
-            level of `fidelity.radiation` has no transfer vectors.
-        """
+        """Compute the pressure at field points per unit normal velocity of every face, see `transfer_vectors`."""
         require(
             self.fidelity.radiation != "equivalent_radiated_power",
             "equivalent radiated power has no transfer vectors: spread its power with equivalent_pressure instead",
@@ -166,28 +145,7 @@ class ExteriorProblem:
         points: ArrayLike,
         work: Work = Work(),  # noqa: B008 (frozen)
     ) -> FieldPressure:
-        """Compute sound pressure at field points by a solution at every frequency, without transfer vectors.
-
-        Parameters
-        ----------
-        velocity : SurfaceVelocity
-            Normal velocity of this surface at the frequencies to solve.
-        points : (n_point, 3) array
-            Field points outside the body (m).
-        work : Work
-            Executor, progress and checkpoints.
-
-        Returns
-        -------
-        FieldPressure
-            Pressure (Pa); zero at 0 Hz, the limit of a finite velocity.
-
-        Raises
-        ------
-        InputError
-            If the velocity is of another surface, the mesh too coarse, or a point inside the body, too near it or
-            behind the plane.
-        """
+        """Compute sound pressure at field points without transfer vectors, see `solve_direct`."""
         frequency = self._frequencies(velocity)
         x = self._checked(float(frequency[-1]), points)
         quantity = FieldValues(self.surface, x, self.air, self.plane, self.fidelity.field_near_ratio)
@@ -216,28 +174,7 @@ class ExteriorProblem:
         *,
         incident: IncidentField | None = None,
     ) -> SurfacePressure:
-        """Compute the total sound pressure at the vertices, fourth-order accurate on a regular mesh.
-
-        Parameters
-        ----------
-        velocity : SurfaceVelocity
-            Normal velocity of this surface at the frequencies to solve; zero for a rigid body.
-        work : Work
-            Executor, progress and checkpoints.
-        incident : IncidentField, optional
-            Field that the body scatters in addition. With a plane, its reflection is added.
-
-        Returns
-        -------
-        SurfacePressure
-            Pressure (Pa) at every vertex.
-
-        Raises
-        ------
-        InputError
-            If the velocity is of another surface or the mesh too coarse. Also for an incident field at 0 Hz, and for a
-            point source inside the body or behind the plane.
-        """
+        """Compute the total sound pressure at the vertices, see `surface_pressure`; InputError for a field at 0 Hz."""
         frequency = self._frequencies(velocity)
         require(
             incident is None or frequency[0] > 0,
@@ -263,25 +200,7 @@ class ExteriorProblem:
         velocity: SurfaceVelocity,
         work: Work = Work(),  # noqa: B008 (frozen)
     ) -> SoundPower:
-        """Compute the sound power from the waves that leave the surface, or the equivalent radiated power.
-
-        Parameters
-        ----------
-        velocity : SurfaceVelocity
-            Normal velocity of this surface at the frequencies to solve.
-        work : Work
-            Executor, progress and checkpoints.
-
-        Returns
-        -------
-        SoundPower
-            Time average (W).
-
-        Raises
-        ------
-        InputError
-            If the velocity is of another surface or the mesh too coarse. Also for `fidelity.radiation` = `rayleigh`.
-        """
+        """Compute the sound power of the waves that leave the surface, see `sound_power`."""
         frequency = self._frequencies(velocity)
         check_speed(velocity)
         if self.fidelity.radiation == "equivalent_radiated_power":
@@ -310,28 +229,7 @@ class ExteriorProblem:
         frequencies: ArrayLike | Adaptive,
         work: Work = Work(),  # noqa: B008 (frozen)
     ) -> RadiationResistance:
-        """Compute the radiation resistance in the coordinates of some shapes of the surface.
-
-        Parameters
-        ----------
-        motion : SurfaceShapes
-            Shapes of this surface.
-        frequencies : (n_f,) array or Adaptive
-            Master frequencies (Hz), increasing, or the band in which as few are chosen as the tolerance permits.
-        work : Work
-            Executor, progress and checkpoints.
-
-        Returns
-        -------
-        RadiationResistance
-            Spherical waves of every shape at the masters.
-
-        Raises
-        ------
-        InputError
-            If the shapes are of another surface, the mesh is too coarse, or this level of `fidelity.radiation` has no
-            radiation resistance.
-        """
+        """Compute the radiation resistance in the coordinates of some shapes, see `radiation_resistance`."""
         require(
             self.fidelity.radiation == "boundary_elements",
             f"radiation = {self.fidelity.radiation!r} gives no radiation resistance: choose boundary_elements",

@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike
 from nvhchain.acoustics.radiation.microphones import array_points, array_power, check_array
 from nvhchain.acoustics.radiation.rayleigh import rayleigh_field
 from nvhchain.acoustics.solutions.exterior import ExteriorProblem
-from nvhchain.acoustics.solutions.power import check_speed
-from nvhchain.acoustics.solutions.resistance import SurfaceShapes
+from nvhchain.acoustics.solutions.quantities import SurfaceShapes, check_speed
 from nvhchain.acoustics.solutions.work import Adaptive, Work
 from nvhchain.acoustics.systems.engines import engine_named
 from nvhchain.acoustics.waves.incident import IncidentField

@@ -1,16 +1,21 @@
-"""Quantities of an exterior problem: values from one boundary element system per frequency."""
+"""Quantities of an exterior problem: values from one boundary element system per frequency, band by band."""
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nvhchain.acoustics.surfaces.surface import real_numbers
+from nvhchain.acoustics.systems.engines import solve_each, systems
+from nvhchain.acoustics.systems.frequency_blocks import Solved
 from nvhchain.acoustics.systems.linear_system import System
 from nvhchain.errors import require
 from nvhchain.handoff import ComplexArray, FloatArray
+
+if TYPE_CHECKING:
+    from nvhchain.acoustics.solutions.exterior import ExteriorProblem
 
 
 class Line(NamedTuple):
@@ -64,3 +69,26 @@ def check_frequencies(frequencies: ArrayLike) -> FloatArray:
         "frequencies must be finite, not negative and strictly increasing, in Hz: sort them and drop repeated ones",
     )
     return f
+
+
+def band_values(
+    frequency: FloatArray,
+    *rows: ComplexArray,
+    problem: ExteriorProblem,
+    quantity: Quantity,
+    task: tuple[int, float],
+) -> Solved:
+    """Return values of one band and their solver record; `task` holds bytes for systems and the quadrature error."""
+    memory, quadrature_error = task
+    values = np.zeros((len(frequency), *quantity.shape), dtype=complex)
+    omega = 2 * np.pi * frequency
+    solved = np.flatnonzero(quantity.moves(frequency, *rows))
+    wavenumbers = omega[solved] / problem.air.speed_of_sound
+
+    def solve(number: int, system: System) -> None:
+        at = solved[number]
+        line = Line(omega[at], float(wavenumbers[number]), quadrature_error)
+        values[at] = quantity.values(system, line, *(row[at] for row in rows))
+
+    batches = systems(problem.engine, problem.surface, wavenumbers, problem.fidelity, problem.plane, memory)
+    return Solved(values, solve_each(batches, solve))

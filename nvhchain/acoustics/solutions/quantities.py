@@ -1,4 +1,4 @@
-"""Radiation resistance of a surface that moves in given shapes: P = ½ q̇ᴴ R q̇, for any number of load cases."""
+"""Transfer vectors, sound power and radiation resistance P = ½ q̇ᴴ R q̇ as quantities of an exterior problem."""
 
 from __future__ import annotations
 
@@ -9,10 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nvhchain.acoustics.accuracy.cancellation import cancellation_resistance
+from nvhchain.acoustics.radiation.rayleigh import rayleigh_vectors
 from nvhchain.acoustics.solutions.quantity import Line, Quantity
 from nvhchain.acoustics.surfaces.velocity_slopes import velocity_within_faces
-from nvhchain.acoustics.systems.engines import workers
+from nvhchain.acoustics.systems.engines import vectors_memory, workers
+from nvhchain.acoustics.systems.frequency_blocks import Solved
 from nvhchain.acoustics.systems.linear_system import System
+from nvhchain.acoustics.waves.interference import squared_waves, waves_memory
+from nvhchain.acoustics.waves.layer_potentials import layer_potentials
 from nvhchain.acoustics.waves.multipoles import (
     expansion_memory,
     multipole_amplitudes,
@@ -21,7 +25,16 @@ from nvhchain.acoustics.waves.multipoles import (
 )
 from nvhchain.conventions import Air
 from nvhchain.errors import require
-from nvhchain.handoff import ComplexArray, FloatArray, IntArray, ReducedHousing, RigidPlane, Surface
+from nvhchain.handoff import (
+    ComplexArray,
+    FloatArray,
+    IntArray,
+    ReducedHousing,
+    RigidPlane,
+    SolverRecord,
+    Surface,
+    SurfaceVelocity,
+)
 from nvhchain.handoff.declared import checked_array
 from nvhchain.kinds import checked
 
@@ -146,3 +159,95 @@ class Waves(Quantity):
     def _motion(self) -> FloatArray:
         """Moving shapes with their variation within faces."""
         return np.asarray(velocity_within_faces(self.surface) @ self.shapes[:, self._moving])
+
+
+FASTEST = 1e140
+"""Largest normal velocity (m/s) whose squared results do not overflow."""
+
+
+def check_speed(velocity: SurfaceVelocity) -> None:
+    """Raise InputError for normal velocities whose power overflows."""
+    fastest = float(np.abs(velocity.normal_velocity).max(initial=0.0))
+    require(
+        fastest <= FASTEST,
+        f"normal velocities of {fastest:.3g} m/s have no sound power in double precision, at most {FASTEST:g} have: "
+        "scale them down",
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Power(Quantity):
+    """Sound power (W), and that of the error where parts of the motion cancel: (2,).
+
+    top : highest wavenumber (rad/m).
+    digits : decimal digits of the spherical waves.
+    """
+
+    step, knobs = "sound_power", ("multipole_digits",)
+
+    surface: Surface
+    air: Air
+    plane: RigidPlane | None
+    top: float
+    digits: float
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the values at one frequency."""
+        return (2,)
+
+    def memory(self, frequencies: int) -> tuple[int, int]:
+        """Return the bytes of all results, and of the columns of one block."""
+        return 0, workers(frequencies) * waves_memory(self.surface, self.top, self.plane, self.digits)
+
+    def moves(self, frequency: FloatArray, *rows: ComplexArray) -> NDArray[np.bool_]:
+        """Return the lines (n_f,) that need a system."""
+        (normal_velocity,) = rows
+        return np.asarray((frequency > 0) & normal_velocity.any(axis=1))
+
+    def values(self, system: System, line: Line, *row: ComplexArray) -> ComplexArray:
+        """Return power and error power at one frequency."""
+        (normal_velocity,) = row
+        surface, k = self.surface, line.wavenumber
+        gradient = -1j * line.omega * self.air.density * (velocity_within_faces(surface) @ normal_velocity)
+        pressure = system.solve(system.apply_b(gradient))
+        error = cancellation_resistance(surface, k, pressure[:, None], self.plane, line.quadrature_error)
+        power = squared_waves(surface, k, pressure, gradient, self.plane, self.digits)
+        return np.asarray(np.array([power, error[0, 0]], dtype=complex) / (2 * self.air.impedance), dtype=complex)
+
+
+@dataclass(frozen=True, eq=False)
+class Vectors(Quantity):
+    """Transfer vectors (n_end, n_face), −jωρ (Bᵀ A⁻ᵀ d − s): p(x) = d·p − s·∂p/∂n at every end x.
+
+    ends : (n_end, 3) field points and, with a plane, their images (m).
+    cut_ratio : near-field limit of `layer_potentials`.
+    """
+
+    step = "transfer_vectors"
+
+    surface: Surface
+    ends: FloatArray
+    air: Air
+    cut_ratio: float
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the values at one frequency."""
+        return len(self.ends), len(self.surface.triangles)
+
+    def memory(self, frequencies: int) -> tuple[int, int]:
+        """Return the bytes of all results, and of the columns of one block."""
+        return vectors_memory(len(self.surface.vertices), len(self.surface.triangles), len(self.ends), frequencies)
+
+    def values(self, system: System, line: Line, *row: ComplexArray) -> ComplexArray:
+        """Return the vectors at one frequency."""
+        double, single = layer_potentials(self.surface, self.ends, line.wavenumber, self.cut_ratio)
+        of_faces = system.adjoint(double.T).T
+        of_faces -= single
+        return np.asarray(-1j * line.omega * self.air.density * (of_faces @ velocity_within_faces(self.surface)))
+
+    def rayleigh(self, frequency: FloatArray) -> Solved:
+        """Return the vectors by the Rayleigh integral."""
+        vectors = rayleigh_vectors(frequency, self.surface, self.ends, self.air, self.cut_ratio)
+        return Solved(vectors, SolverRecord())

@@ -6,7 +6,7 @@ import numpy as np
 
 from nvhchain.acoustics import ENGINES
 from nvhchain.acoustics.accuracy.mesh_error import expected_accuracy
-from nvhchain.acoustics.accuracy.radiation_levels import expected_radiation_error
+from nvhchain.acoustics.accuracy.radiation_levels import expected_radiation_error, size_in_waves
 from nvhchain.case import Case
 from nvhchain.conventions import Air
 from nvhchain.error_band.band import COVERAGE
@@ -41,13 +41,8 @@ def radiation_error(
 
 
 def level_error(surface: Surface, lines: FloatArray, air: Air, radiation: str) -> FloatArray:
-    """Return the RMS error (n_f,) dB of a cheaper radiation level for single points and motions at `lines` (Hz).
-
-    It depends on the wavenumber times half the size of the body.
-    """
-    half_size = 0.5 * float(np.linalg.norm(np.ptp(surface.vertices, axis=0))) / np.sqrt(3.0)
-    ka = 2 * np.pi * np.maximum(lines, 1e-300) / air.speed_of_sound * half_size
-    return expected_radiation_error(radiation, ka)
+    """Return the RMS error (n_f,) dB of a cheaper radiation level for single points and motions at `lines` (Hz)."""
+    return expected_radiation_error(radiation, size_in_waves(surface, np.maximum(lines, 1e-300), air))
 
 
 def relative(decibel: FloatArray | float) -> FloatArray:

@@ -11,8 +11,10 @@ from scipy.sparse import block_diag, coo_array, csr_array, diags_array
 from scipy.sparse.linalg import SuperLU, splu
 
 from nvhchain.acoustics.accuracy.mesh_error import MESH_ERROR, QUADRATURE_GROWTH
+from nvhchain.acoustics.interpolation.adaptive import error_decibel
 from nvhchain.acoustics.interpolation.nodes import line_batches
 from nvhchain.acoustics.surfaces.bodies import split_bodies
+from nvhchain.acoustics.surfaces.clustering import diameter
 from nvhchain.acoustics.surfaces.surface import SHARP_ANGLE, edge_table, mean_edge, width_to_length
 from nvhchain.conventions import Air
 from nvhchain.fidelity import AcousticsFidelity
@@ -96,7 +98,7 @@ def cancellation_of_motion(
     surface = surface_velocity.surface
     bodies, wavenumber = split_bodies(surface), 2 * np.pi * surface_velocity.frequency / air.speed_of_sound
     lines = np.flatnonzero((wavenumber > 0) & (loudest > 0))
-    away = max(np.linalg.norm(points - surface.centroids.mean(axis=0), axis=1).min(), _half_diagonal(surface))
+    away = max(np.linalg.norm(points - surface.centroids.mean(axis=0), axis=1).min(), 0.5 * diameter(surface.vertices))
     quiet = QUIET_RATIO ** (1.0 + 1.0 / len(points)) * air.impedance / (np.sqrt(4 * np.pi) * away)
 
     def thrust_per_pressure(
@@ -133,7 +135,7 @@ def wall_wavenumber(body: Surface, velocity: ComplexArray) -> FloatArray:
     """
     size = body.areas @ np.abs(velocity) ** 2
     return np.asarray(
-        np.sqrt(1.0 / _half_diagonal(body) ** 2 + _slopes(body, velocity) / np.where(size > 0, size, 1.0))
+        np.sqrt(1.0 / (0.5 * diameter(body.vertices)) ** 2 + _slopes(body, velocity) / np.where(size > 0, size, 1.0))
     )
 
 
@@ -198,7 +200,7 @@ def _walls(body: Surface) -> tuple[csr_array, SuperLU]:
     across = coo_array((conductance, tuple(sides.T)), (faces, faces)).tocsr()
     across = across + across.T
     stiffness = (diags_array(across.sum(axis=1)) - across).tocsr()
-    return stiffness, splu((stiffness + diags_array(body.areas / _half_diagonal(body) ** 2)).tocsc())
+    return stiffness, splu((stiffness + diags_array(body.areas / (0.5 * diameter(body.vertices)) ** 2)).tocsc())
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,7 +235,7 @@ def _thrusts(surface: Surface, face_pressure: ComplexArray, quadrature_error: fl
         weight = weight / weight.sum(axis=0)
         middles = weight.T @ body.centroids
         square = (body.centroids**2).sum(axis=1) @ weight - (middles**2).sum(axis=1)
-        extents = np.clip(np.sqrt(3.0 * square.clip(0.0)), h, _half_diagonal(body))
+        extents = np.clip(np.sqrt(3.0 * square.clip(0.0)), h, 0.5 * diameter(body.vertices))
         area = np.minimum(body.areas.sum(), 2.0 / (weight**2 / body.areas[:, None]).sum(axis=0))
         spread = np.column_stack([body.areas / body.areas.sum(), weight])
         slender = width_to_length(body.centroids, spread)
@@ -253,10 +255,6 @@ def _dipole_pressure(
         r = np.maximum(nearest, thrust.extents)
         squares += (1.0 + (wavenumber * r) ** 2) * thrust.squared.diagonal().real / (4 * np.pi * r**2) ** 2
     return np.asarray(np.sqrt(squares) * (1.0 if plane is None else 2.0))
-
-
-def _half_diagonal(body: Surface) -> float:
-    return 0.5 * float(np.linalg.norm(np.ptp(body.vertices, axis=0)))
 
 
 def cancellation_accuracy(
@@ -290,7 +288,7 @@ def cancellation_accuracy(
         return SoundAccuracy()
     asked = overestimate * MESH_ERROR * np.maximum(1 / fidelity.elements_per_wavelength**2, in_air)
     return SoundAccuracy(
-        cancellation_error_db=float(20 * np.log10(1 + error[worst])),
+        cancellation_error_db=error_decibel(error[worst]),
         cancellation_frequency=float(frequency[loud[worst]]),
         cancellation_lines=int(np.count_nonzero(error > asked)),
     )

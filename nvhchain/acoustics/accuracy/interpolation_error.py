@@ -36,21 +36,14 @@ def interpolation_accuracy(
 
 def larger(stated: SoundAccuracy, told: SoundAccuracy) -> SoundAccuracy:
     """Errors of an operator that exceed those told of what is made from it, and where they are."""
-    found = SoundAccuracy()
-    if (stated.interpolation_error_db or 0.0) > (told.interpolation_error_db or 0.0):
-        found |= SoundAccuracy(
-            interpolation_error_db=stated.interpolation_error_db,
-            interpolation_frequency=stated.interpolation_frequency,
-        )
-    if (stated.resonance_error_db or 0.0) > (told.resonance_error_db or 0.0):
-        found |= SoundAccuracy(
-            resonance_error_db=stated.resonance_error_db, resonance_frequency=stated.resonance_frequency
-        )
-    if (stated.resonance_shift or 0.0) > (told.resonance_shift or 0.0):
-        found |= SoundAccuracy(resonance_shift=stated.resonance_shift)
-    if (stated.expected_error_db or 0.0) > (told.expected_error_db or 0.0):
-        found |= SoundAccuracy(expected_error_db=stated.expected_error_db)
-    return found
+    groups = (
+        ("interpolation_error_db", "interpolation_frequency"),
+        ("resonance_error_db", "resonance_frequency"),
+        ("resonance_shift",),
+        ("expected_error_db",),
+    )
+    kept = [names for names in groups if (getattr(stated, names[0]) or 0.0) > (getattr(told, names[0]) or 0.0)]
+    return SoundAccuracy(**{name: getattr(stated, name) for names in kept for name in names})
 
 
 def vector_errors(

@@ -7,6 +7,7 @@ from itertools import compress, permutations
 
 import numpy as np
 
+from nvhchain.acoustics.interpolation.adaptive import error_decibel
 from nvhchain.acoustics.surfaces.bodies import split_bodies
 from nvhchain.acoustics.surfaces.clearance import clearances
 from nvhchain.acoustics.surfaces.openings import SHIFT, resonance_shift
@@ -140,14 +141,14 @@ def expected_accuracy(
         element_size=size,
         elements_per_wavelength=per_wavelength,
         asked_elements_per_wavelength=fidelity.elements_per_wavelength,
-        expected_error_db=_decibel(error),
-        asked_error_db=_decibel(MESH_ERROR / fidelity.elements_per_wavelength**2),
-        expected_error_low_db=_decibel(low),
-        shape_error_db=_decibel(coarse),
-        faceting_error_db=_decibel(faceting) if faceting > 0 else None,
-        expected_error_beside_db=_decibel(beside) if beside > 0 else None,
+        expected_error_db=error_decibel(error),
+        asked_error_db=error_decibel(MESH_ERROR / fidelity.elements_per_wavelength**2),
+        expected_error_low_db=error_decibel(low),
+        shape_error_db=error_decibel(coarse),
+        faceting_error_db=error_decibel(faceting) if faceting > 0 else None,
+        expected_error_beside_db=error_decibel(beside) if beside > 0 else None,
         neighbour_edge_ratio=ratio if beside > 0 else None,
-        remeshing_error_db=_decibel(remeshing) if remeshing > 0 else None,
+        remeshing_error_db=error_decibel(remeshing) if remeshing > 0 else None,
         resonance_shift=resonance_shift(surface, plane) or None,
     )
     expected |= quadrature
@@ -155,7 +156,7 @@ def expected_accuracy(
         expected |= _patch(surface, size, wavelength, FIELD_POINT_FACTOR * (error + at_longest), fidelity)
     clearance = np.inf if points is None else float(clearances(surface, points, FIELD_POINT_CLEARANCE).min())
     if clearance < FIELD_POINT_CLEARANCE:
-        near = _decibel(FIELD_POINT_FACTOR * (error + at_longest) + FIELD_POINT_FLOOR)
+        near = error_decibel(FIELD_POINT_FACTOR * (error + at_longest) + FIELD_POINT_FLOOR)
         expected |= SoundAccuracy(clearance=clearance, expected_error_nearest_db=near)
     warn_of(expected)
     return expected
@@ -224,7 +225,7 @@ def _patch(
         even_edge=even,
         coarse_elements_per_wavelength=wavelength / float(surface.longest_edges.max()),
         coarsest_elements_per_wavelength=fidelity.coarsest_elements_per_wavelength,
-        expected_error_patch_db=_decibel(alone),
+        expected_error_patch_db=error_decibel(alone),
     )
 
 
@@ -235,7 +236,7 @@ def largest_interpolation_error(error: FloatArray, frequency: FloatArray, fideli
     """
     worst = int(error.argmax())
     return SoundAccuracy(
-        interpolation_error_db=_decibel(float(error[worst])),
+        interpolation_error_db=error_decibel(float(error[worst])),
         interpolation_frequency=float(frequency[worst]),
         asked_interpolation_error_db=fidelity.master_tolerance_db,
     )
@@ -266,10 +267,10 @@ def missed_resonances(
     worst = int(error.argmax())
     asked = MESH_ERROR / fidelity.elements_per_wavelength**2
     return SoundAccuracy(
-        resonance_error_db=_decibel(float(error[worst])),
+        resonance_error_db=error_decibel(float(error[worst])),
         resonance_frequency=float(frequency[worst]),
         resonance_lines=int(np.count_nonzero(error > asked)),
-        asked_error_db=_decibel(asked),
+        asked_error_db=error_decibel(asked),
     )
 
 
@@ -312,7 +313,3 @@ def _quadrature_accuracy(surface: Surface, fidelity: AcousticsFidelity, engine: 
         asked_quadrature_error=fidelity.quadrature_error,
         fair_singular_order=FAIR_ORDER if rules.singular_order < FAIR_ORDER else None,
     )
-
-
-def _decibel(relative_error: float) -> float:
-    return float(20.0 * np.log10(1.0 + relative_error))

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from nvhchain.acoustics.surfaces.clustering import diameter
 from nvhchain.acoustics.surfaces.surface import real_numbers
 from nvhchain.conventions import Air
 from nvhchain.errors import require
@@ -104,6 +105,11 @@ def expected_radiation_error(radiation: str, ka: ArrayLike) -> FloatArray:
     return np.asarray(_errors(radiation, x)[2])
 
 
+def size_in_waves(surface: Surface, frequency: FloatArray, air: Air) -> FloatArray:
+    """Return the wavenumber times half the size of a body, its diagonal over 2√3, at frequencies (n_f,) Hz."""
+    return 2 * np.pi * frequency / air.speed_of_sound * (0.5 * diameter(surface.vertices) / np.sqrt(3.0))
+
+
 def _errors(radiation: str, ka: FloatArray | float) -> FloatArray:
     """Return housing, mean and single errors (3, …) dB."""
     rows = ERRORS[radiation]
@@ -128,8 +134,7 @@ def level_accuracy(surface: Surface, frequency: FloatArray, air: Air, radiation:
     radiating = frequency[frequency > 0]
     if len(radiating) == 0:
         return SoundAccuracy()
-    half_size = 0.5 * float(np.linalg.norm(np.ptp(surface.vertices, axis=0))) / np.sqrt(3.0)
-    ka = 2 * np.pi * float(radiating[0]) / air.speed_of_sound * half_size
+    ka = float(size_in_waves(surface, radiating[0], air))
     housing, mean, single = _errors(radiation, ka).tolist()
     stated = SoundAccuracy(
         radiation=radiation,

@@ -12,6 +12,7 @@ from nvhchain.acoustics.fused.engine import assemble_rows, stripes
 from nvhchain.acoustics.fused.mesh import Plane, prepare, quadrature_rules
 from nvhchain.acoustics.fused.splitting import cut
 from nvhchain.acoustics.surfaces.burton_miller import coupling, half_diagonal
+from nvhchain.acoustics.surfaces.clustering import diameter
 from nvhchain.acoustics.surfaces.intersections import facing_pairs, joined_pairs, neighbours
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, Surface
@@ -179,4 +180,4 @@ def _weights(surface: Surface) -> FloatArray:
 
 
 def _wavenumber(surface: Surface) -> float:
-    return _STATIC / float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
+    return _STATIC / diameter(surface.vertices)

@@ -12,6 +12,7 @@ import numpy as np
 from nvhchain.acoustics.fused.close_pairs import CHUNK, close_pairs
 from nvhchain.acoustics.fused.ordering import sorted_tiles
 from nvhchain.acoustics.fused.quadrature import product_rule, split_rules, touching_rule
+from nvhchain.acoustics.surfaces.clustering import diameter
 from nvhchain.fem.quadrature import triangle_rule
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import FloatArray, IntArray, Surface
@@ -147,7 +148,7 @@ def prepare(surface: Surface, fidelity: AcousticsFidelity, plane: Plane | None) 
         least_scale=0.5**fidelity.gap_halvings,
         slenderest=int(slenderness.max()),
         edge=float(np.average(sizes, weights=areas)),
-        extent=float(np.linalg.norm(np.ptp(corners, axis=0))),
+        extent=diameter(corners),
     )
 
 

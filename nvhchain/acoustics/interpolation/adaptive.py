@@ -180,7 +180,7 @@ def choose_masters(
             lines, error = between, changed / _TESTED
         if len(found.frequency) >= most:
             worst = int(error.argmax())
-            left_over, unforeseen, half = (_decibel(e) for e in (error[worst], tested, _TESTED * allowed))
+            left_over, unforeseen, half = (error_decibel(e) for e in (error[worst], tested, _TESTED * allowed))
             raise SolverError(
                 f"{most} masters leave an estimated error of {left_over:.2g} dB near {lines[worst]:.4g} Hz, the last "
                 f"of them were foretold within {unforeseen:.2g} dB ({half:.2g} dB allowed), {tolerance:g} dB asked: "
@@ -198,8 +198,8 @@ def choose_masters(
         new = np.unique(_round_numbers(new))
     report(len(found.frequency), len(found.frequency))
     told = SoundAccuracy(
-        estimated_error_db=_decibel(float(error.max())),
-        tested_error_db=_decibel(tested),
+        estimated_error_db=error_decibel(float(error.max())),
+        tested_error_db=error_decibel(tested),
         missed_width=allowed * float(np.diff(found.frequency).max()),
     )
     accuracy, provenance = first_made
@@ -260,5 +260,6 @@ def _next(masters: FloatArray, lines: FloatArray, error: FloatArray, count: int)
     return np.sort(lines[[best[i] for i in chosen]])
 
 
-def _decibel(relative_error: float) -> float:
+def error_decibel(relative_error: float) -> float:
+    """Return the level (dB) that a relative error adds to an amplitude."""
     return float(20 * np.log10(1 + relative_error))

@@ -308,16 +308,14 @@ def _nodes_per_value(nodes: int, mirrored: bool) -> int:
     return max(min(2, nodes), nodes - (2 if mirrored else 1))
 
 
-def check_lines(atv: TransferVectors, frequency: FloatArray) -> None:
-    """Raise InputError for lines (n_f,) Hz outside the masters."""
-    masters = atv.frequency
+def check_lines(masters: FloatArray, frequency: FloatArray) -> None:
+    """Raise InputError for lines (n_f,) Hz outside the masters (n_master,) Hz."""
     slack = 1e-12 * masters[-1]
     outside = frequency[(frequency < masters[0] - slack) | (frequency > masters[-1] + slack)]
     require(
         len(outside) == 0,
-        f"{len(outside)} lines of the surface velocity ({outside.min(initial=np.inf):.6g}…"
-        f"{outside.max(initial=0.0):.6g} Hz) lie outside the master frequencies {masters[0]:.6g}…{masters[-1]:.6g} Hz: "
-        "widen the masters or cut the band",
+        f"{len(outside)} lines ({outside.min(initial=np.inf):.6g}…{outside.max(initial=0.0):.6g} Hz) lie outside the "
+        f"master frequencies {masters[0]:.6g}…{masters[-1]:.6g} Hz: widen the masters or cut the band",
     )
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nvhchain.acoustics.accuracy.radiation_levels import level_accuracy
-from nvhchain.acoustics.surfaces.reflecting_plane import check_plane
+from nvhchain.acoustics.surfaces.reflecting_plane import check_above, check_plane
 from nvhchain.acoustics.surfaces.surface import check_points, real_numbers
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError, is_whole, require
@@ -95,20 +95,12 @@ def spread_power(
     InputError
         If a point is not finite, at the centre or behind the plane, or a power is negative.
     """
-    x, middle = _positions(points, "field points"), _positions(centre, "centre")
+    x, middle = positions(points, "field points"), positions(centre, "centre")
     require(len(middle) == 1, f"centre has shape {np.shape(centre)}: one point is needed")
     r = np.linalg.norm(x - middle, axis=1)
     require(bool((r > 0).all()), "a field point lies at the centre of the source: move it away")
     if plane is not None:
-        height = plane.height(x)
-        # rounding moves points off a tilted plane
-        slack = 1e-12 * float(np.abs(x - np.asarray(plane.point)).max())
-        behind = int(height.argmin())
-        require(
-            height[behind] >= -slack,
-            f"field point {behind} at {x[behind].tolist()} m lies {-1e3 * height[behind]:.4g} mm behind the rigid "
-            "plane: move it to the air",
-        )
+        check_above(plane, x)
     negative = np.flatnonzero(power.power < 0)
     require(
         len(negative) == 0,
@@ -313,7 +305,7 @@ def circle_points(radius: float, centre: ArrayLike, axis: ArrayLike, count: int)
         0 < radius < np.inf and is_whole(count) and count > 0,
         f"circle of {count} points at {radius:g} m: both must be positive, the number whole and the radius finite",
     )
-    middle, normal = _positions(centre, "centre of a circle"), _positions(axis, "axis of a circle")
+    middle, normal = positions(centre, "centre of a circle"), positions(axis, "axis of a circle")
     require(len(middle) == len(normal) == 1, "a circle has one centre and one axis: give three coordinates of each")
     require(bool(np.any(normal)), "the axis of the circle has no length: give the direction it points to")
     normal = normal[0] / np.abs(normal).max()
@@ -331,7 +323,7 @@ def _plane_wave_power(surface_velocity: SurfaceVelocity, air: Air) -> FloatArray
     return np.asarray(air.impedance * area * mean_square_velocity(surface_velocity))
 
 
-def _positions(points: ArrayLike, subject: str) -> FloatArray:
+def positions(points: ArrayLike, subject: str) -> FloatArray:
     """Return finite points (n, 3) m; InputError otherwise."""
     x = np.atleast_2d(real_numbers(points, subject))
     require(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from nvhchain.acoustics.surfaces.clustering import diameter
 from nvhchain.acoustics.surfaces.surface import real_numbers
 from nvhchain.acoustics.waves.multipoles import plane_axes
 from nvhchain.conventions import Air
@@ -162,7 +163,7 @@ def source_dimension(surface: Surface, plane: RigidPlane | None) -> float:
     Above a reflecting plane, the box stands on the plane and includes its mirror image.
     """
     if plane is None:
-        return 0.5 * float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
+        return 0.5 * diameter(surface.vertices)
     along = np.ptp(surface.vertices @ plane_axes(plane)[:2].T, axis=0)
     return float(np.linalg.norm([*(0.5 * along), plane.height(surface.vertices).max()]))
 

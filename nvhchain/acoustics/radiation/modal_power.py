@@ -10,7 +10,7 @@ from scipy.linalg import eigh
 
 from nvhchain.acoustics.accuracy.cancellation import cancellation_accuracy
 from nvhchain.acoustics.accuracy.mesh_error import largest_interpolation_error, missed_resonances
-from nvhchain.acoustics.interpolation.nodes import Nodes, interpolation_nodes, support
+from nvhchain.acoustics.interpolation.nodes import Nodes, check_lines, interpolation_nodes, support
 from nvhchain.acoustics.interpolation.paths import Paths
 from nvhchain.acoustics.radiation.efficiency import efficiency_from_power
 from nvhchain.acoustics.surfaces.surface import frequency_lines
@@ -20,6 +20,7 @@ from nvhchain.handoff import (
     ComplexArray,
     FloatArray,
     ForceSpectrum,
+    IntArray,
     RadiationEfficiency,
     RadiationResistance,
     ReducedHousing,
@@ -97,7 +98,7 @@ def power_from_waves(
         velocity.shape == (len(frequency), columns),
         f"velocities have shape {velocity.shape}, but ({len(frequency)}, {columns}) is needed: one per line and shape",
     )
-    _check_lines(resistance, frequency[velocity.any(axis=1) & (frequency > 0)])
+    check_lines(resistance.frequency, frequency[velocity.any(axis=1) & (frequency > 0)])
     nodes = waves_nodes(resistance, fidelity)
     products = _Products(resistance, nodes)
     lines = np.flatnonzero(velocity.any(axis=1) & (frequency > 0))
@@ -185,7 +186,7 @@ def modal_velocity(
     """
     frequency, velocity = _modal_velocity(housing, force_spectrum)
     _check_seats(resistance, housing, velocity)
-    _check_lines(resistance, frequency[velocity.any(axis=1) & (frequency > 0)])
+    check_lines(resistance.frequency, frequency[velocity.any(axis=1) & (frequency > 0)])
     return frequency, velocity
 
 
@@ -260,14 +261,25 @@ def modal_efficiency(
 def _modal_velocity(housing: ReducedHousing, force_spectrum: ForceSpectrum) -> tuple[FloatArray, ComplexArray]:
     """Return the lines (n_f,) Hz that carry force, and the velocities (n_f, n_column) of modes and residual motions."""
     force = force_spectrum.sort_bearings(housing.names)
-    loaded = np.flatnonzero(force.any(axis=1))
-    loaded = loaded if loaded.size else np.array([0])  # no force anywhere: one silent line
+    loaded = loaded_lines(force)
     frequency = force_spectrum.frequency[loaded]
-    rate = 2j * np.pi * frequency[:, None] * force[loaded]
+    rate, motion = modal_motion(housing, frequency, force[loaded])
+    return frequency, np.concatenate([motion, rate * housing.residual_gain()], axis=1)
+
+
+def loaded_lines(force: ComplexArray) -> IntArray:
+    """Return the lines at which forces (n_f, 3 n_bearing) are not zero; one silent line if there are none."""
+    loaded = np.flatnonzero(force.any(axis=1))
+    return loaded if loaded.size else np.array([0])
+
+
+def modal_motion(
+    housing: ReducedHousing, frequency: FloatArray, force: ComplexArray
+) -> tuple[ComplexArray, ComplexArray]:
+    """Return rates of forces (n_f, 3 n_bearing) N/s and velocities (n_f, n_mode) of the modes under them."""
+    rate = 2j * np.pi * frequency[:, None] * force
     seats = housing.seat_shapes.reshape(len(housing.natural_frequency), 3 * len(housing.names))
-    motion = (rate @ seats.T) * housing.receptance(frequency)
-    velocity = np.concatenate([motion, rate * housing.residual_gain()], axis=1)
-    return frequency, velocity
+    return rate, (rate @ seats.T) * housing.receptance(frequency)
 
 
 @checked
@@ -296,7 +308,7 @@ def resistance_matrices(
         If a line lies outside the masters.
     """
     frequency = frequency_lines(frequency)
-    _check_lines(resistance, frequency[frequency > 0])
+    check_lines(resistance.frequency, frequency[frequency > 0])
     nodes = waves_nodes(resistance, fidelity)
     weights = nodes.weights(frequency)
     matrices = np.zeros((len(frequency), *resistance.plane_wave_resistance.shape))
@@ -439,14 +451,3 @@ def _inner_products(resistance: RadiationResistance, mirrored: int) -> ComplexAr
     values = (values / np.where(size > 0, size, 1.0)).reshape(len(masters), -1)
     values = np.concatenate([-values[:mirrored][::-1].conj(), values])
     return np.asarray(values.conj() @ values.T, dtype=complex)
-
-
-def _check_lines(resistance: RadiationResistance, frequency: FloatArray) -> None:
-    masters = resistance.frequency
-    slack = 1e-12 * masters[-1]
-    outside = frequency[(frequency < masters[0] - slack) | (frequency > masters[-1] + slack)]
-    require(
-        len(outside) == 0,
-        f"{len(outside)} lines ({outside.min(initial=np.inf):.6g}…{outside.max(initial=0.0):.6g} Hz) lie outside the "
-        f"master frequencies {masters[0]:.6g}…{masters[-1]:.6g} Hz of the radiation resistance: widen them",
-    )

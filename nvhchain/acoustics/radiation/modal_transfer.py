@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from nvhchain.acoustics.accuracy.interpolation_error import interpolation_accuracy
 from nvhchain.acoustics.interpolation.nodes import check_lines, interpolant
+from nvhchain.acoustics.radiation.modal_power import loaded_lines, modal_motion
 from nvhchain.acoustics.radiation.projection import products
 from nvhchain.acoustics.surfaces.surface import frequency_lines
 from nvhchain.conventions import Progress
@@ -81,7 +82,7 @@ def modal_transfer_vectors(
     """
     _check_surface(atv, housing)
     lines = frequency_lines(frequency)
-    check_lines(atv, lines)
+    check_lines(atv.frequency, lines)
     modes, bearings = len(housing.natural_frequency), len(housing.names)
     shapes = np.concatenate([housing.normal_shapes, housing.face_residual.reshape(3 * bearings, -1)])
     smooth = interpolant(atv, fidelity)
@@ -171,9 +172,7 @@ def modal_pressure(
     """
     _check_housing(modal, housing)
     force, loaded, rows = _loaded(force_spectrum, modal.names, modal.frequency)
-    rate = 2j * np.pi * force_spectrum.frequency[loaded, None] * force
-    seats = housing.seat_shapes.reshape(len(housing.natural_frequency), 3 * len(housing.names))
-    velocity = (rate @ seats.T) * housing.receptance(force_spectrum.frequency[loaded])
+    rate, velocity = modal_motion(housing, force_spectrum.frequency[loaded], force)
     residual = modal.residual.reshape(*modal.residual.shape[:2], -1)
     pressure = _products(modal.modes, velocity, rows) + _products(residual, rate, rows)
     return _field(modal, force_spectrum, loaded, pressure, "modal_pressure")
@@ -215,9 +214,7 @@ def _loaded(
 ) -> tuple[ComplexArray, IntArray, IntArray | slice]:
     """Return the force (n, 3 n_bearing) N at lines that carry any, these lines, and their rows in the operator."""
     force = spectrum.sort_bearings(names)
-    loaded = np.flatnonzero(force.any(axis=1))
-    if loaded.size == 0:
-        loaded = np.array([0])  # no force anywhere: one line of zeros
+    loaded = loaded_lines(force)
     wanted = spectrum.frequency[loaded]
     rows = np.clip(np.searchsorted(lines, wanted), 1, max(1, len(lines) - 1))
     rows = np.minimum(rows, len(lines) - 1)

@@ -54,9 +54,9 @@ def interpolate_vectors(
     """
     lines = frequency_lines(frequency)
     paths = 1 if atv.plane is None else 2
-    check_memory(paths * 16 * len(lines) * atv.vectors[0].size, "transfer vectors at the lines", "lines")
+    check_memory(paths * 16 * len(lines) * atv.vectors[0].size, "transfer vectors at the lines")
     points, faces = atv.vectors.shape[1:]
-    check_lines(atv, lines)
+    check_lines(atv.frequency, lines)
     smooth = interpolant(atv, fidelity)
     told = interpolation_accuracy(smooth, atv, lines, fidelity)
     vectors = np.empty((len(lines), paths * points, faces), dtype=complex)
@@ -134,7 +134,7 @@ def project(
         f"shapes have shape {columns.shape}, but ({faces}, n_column) is needed: one row per face of the surface",
     )
     require(bool(np.isfinite(columns).all()), "shapes hold values that are not finite: remove or repair them")
-    check_lines(atv, lines)
+    check_lines(atv.frequency, lines)
     smooth = interpolant(atv, fidelity)
     interpolation_accuracy(smooth, atv, lines, fidelity)
     return products(smooth, columns, lines, len(atv.points), progress)
@@ -144,7 +144,7 @@ def products(
     smooth: Interpolant, columns: FloatArray | ComplexArray, lines: FloatArray, points: int, progress: Progress | None
 ) -> ComplexArray:
     """Return the result (n_f, n_point, n_column) of `project` for checked arguments; `points` omits mirror images."""
-    check_memory(16 * len(lines) * points * columns.shape[1], "projected transfer vectors", "lines")
+    check_memory(16 * len(lines) * points * columns.shape[1], "projected transfer vectors")
     real = not np.iscomplexobj(columns)
     product = np.zeros((len(lines), points, columns.shape[1]), dtype=complex)
     report = progress or (lambda done, total: None)
@@ -162,14 +162,11 @@ def products(
     return product
 
 
-def check_memory(size: int, subject: str, fewer: str) -> None:
+def check_memory(size: float, subject: str, remedy: str = "ask for fewer lines or field points") -> None:
     """Raise ResourceError unless `size` bytes of `subject` fit into free memory."""
     free = free_memory()
     if size > free:
-        raise ResourceError(
-            f"{subject} need {size / 2**30:.3g} GiB, {free / 2**30:.3g} GiB are free: "
-            f"ask for fewer {fewer} or field points"
-        )
+        raise ResourceError(f"{subject} need {size / 2**30:.3g} GiB, {free / 2**30:.3g} GiB are free: {remedy}")
 
 
 def _pieces(smooth: Interpolant, lines: FloatArray) -> Iterator[tuple[slice, int, ComplexArray]]:

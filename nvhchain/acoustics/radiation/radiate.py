@@ -205,7 +205,7 @@ def _prepare(atv: TransferVectors, surface_velocity: SurfaceVelocity, fidelity: 
             f"transfer vectors belong to another surface ({len(atv.surface.triangles)} triangles) than the surface "
             f"velocity ({len(surface_velocity.surface.triangles)} triangles): compute both on the same one"
         )
-    check_lines(atv, surface_velocity.frequency[_radiating(surface_velocity)])
+    check_lines(atv.frequency, surface_velocity.frequency[_radiating(surface_velocity)])
     return interpolant(atv, fidelity)
 
 
@@ -226,7 +226,7 @@ def _evaluate(
     """
     lines = _radiating(surface_velocity)
     shape = (len(surface_velocity.frequency), points)
-    check_memory(32 * shape[0] * points, "pressures and their error estimates", "lines")
+    check_memory(32 * shape[0] * points, "pressures and their error estimates")
     pressure = np.zeros(shape, dtype=complex)
     error, shifted = np.zeros(shape), np.zeros(shape)
     pieces = [lines[batch] for batch in line_batches(len(lines))]

@@ -32,7 +32,7 @@ def check_rayleigh_memory(surface: Surface, points: int, stored_bytes: int) -> i
     ResourceError unless they and `stored_bytes` bytes of results fit into free memory.
     """
     task = 16 * points * (len(surface.vertices) + 2 * len(surface.triangles))
-    check_memory(task + stored_bytes, "Rayleigh integrals", "frequencies")
+    check_memory(task + stored_bytes, "Rayleigh integrals", "ask for fewer frequencies or field points")
     return task
 
 

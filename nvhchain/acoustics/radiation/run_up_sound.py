@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.fft import irfft, next_fast_len, rfft
 
+from nvhchain.acoustics.radiation.projection import check_memory
 from nvhchain.conventions import Progress
-from nvhchain.errors import ResourceError, require
+from nvhchain.errors import require
 from nvhchain.handoff import (
     BearingForces,
     FloatArray,
@@ -17,7 +18,6 @@ from nvhchain.handoff import (
     ReducedHousing,
 )
 from nvhchain.kinds import checked
-from nvhchain.runtime.memory import free_memory
 
 FADE = 0.1
 """Share of the band over which the upper end of the transfer functions is faded out, as a sharp end would ring."""
@@ -62,12 +62,8 @@ def convolution_lines(sample_rate: float, high: float, duration: float) -> Float
         f"lines up to {high:g} Hz for records of {duration:g} s at {sample_rate:g} samples per second: the duration "
         "must be positive, the sampling at least twice the upper frequency, and both finite",
     )
-    need, free = 8.0 * duration * high, free_memory()
-    if need > free:
-        raise ResourceError(
-            f"{duration * high:.3g} lines up to {high:g} Hz for records of {duration:g} s need {need / 2**30:.3g} GiB, "
-            f"{free / 2**30:.3g} GiB are free: take shorter records or a lower upper frequency"
-        )
+    subject = f"{duration * high:.3g} lines up to {high:g} Hz for records of {duration:g} s"
+    check_memory(8.0 * duration * high, subject, "take shorter records or a lower upper frequency")
     samples = next_fast_len(int(np.ceil(duration * sample_rate)), real=True)
     return np.arange(int(high * samples / sample_rate * (1 + 1e-12)) + 1) * (sample_rate / samples)
 
@@ -150,12 +146,11 @@ def run_up_pressure(
     length = next_fast_len(max(4 * samples, 2**13), real=True)
     block = length - samples + 1
     points, channels = len(functions.points), len(force)
-    need, free = 16 * (length // 2 + 1) * channels * (points + 1), free_memory()
-    if need > free:
-        raise ResourceError(
-            f"impulse responses of {points} points and {channels} forces need {need / 2**30:.3g} GiB, "
-            f"{free / 2**30:.3g} GiB are free: take fewer points at once or a wider line spacing"
-        )
+    check_memory(
+        16 * (length // 2 + 1) * channels * (points + 1),
+        f"impulse responses of {points} points and {channels} forces",
+        "take fewer points at once or a wider line spacing",
+    )
     response = np.empty((points, channels, length // 2 + 1), dtype=complex)
     for point in range(points):
         shape = functions.functions[:, point].reshape(len(bins), channels)

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nvhchain.acoustics.interpolation.nodes import line_batches
+from nvhchain.acoustics.radiation.efficiency import positions
 from nvhchain.acoustics.radiation.modal_power import check_resistance, modal_velocity, node_waves, waves_nodes
-from nvhchain.acoustics.surfaces.surface import real_numbers
 from nvhchain.acoustics.waves.multipoles import frame, wave_reach, waves_from_middle
 from nvhchain.acoustics.waves.outgoing import OutgoingWaves
 from nvhchain.errors import require, warn_caller
@@ -145,11 +145,7 @@ def enclosing_sphere(surface: Surface, *, plane: RigidPlane | None = None) -> tu
 
 def check_outside(surface: Surface, plane: RigidPlane | None, points: ArrayLike) -> FloatArray:
     """Return field points (n_point, 3) m; InputError for points inside the enclosing sphere or behind the plane."""
-    places = real_numbers(points, "coordinates of the field points")
-    require(
-        places.ndim == 2 and places.shape[1] == 3 and len(places) > 0 and bool(np.isfinite(places).all()),
-        f"field points have shape {places.shape}, but (n, 3) finite coordinates in m are needed",
-    )
+    places = positions(points, "field points")
     centre, radius = enclosing_sphere(surface, plane=plane)
     distance = np.linalg.norm(places - centre, axis=1)
     nearest = int(distance.argmin())

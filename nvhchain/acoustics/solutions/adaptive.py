@@ -14,6 +14,7 @@ from nvhchain.acoustics.interpolation.nodes import Interpolant, Nodes, interpola
 from nvhchain.acoustics.radiation.modal_power import node_waves, waves_nodes
 from nvhchain.acoustics.radiation.projection import check_memory
 from nvhchain.acoustics.solutions.work import Adaptive
+from nvhchain.acoustics.surfaces.clustering import diameter
 from nvhchain.acoustics.waves.multipoles import path_reach
 from nvhchain.conventions import Progress
 from nvhchain.fidelity import AcousticsFidelity
@@ -50,7 +51,7 @@ def choose_vectors(
     vertices = problem.surface.vertices
     if problem.plane is not None:  # echoes from a plane make the body larger
         vertices = np.concatenate([vertices, problem.plane.mirror(vertices)])
-    waves = _wavenumber(problem, band) * float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    waves = _wavenumber(problem, band) * diameter(vertices)
     first = first_masters(band.low, band.high, waves, _VECTORS_PER_WAVE, problem.fidelity)
     source = _Vectors(solve, problem.fidelity, len(points), deciding_points(problem.surface, points))
     chosen = choose_masters(source, first, problem.fidelity, progress)
@@ -131,7 +132,8 @@ def join_vectors(*sets: TransferVectors) -> TransferVectors:
     order = np.argsort(frequency)
     images = [one.image_vectors for one in sets if one.image_vectors is not None]
     size = sum(values.nbytes for values in (*(one.vectors for one in sets), *images))
-    check_memory(size, f"transfer vectors at {len(frequency)} masters beside those found so far", "masters")
+    subject = f"transfer vectors at {len(frequency)} masters beside those found so far"
+    check_memory(size, subject, "ask for fewer masters or field points")
     return sets[0].replace(
         frequency=frequency[order],
         vectors=_sorted([one.vectors for one in sets], order),

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
-import numpy as np
-
-from nvhchain.acoustics.interpolation.adaptive import KNOBS, Chosen
+from nvhchain.acoustics.interpolation.adaptive import KNOBS, Chosen, error_decibel
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import RadiationResistance, SolverRecord, SoundAccuracy, TransferVectors
 
@@ -78,16 +76,12 @@ def solver_accuracy(expected: SoundAccuracy, record: SolverRecord, fidelity: Aco
         return expected
 
     def added(stated: float | None) -> float | None:
-        return None if stated is None else _decibel(10 ** (stated / 20) - 1 + error)
+        return None if stated is None else error_decibel(10 ** (stated / 20) - 1 + error)
 
     return expected.replace(
         expected_error_db=added(expected.expected_error_db),
         expected_error_low_db=added(expected.expected_error_low_db),
         expected_error_nearest_db=added(expected.expected_error_nearest_db),
         expected_error_patch_db=added(expected.expected_error_patch_db),
-        solver_error_db=_decibel(error),
+        solver_error_db=error_decibel(error),
     )
-
-
-def _decibel(relative_error: float) -> float:
-    return float(20.0 * np.log10(1.0 + relative_error))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from nvhchain.acoustics.surfaces.bodies import split_bodies
+from nvhchain.acoustics.surfaces.clustering import diameter
 from nvhchain.handoff import Surface
 
 _STRONG = 10.0
@@ -13,7 +14,7 @@ _STRONG = 10.0
 
 def half_diagonal(surface: Surface) -> float:
     """Return half the diagonal (m) of the box around the largest body of the surface."""
-    return max(0.5 * float(np.linalg.norm(np.ptp(body.vertices, axis=0))) for _, body in split_bodies(surface))
+    return max(0.5 * diameter(body.vertices) for _, body in split_bodies(surface))
 
 
 def coupling(surface: Surface, wavenumber: float) -> complex:

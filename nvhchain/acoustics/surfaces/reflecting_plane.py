@@ -36,8 +36,12 @@ def check_plane(plane: RigidPlane, surface: Surface, points: FloatArray | None =
         f"{1e3 * least[tightest]:.4g} mm ({PLANE_CLEARANCE:g} of its longest edge) are needed: raise the body "
         "or refine the surface there",
     )
-    if points is None:
-        return
+    if points is not None:
+        check_above(plane, points)
+
+
+def check_above(plane: RigidPlane, points: FloatArray) -> None:
+    """Raise InputError for field points (n_point, 3) m behind a rigid plane; rounding moves some off a tilted plane."""
     above = plane.height(points)
     slack = 1e-12 * float(np.abs(points - np.asarray(plane.point)).max(initial=0.0))
     behind = int(above.argmin())

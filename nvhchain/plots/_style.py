@@ -74,6 +74,13 @@ def panels(
     return list(grid[:count])
 
 
+def figure_of(axes: Axes) -> Figure:
+    """Return the figure that holds `axes`."""
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    return figure
+
+
 def colour(index: int) -> str:
     """Return the colour of configuration number `index`."""
     return COLOURS[index % len(COLOURS)]

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 
 from nvhchain.errors import require
 from nvhchain.handoff import ComplexArray, FloatArray
-from nvhchain.plots._style import COLOURS, panels, styled
+from nvhchain.plots._style import COLOURS, figure_of, panels, styled
 
 _LARGEST_NUMBERED = 20
 """Largest number of modes for numbers in the table of modal assurance."""
@@ -51,9 +51,7 @@ def modal_assurance_table(
         axis.set_ticks(np.arange(0, len(values), step), [f"{f:.0f}" for f in values[::step]])
         axis.set_label_text(f"{name}{': ' if name else ''}natural frequency / Hz")
     ax.tick_params(axis="x", rotation=60)
-    figure = ax.get_figure(root=True)
-    assert figure is not None
-    figure.colorbar(image, ax=ax, label="modal assurance criterion", shrink=0.85)
+    figure_of(ax).colorbar(image, ax=ax, label="modal assurance criterion", shrink=0.85)
     return ax
 
 

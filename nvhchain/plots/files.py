@@ -8,6 +8,7 @@ from pathlib import Path
 from matplotlib.axes import Axes
 
 from nvhchain.files.atomic_write import content_of, write_atomic
+from nvhchain.plots._style import figure_of
 
 RESOLUTION = 150
 """Resolution of the figures (dots per inch)."""
@@ -15,6 +16,4 @@ RESOLUTION = 150
 
 def save(axes: Sequence[Axes], path: Path) -> None:
     """Save the figure of `axes` as PNG."""
-    figure = axes[0].get_figure(root=True)
-    assert figure is not None
-    write_atomic(path, content_of(lambda file: figure.savefig(file, dpi=RESOLUTION, format="png")))
+    write_atomic(path, content_of(lambda file: figure_of(axes[0]).savefig(file, dpi=RESOLUTION, format="png")))

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray, MeshLaw
-from nvhchain.plots._style import colour, panels, styled
+from nvhchain.plots._style import colour, figure_of, panels, styled
 
 Curve = tuple[FloatArray, FloatArray]
 """Wheel angle (n,) rad, uniform over one period without the end point, and transmission error (n,) m."""
@@ -86,9 +86,7 @@ def mesh_law_map(law: MeshLaw, *, axes: Sequence[Axes] | None = None) -> list[Ax
     ax.set_ylabel("deflection along the line of action / µm")
     ax.set_title(f"{law.teeth[0]} / {law.teeth[1]} teeth", loc="left", fontweight="bold")
     ax.grid(False)
-    figure = ax.get_figure(root=True)
-    assert figure is not None
-    figure.colorbar(image, ax=ax, label="force along the flank normal / kN")
+    figure_of(ax).colorbar(image, ax=ax, label="force along the flank normal / kN")
     return [ax]
 
 

@@ -11,7 +11,7 @@ from matplotlib.projections.polar import PolarAxes
 
 from nvhchain.errors import require
 from nvhchain.handoff import Directivity, FloatArray, RadiationEfficiency
-from nvhchain.plots._style import colour, panels, styled
+from nvhchain.plots._style import colour, figure_of, panels, styled
 
 _FEW = 40
 """Largest number of lines with a mark each."""
@@ -135,9 +135,7 @@ def directivity_polar(
     ax.set_rlabel_position(22.5)
     ax.set_thetagrids(np.arange(0, 360, 30), [names.get(degree, f"{degree}°") for degree in range(0, 360, 30)])
     ax.set_title("directivity index / dB")
-    figure = ax.get_figure(root=True)
-    assert figure is not None
-    figure.legend(loc="outside lower center", ncols=min(count, 4))
+    figure_of(ax).legend(loc="outside lower center", ncols=min(count, 4))
     return ax
 
 
@@ -198,7 +196,5 @@ def _curves(curves: Mapping[str, tuple[FloatArray, FloatArray]], label: str, axe
     ax.axhline(0.0, color="black", linewidth=0.8)
     ax.set_xlabel("frequency / Hz")
     ax.set_ylabel(label)
-    figure = ax.get_figure(root=True)
-    assert figure is not None
-    figure.legend(loc="outside lower center", ncols=min(len(curves), 4))
+    figure_of(ax).legend(loc="outside lower center", ncols=min(len(curves), 4))
     return ax

@@ -13,7 +13,7 @@ from matplotlib.transforms import ScaledTranslation
 from nvhchain import levels
 from nvhchain.errors import require
 from nvhchain.handoff import FieldPressure, FloatArray, ForceSpectrum, SoundPower
-from nvhchain.plots._style import colour, panels, styled
+from nvhchain.plots._style import colour, figure_of, panels, styled
 from nvhchain.plots.waterfall import OrderMarks, add_order_axis, draw_mesh_orders, matching
 
 if TYPE_CHECKING:
@@ -226,8 +226,6 @@ def _draw(
     ax.set_xlim(0.0, 1.01 * max(frequency[-1] for frequency, _ in lines.values()))
     ax.set_xlabel("frequency / Hz")
     ax.grid(False, axis="x")
-    figure = ax.get_figure(root=True)
-    assert figure is not None
     marked = marks is not None and input_frequency > 0.0
     handles = [Line2D([], [], color=colour(index), linewidth=3.0, label=name) for index, name in enumerate(lines)]
     if marks is not None and marked:
@@ -236,7 +234,7 @@ def _draw(
     heads: dict[str, Line2D] = {}
     for index, (name, (frequency, value)) in enumerate(lines.items()):
         aside = STEM_DISTANCE * (index - (len(lines) - 1) / 2.0) / 72.0
-        shifted = ax.transData + ScaledTranslation(aside, 0.0, figure.dpi_scale_trans)
+        shifted = ax.transData + ScaledTranslation(aside, 0.0, figure_of(ax).dpi_scale_trans)
         seen = (value > floor) & (frequency > 0.0)
         ax.vlines(
             frequency[seen], floor, value[seen], colors=colour(index), linewidth=1.2, transform=shifted, label=name
@@ -277,7 +275,5 @@ def _draw(
 
 def _legend_below(ax: Axes, handles: list[Line2D]) -> None:
     """Add one legend for the whole figure outside the axes, where it hides no lines."""
-    figure = ax.get_figure(root=True)
-    assert figure is not None
     if handles:
-        figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6))
+        figure_of(ax).legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6))

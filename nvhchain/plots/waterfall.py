@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from nvhchain.conventions import REFERENCE_PRESSURE
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray
-from nvhchain.plots._style import MARK_LINES, panels, styled
+from nvhchain.plots._style import MARK_LINES, figure_of, panels, styled
 from nvhchain.spectrum import Waterfall
 
 MAP_LINES = 700
@@ -79,8 +79,7 @@ def waterfall_maps(
         ax.set_title(name, loc="left", fontweight="bold")
         ax.set_ylabel("input speed / rpm")
         ax.grid(False)
-        figure = ax.get_figure(root=True)
-        assert figure is not None
+        figure = figure_of(ax)
         figure.colorbar(image, ax=ax, label="dB re 20 µPa" if unit == "Pa" else f"dB re 1 {unit}")
         handles = _draw_orders(ax, of, marks) if marks is not None else []
         if handles and ax is drawn[0]:

@@ -7,6 +7,7 @@ from PIL import Image
 from nvhchain.errors import InputError
 from nvhchain.handoff import ReducedHousing
 from nvhchain.plots.bodies import _pyvista_frames, shapes
+from nvhchain.plots.bodies.scene import View
 from nvhchain.plots.bodies.shapes import animate, mode_shapes, operating_shape
 from nvhchain.plots.contributions import contribution_bars, modal_assurance_table
 
@@ -62,7 +63,8 @@ def test_both_engines_draw_the_same_body(housing):
 def test_picture_does_not_touch_its_border_without_cropping(housing):
     surface = housing.surface
     box = (surface.vertices.min(axis=0), surface.vertices.max(axis=0))
-    white = shapes._drawn(surface.vertices, surface, np.zeros((len(surface.areas), 3)), box, 0.45, 0.6)
+    corners, black = surface.vertices[surface.triangles], np.zeros((len(surface.areas), 3))
+    white = shapes._drawn(corners, black, box, View(0.45, 0.6))
     border = np.concatenate([white[0], white[-1], white[:, 0], white[:, -1]])
     assert (border == 255).all()
 

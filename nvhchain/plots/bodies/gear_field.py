@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray, GearField, IntArray
-from nvhchain.plots._style import panels, styled
+from nvhchain.plots._style import figure_of, panels, styled
 from nvhchain.plots.bodies.scene import Part, View, draw_scene, shell
 
 COLOUR_MAP = "YlOrRd"
@@ -107,8 +107,7 @@ def gear_field(
         loc="left",
     )
     drawn[1].set_title(f"loaded teeth {teeth}" if len(field.loaded_teeth) > 1 else f"loaded tooth {teeth}", loc="left")
-    figure = drawn[0].get_figure(root=True)
-    assert figure is not None
+    figure = figure_of(drawn[0])
     figure.legend(
         handles=[
             Line2D([], [], color=_CONTACT, linewidth=2.5, label="line of contact"),

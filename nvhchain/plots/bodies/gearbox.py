@@ -17,7 +17,7 @@ from nvhchain.dynamics import Shaft
 from nvhchain.fidelity import GearFidelity
 from nvhchain.handoff import FloatArray
 from nvhchain.housing import HousingShape
-from nvhchain.plots._style import panels, styled
+from nvhchain.plots._style import figure_of, panels, styled
 from nvhchain.plots.bodies.gears import SECOND, STEEL, drawn_mesh, gear_part
 from nvhchain.plots.bodies.scene import Part, View, draw_scene, sharp_edges
 
@@ -79,13 +79,11 @@ def gearbox(
         for name, place in seats.items():
             if (place[2] > middle) == (view.towards[2] > 0):
                 _label(ax, view, place, name)
-    figure = drawn[0].get_figure(root=True)
-    assert figure is not None
     supports = len(housing.supports)
     handles = [Patch(color=SEAT, label=f"{len(seats)} bearing seats")]
     if supports:
         handles.append(Patch(color=BOLT, label=f"{supports} bolts" if supports > 1 else "support"))
-    figure.legend(handles=handles, loc="outside lower center", ncols=2)
+    figure_of(drawn[0]).legend(handles=handles, loc="outside lower center", ncols=2)
     return drawn
 
 

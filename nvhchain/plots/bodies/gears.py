@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear import ContactLines, GearBody, GearPair, VolumeMesh, contact_lines, whole_mesh
 from nvhchain.handoff import FloatArray
-from nvhchain.plots._style import panels, styled
+from nvhchain.plots._style import figure_of, panels, styled
 from nvhchain.plots.bodies.scene import Part, View, draw_scene, shell
 
 STEEL, SECOND, CONTACT = "#B9C4CE", "#D8CDB4", "#D55E00"
@@ -138,9 +138,7 @@ def gear_pair(
     ]
     drawn[0].set_title(f"{names[0]} and {names[1]}, wheel angle {np.degrees(angle):.2f}°", loc="left")
     drawn[1].set_title("\n".join(titles), loc="left")
-    figure = drawn[0].get_figure(root=True)
-    assert figure is not None
-    figure.legend(
+    figure_of(drawn[0]).legend(
         handles=[
             *(Patch(color=colour, label=name) for colour, name in zip((STEEL, SECOND), names, strict=True)),
             *(Patch(color=c, label=f"{name}, in contact") for c, name in zip(LOADED, names, strict=True)),

@@ -5,7 +5,7 @@ Pictures are placed in axes whose coordinates are those of the projection, so th
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -148,12 +148,30 @@ class Part:
         a, b, c = self.triangles.transpose(1, 0, 2)
         normal = np.cross(b - a, c - a)
         normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
-        side = np.cross([0.0, 1.0, 0.0], towards)
-        light = towards - 0.6 * side / np.linalg.norm(side) + np.array([0.0, 0.5, 0.0])
-        shade = 0.74 + 0.26 * np.clip(normal @ (light / np.linalg.norm(light)), 0.0, 1.0)
+        shade = lighting(normal, towards, 0.74)
         colours = np.asarray(self.colours, float)
         spread = colours[:, None] if colours.ndim == 2 else colours
         return np.broadcast_to(spread, self.triangles.shape) * shade[:, None, None]
+
+
+def lighting(normals: FloatArray, towards: FloatArray, darkest: float) -> FloatArray:
+    """Return the brightness (n,), `darkest` to 1, of faces by their normals (n, 3) under light from the upper left."""
+    side = np.cross([0.0, 1.0, 0.0], towards)
+    light = towards - 0.6 * side / np.linalg.norm(side) + np.array([0.0, 0.5, 0.0])
+    return np.asarray(darkest + (1.0 - darkest) * np.clip(normals @ (light / np.linalg.norm(light)), 0.0, 1.0))
+
+
+def rendered(engine: str, render: Callable[[], np.ndarray | None]) -> np.ndarray | None:
+    """Return the picture that `render` makes by pyvista; None if matplotlib has to draw.
+
+    InputError for another engine, and for pyvista where it is not installed or cannot render off screen.
+    """
+    require(engine in ("auto", "pyvista", "matplotlib"), f"engine = {engine!r}: use auto, pyvista or matplotlib")
+    if engine == "pyvista":
+        check_installed("pyvista")
+    image = None if engine == "matplotlib" else render()
+    require(engine != "pyvista" or image is not None, "this machine cannot render off screen: use engine='matplotlib'")
+    return image
 
 
 def draw_scene(ax: Axes, parts: Sequence[Part], *, view: View, engine: str = "auto", height: int = 1400) -> None:
@@ -165,17 +183,13 @@ def draw_scene(ax: Axes, parts: Sequence[Part], *, view: View, engine: str = "au
 
     InputError for another engine, or one that cannot draw here.
     """
-    require(engine in ("auto", "pyvista", "matplotlib"), f"engine = {engine!r}: use auto, pyvista or matplotlib")
-    if engine == "pyvista":
-        check_installed("pyvista")
     points = np.concatenate([part.triangles.reshape(-1, 3) for part in parts])
     lift = _LIFT * float(np.ptp(points, axis=0).max()) * view.towards
     bodies = [(part.triangles, part.lit(view.towards), part.opacity) for part in parts if len(part.triangles)]
     strokes = [(part.lines + lift, np.array(to_rgb(part.ink)), part.width) for part in parts if len(part.lines)]
     places = view.seen(np.concatenate([points, *(segments.reshape(-1, 3) for segments, _, _ in strokes)]))
     (left, low), (right, high) = places.min(axis=0), places.max(axis=0)
-    image = None if engine == "matplotlib" else render_scene(bodies, strokes, view.towards, height)
-    require(engine != "pyvista" or image is not None, "this machine cannot render off screen: use engine='matplotlib'")
+    image = rendered(engine, lambda: render_scene(bodies, strokes, view.towards, height))
     if image is None:
         image = _painted(bodies, strokes, view, (left, right, low, high), height)
     ax.imshow(image, extent=(left, right, low, high), interpolation="antialiased")

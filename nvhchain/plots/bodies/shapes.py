@@ -13,22 +13,19 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from nvhchain.errors import require
 from nvhchain.files.atomic_write import content_of, write_atomic
 from nvhchain.handoff import ComplexArray, FloatArray, ReducedHousing, Surface, SurfaceVelocity
 from nvhchain.interop.notation.surface_motion import vertex_motion
-from nvhchain.plots._style import panels, styled
+from nvhchain.plots._style import figure_of, panels, styled
 from nvhchain.plots.bodies._pyvista_frames import render_frames
-from nvhchain.plots.bodies.surface import strongest_line
-from nvhchain.runtime.extras import check_installed
+from nvhchain.plots.bodies.scene import View, lighting, rendered
+from nvhchain.plots.bodies.surface import draw_faces, strongest_line
 
 COLOUR_MAP = "RdBu_r"
 BEND = 0.06
 """Largest displacement in the picture over the body's diagonal."""
-
-_ENGINES = ("auto", "pyvista", "matplotlib")
 
 
 @styled
@@ -112,10 +109,8 @@ def operating_shape(
     ax.set_axis_off()
     ax.set_title(f"{name}{': ' if name else ''}{velocity.frequency[line]:.0f} Hz", loc="left")
     top = 1e3 * float(np.abs(v.real).max())
-    figure = ax.get_figure(root=True)
-    assert figure is not None
     scale = ScalarMappable(Normalize(-top, top), colormaps[COLOUR_MAP])
-    figure.colorbar(scale, ax=ax, label="outward normal velocity / (mm/s)", shrink=0.8, pad=0.04)
+    figure_of(ax).colorbar(scale, ax=ax, label="outward normal velocity / (mm/s)", shrink=0.8, pad=0.04)
     return ax
 
 
@@ -191,21 +186,16 @@ def _pictures(
     engine: str,
 ) -> np.ndarray:
     """Return pictures (n, height, width, 3) uint8 of states (n, n_face); full scale is the peak of `scale`."""
-    require(engine in _ENGINES, f"engine = {engine!r}: use {', '.join(_ENGINES)}")
-    if engine == "pyvista":
-        check_installed("pyvista")
+    view = View(elevation, azimuth)
     top = np.abs(scale).max(axis=1, keepdims=True)
     relative = states / np.where(top > 0, top, 1.0)
     diagonal = float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
     moved = np.stack([surface.vertices + BEND * diagonal * vertex_motion(surface, state) for state in relative])
-    towards = np.array([np.cos(elevation) * np.sin(azimuth), np.sin(elevation), np.cos(elevation) * np.cos(azimuth)])
-    colours = np.stack([_shaded(state, v, surface, towards) for state, v in zip(relative, moved, strict=True)])
-    images = None if engine == "matplotlib" else render_frames(moved, surface.triangles, colours, towards)
-    require(engine != "pyvista" or images is not None, "this machine cannot render off screen: use engine='matplotlib'")
+    colours = np.stack([_shaded(state, v, surface, view.towards) for state, v in zip(relative, moved, strict=True)])
+    images = rendered(engine, lambda: render_frames(moved, surface.triangles, colours, view.towards))
     if images is None:
-        low, high = moved.min(axis=(0, 1)), moved.max(axis=(0, 1))
-        drawn = [_drawn(v, surface, c, (low, high), elevation, azimuth) for v, c in zip(moved, colours, strict=True)]
-        images = np.stack(drawn)
+        box = moved.min(axis=(0, 1)), moved.max(axis=(0, 1))
+        images = np.stack([_drawn(v[surface.triangles], c, box, view) for v, c in zip(moved, colours, strict=True)])
         inked = np.any(images < 255, axis=(0, 3))
         rows, columns = np.flatnonzero(inked.any(axis=1)), np.flatnonzero(inked.any(axis=0))
         images = images[:, rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
@@ -218,31 +208,14 @@ def _shaded(state: FloatArray, vertices: FloatArray, surface: Surface, towards: 
     corners = vertices[surface.triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    side = np.cross([0.0, 1.0, 0.0], towards)
-    light = towards - 0.6 * side / np.linalg.norm(side) + np.array([0.0, 0.5, 0.0])
-    return np.asarray(colour * (0.55 + 0.45 * np.clip(normal @ (light / np.linalg.norm(light)), 0, 1))[:, None])
+    return np.asarray(colour * lighting(normal, towards, 0.55)[:, None])
 
 
-def _drawn(
-    vertices: FloatArray,
-    surface: Surface,
-    colours: FloatArray,
-    box: tuple[FloatArray, FloatArray],
-    elevation: float,
-    azimuth: float,
-) -> np.ndarray:
+def _drawn(corners: FloatArray, colours: FloatArray, box: tuple[FloatArray, FloatArray], view: View) -> np.ndarray:
     """Return the same picture by matplotlib, (height, width, 3) uint8."""
     figure = Figure(figsize=(6.0, 4.6), dpi=150)
     ax = figure.add_axes((0.0, 0.0, 1.0, 1.0), projection="3d", proj_type="ortho")
-    faces = Poly3DCollection(vertices[surface.triangles], facecolors=colours, edgecolors=colours, linewidths=0.3)
-    ax.add_collection3d(faces)  # type: ignore[attr-defined]
-    low, high = box
-    ax.set_xlim(low[0], high[0])
-    ax.set_ylim(low[1], high[1])
-    ax.set_zlim(low[2], high[2])  # type: ignore[attr-defined]
-    ax.view_init(elev=np.degrees(elevation), azim=np.degrees(azimuth), vertical_axis="y")  # type: ignore[attr-defined]
-    ax.set_box_aspect(tuple(high - low), zoom=0.9)  # type: ignore[arg-type, call-arg]
-    ax.set_axis_off()
+    draw_faces(ax, corners, colours, box, view, zoom=0.9)
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
     return np.asarray(canvas.buffer_rgba())[:, :, :3].copy()

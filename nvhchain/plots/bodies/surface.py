@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib import colormaps
@@ -14,11 +15,10 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from nvhchain import levels
 from nvhchain.conventions import REFERENCE_VELOCITY
-from nvhchain.errors import require
-from nvhchain.handoff import FloatArray, Surface, SurfaceVelocity
+from nvhchain.handoff import FloatArray, SurfaceVelocity
 from nvhchain.plots._style import styled
 from nvhchain.plots.bodies import _pyvista
-from nvhchain.runtime.extras import check_installed
+from nvhchain.plots.bodies.scene import View, lighting, rendered
 
 COLOUR_MAP = "inferno"
 
@@ -81,10 +81,8 @@ def _view(velocity: SurfaceVelocity, line: int, dynamic_range: float, elevation:
     level = levels.decibel(velocity.normal_velocity[line], REFERENCE_VELOCITY)
     top = float(np.ceil(level.max()))
     scale = ScalarMappable(Normalize(top - dynamic_range, top), colormaps[COLOUR_MAP])
-    towards = np.array([np.cos(elevation) * np.sin(azimuth), np.sin(elevation), np.cos(elevation) * np.cos(azimuth)])
-    light = towards + np.array([-0.6 * np.cos(azimuth), 0.5, 0.6 * np.sin(azimuth)])
-    # mild shading, so that colours can still be compared with the colour bar
-    shade = 0.65 + 0.35 * np.clip(velocity.surface.normals @ (light / np.linalg.norm(light)), 0.0, 1.0)
+    towards = View(elevation, azimuth).towards
+    shade = lighting(velocity.surface.normals, towards, 0.65)  # mild, to be compared with the colour bar
     return _View(scale, np.asarray(scale.to_rgba(level))[:, :3] * shade[:, None], towards)
 
 
@@ -122,22 +120,22 @@ def surface_velocity(
     Axes
         Axes with a colour bar in dB re 1 nm/s (RMS).
     """
-    require(engine in ("auto", "pyvista", "matplotlib"), f"engine = {engine!r}: use auto, pyvista or matplotlib")
-    if engine == "pyvista":
-        check_installed("pyvista")
     line = strongest_line(velocity) if line is None else line
     surface, normal_velocity = velocity.surface, velocity.normal_velocity[line]
     view = _view(velocity, line, dynamic_range, elevation, azimuth)
     figure = Figure(figsize=(10.0, 7.2), layout="constrained")
-    if image is None and engine != "matplotlib":
-        image = _pyvista.render(surface, view.colours, view.towards)
-    require(engine != "pyvista" or image is not None, "this machine cannot render off screen: use engine='matplotlib'")
+    if image is None:
+        image = rendered(engine, lambda: _pyvista.render(surface, view.colours, view.towards))
     if image is not None:
         ax: Axes = figure.add_subplot()
         ax.imshow(image)
         ax.set_axis_off()
     else:
-        ax = _draw(figure, surface, view.colours, view.towards, elevation, azimuth)
+        ax = figure.add_subplot(projection="3d", proj_type="ortho")
+        facing = surface.normals @ view.towards > 0.0
+        corners = surface.vertices[surface.triangles[facing]]
+        box = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
+        draw_faces(ax, corners, view.colours[facing], box, View(elevation, azimuth), zoom=1.1)
     mean = np.sqrt(0.5 * (np.abs(normal_velocity) ** 2) @ surface.areas / surface.areas.sum())
     ax.set_title(
         f"{name}{': ' if name else ''}{velocity.frequency[line]:.0f} Hz, {1e3 * mean:.3g} mm/s RMS over the surface",
@@ -147,22 +145,16 @@ def surface_velocity(
     return ax
 
 
-def _draw(
-    figure: Figure, surface: Surface, colours: FloatArray, towards: FloatArray, elevation: float, azimuth: float
-) -> Axes:
-    """Draw the faces towards the viewer, sorted by depth."""
-    ax = figure.add_subplot(projection="3d", proj_type="ortho")
-    facing = surface.normals @ towards > 0.0
-    corners, hue = surface.vertices[surface.triangles[facing]], colours[facing]
+def draw_faces(
+    ax: Any, corners: FloatArray, colours: FloatArray, box: tuple[FloatArray, FloatArray], view: View, *, zoom: float
+) -> None:
+    """Draw triangles (n, 3, 3) in colours (n, 3) into 3-D axes, sorted by depth; `box` holds the ends of the axes."""
     # edges in the colour of their face close the hairlines that antialiasing leaves between neighbours
-    ax.add_collection3d(Poly3DCollection(corners, facecolors=hue, edgecolors=hue, linewidths=0.3))
-    low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
-    ax.set_xlim(low[0], high[0])
-    ax.set_ylim(low[1], high[1])
-    ax.set_zlim(low[2], high[2])
+    ax.add_collection3d(Poly3DCollection(corners, facecolors=colours, edgecolors=colours, linewidths=0.3))
+    for set_limits, low, high in zip((ax.set_xlim, ax.set_ylim, ax.set_zlim), *box, strict=True):
+        set_limits(low, high)
     # with y vertical, matplotlib measures the azimuth from +z towards +x; the aspect counts from the vertical axis,
     # which must be set before
-    ax.view_init(elev=np.degrees(elevation), azim=np.degrees(azimuth), vertical_axis="y")
-    ax.set_box_aspect(tuple(high - low), zoom=1.1)
+    ax.view_init(elev=np.degrees(view.elevation), azim=np.degrees(view.azimuth), vertical_axis="y")
+    ax.set_box_aspect(tuple(box[1] - box[0]), zoom=zoom)
     ax.set_axis_off()
-    return ax

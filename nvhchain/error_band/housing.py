@@ -136,14 +136,7 @@ def pressure_shares(
     if change is not None:
         rate, moving = _motion(housing, change, lines)
         passed = np.abs((modal.modes * moving[:, None, :]).sum(axis=2) + (residual * rate[:, None, :]).sum(axis=2))
-    return ModalShares(
-        np.abs(modal.modes * motion[:, None, :]),
-        still,
-        _motion_change(housing, lines),
-        passed,
-        lines,
-        _excluded_mode_error(housing, lines),
-    )
+    return _shares(housing, lines, np.abs(modal.modes * motion[:, None, :]), still, passed)
 
 
 def velocity_shares(housing: ReducedHousing, forces: ForceSpectrum, change: ForceSpectrum | None = None) -> ModalShares:
@@ -157,14 +150,8 @@ def velocity_shares(housing: ReducedHousing, forces: ForceSpectrum, change: Forc
     mode = np.sqrt(housing.normal_shapes**2 @ share)
     face = housing.face_residual.reshape(rate.shape[1], -1)
     residual = np.sqrt(np.maximum(np.einsum("fi,ij,fj->f", rate.conj(), (face * share) @ face.T, rate).real, 0.0))
-    return ModalShares(
-        np.abs(motion)[:, None, :] * mode,
-        residual[:, None],
-        _motion_change(housing, lines),
-        _surface_motion(housing, change, lines) if change is not None else np.zeros((len(lines), 1)),
-        lines,
-        _excluded_mode_error(housing, lines),
-    )
+    passed = _surface_motion(housing, change, lines) if change is not None else np.zeros((len(lines), 1))
+    return _shares(housing, lines, np.abs(motion)[:, None, :] * mode, residual[:, None], passed)
 
 
 def bearing_velocity(housing: ReducedHousing, forces: ForceSpectrum) -> FloatArray:
@@ -205,14 +192,14 @@ def power_shares(
     if change is not None:
         parts = np.hstack(_motion(housing, change, lines)[::-1])
         passed = np.sqrt(((np.abs(parts) * each) ** 2).sum(axis=1, keepdims=True))
-    return ModalShares(
-        (np.abs(motion) * each[:, :modes])[:, None, :],
-        residual[:, None],
-        _motion_change(housing, lines),
-        passed,
-        lines,
-        _excluded_mode_error(housing, lines),
-    )
+    return _shares(housing, lines, (np.abs(motion) * each[:, :modes])[:, None, :], residual[:, None], passed)
+
+
+def _shares(
+    housing: ReducedHousing, lines: FloatArray, modes: FloatArray, residual: FloatArray, passed: FloatArray
+) -> ModalShares:
+    error = truncation_errors(housing, lines) if housing.accuracy.residual_mass is not None else None
+    return ModalShares(modes, residual, _motion_change(housing, lines), passed, lines, error)
 
 
 def _motion(housing: ReducedHousing, forces: ForceSpectrum, lines: FloatArray) -> tuple[ComplexArray, ComplexArray]:
@@ -229,10 +216,6 @@ def _rate(housing: ReducedHousing, forces: ForceSpectrum, lines: FloatArray) -> 
 def _modal_velocity(housing: ReducedHousing, rate: ComplexArray, lines: FloatArray) -> ComplexArray:
     seats = housing.seat_shapes.reshape(len(housing.natural_frequency), rate.shape[1])
     return np.asarray((rate @ seats.T) * housing.receptance(lines))
-
-
-def _excluded_mode_error(housing: ReducedHousing, lines: FloatArray) -> FloatArray | None:
-    return truncation_errors(housing, lines) if housing.accuracy.residual_mass is not None else None
 
 
 def _gram(housing: ReducedHousing) -> FloatArray:

@@ -4,59 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import Protocol
+from typing import TYPE_CHECKING
 
-from nvhchain.case import Case
 from nvhchain.error_band.band import ErrorBand
 from nvhchain.error_band.quantities import Origin, error_band, force_band, power_band, velocity_band
 from nvhchain.error_band.run_up import RunUpBand, run_up_band, run_up_force_band
-from nvhchain.fidelity import Fidelity
-from nvhchain.handoff import (
-    BearingForces,
-    FieldPressure,
-    ForceSpectrum,
-    MeshLaw,
-    PressureHistory,
-    RadiationResistance,
-    ReducedHousing,
-    SoundPower,
-    SurfaceVelocity,
-    TransferVectors,
-)
+
+if TYPE_CHECKING:
+    from nvhchain.chain.result import Result
 
 
-class Run(Protocol):
-    """Hand-offs that a run computed or was supplied with; None if the case needs none."""
-
-    @property
-    def case(self) -> Case: ...
-    @property
-    def fidelity(self) -> Fidelity: ...
-    @property
-    def mesh_laws(self) -> tuple[MeshLaw, ...]: ...
-    @property
-    def bearing_forces(self) -> BearingForces | None: ...
-    @property
-    def force_spectrum(self) -> ForceSpectrum | None: ...
-    @property
-    def housing(self) -> ReducedHousing | None: ...
-    @property
-    def surface_velocity(self) -> SurfaceVelocity | None: ...
-    @property
-    def transfer_vectors(self) -> TransferVectors | None: ...
-    @property
-    def pressure(self) -> FieldPressure | None: ...
-    @property
-    def pressure_history(self) -> PressureHistory | None: ...
-    @property
-    def radiation_resistance(self) -> RadiationResistance | None: ...
-    @property
-    def sound_power(self) -> SoundPower | None: ...
-    @property
-    def supplied(self) -> tuple[str, ...]: ...
-
-
-def forces_band(run: Run) -> ErrorBand | RunUpBand:
+def forces_band(run: Result) -> ErrorBand | RunUpBand:
     """Return the error band of the bearing forces, at lines or over the speed."""
     if run.force_spectrum is not None:
         return force_band(_origin(run), run.force_spectrum)
@@ -64,13 +22,13 @@ def forces_band(run: Run) -> ErrorBand | RunUpBand:
     return run_up_force_band(_origin(run), run.bearing_forces)
 
 
-def surface_band(run: Run) -> ErrorBand:
+def surface_band(run: Result) -> ErrorBand:
     """Return the error band of the surface velocity."""
     assert run.surface_velocity is not None
     return velocity_band(_origin(run), run.surface_velocity)
 
 
-def pressure_band(run: Run) -> ErrorBand | RunUpBand:
+def pressure_band(run: Result) -> ErrorBand | RunUpBand:
     """Return the error band of the sound pressure, at lines or over the speed."""
     if run.pressure_history is not None:
         assert run.bearing_forces is not None
@@ -82,7 +40,7 @@ def pressure_band(run: Run) -> ErrorBand | RunUpBand:
     return error_band(_origin(run), run.pressure, run.surface_velocity, transfer_vectors=run.transfer_vectors)
 
 
-def sound_power_band(run: Run) -> ErrorBand:
+def sound_power_band(run: Result) -> ErrorBand:
     """Return the error band of the sound power."""
     assert run.sound_power is not None
     return power_band(
@@ -94,7 +52,7 @@ def sound_power_band(run: Run) -> ErrorBand:
     )
 
 
-def _origin(run: Run) -> Origin:
+def _origin(run: Result) -> Origin:
     """Return the computed hand-offs; no mesh laws for supplied forces."""
     given = not {"bearing_forces", "force_spectrum"}.isdisjoint(run.supplied)
     return Origin(
@@ -107,7 +65,7 @@ def _origin(run: Run) -> Origin:
     )
 
 
-BANDS: Mapping[str, Callable[[Run], ErrorBand | RunUpBand]] = MappingProxyType(
+BANDS: Mapping[str, Callable[[Result], ErrorBand | RunUpBand]] = MappingProxyType(
     {
         "bearing_forces": forces_band,
         "surface_velocity": surface_band,

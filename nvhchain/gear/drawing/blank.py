@@ -62,9 +62,8 @@ class _Opened(ABC):
         return web
 
 
-@dataclass(frozen=True)
-class Solid:
-    """Material from the bore to the teeth over the whole face width."""
+class _Closed:
+    """Blank without openings."""
 
     @property
     def symmetry(self) -> int:
@@ -83,7 +82,12 @@ class Solid:
 
 
 @dataclass(frozen=True)
-class ThinRim:
+class Solid(_Closed):
+    """Material from the bore to the teeth over the whole face width."""
+
+
+@dataclass(frozen=True)
+class ThinRim(_Closed):
     """Rim on a web thinner than the face width.
 
     Parameters
@@ -108,19 +112,9 @@ class ThinRim:
         _ = self.web
 
     @property
-    def symmetry(self) -> int:
-        """Order of the rotational symmetry; 0 for symmetry about every angle."""
-        return 0
-
-    @property
     def web(self) -> Web:
         """Thin disc."""
         return Web(self.hub_radius, self.rim_radius, self.web_thickness, self.web_offset)
-
-    @property
-    def cutouts(self) -> Openings | None:
-        """Openings: None."""
-        return None
 
 
 @dataclass(frozen=True)

@@ -23,8 +23,7 @@ from nvhchain.acoustics.fused import engine
 from nvhchain.acoustics.solutions.provenance import COMPRESSION_GROWTH
 from nvhchain.acoustics.surfaces.surface import mean_edge
 from nvhchain.acoustics.systems import engines
-from nvhchain.acoustics.systems.compressed import compressed_size, compressed_systems
-from nvhchain.acoustics.systems.compression import CompressedMatrix
+from nvhchain.acoustics.systems.compression import CompressedMatrix, compressed_size, compressed_systems
 from nvhchain.acoustics.systems.engines import FUSED, Bempp
 from nvhchain.acoustics.systems.linear_system import DirectSystem
 from nvhchain.errors import InputError, ResourceError, SolverError

@@ -7,7 +7,7 @@ from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import ClassVar, Protocol, runtime_checkable
 
-from nvhchain.acoustics.systems.compressed import Stripe, compressed_size, compressed_systems
+from nvhchain.acoustics.systems.compression import Stripe, compressed_size, compressed_systems
 from nvhchain.acoustics.systems.dense import dense_system
 from nvhchain.acoustics.systems.frequency_blocks import BAND
 from nvhchain.acoustics.systems.iterative import iteration_size, patches_size

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Generator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from contextlib import closing
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from nvhchain.errors import InputError, SolverError, require, warn_caller
 from nvhchain.files.result_cache import code_version
 from nvhchain.handoff import ComplexArray, FloatArray
 from nvhchain.runtime.cluster import is_gone, room, share, worker_lost, workers_at
+
+if TYPE_CHECKING:
+    from nvhchain.acoustics.systems.checkpoints import BandCheckpoints
 
 BAND = 4
 """Frequencies per task: enough to share an engine's geometric work, few enough to spread and to report progress."""
@@ -44,16 +47,6 @@ class Solved(NamedTuple):
 Band = ComplexArray | Solved
 
 
-class Checkpoints(Protocol):
-    """Checkpoints of finished bands, from which an interrupted run resumes."""
-
-    def find(self, frequency: FloatArray) -> Solved | None:
-        """Return the band of these frequencies; None if there is none or it is invalid."""
-
-    def keep(self, frequency: FloatArray, solved: Solved) -> None:
-        """Save a band."""
-
-
 def solve_bands(
     solve: Callable[..., Band],
     frequency: FloatArray,
@@ -62,7 +55,7 @@ def solve_bands(
     memory_per_task: int,
     executor: Executor | None,
     progress: Progress | None,
-    checkpoints: Checkpoints | None = None,
+    checkpoints: BandCheckpoints | None = None,
     records: list[SolverRecord] | None = None,
 ) -> ComplexArray:
     """Return values of `solve(frequency band, *extra bands)` stacked over all frequencies.

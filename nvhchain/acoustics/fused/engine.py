@@ -128,22 +128,13 @@ def stripes(
         )
     batch = _batch(mesh, surface, k, fidelity)
 
-    def assemble(part: Part) -> Stripe:
-        n_row = len(part.rows)
-        row_of = np.full(n_vertex, -1)
-        row_of[part.rows] = np.arange(n_row)
-        a = _zeros((len(k), n_row, n_vertex), fidelity.precision)
-        b = _zeros((len(k), n_row, n_face), fidelity.precision)
-        _assemble(mesh, batch, part, row_of, a, b)
-        return Stripe(part.rows, a, b)
-
     waiting: deque[Future[Stripe]] = deque()
     compile_kernels(fidelity.precision)
     with ThreadPoolExecutor(threads()) as pool:
         for part in parts:
             if len(waiting) == threads():
                 yield waiting.popleft().result()
-            waiting.append(pool.submit(assemble, part))
+            waiting.append(pool.submit(_assembled, mesh, batch, part))
         while waiting:
             yield waiting.popleft().result()
 
@@ -153,15 +144,21 @@ def assemble_rows(
 ) -> tuple[ComplexArray, ComplexArray]:
     """Return rows (n_row, n_v) of A and (n_row, n_face) of B for increasing vertices `rows` at one wavenumber."""
     mesh = prepare(surface, fidelity, None)
-    n_vertex = len(surface.vertices)
-    part = make_part(mesh.triangles, np.isin(np.arange(n_vertex), rows))
-    row_of = np.full(n_vertex, -1)
-    row_of[part.rows] = np.arange(len(rows))
-    a = _zeros((1, len(rows), n_vertex), fidelity.precision)
-    b = _zeros((1, len(rows), len(surface.triangles)), fidelity.precision)
     compile_kernels(fidelity.precision)
-    _assemble(mesh, _batch(mesh, surface, np.array([wavenumber]), fidelity), part, row_of, a, b)
+    batch = _batch(mesh, surface, np.array([wavenumber]), fidelity)
+    _, a, b = _assembled(mesh, batch, make_part(mesh.triangles, np.isin(np.arange(len(surface.vertices)), rows)))
     return a[0], b[0]
+
+
+def _assembled(mesh: Mesh, batch: _Batch, part: Part) -> Stripe:
+    """Return the rows of one part."""
+    n_vertex, n_row = len(mesh.vertices), len(part.rows)
+    row_of = np.full(n_vertex, -1)
+    row_of[part.rows] = np.arange(n_row)
+    a = _zeros((len(batch.k), n_row, n_vertex), batch.precision)
+    b = _zeros((len(batch.k), n_row, len(mesh.triangles)), batch.precision)
+    _assemble(mesh, batch, part, row_of, a, b)
+    return Stripe(part.rows, a, b)
 
 
 def _zeros(shape: tuple[int, int, int], precision: str) -> ComplexArray:

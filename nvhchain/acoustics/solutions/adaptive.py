@@ -102,23 +102,18 @@ class _Vectors:
         return vector_changes(smooth, lines, self.deciding, self.points, masters)
 
     def misprediction(self, smooth: Interpolant, solved: TransferVectors) -> float:
-        return _misprediction(smooth, solved)
-
-
-def _misprediction(smooth: Interpolant, solved: TransferVectors) -> float:
-    """Return the largest relative error of a point's vector at frequencies solved after `smooth`."""
-    points = len(solved.points)
-    truth = solved.unfolded()
-    weights = smooth.weights(solved.frequency)
-    worst = 0.0
-    for point in range(points):
-        error, size = np.zeros(len(weights)), np.zeros(len(weights))
-        for end in range(point, len(truth.points), points):
-            phase = np.exp(-1j * smooth.wavenumber(solved.frequency)[:, None] * smooth.distance(end))
-            error += (np.abs(weights @ smooth.node_values(end) * phase - truth.vectors[:, end]) ** 2).sum(axis=1)
-            size += (np.abs(truth.vectors[:, end]) ** 2).sum(axis=1)
-        worst = max(worst, float(np.sqrt(error / size).max()))
-    return worst
+        points = len(solved.points)
+        truth = solved.unfolded()
+        weights = smooth.weights(solved.frequency)
+        worst = 0.0
+        for point in range(points):
+            error, size = np.zeros(len(weights)), np.zeros(len(weights))
+            for end in range(point, len(truth.points), points):
+                phase = np.exp(-1j * smooth.wavenumber(solved.frequency)[:, None] * smooth.distance(end))
+                error += (np.abs(weights @ smooth.node_values(end) * phase - truth.vectors[:, end]) ** 2).sum(axis=1)
+                size += (np.abs(truth.vectors[:, end]) ** 2).sum(axis=1)
+            worst = max(worst, float(np.sqrt(error / size).max()))
+        return worst
 
 
 def join_vectors(*sets: TransferVectors) -> TransferVectors:
@@ -178,7 +173,14 @@ class _Waves:
     fidelity: AcousticsFidelity
 
     def join(self, first: RadiationResistance, second: RadiationResistance) -> RadiationResistance:
-        return _join_waves(first, second)
+        frequency = np.concatenate([first.frequency, second.frequency])
+        order = np.argsort(frequency)
+        cancellation = [one.cancellation for one in (first, second) if one.cancellation is not None]
+        return first.replace(
+            frequency=frequency[order],
+            waves=np.concatenate(_alike(first.waves, second.waves))[order],
+            cancellation=np.concatenate(cancellation)[order],
+        )
 
     def interpolant(self, masters: RadiationResistance) -> _WavesBetween:
         return _WavesBetween(**vars(waves_nodes(masters, self.fidelity)), resistance=masters)
@@ -215,15 +217,3 @@ def _alike(*waves: ComplexArray) -> list[ComplexArray]:
     """Return waves (n_f, n_row, n_column) padded to the same number of rows; a set with a lower upper end has fewer."""
     rows = max(one.shape[1] for one in waves)
     return [np.pad(one, ((0, 0), (0, rows - one.shape[1]), (0, 0))) for one in waves]
-
-
-def _join_waves(first: RadiationResistance, second: RadiationResistance) -> RadiationResistance:
-    """Return both sets of masters as one."""
-    frequency = np.concatenate([first.frequency, second.frequency])
-    order = np.argsort(frequency)
-    cancellation = [one.cancellation for one in (first, second) if one.cancellation is not None]
-    return first.replace(
-        frequency=frequency[order],
-        waves=np.concatenate(_alike(first.waves, second.waves))[order],
-        cancellation=np.concatenate(cancellation)[order],
-    )

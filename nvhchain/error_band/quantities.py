@@ -169,8 +169,8 @@ def velocity_band(
 
     Parameters
     ----------
-    origin : Origin
-        Hand-offs that it was computed from.
+    origin
+        As in `error_band`.
     velocity : SurfaceVelocity
         Surface velocity (m/s).
 

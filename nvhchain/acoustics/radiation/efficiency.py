@@ -122,12 +122,8 @@ def equivalent_pressure(
     ----------
     surface_velocity : SurfaceVelocity
         Normal velocity of the faces, peak values (m/s).
-    points : (n_point, 3) array
-        Field points (m).
-    air : Air
-        Density and speed of sound.
-    plane : RigidPlane, optional
-        Reflecting plane; half the directions receive the power.
+    points, air, plane
+        As in `spread_power`.
 
     Returns
     -------
@@ -201,12 +197,8 @@ def surface_efficiency(power: SoundPower, surface_velocity: SurfaceVelocity, air
 
     Parameters
     ----------
-    power : SoundPower
-        Sound power (W) that `surface_velocity` radiates, at the same lines.
-    surface_velocity : SurfaceVelocity
-        Normal velocity of the faces, peak values (m/s).
-    air : Air
-        Density and speed of sound.
+    power, surface_velocity, air
+        As in `radiation_efficiency`.
 
     Returns
     -------

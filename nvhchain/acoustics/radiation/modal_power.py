@@ -232,12 +232,8 @@ def modal_efficiency(
     ----------
     power : SoundPower
         Result of `modal_power` for the other arguments.
-    resistance : RadiationResistance
-        Resistance of this housing's shapes.
-    housing : ReducedHousing
-        Modes and residual motions of the housing.
-    force_spectrum : ForceSpectrum
-        Bearing forces (N).
+    resistance, housing, force_spectrum
+        As in `modal_power`.
 
     Returns
     -------
@@ -290,12 +286,8 @@ def resistance_matrices(
 
     Parameters
     ----------
-    resistance : RadiationResistance
-        Waves of the coordinates at the masters.
-    frequency : (n_f,) array
-        Lines (Hz) within the masters.
-    fidelity : AcousticsFidelity
-        Accuracy settings.
+    resistance, frequency, fidelity
+        As in `power_from_waves`.
 
     Returns
     -------

@@ -148,10 +148,8 @@ def modal_pressure(
 
     Parameters
     ----------
-    modal : ModalTransferVectors
-        Pressure per mode and per residual motion.
-    housing : ReducedHousing
-        Housing from which `modal` was computed.
+    modal, housing
+        As in `noise_transfer_functions`.
     force_spectrum : ForceSpectrum
         Bearing forces (N). Lines that carry force must be lines of `modal`.
 

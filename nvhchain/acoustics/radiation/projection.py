@@ -27,12 +27,8 @@ def interpolate_vectors(
 
     Parameters
     ----------
-    atv : TransferVectors
-        Transfer vectors at the masters.
-    frequency : (n_f,) array
-        Lines (Hz) within the masters.
-    fidelity : AcousticsFidelity
-        Accuracy settings.
+    atv, frequency, fidelity
+        As in `project`.
 
     Returns
     -------

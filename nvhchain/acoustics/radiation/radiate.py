@@ -164,12 +164,8 @@ def interpolation_error(
 
     Parameters
     ----------
-    atv : TransferVectors
-        Transfer vectors at the masters.
-    surface_velocity : SurfaceVelocity
-        Normal velocity of the faces (m/s), peak values, at lines within the masters.
-    fidelity : AcousticsFidelity
-        Accuracy settings.
+    atv, surface_velocity, fidelity
+        As in `radiate`.
 
     Returns
     -------

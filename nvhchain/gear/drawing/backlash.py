@@ -57,10 +57,8 @@ def set_backlash(
 
     Parameters
     ----------
-    pinion, wheel : GearGeometry
-        Gears.
-    centre_distance : float
-        Centre distance (m).
+    pinion, wheel, centre_distance
+        As in `normal_backlash`.
     normal, circumferential : float, optional
         Backlash j_bn along the line of action, or j_wt on the working pitch circles in the transverse section (m).
 

@@ -58,8 +58,8 @@ def gear_field(
         Factor on the displacement; by default a round one with which it is seen.
     view : View, optional
         Direction of the viewer, by default towards the loaded flanks; the mating gear lies above.
-    engine : {"auto", "pyvista", "matplotlib"}
-        Renderer; "auto" is pyvista if it can render off screen, else matplotlib.
+    engine
+        As in `gear_mesh`.
     axes : sequence of Axes, optional
         Two; those of a new figure by default.
 

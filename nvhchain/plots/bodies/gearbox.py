@@ -53,8 +53,8 @@ def gearbox(
         Surface of its housing.
     fidelity : GearFidelity
         Elements of the gears.
-    engine : {"auto", "pyvista", "matplotlib"}
-        Renderer; "auto" is pyvista if it can render off screen, else matplotlib.
+    engine
+        As in `gear_mesh`.
     axes : sequence of Axes, optional
         Three; those of a new figure by default.
 

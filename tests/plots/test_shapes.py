@@ -6,7 +6,7 @@ from PIL import Image
 
 from nvhchain.errors import InputError
 from nvhchain.handoff import ReducedHousing
-from nvhchain.plots.bodies import _pyvista_frames, shapes
+from nvhchain.plots.bodies import _pyvista, shapes
 from nvhchain.plots.bodies.scene import View
 from nvhchain.plots.bodies.shapes import animate, mode_shapes, operating_shape
 from nvhchain.plots.contributions import contribution_bars, modal_assurance_table
@@ -93,11 +93,11 @@ def test_animation_runs_through_one_period(housing, tmp_path):
 
 
 def test_renderer_that_crashes_leaves_the_picture_to_matplotlib(housing, monkeypatch):
-    monkeypatch.setattr(_pyvista_frames.sys, "executable", "/bin/false")
+    monkeypatch.setattr(_pyvista.sys, "executable", "/bin/false")
     surface = housing.surface
     colours = np.zeros((1, len(surface.areas), 3))
     towards = np.array([0.0, 0.0, 1.0])
-    assert _pyvista_frames.render_frames(surface.vertices[None], surface.triangles, colours, towards) is None
+    assert _pyvista.render_frames(surface.vertices[None], surface.triangles, colours, towards) is None
     assert picture(mode_shapes(housing, modes=[1])[0]).size > 0
     with pytest.raises(InputError, match="cannot render off screen"):
         mode_shapes(housing, modes=[1], engine="pyvista")

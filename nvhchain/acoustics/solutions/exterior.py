@@ -27,7 +27,7 @@ from nvhchain.acoustics.solutions.pressure import (
 from nvhchain.acoustics.solutions.provenance import adapted_masters, knob_text, solution_provenance, solver_accuracy
 from nvhchain.acoustics.solutions.quantities import Power, SurfaceShapes, Vectors, Waves, check_speed
 from nvhchain.acoustics.solutions.quantity import Quantity, band_values, check_frequencies
-from nvhchain.acoustics.solutions.work import Adaptive, Work
+from nvhchain.acoustics.solutions.work import HERE, Adaptive, Work
 from nvhchain.acoustics.surfaces.needles import check_needles
 from nvhchain.acoustics.surfaces.reflecting_plane import append_images, check_plane
 from nvhchain.acoustics.surfaces.surface import check_mesh, check_points
@@ -120,10 +120,7 @@ class ExteriorProblem:
 
     @checked
     def transfer_vectors(
-        self,
-        points: ArrayLike,
-        frequencies: ArrayLike | Adaptive,
-        work: Work = Work(),  # noqa: B008 (frozen)
+        self, points: ArrayLike, frequencies: ArrayLike | Adaptive, work: Work = HERE
     ) -> TransferVectors:
         """Compute the pressure at field points per unit normal velocity of every face, see `transfer_vectors`."""
         require(
@@ -139,12 +136,7 @@ class ExteriorProblem:
         return self._vectors_at(points, work, frequencies)[0]
 
     @checked
-    def pressure(
-        self,
-        velocity: SurfaceVelocity,
-        points: ArrayLike,
-        work: Work = Work(),  # noqa: B008 (frozen)
-    ) -> FieldPressure:
+    def pressure(self, velocity: SurfaceVelocity, points: ArrayLike, work: Work = HERE) -> FieldPressure:
         """Compute sound pressure at field points without transfer vectors, see `solve_direct`."""
         frequency = self._frequencies(velocity)
         x = self._checked(float(frequency[-1]), points)
@@ -168,11 +160,7 @@ class ExteriorProblem:
 
     @checked
     def surface_pressure(
-        self,
-        velocity: SurfaceVelocity,
-        work: Work = Work(),  # noqa: B008 (frozen)
-        *,
-        incident: IncidentField | None = None,
+        self, velocity: SurfaceVelocity, work: Work = HERE, *, incident: IncidentField | None = None
     ) -> SurfacePressure:
         """Compute the total sound pressure at the vertices, see `surface_pressure`; InputError for a field at 0 Hz."""
         frequency = self._frequencies(velocity)
@@ -195,11 +183,7 @@ class ExteriorProblem:
         )
 
     @checked
-    def power(
-        self,
-        velocity: SurfaceVelocity,
-        work: Work = Work(),  # noqa: B008 (frozen)
-    ) -> SoundPower:
+    def power(self, velocity: SurfaceVelocity, work: Work = HERE) -> SoundPower:
         """Compute the sound power of the waves that leave the surface, see `sound_power`."""
         frequency = self._frequencies(velocity)
         check_speed(velocity)
@@ -224,10 +208,7 @@ class ExteriorProblem:
 
     @checked
     def resistance(
-        self,
-        motion: SurfaceShapes,
-        frequencies: ArrayLike | Adaptive,
-        work: Work = Work(),  # noqa: B008 (frozen)
+        self, motion: SurfaceShapes, frequencies: ArrayLike | Adaptive, work: Work = HERE
     ) -> RadiationResistance:
         """Compute the radiation resistance in the coordinates of some shapes, see `radiation_resistance`."""
         require(

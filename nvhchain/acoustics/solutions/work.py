@@ -32,6 +32,10 @@ class Work:
         check_fields(self)
 
 
+HERE = Work()
+"""Work in this process, without progress and checkpoints."""
+
+
 @dataclass(frozen=True)
 class Adaptive:
     """Band in which master frequencies are chosen: as few as `fidelity.master_tolerance_db` permits.

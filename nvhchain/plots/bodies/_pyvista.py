@@ -10,6 +10,7 @@ from __future__ import annotations
 import io
 import os
 import sys
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,7 +18,7 @@ import numpy as np
 from nvhchain.runtime import processes
 
 if TYPE_CHECKING:
-    from nvhchain.handoff import FloatArray, Surface
+    from nvhchain.handoff import FloatArray, IntArray, Surface
 
 SECONDS = 180.0
 """Time limit of a picture (s); VTK alone needs several seconds to load on a cold disk."""
@@ -59,15 +60,31 @@ def render_scene(
         scene[f"stroke{number}"] = np.append(colour, width)
     content = io.BytesIO()
     np.savez(content, **scene)  # type: ignore[arg-type]
-    return cropped(__file__, content, SECONDS)
+    return cropped(content, SECONDS)
 
 
-def cropped(program: str, scene: io.BytesIO, seconds: float) -> np.ndarray | None:
-    """Return what `program` draws of a scene, (…, height, width, 3) uint8, cropped to what is not white in any picture.
+def render_frames(
+    vertices: FloatArray, triangles: IntArray, colours: FloatArray, towards: FloatArray
+) -> np.ndarray | None:
+    """Return pictures (n_frame, height, width, 3) uint8, all cropped alike, or None if off-screen rendering fails.
 
-    None if the program fails, takes longer than `seconds`, or draws nothing.
+    vertices : (n_frame, n_v, 3) positions.
+    triangles : (n_face, 3) corners.
+    colours : (n_frame, n_face, 3) red, green, blue in 0 … 1.
+    towards : (3,) direction from the body to the viewer; y is up.
     """
-    done = processes.exchange(program, content=scene.getbuffer(), seconds=seconds)
+    scene = io.BytesIO()
+    painted = np.round(255 * colours).astype(np.uint8)
+    np.savez(scene, vertices=vertices, triangles=triangles, colours=painted, towards=towards)
+    return cropped(scene, 120.0 + 2.0 * len(vertices))
+
+
+def cropped(scene: io.BytesIO, seconds: float) -> np.ndarray | None:
+    """Return pictures (…, height, width, 3) uint8 of a scene, cropped to what is not white in any of them.
+
+    None if the process fails, takes longer than `seconds`, or draws nothing.
+    """
+    done = processes.exchange(__file__, content=scene.getbuffer(), seconds=seconds)
     if done is None or done.returncode != 0:
         return None
     try:
@@ -85,12 +102,20 @@ def _draw() -> None:
     """Draw in the rendering process; output of VTK goes to stderr."""
     answer = os.dup(1)
     os.dup2(2, 1)
+    scene = np.load(io.BytesIO(sys.stdin.buffer.read()))
+    content = io.BytesIO()
+    np.save(content, _frames(scene) if "vertices" in scene else _still(scene))
+    with open(answer, "wb") as pipe:
+        pipe.write(content.getbuffer())
+
+
+def _still(scene: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Return the picture of bodies and strokes."""
     import pyvista
 
-    scene = np.load(io.BytesIO(sys.stdin.buffer.read()))
     towards, height = scene["towards"], int(scene["height"])
-    bodies = sum(name.startswith("triangles") for name in scene.files)
-    strokes = sum(name.startswith("segments") for name in scene.files)
+    bodies = sum(name.startswith("triangles") for name in scene)
+    strokes = sum(name.startswith("segments") for name in scene)
     points = np.concatenate(
         [scene[f"triangles{i}"].reshape(-1, 3) for i in range(bodies)]
         + [scene[f"segments{i}"].reshape(-1, 3) for i in range(strokes)]
@@ -127,10 +152,34 @@ def _draw() -> None:
     plotter.camera.up = (0.0, 1.0, 0.0)
     plotter.camera.parallel_scale = 0.51 * max(tall, wide * height / width)
     plotter.reset_camera_clipping_range()
-    content = io.BytesIO()
-    np.save(content, np.asarray(plotter.screenshot(return_img=True)))
-    with open(answer, "wb") as pipe:
-        pipe.write(content.getbuffer())
+    return np.asarray(plotter.screenshot(return_img=True))
+
+
+def _frames(scene: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Return the pictures of a moving surface."""
+    import pyvista
+
+    triangles, frames = scene["triangles"], scene["vertices"]
+    faces = np.column_stack([np.full(len(triangles), 3), triangles]).ravel()
+    body = pyvista.PolyData(frames[0], faces)
+    body.cell_data["colour"] = scene["colours"][0]
+    plotter = pyvista.Plotter(off_screen=True, window_size=[900, 700])
+    plotter.set_background("white")  # type: ignore[arg-type]
+    plotter.add_mesh(body, scalars="colour", rgb=True, lighting=False)
+    plotter.enable_parallel_projection()  # type: ignore[call-arg]
+    low, high = frames.min(axis=(0, 1)), frames.max(axis=(0, 1))
+    middle = (low + high) / 2
+    plotter.camera.position = middle + scene["towards"]
+    plotter.camera.focal_point = middle
+    plotter.camera.up = (0.0, 1.0, 0.0)
+    plotter.reset_camera(bounds=np.column_stack([low, high]).ravel())  # type: ignore[call-arg]
+    pictures = []
+    for vertices, colours in zip(frames, scene["colours"], strict=True):
+        body.points = vertices
+        body.cell_data["colour"] = colours
+        plotter.render()
+        pictures.append(np.asarray(plotter.screenshot(return_img=True)))
+    return np.array(pictures)
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ from nvhchain.files.atomic_write import content_of, write_atomic
 from nvhchain.handoff import ComplexArray, FloatArray, ReducedHousing, Surface, SurfaceVelocity
 from nvhchain.interop.notation.surface_motion import vertex_motion
 from nvhchain.plots._style import figure_of, panels, styled
-from nvhchain.plots.bodies._pyvista_frames import render_frames
+from nvhchain.plots.bodies._pyvista import render_frames
 from nvhchain.plots.bodies.scene import View, lighting, rendered
 from nvhchain.plots.bodies.surface import draw_faces, strongest_line
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from typing import Any
@@ -18,25 +18,13 @@ DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
 SYMBOLS = ("circle", "diamond", "square", "triangle-up", "cross", "x")
 
 _AXIS = {
-    "gridcolor": "#e6e8eb",
-    "zerolinecolor": "#c5cad0",
-    "linecolor": "#8a929b",
-    "ticks": "outside",
-    "automargin": True,
-}
+    "gridcolor": "#e6e8eb", "zerolinecolor": "#c5cad0", "linecolor": "#8a929b", "ticks": "outside", "automargin": True,
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Text:
-    """Paragraph.
-
-    Parameters
-    ----------
-    text : str
-        Plain text.
-    style : str
-        Class of the style sheet.
-    """
+    """Paragraph of plain text; `style` is a class of the style sheet."""
 
     text: str
     style: str = ""
@@ -45,22 +33,9 @@ class Text:
 
 @dataclass(frozen=True)
 class Table:
-    """Table; a folded one opens on a click.
+    """Table; a folded one opens on a click, a sortable one is sorted by a click on a title.
 
-    Parameters
-    ----------
-    head : sequence of str
-        Titles of the columns.
-    rows : sequence of sequence of str
-        Cells.
-    caption : str
-        Caption.
-    folded : bool
-        True where the table opens on a click.
-    numbers : int
-        First column of numbers, which are aligned to the right.
-    sortable : bool
-        True where a click on a title sorts the rows.
+    Columns from number `numbers` on are aligned to the right.
     """
 
     head: Sequence[str]
@@ -74,20 +49,9 @@ class Table:
 
 @dataclass(frozen=True)
 class Figure:
-    """Figure of Plotly, or one that page.js draws from its `data`.
+    """Figure with traces of Plotly, or of kind `spectrum`, `motion` or `player`, which page.js draws from its `data`.
 
-    Parameters
-    ----------
-    caption : str
-        Caption, which also describes the figure to screen readers.
-    data : list or dict
-        Traces; for another `kind` its content.
-    layout : dict
-        Layout.
-    height : int
-        Height (pixels).
-    kind : str
-        `plotly`, `spectrum`, `motion` or `player`.
+    The caption also describes the figure to screen readers; the height is in pixels.
     """
 
     caption: str
@@ -105,24 +69,10 @@ class Figure:
 
 @dataclass(frozen=True)
 class Hero:
-    """First screen.
+    """First screen; indented sentences are items of a list.
 
-    Parameters
-    ----------
-    headline : str
-        Answer in one sentence.
-    doubt : str
-        Remark where the limits do not decide; may be empty.
-    sentences : sequence of str
-        Sentences; indented ones are items of a list.
-    levels : Figure, optional
-        Overall levels with their limits.
-    where : Figure, optional
-        Levels over frequency or speed.
-    speeds : Figure, optional
-        Levels over steady speeds.
-    listen : str
-        Text of the link to the sound; may be empty.
+    `where` has levels over frequency or speed, `speeds` those over steady speeds, `listen` the text of the link to the
+    sound.
     """
 
     headline: str
@@ -179,49 +129,91 @@ def axes(x: str, y: str, **more: Any) -> dict[str, Any]:
     }
 
 
-def grid(titles: Sequence[str], columns: int, x: str, y: str, *, same_y: bool = True) -> dict[str, Any]:
-    """Return the layout of several panels with titles; the axes of a panel end in its number."""
+def panel(place: int) -> dict[str, str]:
+    """Return the axes of a trace in panel number `place` of a grid."""
+    end = str(place + 1) if place else ""
+    return {"xaxis": f"x{end}", "yaxis": f"y{end}"}
+
+
+def grid(
+    titles: Sequence[str], columns: int, x: str, y: str, *, same_y: bool = True, legend: float | None = None
+) -> dict[str, Any]:
+    """Return the layout of several panels with titles, perhaps with a legend above them; axes end in the panel."""
     rows = -(-len(titles) // columns)
     layout: dict[str, Any] = {
-        "grid": {"rows": rows, "columns": columns, "pattern": "independent", "ygap": 0.28, "xgap": 0.1}
+        "grid": {"rows": rows, "columns": columns, "pattern": "independent", "ygap": 0.28, "xgap": 0.1},
+        "annotations": [],
     }
-    notes = []
     for number, title in enumerate(titles):
-        end = "" if number == 0 else str(number + 1)
-        last = number >= len(titles) - columns
-        linked = {} if number == 0 else {"matches": "x"}
-        layout[f"xaxis{end}"] = {**_AXIS, "title": _title(x if last else ""), **linked}
-        first = number % columns == 0
-        layout[f"yaxis{end}"] = {
-            **_AXIS,
-            "title": _title(y if first else ""),
-            **({"matches": "y"} if same_y and number else {}),
-        }
-        notes.append(
+        end = str(number + 1) if number else ""
+        last, first = number >= len(titles) - columns, number % columns == 0
+        layout[f"xaxis{end}"] = {**_AXIS, "title": _title(x if last else ""), **({"matches": "x"} if number else {})}
+        linked = {"matches": "y"} if same_y and number else {}
+        layout[f"yaxis{end}"] = {**_AXIS, "title": _title(y if first else ""), **linked}
+        layout["annotations"].append(
             {
-                "text": f"<b>{label(title)}</b>",
-                "xref": f"x{end} domain",
-                "yref": f"y{end} domain",
-                "x": 0,
-                "y": 1,
-                "xanchor": "left",
-                "yanchor": "bottom",
-                "showarrow": False,
+                "text": f"<b>{label(title)}</b>", "xref": f"x{end} domain", "yref": f"y{end} domain", "x": 0, "y": 1,
+                "xanchor": "left", "yanchor": "bottom", "showarrow": False,
             }
-        )
-    layout["annotations"] = notes
+        )  # fmt: skip
+    if legend is not None:
+        layout["legend"] = {"orientation": "h", "x": 0, "y": legend, "yanchor": "bottom"}
+        layout["margin"] = {"l": 64, "r": 16, "t": 60, "b": 46}
     return layout
+
+
+def curve(
+    number: int, name: str, x: Any, y: Any, hover: str, *, place: int | None = None, width: float = 2, **more: Any
+) -> dict[str, Any]:
+    """Return the line of configuration `number`; of its lines in panels, the first one has a legend."""
+    shared = {} if place is None else {"legendgroup": label(name), "showlegend": place == 0, **panel(place)}
+    return {
+        "type": "scatter", "mode": "lines", "name": label(name), "x": x, "y": y,
+        "line": {"color": colour(number), "dash": dash(number), "width": width},
+        "hovertemplate": f"{hover}<extra>{label(name)}</extra>", **shared, **more,
+    }  # fmt: skip
+
+
+def level_bars(
+    number: int, name: str, x: Sequence[str], level: Sequence[float | None], floor: float, hover: str
+) -> dict[str, Any]:
+    """Return bars of levels (dB) from `floor`; None and lower levels have none."""
+    heights = rounded(max((floor if value is None else value) - floor, 0.0) for value in level)
+    return {
+        "type": "bar", "name": label(name), "x": x, "y": heights, "base": round(floor, 2),
+        "customdata": rounded(level, 1), "marker": bars(number),
+        "hovertemplate": f"{hover}<extra>{label(name)}</extra>",
+    }  # fmt: skip
+
+
+def heat_map(place: int, name: str, x: Any, y: Any, z: Any, hover: str) -> dict[str, Any]:
+    """Return a map in panel number `place`; `colour_scale` sets its colours."""
+    return {
+        "type": "heatmap", "x": packed(x), "y": packed(y), "z": packed(z), "coloraxis": "coloraxis",
+        "name": label(name), "hovertemplate": f"{hover}<extra></extra>", **panel(place),
+    }  # fmt: skip
+
+
+def colour_scale(top: float, span: float, title: str) -> dict[str, Any]:
+    """Return the part of a layout that gives all maps one scale of colours, from `top` down by `span`."""
+    bar = {"title": {"text": title}, "thickness": 12}
+    ends = {"cmin": round(top - span, 1), "cmax": round(top, 1)}
+    return {
+        "coloraxis": {"colorscale": "Cividis", **ends, "colorbar": bar},
+        "margin": {"l": 60, "r": 16, "t": 34, "b": 46},
+    }
+
+
+def upright(x: float, dash: str, shade: str = "#59636e", **more: Any) -> dict[str, Any]:
+    """Return the shape of an upright line at `x`."""
+    line = {"color": shade, "width": 1, "dash": dash}
+    return {"type": "line", "x0": x, "x1": x, "yref": "paper", "y0": 0, "y1": 1, "line": line, **more}
 
 
 def bars(number: int) -> dict[str, Any]:
     """Return the marker of the bars of configuration number `number`: colour and, for print, a pattern."""
-    pattern = {
-        "shape": ("", "/", "x", ".")[number % 4],
-        "fillmode": "overlay",
-        "fgcolor": "white",
-        "fgopacity": 0.55,
-        "size": 7,
-    }
+    shape = ("", "/", "x", ".")[number % 4]
+    pattern = {"shape": shape, "fillmode": "overlay", "fgcolor": "white", "fgopacity": 0.55, "size": 7}
     return {"color": colour(number), "pattern": pattern}
 
 
@@ -236,8 +228,14 @@ def limits_text(limits: Sequence[float | None] | None) -> str:
     return format_limits(limits) if limits and limits[1] is not None else ""
 
 
-def whiskers(level: float, limits: Sequence[float | None] | None, floor: float) -> Mapping[str, Any]:
-    """Return distances (dB) to the limits, for error bars; an open lower limit reaches to `floor`."""
-    lower, upper = limits or (level, level)
-    low = floor if lower is None else lower
-    return {"minus": max(level - low, 0.0), "plus": max((level if upper is None else upper) - level, 0.0)}
+def whiskers(
+    points: Iterable[tuple[float, Sequence[float | None] | None]], floor: float, number: int, thickness: int
+) -> dict[str, Any]:
+    """Return the error bars of levels (dB) with limits; an open lower limit reaches to `floor`."""
+    minus, plus = [], []
+    for level, limits in points:
+        lower, upper = limits or (level, level)
+        minus.append(max(level - (floor if lower is None else lower), 0.0))
+        plus.append(max((level if upper is None else upper) - level, 0.0))
+    ends = {"array": rounded(plus), "arrayminus": rounded(minus)}
+    return {"type": "data", "symmetric": False, **ends, "color": colour(number), "thickness": thickness}

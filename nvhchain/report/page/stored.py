@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
+from nvhchain import levels
 from nvhchain.errors import InputError, require
 from nvhchain.files import hdf5
-from nvhchain.handoff import FieldPressure, HandOff, PressureHistory
+from nvhchain.handoff import FieldPressure, FloatArray, HandOff, PressureHistory
 from nvhchain.names import check_names
 from nvhchain.plots import OrderMarks
+from nvhchain.report.marks import order_name
 from nvhchain.report.run_up import run_up_maps
 from nvhchain.spectrum import Waterfall
 
 H = TypeVar("H", bound=HandOff)
+T = TypeVar("T")
 
 _SHARED = "operators"
 """Folder of hand-offs that the runs of a comparison share."""
@@ -25,18 +28,9 @@ _SHARED = "operators"
 
 @dataclass(frozen=True, eq=False)
 class StoredRun:
-    """Results of one configuration.
+    """Results of one configuration: the folder of its hand-offs, its part of summary.json, and case.json.
 
-    Parameters
-    ----------
-    name : str
-        Configuration.
-    folder : Path
-        Folder of its hand-offs.
-    summary : mapping
-        Its part of summary.json; empty before the end of a run.
-    case : mapping
-        Content of case.json; empty for results of earlier versions.
+    `summary` is empty before the end of a run, `case` for results of earlier versions.
     """
 
     name: str
@@ -50,8 +44,7 @@ class StoredRun:
         path = self.folder / f"{name}.h5"
         if name not in self._loaded:
             self._loaded[name] = hdf5.load(path, kind) if path.is_file() else None
-        found: H | None = self._loaded[name]
-        return found
+        return cast("H | None", self._loaded[name])
 
     @cached_property
     def pressure(self) -> FieldPressure | None:
@@ -62,6 +55,14 @@ class StoredRun:
     def pressure_history(self) -> PressureHistory | None:
         """Sound pressure of a run-up."""
         return self.hand_off("pressure_history", PressureHistory)
+
+    @property
+    def weighted_lines(self) -> tuple[FloatArray, FloatArray]:
+        """Frequencies (n_f,) Hz > 0 of the lines, and their A-weighted levels (n_f,) dB(A) at the first field point."""
+        assert self.pressure is not None
+        heard = self.pressure.frequency > 0
+        frequency = self.pressure.frequency[heard]
+        return frequency, levels.decibel(self.pressure.pressure[heard, 0]) + levels.a_weighting(frequency)
 
     def record(self, name: str) -> dict[str, Any]:
         """Return the object in a JSON file of the run; empty without one."""
@@ -80,17 +81,7 @@ class StoredRun:
 
 @dataclass(frozen=True, eq=False)
 class Stored:
-    """Results in a folder.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of the page.
-    summary : mapping
-        Content of summary.json; empty before the end of a run.
-    runs : tuple of StoredRun
-        Configurations; the first is the base.
-    """
+    """Results in the folder of a page; the first run is the base, `summary` is empty before the end of a run."""
 
     folder: Path
     summary: Mapping[str, Any]
@@ -110,6 +101,14 @@ class Stored:
             stage: spacing for part in parts for stage, spacing in part.get("slot_orders", {}).items() if stage in mesh
         }
         return OrderMarks(mesh=mesh, slots=slots)
+
+    def origin(self, order: float) -> str:
+        """Return the mesh that makes an order of the input; empty where none does."""
+        return order_name(order, self.marks.mesh, self.marks.slots)
+
+    def having(self, get: Callable[[StoredRun], T | None]) -> list[tuple[int, StoredRun, T]]:
+        """Return number and run of all configurations for which `get` finds something, with what it finds."""
+        return [(number, run, found) for number, run in enumerate(self.runs) if (found := get(run))]
 
     @cached_property
     def run_up_maps(self) -> dict[str, tuple[Waterfall, Waterfall]]:
@@ -138,21 +137,9 @@ class Stored:
 
 
 def stored_results(folder: Path) -> Stored:
-    """Return the results in the folder of a run or comparison.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder that `run` or `compare` filled, completely or in part.
-
-    Raises
-    ------
-    InputError
-        If the folder holds no results, or summary.json or case.json cannot be read.
-    """
+    """Return the results that `run` or `compare` left in a folder, completely or in part; InputError without any."""
     try:
-        summary = json_table(folder / "summary.json")
-        return _stored(folder, summary)
+        return _stored(folder, json_table(folder / "summary.json"))
     except OSError as error:
         raise InputError(f"{folder}: {error.strerror or error}: name the folder of a run or comparison") from None
     except (KeyError, TypeError, ValueError, AttributeError) as error:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from nvhchain.report.page.blocks import DASHES, SYMBOLS, Figure, Hero, Table, axes, colour, label, rounded
+from nvhchain.report.page.blocks import DASHES, SYMBOLS, Figure, Hero, Table, axes, colour, label, rounded, upright
 from nvhchain.report.page.stored import json_table
 
 FILE = "tradeoff.json"
@@ -17,13 +17,7 @@ GOOD = 0.5
 
 
 def tradeoff_sections(folder: Path) -> list[tuple[str, str, list[Any]]]:
-    """Return name, title and blocks of the sections of a trade-off's page.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder with the file of the sweep.
-    """
+    """Return name, title and blocks of the sections of the page of a trade-off in a folder."""
     sweep = json_table(folder / FILE)
     base, *rows = sweep["measurements"]
     cost = _seconds(base)
@@ -66,12 +60,7 @@ def _figure(rows: list[Mapping[str, Any]], cost: float) -> Figure:
             }
         )  # fmt: skip
     layout = axes("processor time / s", "error of the worst harmonic / dB", yaxis={"type": "log", "dtick": 1})
-    layout["shapes"] = [
-        {
-            "type": "line", "x0": cost, "x1": cost, "yref": "paper", "y0": 0, "y1": 1,
-            "line": {"color": "#59636e", "width": 1, "dash": DASHES[2]},
-        }
-    ]  # fmt: skip
+    layout["shapes"] = [upright(cost, DASHES[2])]
     return Figure("One point per setting. Dotted: the preset.", traces, layout, height=420)
 
 

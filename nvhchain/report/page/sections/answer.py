@@ -8,25 +8,22 @@ import numpy as np
 
 from nvhchain import levels
 from nvhchain.error_band import format_level
-from nvhchain.handoff import FloatArray
-from nvhchain.report.marks import order_name
 from nvhchain.report.page.blocks import (
     Figure,
     Hero,
     Table,
     axes,
-    bars,
     colour,
     label,
+    level_bars,
     limits_text,
-    rounded,
     symbol,
     whiskers,
-)
+)  # fmt: skip
 from nvhchain.report.page.sections.lines.levels import UNITS
 from nvhchain.report.page.sections.speed.run_up import over_speed_traces, speed_range
 from nvhchain.report.page.sections.speed.steady_states import over_steady_speeds, stored_states
-from nvhchain.report.page.stored import Stored, StoredRun
+from nvhchain.report.page.stored import Stored
 from nvhchain.report.sound.targets import target_sentence
 from nvhchain.report.verdict import SILENCE, verdict
 
@@ -107,12 +104,12 @@ def _single(stored: Stored) -> list[str]:
         return found
     run = stored.runs[0]
     if run.pressure is not None:
-        frequency, level = _weighted(run)
+        frequency, level = run.weighted_lines
         turns = run.pressure.input_speed / (2 * np.pi)
         energy = 10 ** (level / 10)
         for line in np.argsort(-level)[:LOUDEST]:
             order = frequency[line] / turns if turns else 0.0
-            origin = order_name(order, stored.marks.mesh, stored.marks.slots) if turns else ""
+            origin = stored.origin(order) if turns else ""
             name = f"order {order:.5g} ({frequency[line]:.0f} Hz{', ' if origin else ''}{origin})"
             found.append(
                 f"  {name if turns else f'{frequency[line]:.0f} Hz'}: {level[line]:.1f} dB(A), "
@@ -126,81 +123,47 @@ def _single(stored: Stored) -> list[str]:
 
 def _levels(stored: Stored) -> Figure | None:
     """Return the overall levels with their limits."""
-    heard = [
-        (number, run) for number, run in enumerate(stored.runs) if run.summary.get("overall_dBA", SILENCE) > SILENCE
-    ]
+    heard = stored.having(lambda run: run.summary.get("overall_dBA", SILENCE) > SILENCE)
     if not heard:
         return None
-    lowest = min(run.summary["overall_dBA"] for _, run in heard) - 25.0
+    lowest = min(run.summary["overall_dBA"] for _, run, _ in heard) - 25.0
     traces = []
-    for number, run in heard:
+    for number, run, _ in heard:
         level = float(run.summary["overall_dBA"])
-        distance = whiskers(level, run.summary.get("error_band_dBA"), lowest)
+        limits = run.summary.get("error_band_dBA")
         traces.append(
             {
-                "type": "scatter",
-                "mode": "markers+text",
-                "x": [level],
-                "y": [label(run.name)],
-                "text": [f"{level:.1f} ({limits_text(run.summary.get('error_band_dBA'))})".replace(" ()", "")],
-                "textposition": "top center",
+                "type": "scatter", "mode": "markers+text", "x": [level], "y": [label(run.name)],
+                "text": [f"{level:.1f} ({limits_text(limits)})".replace(" ()", "")], "textposition": "top center",
                 "marker": {"color": colour(number), "size": 11, "symbol": symbol(number)},
-                "error_x": {
-                    "type": "data",
-                    "symmetric": False,
-                    "array": [distance["plus"]],
-                    "arrayminus": [distance["minus"]],
-                    "color": colour(number),
-                    "thickness": 2,
-                },
-                "hoverinfo": "skip",
-                "showlegend": False,
+                "error_x": whiskers([(level, limits)], lowest, number, 2), "hoverinfo": "skip", "showlegend": False,
             }
-        )
-    layout = axes("overall level / dB(A) re 20 µPa", "", yaxis={"autorange": "reversed", "type": "category"})
-    layout["yaxis"]["range"] = [len(heard) - 0.5, -0.7]
-    del layout["yaxis"]["autorange"]
-    layout["margin"] = {"l": 90, "r": 16, "t": 8, "b": 42}
+        )  # fmt: skip
+    rows = {"type": "category", "range": [len(heard) - 0.5, -0.7]}
+    margin = {"l": 90, "r": 16, "t": 8, "b": 42}
+    layout = axes("overall level / dB(A) re 20 µPa", "", yaxis=rows, margin=margin)
     caption = f"Overall levels at {stored.microphone}, with their confidence limits."
     return Figure(caption, traces, layout, height=70 + 52 * len(heard))
 
 
-def _weighted(run: StoredRun) -> tuple[FloatArray, FloatArray]:
-    """Return frequencies (n_f,) Hz and A-weighted levels (n_f,) dB(A) at the first field point."""
-    assert run.pressure is not None
-    frequency = run.pressure.frequency
-    heard = frequency > 0
-    level = levels.decibel(run.pressure.pressure[heard, 0]) + levels.a_weighting(frequency[heard])
-    return frequency[heard], level
-
-
 def _bands(stored: Stored) -> Figure | None:
     """Return the A-weighted levels of third octaves at constant speed."""
-    steady = [(number, run) for number, run in enumerate(stored.runs) if run.pressure is not None]
+    steady = stored.having(lambda run: run.pressure)
     if not steady:
         return None
     found: dict[int, dict[int, float]] = {}
-    for number, run in steady:
-        assert run.pressure is not None
-        of = levels.octave_bands(run.pressure.frequency, run.pressure.pressure[:, 0], weighted=True)
+    for number, _, pressure in steady:
+        of = levels.octave_bands(pressure.frequency, pressure.pressure[:, 0], weighted=True)
         numbers = np.rint(10 * np.log10(of.middle)).astype(int)
         found[number] = dict(zip(numbers.tolist(), of.level.tolist(), strict=True))
     top = max(max(of.values()) for of in found.values())
-    floor = 5 * np.floor(top / 5) - 45
+    floor = float(5 * np.floor(top / 5) - 45)
     bands = sorted({band for of in found.values() for band, level in of.items() if level > floor})
     bands = list(range(bands[0], bands[-1] + 1)) if bands else []
+    names, hover = [_nominal(band) for band in bands], "%{x} Hz: %{customdata} dB(A)"
     traces = [
-        {
-            "type": "bar",
-            "name": label(run.name),
-            "x": [_nominal(band) for band in bands],
-            "y": rounded(max(found[number].get(band, floor) - floor, 0.0) for band in bands),
-            "base": floor,
-            "customdata": rounded((found[number].get(band) for band in bands), 1),
-            "hovertemplate": "%{x} Hz: %{customdata} dB(A)<extra>" + label(run.name) + "</extra>",
-            "marker": bars(number),
-        }
-        for number, run in steady
+        level_bars(number, run.name, names, [found[number].get(band) for band in bands], floor, hover)
+        for number, run, _ in steady
     ]
     layout = axes("third octave / Hz", "level / dB(A)", xaxis={"type": "category"}, bargap=0.25)
     return Figure("A-weighted levels of third octaves.", traces, layout, height=260)
@@ -218,12 +181,8 @@ def _over_speed(stored: Stored) -> Figure | None:
     if not traces:
         return None
     layout = axes("input speed / rpm", "level / dB(A)", yaxis={"range": speed_range(stored.runs)})
-    return Figure(
-        "Overall level over the input speed. Shaded: confidence limits; open below where there is no lower limit.",
-        traces,
-        layout,
-        height=300,
-    )
+    caption = "Overall level over the input speed. Shaded: confidence limits; open below where there is no lower limit."
+    return Figure(caption, traces, layout, height=300)
 
 
 def _listen(stored: Stored) -> str:

@@ -21,7 +21,7 @@ _GAP = [[np.nan, np.nan]]
 
 def blocks(stored: Stored) -> list[Any]:
     """Return one drawing per stage and configuration, and the values of gears and stages that differ."""
-    drawn = [(number, run, of) for number, run in enumerate(stored.runs) if (of := run.case.get("drawings"))]
+    drawn = stored.having(lambda run: run.case.get("drawings"))
     if not drawn:
         return []
     first = drawn[0][2]

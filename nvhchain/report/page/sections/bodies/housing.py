@@ -13,7 +13,6 @@ from nvhchain.conventions import REFERENCE_VELOCITY
 from nvhchain.errors import InputError
 from nvhchain.handoff import ComplexArray, FloatArray, SurfaceVelocity, TransferVectors
 from nvhchain.report.causes.paths import SUM_ERROR, radiating
-from nvhchain.report.marks import order_name
 from nvhchain.report.page.moving import Colours, MovingBody, moving_bodies
 from nvhchain.report.page.stored import Stored, StoredRun
 
@@ -126,7 +125,7 @@ def _text(stored: Stored, moving: list[tuple[StoredRun, SurfaceVelocity]], frequ
     """Return frequency, order and levels of a line."""
     turns = next((run.pressure.input_speed for run, _ in moving if run.pressure is not None), 0.0) / (2 * np.pi)
     order = f", order {frequency / turns:.5g}" if turns else ""
-    origin = order_name(frequency / turns, stored.marks.mesh, stored.marks.slots) if turns else ""
+    origin = stored.origin(frequency / turns) if turns else ""
     levels_ = ", ".join(
         f"{run.name} {level:.1f} dB(A)" if level > -100 else f"{run.name} silent"
         for (run, _), level in zip(moving, heard, strict=True)

@@ -9,7 +9,7 @@ import numpy as np
 
 from nvhchain.handoff import ComplexArray, FloatArray, ReducedHousing, Surface, SurfaceVelocity
 from nvhchain.report.causes.paths import radiating
-from nvhchain.report.page.blocks import Figure, Table, colour, grid, label, rounded
+from nvhchain.report.page.blocks import Figure, Table, colour, grid, label, panel, rounded, upright
 from nvhchain.report.page.moving import Colours, MovingBody, moving_bodies
 from nvhchain.report.page.stored import Stored, StoredRun
 
@@ -30,7 +30,7 @@ SIZE = [Colours("Motion", "of the largest", "size")]
 
 def blocks(stored: Stored) -> list[Any]:
     """Return Campbell diagrams, moving modes of each gearbox, and those of each housing."""
-    recorded = [(number, run, of) for number, run in enumerate(stored.runs) if (of := run.record("modes.json"))]
+    recorded = stored.having(lambda run: run.record("modes.json"))
     housings = _housings(stored)
     found: list[Any] = [_campbell(stored, recorded)] if recorded else []
     for _, run, record in recorded[:MOST]:
@@ -61,10 +61,10 @@ def _campbell(stored: Stored, recorded: Sequence[tuple[int, StoredRun, Mapping[s
     layout["showlegend"] = False
     traces: list[dict[str, Any]] = []
     for place, (number, run, of) in enumerate(recorded):
-        end = "" if place == 0 else str(place + 1)
+        end = str(place + 1) if place else ""
         top = max((max(row) for row in of["over_speed_Hz"] if row), default=1.0)
         fastest = max(of["speed_rpm"])
-        on = {"xaxis": f"x{end}", "yaxis": f"y{end}"}
+        on = panel(place)
         for name, order in of["orders"].items():
             reach = min(fastest, 60.0 * top / order)
             traces.append(
@@ -95,12 +95,8 @@ def _campbell(stored: Stored, recorded: Sequence[tuple[int, StoredRun, Mapping[s
                     **on,
                 }
             )  # fmt: skip
-        layout.setdefault("shapes", []).append(
-            {
-                "type": "line", "xref": f"x{end}", "yref": f"y{end} domain", "x0": of["nominal_rpm"],
-                "x1": of["nominal_rpm"], "y0": 0, "y1": 1, "line": {"color": "#59636e", "width": 1, "dash": "dash"},
-            }
-        )  # fmt: skip
+        where = {"xref": f"x{end}", "yref": f"y{end} domain"}
+        layout.setdefault("shapes", []).append(upright(of["nominal_rpm"], "dash", **where))
     caption = (
         "Campbell diagram: modes under load; large where the meshes hold 2 % of the strain energy or more. Rays: mesh "
         "orders. Dashed: the speed of the case."

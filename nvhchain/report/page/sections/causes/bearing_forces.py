@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from nvhchain.handoff import BearingForces, FloatArray, ForceSpectrum
-from nvhchain.report.page.blocks import Figure, Table, colour, dash, grid, label, packed, rounded
-from nvhchain.report.page.stored import Stored
+from nvhchain.report.page.blocks import Figure, Table, colour, curve, grid, packed, rounded
+from nvhchain.report.page.stored import Stored, StoredRun
 
 TITLE = "Bearing forces"
 
@@ -21,18 +21,10 @@ PARTS = 100
 
 def blocks(stored: Stored) -> list[Any]:
     """Return spectra and RMS values at constant speed, or RMS values over the speed of a run-up."""
-    spectra = [
-        (number, run.name, of)
-        for number, run in enumerate(stored.runs)
-        if (of := run.hand_off("force_spectrum", ForceSpectrum))
-    ]
+    spectra = stored.having(lambda run: run.hand_off("force_spectrum", ForceSpectrum))
     if spectra:
-        return _steady(spectra)
-    records = [
-        (number, run.name, record)
-        for number, run in enumerate(stored.runs)
-        if (record := run.hand_off("bearing_forces", BearingForces))
-    ]
+        return _steady([(number, run.name, of) for number, run, of in spectra])
+    records = stored.having(lambda run: run.hand_off("bearing_forces", BearingForces))
     return [_over_speed(records)] if records and not records[0][2].periodic else []
 
 
@@ -41,18 +33,12 @@ def _steady(spectra: list[tuple[int, str, ForceSpectrum]]) -> list[Any]:
     sizes = {name: np.linalg.norm(of.force, axis=2) for _, name, of in spectra}
     moving = {name: of.frequency > 0 for _, name, of in spectra}
     highest = max(float(sizes[name][moving[name]].max(initial=0.0)) for name in sizes) or 1.0
-    layout = grid(names, 2, "frequency / Hz", "force / N")
-    layout["margin"] = {"l": 64, "r": 16, "t": 60, "b": 46}
-    layout["legend"] = {"orientation": "h", "x": 0, "y": 1.08, "yanchor": "bottom"}
+    layout = grid(names, 2, "frequency / Hz", "force / N", legend=1.08)
     traces = []
     floor = highest * 10.0**-DECADES
     for place, bearing in enumerate(names):
-        end = "" if place == 0 else str(place + 1)
-        layout[f"yaxis{end}"] |= {
-            "type": "log",
-            "dtick": 1,
-            "range": [float(np.log10(floor)), float(np.log10(2 * highest))],
-        }
+        span = [float(np.log10(floor)), float(np.log10(2 * highest))]
+        layout[f"yaxis{place + 1 if place else ''}"] |= {"type": "log", "dtick": 1, "range": span}
         for number, name, of in spectra:
             if bearing not in of.names:
                 continue
@@ -60,22 +46,10 @@ def _steady(spectra: list[tuple[int, str, ForceSpectrum]]) -> list[Any]:
             seen = moving[name] & (size > floor)
             x = np.repeat(of.frequency[seen], 3)
             y = np.stack([np.full(seen.sum(), floor), size[seen], np.full(seen.sum(), np.nan)], axis=1).ravel()
-            traces.append(
-                {
-                    "type": "scatter",
-                    "mode": "lines",
-                    "name": label(name),
-                    "legendgroup": label(name),
-                    "showlegend": place == 0,
-                    "x": packed(x),
-                    "y": packed(y),
-                    "xaxis": f"x{end}",
-                    "yaxis": f"y{end}",
-                    "line": {"color": colour(number), "width": 3.5 if number == 0 and len(spectra) > 1 else 1.6},
-                    "opacity": 0.55 if number == 0 and len(spectra) > 1 else 1.0,
-                    "hovertemplate": "%{x:.1f} Hz: %{y:.3g} N<extra>" + label(name) + "</extra>",
-                }
-            )
+            broad = number == 0 and len(spectra) > 1
+            line, hover = {"color": colour(number), "width": 3.5 if broad else 1.6}, "%{x:.1f} Hz: %{y:.3g} N"
+            style: dict[str, Any] = {"line": line, "opacity": 0.55 if broad else 1.0}
+            traces.append(curve(number, name, packed(x), packed(y), hover, place=place, **style))
     caption = "Force on the housing at every bearing: √(|F_x|² + |F_y|² + |F_z|²), peak."
     rms = {name: np.sqrt(0.5 * (sizes[name][moving[name]] ** 2).sum(axis=0)) for name in sizes}
     rows = [
@@ -89,33 +63,17 @@ def _steady(spectra: list[tuple[int, str, ForceSpectrum]]) -> list[Any]:
     return [Figure(caption, traces, layout, height=110 + 190 * -(-len(names) // 2)), table]
 
 
-def _over_speed(records: list[tuple[int, str, BearingForces]]) -> Figure:
+def _over_speed(records: list[tuple[int, StoredRun, BearingForces]]) -> Figure:
     names = records[0][2].names
-    layout = grid(names, 2, "input speed / rpm", "force / N")
-    layout["margin"] = {"l": 64, "r": 16, "t": 60, "b": 46}
-    layout["legend"] = {"orientation": "h", "x": 0, "y": 1.08, "yanchor": "bottom"}
+    layout = grid(names, 2, "input speed / rpm", "force / N", legend=1.08)
     traces = []
-    for number, name, record in records:
+    for number, run, record in records:
         speed, rms = _parts(record)
         for place, bearing in enumerate(names):
             if bearing not in record.names:
                 continue
-            end = "" if place == 0 else str(place + 1)
-            traces.append(
-                {
-                    "type": "scatter",
-                    "mode": "lines",
-                    "name": label(name),
-                    "legendgroup": label(name),
-                    "showlegend": place == 0,
-                    "x": rounded(speed, 1),
-                    "y": rounded(rms[:, record.names.index(bearing)], 4),
-                    "xaxis": f"x{end}",
-                    "yaxis": f"y{end}",
-                    "line": {"color": colour(number), "dash": dash(number), "width": 2},
-                    "hovertemplate": "%{x:.0f} rpm: %{y:.3g} N<extra>" + label(name) + "</extra>",
-                }
-            )
+            y = rounded(rms[:, record.names.index(bearing)], 4)
+            traces.append(curve(number, run.name, rounded(speed, 1), y, "%{x:.0f} rpm: %{y:.3g} N", place=place))
     caption = f"RMS of the fluctuating force at every bearing over speed, in {PARTS} parts of the run-up."
     return Figure(caption, traces, layout, height=110 + 190 * -(-len(names) // 2))
 

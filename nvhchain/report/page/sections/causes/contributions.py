@@ -12,8 +12,7 @@ from nvhchain.errors import InputError
 from nvhchain.handoff import FieldPressure, FloatArray, ForceSpectrum, SurfaceVelocity
 from nvhchain.housing.casting.contributions import Contributions
 from nvhchain.report.causes.paths import stored_parts
-from nvhchain.report.marks import order_name
-from nvhchain.report.page.blocks import Figure, Text, axes, bars, grid, label, rounded
+from nvhchain.report.page.blocks import Figure, Text, axes, bars, grid, label, panel, rounded
 from nvhchain.report.page.stored import Stored
 
 TITLE = "Contributions"
@@ -35,19 +34,15 @@ def blocks(stored: Stored) -> list[Any]:
 
 def _by_path_and_mode(stored: Stored) -> list[Any]:
     """Return the pressure by path and by mode at the loudest lines, of all configurations side by side."""
-    steady = [(number, run) for number, run in enumerate(stored.runs) if run.pressure is not None]
-    lines = _loudest([run.pressure for _, run in steady if run.pressure is not None])
-    parts = {}
-    for number, run in steady:
-        velocity, forces = (
-            run.hand_off("surface_velocity", SurfaceVelocity),
-            run.hand_off("force_spectrum", ForceSpectrum),
-        )
-        if velocity is None or forces is None or run.pressure is None or not len(lines):
-            continue
-        found = stored_parts(run.pressure, velocity, forces, stored.hand_off_files, lines)
-        if found is not None:
-            parts[number] = found
+    steady = stored.having(lambda run: run.pressure)
+    lines = _loudest([pressure for *_, pressure in steady])
+    parts: dict[int, tuple[Contributions, Contributions]] = {}
+    for number, run, pressure in steady:
+        velocity = run.hand_off("surface_velocity", SurfaceVelocity)
+        forces = run.hand_off("force_spectrum", ForceSpectrum)
+        if velocity is not None and forces is not None and len(lines):
+            found = stored_parts(pressure, velocity, forces, stored.hand_off_files, lines)
+            parts |= {} if found is None else {number: found}
     if not parts:
         return []
     note = (
@@ -82,19 +77,18 @@ def _title(stored: Stored, frequency: float) -> str:
     turns = next(of.input_speed for run in stored.runs if (of := run.pressure)) / (2 * np.pi)
     if not turns:
         return f"{frequency:.0f} Hz"
-    origin = order_name(frequency / turns, stored.marks.mesh, stored.marks.slots)
+    origin = stored.origin(frequency / turns)
     return f"{frequency:.0f} Hz, order {frequency / turns:.5g}" + (f" ({origin})" if origin else "")
 
 
 def _panels(stored: Stored, titles: list[str], parts: dict[int, Contributions], caption: str) -> Figure:
-    layout = grid(titles, 1, "", "pressure / mPa", same_y=False)
-    layout |= {"bargap": 0.3, "margin": {"l": 64, "r": 16, "t": 60, "b": 60}}
-    layout["legend"] = {"orientation": "h", "x": 0, "y": 1.06, "yanchor": "bottom"}
+    layout = grid(titles, 1, "", "pressure / mPa", same_y=False, legend=1.06) | {"bargap": 0.3}
+    layout["margin"]["b"] = 60
     traces = []
     for line in range(len(titles)):
-        end = "" if line == 0 else str(line + 1)
-        layout[f"xaxis{end}"] |= {"type": "category", "tickangle": 0, "tickfont": {"size": 11}}
-        layout[f"xaxis{end}"].pop("matches", None)
+        axis = layout[f"xaxis{line + 1 if line else ''}"]
+        axis |= {"type": "category", "tickangle": 0, "tickfont": {"size": 11}}
+        axis.pop("matches", None)
         along = {
             number: dict(zip(of.names, 1e3 * of.shares[line, 0] * abs(of.total[line, 0]), strict=True))
             for number, of in parts.items()
@@ -102,20 +96,15 @@ def _panels(stored: Stored, titles: list[str], parts: dict[int, Contributions], 
         names = list(dict.fromkeys(name for of in along.values() for name in of))
         names.sort(key=lambda name: -max(abs(of.get(name, 0.0)) for of in along.values()))
         for number, of in along.items():
+            run = label(stored.runs[number].name)
             traces.append(
                 {
-                    "type": "bar",
-                    "name": label(stored.runs[number].name),
-                    "legendgroup": label(stored.runs[number].name),
-                    "showlegend": line == 0,
+                    "type": "bar", "name": run, "legendgroup": run, "showlegend": line == 0,
                     "x": [label(name).replace(", ", "<br>") for name in names[:PARTS]],
-                    "y": rounded((of.get(name) for name in names[:PARTS]), 4),
-                    "xaxis": f"x{end}",
-                    "yaxis": f"y{end}",
-                    "marker": bars(number),
-                    "hovertemplate": "%{x}: %{y:.3g} mPa<extra>" + label(stored.runs[number].name) + "</extra>",
+                    "y": rounded((of.get(name) for name in names[:PARTS]), 4), **panel(line), "marker": bars(number),
+                    "hovertemplate": "%{x}: %{y:.3g} mPa<extra>" + run + "</extra>",
                 }
-            )
+            )  # fmt: skip
     return Figure(caption, traces, layout, height=120 + 190 * len(titles))
 
 

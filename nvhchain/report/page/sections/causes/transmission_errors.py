@@ -9,7 +9,7 @@ from scipy.integrate import cumulative_trapezoid
 
 from nvhchain import plots
 from nvhchain.handoff import BearingForces
-from nvhchain.report.page.blocks import Figure, colour, dash, grid, label, packed
+from nvhchain.report.page.blocks import Figure, curve, grid, label, packed
 from nvhchain.report.page.stored import Stored
 
 TITLE = "Transmission errors"
@@ -60,30 +60,14 @@ def _dynamic(stored: Stored) -> Figure | None:
 
 
 def _figure(titles: list[str], drawn: list[list[Any]], x: str, caption: str, *, linked: bool = True) -> Figure:
-    layout = grid(titles, 1, x, "error / µm", same_y=False)
-    layout["margin"] = {"l": 64, "r": 16, "t": 60, "b": 46}
-    layout["legend"] = {"orientation": "h", "x": 0, "y": 1.1, "yanchor": "bottom"}
+    layout = grid(titles, 1, x, "error / µm", same_y=False, legend=1.1)
     traces = []
     for place, curves in enumerate(drawn):
-        end = "" if place == 0 else str(place + 1)
         if not linked:
-            layout[f"xaxis{end}"].pop("matches", None)
+            layout[f"xaxis{place + 1 if place else ''}"].pop("matches", None)
         swings = ", ".join(f"{label(name)} {np.ptp(error):.3g} µm" for _, name, _, error in curves)
         layout["annotations"][place]["text"] += f" peak to peak: {swings}"
         for number, name, angle, error in curves:
-            traces.append(
-                {
-                    "type": "scatter",
-                    "mode": "lines",
-                    "name": label(name),
-                    "legendgroup": label(name),
-                    "showlegend": place == 0,
-                    "x": packed(angle),
-                    "y": packed(error),
-                    "xaxis": f"x{end}",
-                    "yaxis": f"y{end}",
-                    "line": {"color": colour(number), "dash": dash(number), "width": 1.8},
-                    "hovertemplate": "%{x:.2f}°: %{y:.3f} µm<extra>" + label(name) + "</extra>",
-                }
-            )
+            hover = "%{x:.2f}°: %{y:.3f} µm"
+            traces.append(curve(number, name, packed(angle), packed(error), hover, place=place, width=1.8))
     return Figure(caption, traces, layout, height=120 + 180 * len(titles))

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
-from nvhchain.report.marks import order_name
 from nvhchain.report.page.blocks import Figure, Table, Text, axes, label, rounded
 from nvhchain.report.page.stored import Stored, StoredRun
 
@@ -88,7 +88,7 @@ def _line(stored: Stored, of: Mapping[str, Any]) -> str:
         return f"{of['lines']} other lines" if of["lines"] is not None else "all other sound"
     if of["order"] == of["frequency_hz"]:
         return f"{of['frequency_hz']:.0f} Hz"
-    origin = order_name(of["order"], stored.marks.mesh, stored.marks.slots)
+    origin = stored.origin(of["order"])
     where = "" if of["frequency_hz"] is None else f"{of['frequency_hz']:.0f} Hz, "
     return f"{where}order {of['order']:.5g}" + (f" ({origin})" if origin else "")
 
@@ -96,16 +96,9 @@ def _line(stored: Stored, of: Mapping[str, Any]) -> str:
 def _narrow(name: str) -> str:
     """Return the name of a line in short rows, which stand beside each other under a figure."""
     rows = label(name)
-    for before, after in (
-        (", order", "<br>order"),
-        (" (", "<br>"),
-        (")", ""),
-        (" = ", "<br>= "),
-        (" − ", "<br>− "),
-        (" + ", "<br>+ "),
-    ):
+    for before, after in ((", order", "<br>order"), (" (", "<br>"), (")", "")):
         rows = rows.replace(before, after)
-    return rows
+    return re.sub(r" ([=−+]) ", r"<br>\1 ", rows)
 
 
 def _strongest(parts: list[Mapping[str, Any]]) -> str:

@@ -6,8 +6,7 @@ from typing import Any
 
 from nvhchain import plots
 from nvhchain.levels import a_weighting
-from nvhchain.report.marks import order_name
-from nvhchain.report.page.blocks import Figure, Table, axes, bars, label, rounded
+from nvhchain.report.page.blocks import Figure, Table, axes, label, level_bars
 from nvhchain.report.page.stored import Stored
 
 TITLE = "Orders"
@@ -38,7 +37,7 @@ def _named(stored: Stored, quantity: str) -> str:
     words = quantity.split()
     if len(words) != 4 or words[0] != "order":
         return quantity
-    origin = order_name(float(words[1]), stored.marks.mesh, stored.marks.slots)
+    origin = stored.origin(float(words[1]))
     return f"order {words[1]} ({origin}) / dB" if origin else quantity
 
 
@@ -56,33 +55,15 @@ def _figure(stored: Stored) -> Figure | None:
     floor = top - RANGE
     names = []
     for order in listed:
-        origin = order_name(order, stored.marks.mesh, stored.marks.slots)
-        names.append(
-            label(f"{order:g}")
-            + (
-                f"<br>{label(origin).replace(' = ', '<br>').replace(' + ', '<br>+ ').replace(' − ', '<br>− ')}"
-                if origin
-                else ""
-            )
-        )
+        origin = label(stored.origin(order)).replace(" = ", "<br>").replace(" + ", "<br>+ ").replace(" − ", "<br>− ")
+        names.append(label(f"{order:g}") + (f"<br>{origin}" if origin else ""))
     traces = [
-        {
-            "type": "bar",
-            "name": label(run.name),
-            "x": names,
-            "y": rounded(max(found[order].get(number, floor) - floor, 0.0) for order in listed),
-            "base": round(floor, 2),
-            "customdata": rounded((found[order].get(number) for order in listed), 1),
-            "hovertemplate": "%{customdata} dB(A)<extra>" + label(run.name) + "</extra>",
-            "marker": bars(number),
-        }
+        level_bars(
+            number, run.name, names, [found[order].get(number) for order in listed], floor, "%{customdata} dB(A)"
+        )
         for number, run in enumerate(stored.runs)
         if any(number in found[order] for order in listed)
     ]
-    layout = axes(
-        "order of the input",
-        "level / dB(A)",
-        xaxis={"type": "category", "tickfont": {"size": 11}, "tickangle": 0},
-        bargap=0.3,
-    )
+    ticks = {"type": "category", "tickfont": {"size": 11}, "tickangle": 0}
+    layout = axes("order of the input", "level / dB(A)", xaxis=ticks, bargap=0.3)
     return Figure("A-weighted levels of the strongest orders, and the gear meshes they come from.", traces, layout)

@@ -11,7 +11,7 @@ from nvhchain import levels
 from nvhchain.errors import InputError
 from nvhchain.handoff import FieldPressure, FloatArray
 from nvhchain.plots.history import OVERSAMPLING
-from nvhchain.report.page.blocks import Figure, colour, grid, label, packed
+from nvhchain.report.page.blocks import Figure, colour, curve, grid, packed
 from nvhchain.report.page.stored import Stored
 
 TITLE = "Pressure over time"
@@ -36,35 +36,16 @@ def blocks(stored: Stored) -> list[Any]:
     if not curves:
         return []
     running = any(run.pressure_history is not None for run in stored.runs)
-    layout = grid(
-        [f"{name}: {rms:.3g} Pa RMS" for _, name, _, _, rms in curves],
-        1,
-        "time / s" if running else "time / ms",
-        "pressure / Pa",
-    )
+    titles = [f"{name}: {rms:.3g} Pa RMS" for _, name, _, _, rms in curves]
+    layout = grid(titles, 1, "time / s" if running else "time / ms", "pressure / Pa")
     traces = []
     for place, (number, name, time, signal, _) in enumerate(curves):
-        end = "" if place == 0 else str(place + 1)
-        traces.append(
-            {
-                "type": "scatter",
-                "mode": "lines",
-                "name": label(name),
-                "showlegend": False,
-                "x": packed(time if running else 1e3 * time),
-                "y": packed(signal),
-                "xaxis": f"x{end}",
-                "yaxis": f"y{end}",
-                "line": {"color": colour(number), "width": 1},
-                "hovertemplate": "%{x:.4g}: %{y:.3g} Pa<extra>" + label(name) + "</extra>",
-            }
-        )
+        x, y, line = packed(time if running else 1e3 * time), packed(signal), {"color": colour(number), "width": 1}
+        hover, style = "%{x:.4g}: %{y:.3g} Pa", {"line": line, "showlegend": False}
+        traces.append(curve(number, name, x, y, hover, place=place) | style)
     what = "extremes of short parts of the run-up" if running else f"{TURNS:g} turns of the input"
-    return [
-        Figure(
-            f"Sound pressure at {stored.runs[0].point_name(0)}: {what}.", traces, layout, height=80 + 170 * len(curves)
-        )
-    ]
+    caption = f"Sound pressure at {stored.runs[0].point_name(0)}: {what}."
+    return [Figure(caption, traces, layout, height=80 + 170 * len(curves))]
 
 
 def _steady(field: FieldPressure) -> tuple[FloatArray, FloatArray, float]:

@@ -40,14 +40,8 @@ def blocks(stored: Stored) -> list[Any]:
         for quantity, of in run.summary.get("other_quantities", {}).items()
     ]
     if others:
-        found.append(
-            Table(
-                ("configuration", "quantity", "unit", "level", "limits"),
-                others,
-                "Other quantities of the case.",
-                numbers=3,
-            )
-        )
+        head = ["configuration", "quantity", "unit", "level", "limits"]
+        found.append(Table(head, others, "Other quantities of the case.", numbers=3))
     return found
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from nvhchain.report.page.blocks import Figure, Table, Text, colour, dash, grid, label, limits_text, packed
-from nvhchain.report.page.stored import Stored
+from nvhchain.report.page.blocks import Figure, Table, Text, curve, grid, limits_text, packed
+from nvhchain.report.page.stored import Stored, StoredRun
 
 TITLE = "Hearing"
 
@@ -24,32 +24,33 @@ EXPLANATION = (
 
 def blocks(stored: Stored) -> list[Any]:
     """Return the numbers, curves over speed of run-ups, and tones; none before `nvhchain hearing`."""
-    heard = [(number, run.name, of) for number, run in enumerate(stored.runs) if (of := run.summary.get("hearing"))]
+    heard = stored.having(lambda run: run.summary.get("hearing"))
     if not heard:
         return []
-    head = ["configuration", "loudness / sone", "limits / sone", "level / phon", "sharpness / acum"]
-    head.append("roughness / asper")
+    head = [
+        "configuration",
+        "loudness / sone",
+        "limits / sone",
+        "level / phon",
+        "sharpness / acum",
+        "roughness / asper",
+    ]
     masked = any("background_loudness_sone" in of for _, _, of in heard)
     if masked:
         head += ["with background / sone", "background / sone"]
-    rows = [_row(name, of, masked) for _, name, of in heard]
+    rows = [_row(run.name, of, masked) for _, run, of in heard]
     found: list[Any] = [Table(head, rows)]
     if any("time_s" in of for _, _, of in heard):
         found.append(_curves(heard))
     tones = [
         (
-            name,
-            tone["name"],
-            f"{tone['frequency_hz']:.0f}",
-            f"{tone['level_dB']:.1f}",
-            f"{tone['tone_to_noise_dB']:.1f}".replace("-", "−"),
-            limits_text(tone["tone_to_noise_limits_dB"]),
-            f"{tone['prominence_ratio_dB']:.1f}".replace("-", "−"),
-            "prominent" if tone["prominent"] else "",
+            run.name, tone["name"], f"{tone['frequency_hz']:.0f}", f"{tone['level_dB']:.1f}",
+            f"{tone['tone_to_noise_dB']:.1f}".replace("-", "−"), limits_text(tone["tone_to_noise_limits_dB"]),
+            f"{tone['prominence_ratio_dB']:.1f}".replace("-", "−"), "prominent" if tone["prominent"] else "",
         )
-        for _, name, of in heard
+        for _, run, of in heard
         for tone in of.get("tones", [])
-    ]
+    ]  # fmt: skip
     if tones:
         titles = ("configuration", "tone", "frequency / Hz", "level / dB", "tone to noise / dB", "limits / dB")
         caption = "Tones before the background in their critical bands (ECMA-418-1)."
@@ -74,30 +75,15 @@ def _row(name: str, of: dict[str, Any], masked: bool) -> list[str]:
     return cells
 
 
-def _curves(heard: list[tuple[int, str, dict[str, Any]]]) -> Figure:
+def _curves(heard: list[tuple[int, StoredRun, dict[str, Any]]]) -> Figure:
     """Return loudness, sharpness and roughness over speed."""
     layout = grid(list(CURVES.values()), 1, "input speed / rpm", "", same_y=False)
     traces = []
     for place, key in enumerate(CURVES):
-        end = "" if place == 0 else str(place + 1)
-        for number, name, of in heard:
-            if key not in of:
-                continue
-            traces.append(
-                {
-                    "type": "scatter",
-                    "mode": "lines",
-                    "name": label(name),
-                    "legendgroup": label(name),
-                    "showlegend": place == 0,
-                    "x": packed(of["speed_rpm"]),
-                    "y": packed(of[key]),
-                    "line": {"color": colour(number), "dash": dash(number), "width": 2},
-                    "xaxis": f"x{end}",
-                    "yaxis": f"y{end}",
-                    "hovertemplate": "%{x:.0f} rpm: %{y:.3g}<extra>" + label(name) + "</extra>",
-                }
-            )
-        layout[f"yaxis{end}"]["rangemode"] = "tozero"
+        for number, run, of in heard:
+            if key in of:
+                x, y = packed(of["speed_rpm"]), packed(of[key])
+                traces.append(curve(number, run.name, x, y, "%{x:.0f} rpm: %{y:.3g}", place=place))
+        layout[f"yaxis{place + 1 if place else ''}"]["rangemode"] = "tozero"
     layout["legend"] = {"orientation": "h", "x": 0, "y": 1.06, "yanchor": "bottom"}
     return Figure("Hearing over the input speed.", traces, layout, height=620)

@@ -32,9 +32,7 @@ def blocks(stored: Stored) -> list[Any]:
     caption = "Microphones added from the spherical waves of the sound power, A-weighted levels re 20 µPa."
     head = ("configuration", "position / m", "level / dB(A)")
     found: list[Any] = [Table(head, rows, caption, folded=len(rows) > 12, numbers=2)] if rows else []
-    return found + [
-        _balloon(run, pressure) for run in stored.runs if (pressure := run.hand_off(BALLOON, FieldPressure)) is not None
-    ]
+    return found + [_balloon(run, of) for _, run, of in stored.having(lambda run: run.hand_off(BALLOON, FieldPressure))]
 
 
 def _balloon(run: StoredRun, pressure: FieldPressure) -> Figure:
@@ -55,19 +53,12 @@ def _balloon(run: StoredRun, pressure: FieldPressure) -> Figure:
         x, y, z = np.moveaxis(unit * size[:, :, None], 2, 0)
         traces.append(
             {
-                "type": "surface",
-                "x": packed(x),
-                "y": packed(y),
-                "z": packed(z),
-                "surfacecolor": packed(of),
-                "colorscale": "Viridis",
-                "cmin": float(of.max() - RANGE),
-                "cmax": float(of.max()),
-                "colorbar": {"title": {"text": "dB re<br>20 µPa"}, "thickness": 12},
-                "visible": number == 0,
+                "type": "surface", "x": packed(x), "y": packed(y), "z": packed(z), "surfacecolor": packed(of),
+                "colorscale": "Viridis", "cmin": float(of.max() - RANGE), "cmax": float(of.max()),
+                "colorbar": {"title": {"text": "dB re<br>20 µPa"}, "thickness": 12}, "visible": number == 0,
                 "hovertemplate": "%{surfacecolor:.1f} dB<extra></extra>",
             }
-        )
+        )  # fmt: skip
     buttons = [
         {
             "label": f"{pressure.frequency[line]:.0f} Hz",
@@ -79,10 +70,8 @@ def _balloon(run: StoredRun, pressure: FieldPressure) -> Figure:
     axis = {"visible": False, "range": [-RANGE, RANGE]}
     layout = {
         "scene": {
+            **dict.fromkeys(("xaxis", "yaxis", "zaxis"), axis),
             "aspectmode": "cube",
-            "xaxis": axis,
-            "yaxis": axis,
-            "zaxis": axis,
             "camera": {"up": {"x": 0, "y": 1, "z": 0}},
         },
         "updatemenus": [{"buttons": buttons, "x": 0, "y": 1, "xanchor": "left", "yanchor": "top"}],

@@ -10,8 +10,6 @@ import numpy as np
 
 from nvhchain.errors import InputError
 from nvhchain.handoff import PressureHistory
-from nvhchain.levels import a_weighting, decibel
-from nvhchain.report.marks import order_name
 from nvhchain.report.page.blocks import Figure, Table, Text, colour, label, packed
 from nvhchain.report.page.stored import Stored, StoredRun
 from nvhchain.report.run_up import main_orders
@@ -156,10 +154,9 @@ def _orders(stored: Stored) -> list[tuple[float, str]]:
             continue
         turns = run.pressure.input_speed / (2 * np.pi)
         turning = turning or turns > 0
-        heard = run.pressure.frequency > 0
-        level = decibel(run.pressure.pressure[heard, 0]) + a_weighting(run.pressure.frequency[heard])
+        frequency, level = run.weighted_lines
         for at in np.argsort(-level)[:ORDERS]:
-            order = round(float(run.pressure.frequency[heard][at] / (turns or 1.0)), 6)
+            order = round(float(frequency[at] / (turns or 1.0)), 6)
             loudest[order] = max(loudest.get(order, -np.inf), float(level[at]))
     least = max(loudest.values(), default=0.0) - LEAST_RANGE
     chosen = sorted(sorted((of for of in loudest if loudest[of] > least), key=lambda order: -loudest[order])[:ORDERS])
@@ -167,7 +164,7 @@ def _orders(stored: Stored) -> list[tuple[float, str]]:
 
 
 def _name(stored: Stored, order: float) -> str:
-    origin = order_name(order, stored.marks.mesh, stored.marks.slots)
+    origin = stored.origin(order)
     return label(f"order {order:.6g}" + (f" ({origin})" if origin else ""))
 
 

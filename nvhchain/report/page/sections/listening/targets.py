@@ -5,8 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from nvhchain.report.page.blocks import Figure, Table, Text, axes, colour, dash, label, limits_text, rounded, symbol
-from nvhchain.report.page.blocks import whiskers as error_bars
+from nvhchain.report.page.blocks import (
+    Figure,
+    Table,
+    Text,
+    axes,
+    colour,
+    dash,
+    label,
+    limits_text,
+    rounded,
+    symbol,
+    whiskers,
+)  # fmt: skip
 from nvhchain.report.page.stored import Stored
 from nvhchain.report.sound.targets import percent
 
@@ -23,7 +34,8 @@ BORROWED = " Further steady speeds take the distances to their limits from the s
 
 def blocks(stored: Stored) -> list[Any]:
     """Return the table of targets, and a figure of every curve or spectrum."""
-    judged = [(number, run.name, of) for number, run in enumerate(stored.runs) for of in run.summary.get("targets", [])]
+    found = stored.having(lambda run: run.summary.get("targets"))
+    judged = [(number, run.name, of) for number, run, every in found for of in every]
     if not judged:
         return []
     head = ("configuration", "target", "result", "at", "level", "limits", "target level", "margin / dB", "confidence")
@@ -65,49 +77,31 @@ def _figure(judged: list[tuple[int, str, Mapping[str, Any]]]) -> Figure:
     floor = max([*shown, first["points"][0]["target_dB"]]) - 40.0
     for number, name, target in judged:
         points = [point for point in target["points"] if _level(point) > floor]
-        bars = [error_bars(point["level_dB"], point["limits_dB"], floor) for point in points]
         traces.append(
             {
-                "type": "scatter",
-                "mode": "markers",
-                "name": label(name),
-                "x": rounded((point["axis"] for point in points), 3),
-                "y": rounded(point["level_dB"] for point in points),
+                "type": "scatter", "mode": "markers", "name": label(name),
+                "x": rounded((of["axis"] for of in points), 3), "y": rounded(of["level_dB"] for of in points),
                 "marker": {"color": colour(number), "symbol": symbol(number), "size": 8},
-                "error_y": {
-                    "type": "data",
-                    "symmetric": False,
-                    "array": rounded(bar["plus"] for bar in bars),
-                    "arrayminus": rounded(bar["minus"] for bar in bars),
-                    "color": colour(number),
-                    "thickness": 1,
-                },
+                "error_y": whiskers([(point["level_dB"], point["limits_dB"]) for point in points], floor, number, 1),
                 "hovertemplate": "%{x:.5g}: %{y:.1f} " + first["unit"] + "<extra>" + label(name) + "</extra>",
             }
-        )
+        )  # fmt: skip
         if number == judged[0][0] or target["points"] != first["points"]:
             traces.append(
                 {
-                    "type": "scatter",
-                    "mode": "lines",
+                    "type": "scatter", "mode": "lines",
                     "name": label(f"target {target['name']}" + (f" of {name}" if len(judged) > 1 else "")),
                     "x": rounded((point["axis"] for point in target["points"]), 3),
                     "y": rounded(point["target_dB"] for point in target["points"]),
                     "line": {"color": "#d55e00", "width": 2.5, "dash": dash(number), "shape": "linear"},
                 }
-            )
+            )  # fmt: skip
     over_speed = first["axis"] == "speed_rpm"
     frequencies = [point["axis"] for point in first["points"]]
     frequencies = frequencies[:: -(-len(frequencies) // 20)]
     top = max([*shown, *(point["target_dB"] for _, _, of in judged for point in of["points"])])
-    layout = axes(
-        "input speed / rpm" if over_speed else "frequency / Hz",
-        f"level / {first['unit']}",
-        xaxis={}
-        if over_speed
-        else {"type": "log", "tickvals": frequencies, "ticktext": [f"{f:g}" for f in frequencies]},
-        yaxis={"range": [floor, top + 6.0]},
-    )
-    return Figure(
-        f"Target {label(first['name'])}, and the levels with their confidence limits.", traces, layout, height=300
-    )
+    ticks = {"type": "log", "tickvals": frequencies, "ticktext": [f"{f:g}" for f in frequencies]}
+    x, span = "input speed / rpm" if over_speed else "frequency / Hz", {"range": [floor, top + 6.0]}
+    layout = axes(x, f"level / {first['unit']}", xaxis={} if over_speed else ticks, yaxis=span)
+    caption = f"Target {label(first['name'])}, and the levels with their confidence limits."
+    return Figure(caption, traces, layout, height=300)

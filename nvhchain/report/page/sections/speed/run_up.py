@@ -9,7 +9,21 @@ import numpy as np
 
 from nvhchain import levels
 from nvhchain.handoff import FloatArray
-from nvhchain.report.page.blocks import Figure, Text, axes, colour, dash, grid, label, packed, rounded, symbol
+from nvhchain.report.page.blocks import (
+    Figure,
+    Text,
+    axes,
+    colour,
+    colour_scale,
+    curve,
+    grid,
+    heat_map,
+    label,
+    packed,
+    panel,
+    rounded,
+    symbol,
+)  # fmt: skip
 from nvhchain.report.page.stored import Stored, StoredRun
 from nvhchain.report.run_up import Curve, curves_of
 from nvhchain.spectrum import Waterfall
@@ -25,23 +39,21 @@ RANGE = 60.0
 
 def blocks(stored: Stored) -> list[Any]:
     """Return levels over speed, order cuts, and waterfalls against frequency and order."""
-    heard = [(number, run.name, of) for number, run in enumerate(stored.runs) if (of := run.pressure_history)]
+    heard = stored.having(lambda run: run.pressure_history)
     if not heard:
         return []
     maps = stored.run_up_maps
     curves = curves_of(maps, stored.marks)
-    numbers = {name: number for number, name, _ in heard}
-    found: list[Any] = [
-        Text(
-            f"Sound at {stored.runs[0].point_name(0)}. Orders count turns of the input; those with most A-weighted "
-            "energy are followed. Windows last ten turns of the input."
-        ),
-        _overall(stored, numbers, curves),
-    ]
+    numbers = {run.name: number for number, run, _ in heard}
+    note = (
+        f"Sound at {stored.runs[0].point_name(0)}. Orders count turns of the input; those with most A-weighted "
+        "energy are followed. Windows last ten turns of the input."
+    )
+    found: list[Any] = [Text(note), _overall(stored, numbers, curves)]
     if len(next(iter(curves.values()))) > 1:
         found.append(_order_cuts(numbers, curves))
-    found.append(_maps(stored, {name: of[0] for name, of in maps.items()}, "frequency / Hz", "frequency"))
-    found.append(_maps(stored, {name: of[1] for name, of in maps.items()}, "order of the input", "order"))
+    for number, (title, word) in enumerate((("frequency / Hz", "frequency"), ("order of the input", "order"))):
+        found.append(_maps(stored, {name: of[number] for name, of in maps.items()}, title, word))
     return found
 
 
@@ -51,42 +63,27 @@ def _overall(stored: Stored, numbers: dict[str, int], curves: dict[str, list[Cur
     top = max(float(of[0].level.max()) for of in curves.values())
     span = [top - 45.0, max(top, speed_range(stored.runs)[1] - 3.0) + 3.0]
     layout = axes("input speed / rpm", "level / dB(A) re 20 µPa", yaxis={"range": span})
-    return Figure(
-        "Overall level over speed. Shaded: confidence limits of twenty parts of the run-up.", traces, layout, height=360
-    )
+    caption = "Overall level over speed. Shaded: confidence limits of twenty parts of the run-up."
+    return Figure(caption, traces, layout, height=360)
 
 
 def _order_cuts(numbers: dict[str, int], curves: dict[str, list[Curve]]) -> Figure:
     cuts = {name: of[1:] for name, of in curves.items()}
     titles = [of.name for of in next(iter(cuts.values()))]
-    layout = grid(titles, 2, "input speed / rpm", "level / dB")
+    layout = grid(titles, 2, "input speed / rpm", "level / dB", legend=1.06)
     traces = []
     top = max(float(of.level.max()) for of_run in cuts.values() for of in of_run)
     for place in range(len(titles)):
-        end = "" if place == 0 else str(place + 1)
-        layout[f"yaxis{end}"]["range"] = [top - RANGE, top + 3.0]
-        for name, number in numbers.items():
-            trace = _curve(name, number, cuts[name][place], "dB")
-            traces.append(trace | {"xaxis": f"x{end}", "yaxis": f"y{end}", "showlegend": place == 0})
-    layout["legend"] = {"orientation": "h", "x": 0, "y": 1.06, "yanchor": "bottom"}
-    layout["margin"] = {"l": 60, "r": 16, "t": 60, "b": 46}
+        layout[f"yaxis{place + 1 if place else ''}"]["range"] = [top - RANGE, top + 3.0]
+        traces += [_curve(name, number, cuts[name][place], "dB", place) for name, number in numbers.items()]
     caption = "Levels of single orders over speed, dB re 20 µPa."
     return Figure(caption, traces, layout, height=120 + 190 * -(-len(titles) // 2))
 
 
-def _curve(name: str, number: int, curve: Curve, unit: str) -> dict[str, Any]:
-    rising = np.argsort(curve.speed)
-    level = np.where(curve.level > -100.0, curve.level, np.nan)
-    return {
-        "type": "scatter",
-        "mode": "lines",
-        "name": label(name),
-        "legendgroup": label(name),
-        "x": packed(curve.speed[rising] * 30 / np.pi),
-        "y": packed(level[rising]),
-        "line": {"color": colour(number), "dash": dash(number), "width": 2},
-        "hovertemplate": "%{x:.0f} rpm: %{y:.1f} " + unit + "<extra>" + label(name) + "</extra>",
-    }
+def _curve(name: str, number: int, of: Curve, unit: str, place: int | None = None) -> dict[str, Any]:
+    rising = np.argsort(of.speed)
+    x, y = packed(of.speed[rising] * 30 / np.pi), packed(np.where(of.level > -100.0, of.level, np.nan)[rising])
+    return curve(number, name, x, y, "%{x:.0f} rpm: %{y:.1f} " + unit, place=place, legendgroup=label(name))
 
 
 def _maps(stored: Stored, maps: dict[str, Waterfall], title: str, word: str) -> Figure:
@@ -94,45 +91,21 @@ def _maps(stored: Stored, maps: dict[str, Waterfall], title: str, word: str) -> 
     shown = {name: _level(of) for name, of in maps.items()}
     top = max(float(level.max()) for _, _, level in shown.values())
     layout = grid(list(shown), len(shown), title, "input speed / rpm")
-    layout["coloraxis"] = {
-        "colorscale": "Cividis",
-        "cmin": round(top - RANGE, 1),
-        "cmax": round(top, 1),
-        "colorbar": {"title": {"text": "dB re<br>20 µPa"}, "thickness": 12},
-    }
-    layout["margin"] = {"l": 60, "r": 16, "t": 34, "b": 46}
+    layout |= colour_scale(top, RANGE, "dB re<br>20 µPa")
     traces: list[dict[str, Any]] = []
     for place, (name, (axis, speed, level)) in enumerate(shown.items()):
-        end = "" if place == 0 else str(place + 1)
-        where = {"xaxis": f"x{end}", "yaxis": f"y{end}"}
-        traces.append(
-            {
-                "type": "heatmap",
-                "x": packed(axis),
-                "y": packed(speed),
-                "z": packed(level),
-                "coloraxis": "coloraxis",
-                "name": label(name),
-                "hovertemplate": f"{word} " + "%{x:.5g}, %{y:.0f} rpm: %{z:.1f} dB<extra></extra>",
-                **where,
-            }
-        )
+        end = str(place + 1) if place else ""
+        traces.append(heat_map(place, name, axis, speed, level, f"{word} %{{x:.5g}}, %{{y:.0f}} rpm: %{{z:.1f}} dB"))
         for stage, order in stored.marks.mesh.items():
             ends = [order, order] if word == "order" else [order * speed[0] / 60, order * speed[-1] / 60]
             if max(ends) <= axis[-1]:
                 traces.append(
                     {
-                        "type": "scatter",
-                        "mode": "lines",
-                        "x": ends,
-                        "y": [float(speed[0]), float(speed[-1])],
-                        "line": {"color": "white", "width": 1, "dash": "dot"},
-                        "hoverinfo": "skip",
-                        "showlegend": False,
-                        "name": label(stage),
-                        **where,
+                        "type": "scatter", "mode": "lines", "x": ends, "y": [float(speed[0]), float(speed[-1])],
+                        "line": {"color": "white", "width": 1, "dash": "dot"}, "hoverinfo": "skip",
+                        "showlegend": False, "name": label(stage), **panel(place),
                     }
-                )
+                )  # fmt: skip
         layout[f"xaxis{end}"]["range"] = [0.0, float(axis[-1])]
         layout[f"yaxis{end}"]["range"] = [float(speed[0]), float(speed[-1])]  # matched maps have no range of their own
     caption = f"Sound pressure over speed and {word}, dB re 20 µPa. Dotted: mesh orders."
@@ -170,32 +143,15 @@ def over_speed_traces(runs: tuple[StoredRun, ...]) -> list[dict[str, Any]]:
         high = [row["level_dBA"] if row["limits_dBA"][1] is None else row["limits_dBA"][1] for row in rows]
         traces.append(
             {
-                "type": "scatter",
-                "mode": "lines",
-                "x": rounded([*speed, *reversed(speed)], 1),
-                "y": rounded([*high, *reversed(low)]),
-                "fill": "toself",
-                "fillcolor": colour(number),
-                "opacity": 0.15,
-                "line": {"width": 0},
-                "hoverinfo": "skip",
-                "showlegend": False,
-                "legendgroup": label(run.name),
+                "type": "scatter", "mode": "lines", "x": rounded([*speed, *reversed(speed)], 1),
+                "y": rounded([*high, *reversed(low)]), "fill": "toself", "fillcolor": colour(number), "opacity": 0.15,
+                "line": {"width": 0}, "hoverinfo": "skip", "showlegend": False, "legendgroup": label(run.name),
             }
-        )
-        traces.append(
-            {
-                "type": "scatter",
-                "mode": "lines+markers",
-                "name": label(run.name),
-                "legendgroup": label(run.name),
-                "x": rounded(speed, 1),
-                "y": rounded(row["level_dBA"] for row in rows),
-                "line": {"color": colour(number), "dash": dash(number), "width": 2},
-                "marker": {"symbol": symbol(number), "size": 6},
-                "hovertemplate": "%{x:.0f} rpm: %{y:.1f} dB(A)<extra>" + label(run.name) + "</extra>",
-            }
-        )
+        )  # fmt: skip
+        style: dict[str, Any] = {"mode": "lines+markers", "marker": {"symbol": symbol(number), "size": 6}}
+        level = rounded(row["level_dBA"] for row in rows)
+        style["legendgroup"] = label(run.name)
+        traces.append(curve(number, run.name, rounded(speed, 1), level, "%{x:.0f} rpm: %{y:.1f} dB(A)", **style))
     return traces
 
 

@@ -7,7 +7,18 @@ from typing import Any
 import numpy as np
 
 from nvhchain.handoff import FloatArray
-from nvhchain.report.page.blocks import Figure, Text, axes, colour, dash, grid, label, packed, rounded, symbol
+from nvhchain.report.page.blocks import (
+    Figure,
+    Text,
+    axes,
+    colour_scale,
+    curve,
+    grid,
+    heat_map,
+    rounded,
+    symbol,
+    upright,
+)
 from nvhchain.report.page.stored import Stored
 
 TITLE = "Steady speeds"
@@ -42,24 +53,15 @@ def stored_states(stored: Stored) -> dict[str, Any]:
 def over_steady_speeds(stored: Stored) -> Figure:
     """Return the curves of all configurations at their first torque."""
     states = stored_states(stored)
-    traces = []
-    for number, (name, of) in enumerate(states.items()):
-        traces.append(_curve(number, name, of["speed_rpm"], _levels(of)[0], "dB(A)"))
+    traces = [
+        _curve(number, name, of["speed_rpm"], _levels(of)[0], "dB(A)")
+        for number, (name, of) in enumerate(states.items())
+    ]
     top = max(float(np.nanmax(_levels(of)[0])) for of in states.values())
     layout = axes("input speed / rpm", "level / dB(A)", yaxis={"range": [top - RANGE, top + 3.0]})
     speed = stored.runs[0].pressure.input_speed * 30 / np.pi if stored.runs[0].pressure is not None else 0.0
     if speed:
-        layout["shapes"] = [
-            {
-                "type": "line",
-                "x0": round(speed, 1),
-                "x1": round(speed, 1),
-                "yref": "paper",
-                "y0": 0,
-                "y1": 1,
-                "line": {"color": "#8a929b", "width": 1, "dash": "dot"},
-            }
-        ]
+        layout["shapes"] = [upright(round(speed, 1), "dot", "#8a929b")]
     return Figure("Overall level over steady input speeds. Dotted: the speed of the case.", traces, layout, height=300)
 
 
@@ -68,16 +70,8 @@ def _levels(of: Any) -> FloatArray:
 
 
 def _curve(number: int, name: str, speed: list[float], level: FloatArray, unit: str) -> dict[str, Any]:
-    return {
-        "type": "scatter",
-        "mode": "lines+markers",
-        "name": label(name),
-        "x": rounded(speed, 1),
-        "y": rounded(level),
-        "line": {"color": colour(number), "dash": dash(number), "width": 2},
-        "marker": {"symbol": symbol(number), "size": 6},
-        "hovertemplate": "%{x:.0f} rpm: %{y:.1f} " + unit + "<extra>" + label(name) + "</extra>",
-    }
+    style: dict[str, Any] = {"mode": "lines+markers", "marker": {"symbol": symbol(number), "size": 6}}
+    return curve(number, name, rounded(speed, 1), rounded(level), "%{x:.0f} rpm: %{y:.1f} " + unit, **style)
 
 
 def _difference(states: dict[str, Any]) -> Figure:
@@ -97,28 +91,10 @@ def _maps(levels: dict[str, Any], unit: str, caption: str) -> Figure:
     """Return maps over speed and torque, side by side with one scale of colours."""
     top = max(float(np.nanmax(level)) for _, level in levels.values())
     layout = grid(list(levels), min(len(levels), 2), "input speed / rpm", "input torque / N m")
-    bar = {"title": {"text": unit}, "thickness": 12}
-    layout["coloraxis"] = {
-        "colorscale": "Cividis",
-        "cmin": round(top - RANGE, 1),
-        "cmax": round(top, 1),
-        "colorbar": bar,
-    }
-    layout["margin"] = {"l": 60, "r": 16, "t": 34, "b": 46}
-    traces = []
-    for place, (name, (of, level)) in enumerate(levels.items()):
-        end = "" if place == 0 else str(place + 1)
-        traces.append(
-            {
-                "type": "heatmap",
-                "x": packed(of["speed_rpm"]),
-                "y": packed(of["torque_Nm"]),
-                "z": packed(level),
-                "coloraxis": "coloraxis",
-                "name": label(name),
-                "hovertemplate": "%{x:.0f} rpm, %{y:g} N m: %{z:.1f} " + unit + "<extra></extra>",
-                "xaxis": f"x{end}",
-                "yaxis": f"y{end}",
-            }
-        )
+    layout |= colour_scale(top, RANGE, unit)
+    hover = "%{x:.0f} rpm, %{y:g} N m: %{z:.1f} " + unit
+    traces = [
+        heat_map(place, name, of["speed_rpm"], of["torque_Nm"], level, hover)
+        for place, (name, (of, level)) in enumerate(levels.items())
+    ]
     return Figure(f"{caption} Colours: {unit}.", traces, layout, height=380)

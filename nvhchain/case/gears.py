@@ -169,22 +169,7 @@ class Stage:
 def set_backlashes(gears: Sequence[Gear], stages: Sequence[Stage]) -> tuple[Gear, ...]:
     """Return the gears with the tooth thickness that the backlash of their stages gives.
 
-    Parameters
-    ----------
-    gears : sequence of Gear
-        Gears.
-    stages : sequence of Stage
-        Stages, whose gears exist.
-
-    Returns
-    -------
-    tuple of Gear
-        Gears in the same order.
-
-    Raises
-    ------
-    Mistakes
-        All contradictions at once.
+    Raises Mistakes with all contradictions at once.
     """
     found, wrong = {gear.name: gear for gear in gears}, []
     for stage in stages:

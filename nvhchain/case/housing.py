@@ -61,10 +61,8 @@ class Housing(Protocol):
     def walls(self, case: GearboxCase) -> tuple[float, float]:
         """Estimate outer area (m²) and lowest frequency (Hz) of the walls, before any file is read.
 
-        Notes
-        -----
-        The housing is a box around shafts and gears with walls of cast aluminium, 6 mm thick. A wall is a simply
-        supported plate of a sixth of the area A: its lowest bending wave has λ² = A/3.
+        The housing is a box around shafts and gears with walls of cast aluminium, 6 mm thick. A wall is a
+        simply supported plate of a sixth of the area A: its lowest bending wave has λ² = A/3.
         """
         reach = max(gear.geometry.pitch_radius for gear in case.gears)
         x, y = ([shaft.axis[i] for shaft in case.shafts] for i in (0, 1))

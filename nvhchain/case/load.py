@@ -136,20 +136,7 @@ def _missing_castings(table: Mapping[str, Any]) -> list[str]:
 def parse_change(text: str) -> dict[str, Any]:
     """Return the nested tables of an assignment "path = value"; a value that is not TOML is a text.
 
-    Parameters
-    ----------
-    text : str
-        Assignment; names with spaces are quoted in the path.
-
-    Returns
-    -------
-    dict
-        One key, its value a table or the value itself.
-
-    Raises
-    ------
-    InputError
-        If the text has no path or no value.
+    Raises InputError if the text has no path or no value.
     """
     path, equals, value = text.partition("=")
     require(

@@ -26,13 +26,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def folder(name: str) -> str:
-    """Return the name of a folder, which need not exist.
-
-    Parameters
-    ----------
-    name : str
-        Argument of a command.
-    """
+    """Return the name of a folder, which need not exist."""
     try:
         is_file = Path(name).exists() and not Path(name).is_dir()
     except OSError as error:
@@ -43,13 +37,7 @@ def folder(name: str) -> str:
 
 
 def values_of(text: str) -> tuple[float, ...]:
-    """Return the values of FIRST:LAST:STEP, or of a list with commas.
-
-    Parameters
-    ----------
-    text : str
-        Argument of a command.
-    """
+    """Return the values of FIRST:LAST:STEP, or of a list with commas."""
     shape = f"{text}: write FIRST:LAST:STEP, such as 500:3000:100, or numbers with commas between them"
     try:
         if ":" not in text:

@@ -32,22 +32,7 @@ OF_ONES_OWN = ("single-stage", "rattle", "bearings")
 def copy_example(name: str, folder: Path) -> list[Path]:
     """Copy an example and the files that it is based on, and write the schema to which they refer.
 
-    Parameters
-    ----------
-    name : str
-        Key of `EXAMPLES`.
-    folder : Path
-        Folder of the new files; created if needed.
-
-    Returns
-    -------
-    list of Path
-        New files, the example first.
-
-    Raises
-    ------
-    InputError
-        If a file is there already.
+    Raises InputError if a file is there already.
     """
     from nvhchain.case.toml.schema import FILE_NAME, schema_text
 
@@ -84,13 +69,7 @@ def _opened(text: str) -> str:
 
 
 def examples_folder() -> Path:
-    """Return the folder of the examples: of an installed package, or of the repository.
-
-    Returns
-    -------
-    Path
-        Folder with a sub-folder for each group of cases.
-    """
+    """Return the folder of the examples: of an installed package, or of the repository."""
     package = Path(nvhchain.__file__).parent
     installed = package / "examples"
     return installed if installed.is_dir() else package.parent / "cases"

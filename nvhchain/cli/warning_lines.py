@@ -11,18 +11,7 @@ _NAMED = 3
 
 
 def warning_lines(doubts: Sequence[AccuracyWarning]) -> Iterator[str]:
-    """Yield one line of each kind, in the order of their first occurrence.
-
-    Parameters
-    ----------
-    doubts : sequence of AccuracyWarning
-        Warnings of a command.
-
-    Yields
-    ------
-    str
-        Cases and steps, then the first text, and the number of other texts of this kind.
-    """
+    """Yield one line of each kind, in the order of their first occurrence."""
     kinds: dict[str, list[AccuracyWarning]] = {}
     for doubt in doubts:
         kinds.setdefault(doubt.kind, []).append(doubt)

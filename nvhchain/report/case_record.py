@@ -64,15 +64,6 @@ def recorded_case(case: Case, fidelity: Fidelity, folder: Path) -> Iterator[None
 def case_values(part: Any, path: str = "") -> Iterator[tuple[str, Any]]:
     """Yield path and value of every field of a case, such as ("gears.gear2.blank.count", 5).
 
-    Parameters
-    ----------
-    part : Case
-        Case, or a part of it.
-    path : str
-        Path of the part.
-
-    Notes
-    -----
     Paths are those of `--set`; lengths are in mm, angles in degrees, speeds in rpm. Absent values are excluded.
     """
     hints = typing.get_type_hints(type(part), include_extras=True)

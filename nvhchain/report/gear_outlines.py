@@ -15,19 +15,10 @@ FLANK, FILLET, SIDE = 9, 8, 7
 
 
 def gear_outlines(case: Case) -> dict[str, Any]:
-    """Return the outlines of the gears and the places of the stages, for case.json.
+    """Return the outlines of the gears and the places of the stages, for case.json; empty for a radiator.
 
-    Parameters
-    ----------
-    case : Case
-        Case.
-
-    Returns
-    -------
-    dict
-        `gears`: name → teeth, tooth (radius in m and angle in rad from its centre line, one half from the root to the
-        tip), bore (m), openings (radius, angle; count). `stages`: names of both gears and their places (m). Empty for
-        a radiator.
+    `gears`: name → teeth, tooth (radius in m and angle in rad from its centre line, one half from the root to the tip),
+    bore (m), openings (radius, angle; count). `stages`: names of both gears and their places (m).
     """
     if not isinstance(case, GearboxCase):
         return {}

@@ -50,28 +50,17 @@ def draw_velocities(velocities: Mapping[str, SurfaceVelocity], frequency: Sequen
 def write_motion(hand_offs: Mapping[str, HandOff], path: Path, frequency: Sequence[float]) -> None:
     """Write the motion of hand-offs to a file with one of the `SUFFIXES`.
 
-    Parameters
-    ----------
-    hand_offs : mapping of str to HandOff
-        One reduced housing or surface velocity; two reduced housings for .csv.
-    path : Path
-        File to write.
-    frequency : sequence of float
-        Frequency (Hz) of a mode or line, or empty. The default is the first elastic mode or the strongest line.
-
-    Raises
-    ------
-    InputError
-        If the hand-offs do not fit the kind of file.
-
-    Notes
-    -----
     - .gif: one period of the mode or line nearest to `frequency`.
     - .glb: the same motion in three dimensions, coloured by its size, for slides and browsers.
     - .vtu: the same mode or line, without animation.
     - .vtkhdf: all modes or lines.
     - .unv: all modes and residual vectors of a housing.
     - .csv: modal assurance of two housings.
+
+    frequency : frequency (Hz) of a mode or line, or empty. The default is the first elastic mode or the strongest
+        line.
+
+    Raises InputError if the hand-offs do not fit the kind of file.
     """
     if path.suffix == ".csv":
         write_text(path, _assurance_csv(hand_offs))

@@ -41,17 +41,7 @@ def slot_orders(case: Case) -> dict[str, float]:
 
 
 def order_name(order: float, mesh: Mapping[str, float], slots: Mapping[str, float]) -> str:
-    """Return the origin of an order of the input, such as "stage1 × 6"; empty where it has none.
-
-    Parameters
-    ----------
-    order : float
-        Order of the input.
-    mesh : mapping of str to float
-        Gear stage → its mesh order.
-    slots : mapping of str to float
-        Gear stage → distance (orders) of its sidebands.
-    """
+    """Return the origin of an order of the input, such as "stage1 × 6"; empty where it has none."""
     found = []
     for stage, of_mesh in mesh.items():
         harmonic = round(order / of_mesh)

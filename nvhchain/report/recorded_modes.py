@@ -33,22 +33,7 @@ _TIMES_NOMINAL = 1.5
 
 
 def record_modes(case: Case, *, fidelity: Fidelity, out: Path, operators: Path) -> Path | None:
-    """Compute the modes of a gearbox from stored hand-offs, and write modes.json.
-
-    Parameters
-    ----------
-    case : Case
-        Case that has been run.
-    fidelity : Fidelity
-        Fidelity of the run.
-    out, operators : Path
-        Folders of the run and of its operators.
-
-    Returns
-    -------
-    Path or None
-        Path of the file; None for a radiator, or where no modes can be found.
-    """
+    """Compute the modes of a gearbox from stored hand-offs, and write modes.json; None where there are none."""
     if not isinstance(case, GearboxCase):
         return None
     nominal, fastest = mode_speeds(case)
@@ -71,17 +56,7 @@ def mode_speeds(case: GearboxCase) -> tuple[float, float]:
 
 
 def mode_record(case: GearboxCase, modes: SystemModes, over_speed: Sequence[SystemModes]) -> dict[str, Any]:
-    """Return the content of modes.json.
-
-    Parameters
-    ----------
-    case : GearboxCase
-        Gearbox.
-    modes : SystemModes
-        Modes at the nominal speed.
-    over_speed : sequence of SystemModes
-        Modes at other speeds.
-    """
+    """Return the content of modes.json."""
     kept = min(int(np.searchsorted(modes.frequency, case.band.high, side="right")), MOST)
     return {
         "input_torque_Nm": modes.input_torque,

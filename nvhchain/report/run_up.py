@@ -38,18 +38,9 @@ The summed energy of amplitude-corrected lines is too high by this factor.
 class Curve:
     """Level over speed.
 
-    Parameters
-    ----------
-    name : str
-        Quantity.
-    unit : str
-        dB(A), or dB re 20 µPa.
-    speed : (n,) array
-        Input speed (rad/s).
-    level : (n,) array
-        Level.
-    order : float, optional
-        Order of the input; None for the overall level.
+    speed : (n,) input speed (rad/s).
+    level : (n,) level.
+    order : order of the input; None for the overall level.
     """
 
     name: str

@@ -34,24 +34,8 @@ def steady_maps(
 ) -> dict[str, dict[str, Any]]:
     """Compute the steady states of all results, write their table and figure, and return their summaries.
 
-    Parameters
-    ----------
-    results : mapping of str to Result
-        Configuration → its run.
-    speeds : sequence of float
-        Speeds of the input (rad/s).
-    torques : sequence of float or None
-        Torques of the input (N m); None for those of the cases.
-    out : Path
-        Folder of the files.
-    watcher : Watcher, optional
-        Receives begin, progress and end.
-
-    Returns
-    -------
-    dict
-        Configuration → {`field_point`, `speed_rpm`, `torque_Nm`, `level_dBA` (torque, speed) there, `failed`,
-        `remarks`}.
+    speeds : speeds of the input (rad/s).
+    torques : torques of the input (N m); None for those of the cases.
     """
     watching, maps = watcher or Unwatched(), dict[str, SteadyMap]()
     for name, result in results.items():

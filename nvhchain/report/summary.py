@@ -29,24 +29,7 @@ def write_summary(
     sounds: Mapping[str, Mapping[str, Any]] | None = None,
     maps: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> dict[str, Any]:
-    """Write summary.json.
-
-    Parameters
-    ----------
-    results : mapping of str to Result
-        Configuration → its result.
-    out : Path
-        Folder of the file.
-    sounds : mapping of str to mapping, optional
-        Configuration → its sound file (`write_sounds`).
-    maps : mapping of str to mapping, optional
-        Configuration → its levels at further speeds and torques (`steady_maps`).
-
-    Returns
-    -------
-    dict
-        Content of the file.
-    """
+    """Write summary.json."""
     first = next(iter(results.values()))
     heard = first.pressure is not None or first.pressure_history is not None
     points = first.case.field_points if heard else ()

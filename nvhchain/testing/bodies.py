@@ -19,16 +19,7 @@ def box(
 ) -> Surface:
     """Build the closed surface of cubes that fill a box.
 
-    Parameters
-    ----------
-    size : (3,)
-        Edges of the box, m, centred on the origin.
-    edge : float
-        Edge of a cube, m.
-    remove : callable, optional
-        True for the centre (3,) of a cube, m from the corner of the box, that is left empty.
-    alike : bool
-        Diagonals of a wall all run one way; they alternate otherwise.
+    size : (3,) edges of the box, m, centred on the origin.
     """
     counts = np.round(np.asarray(size) / edge).astype(int)
     filled = np.zeros(counts + 2, dtype=bool)
@@ -82,8 +73,6 @@ def twice(body: Surface, shift: ArrayLike) -> Surface:
 def resonator(cell: float = 0.02) -> Surface:
     """Build a cube of 120 mm with a cavity of 80 mm behind a neck of 20 × 20 mm.
 
-    Notes
-    -----
     It resonates at 257 Hz with a Q of 210.
     """
 
@@ -97,8 +86,6 @@ def resonator(cell: float = 0.02) -> Surface:
 def source_field(points: FloatArray, position: ArrayLike, k: float) -> tuple[ComplexArray, ComplexArray]:
     """Compute pressure (n,) and gradient (n, 3) of a point source at points (n, 3).
 
-    Notes
-    -----
     G = e^{−jkr} / (4πr).
     """
     offset = points - np.asarray(position)
@@ -135,15 +122,7 @@ def shell(count: int, radius: float, seed: int = 7) -> FloatArray:
 
 
 def turned(profile: Sequence[tuple[float, float]], circumferential: int) -> Surface:
-    """Build a surface of revolution about z.
-
-    Parameters
-    ----------
-    profile : sequence of (r, z)
-        From the lower to the upper pole, m; r = 0 at both.
-    circumferential : int
-        Corners of a ring. Neighbouring rings are rotated by half a corner against each other.
-    """
+    """Build a surface of revolution about z."""
     rings, vertices = [], [np.array([[0.0, 0.0, profile[0][1]]])]
     for number, (r, z) in enumerate(profile[1:-1]):
         angle = 2 * np.pi * (np.arange(circumferential) + 0.5 * (number % 2)) / circumferential
@@ -187,18 +166,7 @@ def round_normals(
 ) -> tuple[FloatArray, FloatArray]:
     """Find the nearest points of a true round body, and the normals there.
 
-    Parameters
-    ----------
-    points : (n, 3)
-        On facets of its surface, m.
-    half_length : float
-        Half the length of the straight part, m; 0 for a sphere.
-    flat_ends : bool
-        The body is a `cylinder`; otherwise a `capsule`.
-
-    Returns
-    -------
-    nearest, normals : (n, 3)
+    points : (n, 3) on facets of its surface, m.
     """
     offset = points.copy()
     offset[:, 2] -= points[:, 2] if flat_ends else np.clip(points[:, 2], -half_length, half_length)
@@ -215,8 +183,6 @@ def round_normals(
 def rotating_ellipsoids() -> list[tuple[Surface, FloatArray]]:
     """Build two ellipsoids of 320 faces, each with its normal velocity (n_face,), that rotate about z.
 
-    Notes
-    -----
     No axis of theirs is an axis of symmetry. One has the mesh of the icosahedron, the other has shifted vertices.
     """
     rng = np.random.default_rng(0)
@@ -274,16 +240,9 @@ def pulsating(frequency: ArrayLike, radius: float, distance: float, air: Air) ->
 def rigid_sphere(ka: float, cosine: ArrayLike) -> ComplexArray:
     """Compute the total pressure on a rigid sphere in a plane wave of 1 Pa.
 
-    Parameters
-    ----------
-    ka : float
-        Wavenumber times radius.
-    cosine : (n,)
-        1 faces the source.
-
-    Notes
-    -----
     Σ jⁿ (2n + 1) P_n (−j / ka²) / h_n′(ka); the Wronskian j_n h_n′ − j_n′ h_n is −j / ka² under e^{+jωt}.
+
+    cosine : (n,) 1 faces the source.
     """
     n = np.arange(int(ka) + 25)
     h_slope = spherical_jn(n, ka, True) - 1j * spherical_yn(n, ka, True)

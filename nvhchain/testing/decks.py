@@ -25,27 +25,9 @@ def folded_shells(
 ) -> str:
     """Return a deck of steel shells, clamped at one end.
 
-    Parameters
-    ----------
-    profile : sequence of (float, float)
-        Corners of the profile in y and z (mm).
-    length : float
-        Length along x (mm).
-    counts : tuple of int
-        Elements along x and along each side of the profile.
-    kind : {"S4", "S8R"}
-        Type of the shells.
-    thickness : float
-        Thickness (mm).
-    offset : str
-        Value of OFFSET; empty for none.
-    more : str
-        Lines of the model; `{free}` stands for the node at the free end and the first corner.
-
-    Returns
-    -------
-    str
-        Deck without a step.
+    profile : corners of the profile in y and z (mm).
+    length : length along x (mm).
+    thickness : thickness (mm).
     """
     step = 2 if kind == "S8R" else 1
     ends = np.array(profile, dtype=float)

@@ -23,19 +23,7 @@ SPLITS = {
 def brick(counts: Sequence[int], lengths: Sequence[float], distort: float = 0.0) -> tuple[FloatArray, IntArray]:
     """Mesh a box from the origin with quadratic bricks.
 
-    Parameters
-    ----------
-    counts, lengths : (3,)
-        Elements along every axis, and edges of the box, m.
-    distort : float
-        Largest random shift of inner corner nodes, as a share of the element's edges.
-
-    Returns
-    -------
-    nodes : (n, 3)
-        m.
-    elements : (m, 20)
-        hex20.
+    counts, lengths : (3,) elements along every axis, and edges of the box, m.
     """
     grid = [np.linspace(0.0, length, 2 * n + 1) for n, length in zip(counts, lengths, strict=True)]
     corners, edges = HEX_CORNERS, np.array(HEX20_EDGES)
@@ -106,14 +94,7 @@ def held_box(
 ) -> SolidModel:
     """Build a box as another program would export it: one end held, a rigid seat at the other.
 
-    Parameters
-    ----------
-    kind : {"hex8", "wedge6", "tet4"}
-        Linear elements.
-    counts, lengths : (3,)
-        Bricks along every axis, each split into elements, and edges of the box, m.
-    held : bool
-        A rigid set holds the end at x = 0. The seat `S` moves the other end.
+    counts, lengths : (3,) bricks along every axis, each split into elements, and edges of the box, m.
     """
     nodes, bricks = grid(counts, lengths)
     elements = bricks[:, SPLITS[kind]].reshape(-1, len(SPLITS[kind][0]))

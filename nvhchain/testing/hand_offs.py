@@ -52,8 +52,6 @@ def housing(
 def monopoles(surface: Surface, points: ArrayLike, frequency: ArrayLike, air: Air, **fields: Any) -> TransferVectors:
     """Compute transfer vectors of faces that radiate as free monopoles.
 
-    Notes
-    -----
     jωρ A e^{−jkr} / (4πr); `fields` replaces fields of the result.
     """
     r = np.linalg.norm(np.asarray(points)[:, None] - surface.centroids, axis=2)
@@ -74,10 +72,7 @@ def forces(frequency: FloatArray, names: Sequence[str] = NAMES, seed: int = 5) -
 def mesh_law(amplitudes: Sequence[float]) -> MeshLaw:
     """Make up a linear mesh law of the gears of the small single stage.
 
-    Parameters
-    ----------
-    amplitudes : (n,)
-        Mesh harmonics of the transmission error, m.
+    amplitudes : (n,) mesh harmonics of the transmission error, m.
     """
     helix, normal = radians(10.0), radians(20.0)
     teeth, module, pressure = np.array([20, 30]), 2.7e-3 / cos(helix), atan(tan(normal) / cos(helix))

@@ -22,8 +22,6 @@ _CASTING_LENGTHS = (
 def scaled(case: GearboxCase, fidelity: Fidelity, s: float) -> tuple[GearboxCase, Fidelity]:
     """Scale lengths and times of a case and its fidelity by `s`.
 
-    Notes
-    -----
     The materials stay. Forces scale with s², torques with s³; pressures are the same.
     """
     gears = tuple(
@@ -96,8 +94,6 @@ def scaled(case: GearboxCase, fidelity: Fidelity, s: float) -> tuple[GearboxCase
 def mapped(case: GearboxCase, matrix: FloatArray) -> GearboxCase:
     """Map a case by an orthogonal matrix (3, 3) of the transverse plane.
 
-    Notes
-    -----
     A mirror changes the hand of the gears and the sense of rotation.
     """
     hand = round(float(np.linalg.det(matrix)))
@@ -127,14 +123,7 @@ def mapped(case: GearboxCase, matrix: FloatArray) -> GearboxCase:
 def egg_housing(case: GearboxCase, s: float = 1.0, matrix: FloatArray | None = None) -> ReducedHousing:
     """Make up a housing of five modes on a lopsided body, with the seats of the case.
 
-    Parameters
-    ----------
-    case : GearboxCase
-        Scaled by `s` and mapped by `matrix` already.
-    s : float
-        Scale of the body.
-    matrix : (3, 3), optional
-        Orthogonal map of the body.
+    matrix : orthogonal map of the body.
     """
     matrix, rng = np.eye(3) if matrix is None else matrix, np.random.default_rng(1)
     ball, count = sphere(0.1, 2), len(case.bearings)

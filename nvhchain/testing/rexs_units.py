@@ -13,19 +13,7 @@ from xml.sax.saxutils import quoteattr
 
 @dataclass
 class RexsUnit:
-    """Components and relations that a test may change before they are written.
-
-    Parameters
-    ----------
-    version : str
-        Version of REXS.
-    components : dict
-        Type, name and attributes of every component; an attribute is (value, unit).
-    relations : list
-        Type and ends (role, component) of every relation.
-    load_cases : list of dict
-        Attributes by component.
-    """
+    """Components and relations that a test may change before they are written."""
 
     version: str = "1.4"
     components: dict[int, tuple[str, str, dict[str, tuple[Any, str]]]] = field(default_factory=dict)
@@ -33,74 +21,25 @@ class RexsUnit:
     load_cases: list[dict[int, dict[str, tuple[Any, str]]]] = field(default_factory=list)
 
     def add(self, kind: str, name: str = "", **attributes: tuple[Any, str]) -> int:
-        """Add a component.
-
-        Parameters
-        ----------
-        kind, name : str
-            Type and name.
-        **attributes : tuple
-            Value and unit.
-
-        Returns
-        -------
-        int
-            Number of the component.
-        """
+        """Add a component."""
         number = len(self.components) + 1
         self.components[number] = (kind, name, dict(attributes))
         return number
 
     def relate(self, kind: str, **ends: int) -> None:
-        """Add a relation.
-
-        Parameters
-        ----------
-        kind : str
-            Type.
-        **ends : int
-            Component by role.
-        """
+        """Add a relation."""
         self.relations.append((kind, list(ends.items())))
 
     def of(self, kind: str) -> list[int]:
-        """Return the numbers of the components of a type.
-
-        Parameters
-        ----------
-        kind : str
-            Type.
-
-        Returns
-        -------
-        list of int
-            Numbers.
-        """
+        """Return the numbers of the components of a type."""
         return [number for number, (type_, *_) in self.components.items() if type_ == kind]
 
     def attributes(self, number: int) -> dict[str, tuple[Any, str]]:
-        """Return the attributes of a component, to be changed.
-
-        Parameters
-        ----------
-        number : int
-            Component.
-
-        Returns
-        -------
-        dict
-            Attributes.
-        """
+        """Return the attributes of a component, to be changed."""
         return self.components[number][2]
 
     def xml(self) -> str:
-        """Return the unit as XML.
-
-        Returns
-        -------
-        str
-            Text of a .rexs file.
-        """
+        """Return the unit as XML."""
         relations = "".join(
             f'<relation id="{number}" type="{kind}">'
             + "".join(f'<ref role="{role}" id="{end}" hint="{self._hint(end)}"/>' for role, end in ends)
@@ -119,13 +58,7 @@ class RexsUnit:
         )
 
     def json(self) -> str:
-        """Return the unit as JSON.
-
-        Returns
-        -------
-        str
-            Text of a .rexsj file.
-        """
+        """Return the unit as JSON."""
         model = {
             "version": self.version,
             "applicationId": "test",
@@ -147,18 +80,7 @@ class RexsUnit:
         return json.dumps({"model": model})
 
     def save(self, path: Path) -> Path:
-        """Write the unit as XML or JSON, by the ending of the path.
-
-        Parameters
-        ----------
-        path : Path
-            File.
-
-        Returns
-        -------
-        Path
-            File.
-        """
+        """Write the unit as XML or JSON, by the ending of the path."""
         path.write_text(self.json() if path.suffix == ".rexsj" else self.xml(), encoding="utf-8")
         return path
 
@@ -189,21 +111,7 @@ def gear_train(
 ) -> RexsUnit:
     """Return a unit of stages in a row, each shaft beside the last, two bearings on every shaft.
 
-    Parameters
-    ----------
-    *stages : tuple of 2 int
-        Teeth of pinion and wheel of every stage.
-    module, width : float
-        Normal module and face width (mm).
-    helix : float
-        Helix angle (°).
-    version : str
-        Version of REXS.
-
-    Returns
-    -------
-    RexsUnit
-        Unit with one load case, 1800 rpm and 60 N m.
+    module, width : normal module and face width (mm).
     """
     unit = RexsUnit(version)
     box = unit.add("gear_unit", "Train", **_place(0.0, 0.0, 1))
@@ -246,13 +154,7 @@ def gear_train(
 
 
 def coaxial_unit() -> RexsUnit:
-    """Return two stages whose last shaft lies on the axis of the first, which ends in a bearing inside it.
-
-    Returns
-    -------
-    RexsUnit
-        Unit.
-    """
+    """Return two stages whose last shaft lies on the axis of the first, which ends in a bearing inside it."""
     unit = gear_train((20, 31), (18, 33))
     first, _, last = unit.of("shaft")
     unit.attributes(last)["support_vector"] = ([64.0 - 20.0, 0.0, 0.0], "mm")

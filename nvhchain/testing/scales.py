@@ -23,8 +23,6 @@ def powers(low: float, high: float) -> st.SearchStrategy[float]:
 def mostly(good: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
     """Draw nonsense one time in four, otherwise from `good`.
 
-    Notes
-    -----
     `one_of` would drop a strategy that it is given twice.
     """
     return st.integers(0, 3).flatmap(lambda drawn: ANY if drawn == 3 else good)

@@ -26,18 +26,9 @@ _EXACT = 1e-9
 class _Ring:
     """Body of revolution.
 
-    Parameters
-    ----------
-    part : str
-        Field of the case.
-    shaft : str
-        Shaft of the body.
-    axis : tuple of float
-        Position (x, y) of its axis (m).
-    start, end : float
-        Ends along z (m).
-    inner, outer : float
-        Radii (m).
+    axis : position (x, y) of its axis (m).
+    start, end : ends along z (m).
+    inner, outer : radii (m).
     """
 
     part: str

@@ -25,8 +25,6 @@ a static load.
 def root_stress(pair: GearPair, force: float) -> float:
     """Return the order of magnitude of the nominal root stress (Pa) under a normal force (N).
 
-    Notes
-    -----
     Source: ISO 6336-3, σ_F0 = F_t/(b m_n) Y_F Y_S Y_ε, with a common value of the factors.
     """
     pinion = pair.pinion.geometry

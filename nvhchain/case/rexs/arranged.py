@@ -16,18 +16,11 @@ _AGREE = 5e-6
 class Arrangement:
     """Places of shafts and gears.
 
-    Parameters
-    ----------
-    axes : dict
-        Axis x, y (m) of every shaft.
-    shifts : dict
-        Length (m) to be added to z on every shaft.
-    planes : dict
-        Mid-plane (m) of every gear in mesh.
-    widths : dict
-        Face width (m) of every gear about its mid-plane.
-    distances : dict
-        Centre distance (m) of every stage.
+    axes : axis x, y (m) of every shaft.
+    shifts : length (m) to be added to z on every shaft.
+    planes : mid-plane (m) of every gear in mesh.
+    widths : face width (m) of every gear about its mid-plane.
+    distances : centre distance (m) of every stage.
     """
 
     axes: dict[str, tuple[float, float]]
@@ -40,17 +33,7 @@ class Arrangement:
 def arranged(unit: GearUnit, nominal: dict[str, float]) -> Arrangement:
     """Return the places of shafts and gears.
 
-    Parameters
-    ----------
-    unit : GearUnit
-        Unit.
-    nominal : dict
-        Centre distance (m) by the profile shifts of every stage, where neither file nor places state one.
-
-    Returns
-    -------
-    Arrangement
-        Places; assumptions go into the record of the unit.
+    nominal : centre distance (m) by the profile shifts of every stage, where neither file nor places state one.
     """
     shafts = {shaft.name: shaft for shaft in unit.shafts}
     gears = {gear.name: gear for gear in unit.gears}

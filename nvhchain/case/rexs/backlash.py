@@ -14,17 +14,8 @@ from nvhchain.interop.rexs import GearUnit, ImportedGear, ImportedStage
 def recommended_backlash(module: float, distance: float) -> float:
     """Return the minimum backlash (m) that ISO/TR 10064-2 recommends: 2/3 (0.06 + 0.0005 a + 0.03 m_n) mm.
 
-    Parameters
-    ----------
-    module : float
-        Normal module (m).
-    distance : float
-        Centre distance (m).
-
-    Returns
-    -------
-    float
-        Normal backlash (m).
+    module : normal module (m).
+    distance : centre distance (m).
     """
     return 2e-3 / 3 * (0.06 + 0.0005 * 1e3 * distance + 0.03 * 1e3 * module)
 

@@ -31,15 +31,7 @@ _NEARLY = 1e-3
 
 @dataclass(frozen=True)
 class Comparison:
-    """Result in the file beside that of the drawn gears.
-
-    Parameters
-    ----------
-    stage, quantity, unit : str
-        Stage, quantity and its unit.
-    stated, found : float
-        Values in the file and of the drawn gears.
-    """
+    """Result in the file beside that of the drawn gears."""
 
     stage: str
     quantity: str
@@ -54,18 +46,7 @@ class Comparison:
 
 
 def shared_data(unit: GearUnit) -> GearUnit:
-    """Return the unit with one module, pressure angle and helix angle for gears in mesh, and their profile shifts.
-
-    Parameters
-    ----------
-    unit : GearUnit
-        Unit.
-
-    Returns
-    -------
-    GearUnit
-        Unit; differences beyond rounding are mistakes in its record.
-    """
+    """Return the unit with one module, pressure angle and helix angle for gears in mesh, and their profile shifts."""
     gears = {gear.name: gear for gear in unit.gears}
     for stage in unit.stages:
         pinion, wheel = gears[stage.pinion], gears[stage.wheel]
@@ -120,23 +101,9 @@ def _shifted(unit: GearUnit, stage: ImportedStage, pinion: ImportedGear, wheel: 
 
 
 def shift_sum(pinion: ImportedGear, wheel: ImportedGear, distance: float) -> float | None:
-    """Return the sum of the profile shifts at which gears run without backlash at a centre distance.
+    """Return the sum (modules) of the profile shifts at which gears run without backlash at a centre distance (m).
 
-    Parameters
-    ----------
-    pinion, wheel : ImportedGear
-        Gears.
-    distance : float
-        Centre distance (m).
-
-    Returns
-    -------
-    float or None
-        Sum (normal modules); None where the centre distance is below that of the base circles.
-
-    Notes
-    -----
-    ISO 21771: inv α_wt = inv α_t + 2 tan α_n Σx/(z₁ + z₂).
+    ISO 21771: inv α_wt = inv α_t + 2 tan α_n Σx/(z₁ + z₂). None where base circles are farther apart.
     """
     transverse = np.arctan(tan(pinion.pressure_angle) / cos(pinion.helix_angle))
     teeth = pinion.teeth + wheel.teeth
@@ -148,18 +115,7 @@ def shift_sum(pinion: ImportedGear, wheel: ImportedGear, distance: float) -> flo
 
 
 def nominal_distances(unit: GearUnit) -> dict[str, float]:
-    """Return the centre distance (m) of every stage without backlash by its profile shifts.
-
-    Parameters
-    ----------
-    unit : GearUnit
-        Unit with profile shifts.
-
-    Returns
-    -------
-    dict
-        Centre distance by stage.
-    """
+    """Return the centre distance (m) of every stage without backlash by its profile shifts."""
     gears = {gear.name: gear for gear in unit.gears}
     found = {}
     for stage in unit.stages:
@@ -180,19 +136,7 @@ def complete_gears(
 ) -> tuple[dict[str, GearGeometry], list[Comparison]]:
     """Return the geometry of every gear, and the results of the file beside those of the drawn gears.
 
-    Parameters
-    ----------
-    unit : GearUnit
-        Unit with profile shifts.
-    arrangement : Arrangement
-        Places.
-    bores : dict
-        Bore radius (m) of every gear.
-
-    Returns
-    -------
-    tuple
-        Geometry by gear; comparisons.
+    bores : bore radius (m) of every gear.
     """
     gears = {gear.name: gear for gear in unit.gears}
     fields = {name: _fields(unit, gear, arrangement, bores[name]) for name, gear in gears.items()}

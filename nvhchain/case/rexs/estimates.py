@@ -51,16 +51,8 @@ _ANGLES = {
 class BearingEstimate:
     """Dimensions and stiffness of a bearing.
 
-    Parameters
-    ----------
-    bore, outer_diameter, width : float
-        Boundary dimensions (m).
-    radial_stiffness, axial_stiffness : float
-        Stiffness (N/m); without effect beside a model.
-    source : str
-        Origin of the stiffness.
-    model : DeepGroove, AngularContact, Cylindrical, Tapered or Spherical, optional
-        Rolling bearing.
+    bore, outer_diameter, width : boundary dimensions (m).
+    radial_stiffness, axial_stiffness : stiffness (N/m); without effect beside a model.
     """
 
     bore: float
@@ -77,23 +69,8 @@ def estimate(
 ) -> BearingEstimate:
     """Return dimensions of a bearing, and its rolling elements or stiffness; estimates go into the record.
 
-    Parameters
-    ----------
-    unit : GearUnit
-        Unit.
-    bearing : ImportedBearing
-        Bearing.
-    shaft_diameter : float
-        Diameter of its shaft (m).
-    load : float
-        Radial load (N).
-    rolling : bool
-        True for rolling elements where the type of the bearing has them; False for two constants.
-
-    Returns
-    -------
-    BearingEstimate
-        Dimensions, and stiffness or rolling bearing.
+    shaft_diameter : diameter of its shaft (m).
+    load : radial load (N).
     """
     bore, outer, width = _dimensions(unit, bearing, shaft_diameter)
     kind = _kind(unit, bearing)
@@ -216,8 +193,6 @@ def _elements(bearing: ImportedBearing, kind: str, bore: float, outer: float, wi
 def _kraemer(kind: str, count: float, size: float, length: float, load: float, angle: float) -> float:
     """Return the radial stiffness (N/m) of a rolling bearing under load.
 
-    Notes
-    -----
     E. Krämer, Dynamics of Rotors and Foundations, 1993. Balls: 13e6 Z^(2/3) D_w^(1/3) F^(1/3) cos^(5/3) α. Rollers:
     1e9 Z^0.9 L^0.8 F^0.1 cos^1.9 α. SI units.
     """
@@ -231,21 +206,7 @@ def bearing_loads(
 ) -> dict[str, float]:
     """Return an estimate of the radial load (N) of every bearing: rigid shafts on equal springs.
 
-    Parameters
-    ----------
-    unit : GearUnit
-        Unit.
-    arrangement : Arrangement
-        Places.
-    gears : dict
-        Geometry by gear.
-    torque : float
-        Torque of the input (N m).
-
-    Returns
-    -------
-    dict
-        Load by bearing, 100 N at least.
+    torque : torque of the input (N m).
     """
     of = {gear.name: gear.shaft for gear in unit.gears}
     turns = {unit.input_shaft: 1.0}

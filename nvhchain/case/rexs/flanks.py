@@ -8,22 +8,7 @@ from nvhchain.interop.rexs import FlankShape, GearUnit, ImportedGear, ImportedRe
 
 
 def micro_geometry(unit: GearUnit, gear: ImportedGear, drawn: GearGeometry) -> MicroGeometry:
-    """Return the flanks of a gear; the left one drives where the file names none as loaded.
-
-    Parameters
-    ----------
-    unit : GearUnit
-        Unit with its record.
-    gear : ImportedGear
-        Gear.
-    drawn : GearGeometry
-        Its geometry without modifications.
-
-    Returns
-    -------
-    MicroGeometry
-        Drive and coast flank.
-    """
+    """Return the flanks of a gear; the left one drives where the file names none as loaded."""
     left, right = gear.flanks
     if left != right and not gear.driving_flank:
         unit.findings.add(

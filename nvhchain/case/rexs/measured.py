@@ -13,20 +13,7 @@ _SMALL_BORE = 1e-4
 
 
 def measured_thickness(unit: GearUnit, gear: ImportedGear) -> tuple[MeasuredThickness, GearGeometry] | None:
-    """Return the measured tooth thickness of a gear, and a gear with its profile shift.
-
-    Parameters
-    ----------
-    unit : GearUnit
-        Unit with its record.
-    gear : ImportedGear
-        Gear.
-
-    Returns
-    -------
-    tuple or None
-        Measure and gear; None where the file has none, or one that does not fit, which goes into the record.
-    """
+    """Return the measured tooth thickness of a gear, and a gear with its profile shift; None without one that fits."""
     if gear.span is None and gear.ball_size is None:
         return None
     length, teeth = gear.span or (None, None)
@@ -54,20 +41,7 @@ def measured_thickness(unit: GearUnit, gear: ImportedGear) -> tuple[MeasuredThic
 
 
 def tool_fields(unit: GearUnit, gear: ImportedGear) -> dict[str, Any]:
-    """Return the fields of a geometry for the chamfer of a gear and the protuberance of its tool.
-
-    Parameters
-    ----------
-    unit : GearUnit
-        Unit with its record.
-    gear : ImportedGear
-        Gear.
-
-    Returns
-    -------
-    dict
-        Fields.
-    """
+    """Return the fields of a geometry for the chamfer of a gear and the protuberance of its tool."""
     fields: dict[str, Any] = {"tip_chamfer": gear.tip_chamfer} if gear.tip_chamfer else {}
     if gear.protuberance is None:
         return fields

@@ -30,14 +30,7 @@ _BESIDE = 5e-3
 class Support:
     """Bearing of the case, for one or more of the file.
 
-    Parameters
-    ----------
-    bearing : ImportedBearing
-        Bearing; the first of several that share a seat.
-    z : float
-        Plane (m), in the frame of the unit.
-    estimate : BearingEstimate
-        Dimensions and stiffness.
+    z : plane (m), in the frame of the unit.
     """
 
     bearing: ImportedBearing
@@ -49,28 +42,8 @@ class Support:
 class ImportedCase:
     """Contents of the case file, in the frame of the unit.
 
-    Parameters
-    ----------
-    unit : GearUnit
-        Unit with its record.
-    arrangement : Arrangement
-        Places.
-    gears : dict
-        Geometry by gear.
-    pieces : dict
-        Cylinders by shaft.
-    supports : tuple of Support
-        Bearings in the housing.
-    links : tuple of Support
-        Bearings between shafts.
-    drawn : DrawnCasting
-        Housing.
-    comparisons : tuple of Comparison
-        Results of the file beside those of the drawn gears.
-    speed, torque : float
-        Input (rad/s, N m).
-    band : tuple of 3 float
-        Lowest and highest line and their spacing (Hz).
+    speed, torque : input (rad/s, N m).
+    band : lowest and highest line and their spacing (Hz).
     """
 
     unit: GearUnit
@@ -89,24 +62,7 @@ class ImportedCase:
 def imported_case(unit: GearUnit, path: str, *, rolling: bool = True) -> ImportedCase:
     """Return the contents of the case of a unit.
 
-    Parameters
-    ----------
-    unit : GearUnit
-        Unit.
-    path : str
-        Name of its file, for messages.
-    rolling : bool
-        True for bearings with rolling elements where their type has them; False for constant stiffness.
-
-    Returns
-    -------
-    ImportedCase
-        Contents; assumptions stand in the record of the unit.
-
-    Raises
-    ------
-    Mistakes
-        All contradictions at once.
+    Assumptions go into the record of the unit. Raises Mistakes with all contradictions at once.
     """
     record = unit.findings
 
@@ -319,18 +275,7 @@ def _band(unit: GearUnit, gears: dict[str, GearGeometry], speed: float) -> tuple
 
 
 def microphone(case: ImportedCase) -> tuple[float, float, float]:
-    """Return the place (m) of the microphone, 1 m beside the casting at the middle of its depth.
-
-    Parameters
-    ----------
-    case : ImportedCase
-        Case.
-
-    Returns
-    -------
-    tuple of 3 float
-        Place in the frame of the casting.
-    """
+    """Return the place (m) of the microphone, 1 m beside the casting at the middle of its depth."""
     casting = case.drawn.casting
     outside = max(space.centre[0] + space.radius for space in casting.gear_spaces) + casting.wall + casting.draft
     ys = [y for space in casting.gear_spaces for y in (space.centre[1] - space.radius, space.centre[1] + space.radius)]

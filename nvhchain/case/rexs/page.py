@@ -21,22 +21,7 @@ _TITLES = {
 
 
 def import_page(case: ImportedCase, name: str, source: str) -> str:
-    """Return the page of an import.
-
-    Parameters
-    ----------
-    case : ImportedCase
-        Case.
-    name : str
-        Name of the case file.
-    source : str
-        Name of the REXS file.
-
-    Returns
-    -------
-    str
-        Markdown.
-    """
+    """Return the page of an import."""
     unit = case.unit
     blocks = [
         f"# Import of {_cell(source)}",
@@ -54,18 +39,7 @@ def import_page(case: ImportedCase, name: str, source: str) -> str:
 
 
 def import_lines(case: ImportedCase) -> list[str]:
-    """Return the short form of the page for a terminal.
-
-    Parameters
-    ----------
-    case : ImportedCase
-        Case.
-
-    Returns
-    -------
-    list of str
-        Lines.
-    """
+    """Return the short form of the page for a terminal."""
     unit, record = case.unit, case.unit.findings
     parts = (
         f"{len(unit.shafts)} shafts, {len(unit.gears)} gears, {len(unit.stages)} stages, "

@@ -19,14 +19,9 @@ _SHORTEST = 1e-5
 class Piece:
     """Cylinder of a shaft.
 
-    Parameters
-    ----------
-    start, end : float
-        Ends (m).
-    outer, inner : float
-        Diameters (m).
-    young, poisson, density : float
-        Material (Pa; kg/m³).
+    start, end : ends (m).
+    outer, inner : diameters (m).
+    young, poisson, density : material (Pa; kg/m³).
     """
 
     start: float
@@ -47,23 +42,9 @@ def pieces(
 ) -> list[Piece]:
     """Return the cylinders of a shaft.
 
-    Parameters
-    ----------
-    shaft : ImportedShaft
-        Shaft.
-    shift : float
-        Length (m) to be added to z.
-    bores : sequence of (float, float, float)
-        Ends (m) and bore diameter (m) of the gears on it: the shaft inside is no thicker.
-    places : sequence of float
-        Planes (m) of gears and bearings, which the shaft must reach.
-    findings : Findings
-        Record.
-
-    Returns
-    -------
-    list of Piece
-        Cylinders along z, without gaps.
+    shift : length (m) to be added to z.
+    bores : ends (m) and bore diameter (m) of the gears on it: the shaft inside is no thicker.
+    places : planes (m) of gears and bearings, which the shaft must reach.
     """
     parts = [part for section in shaft.sections for part in _steps(shaft, section, shift, findings)]
     cuts = sorted({cut for part in parts for cut in (part.start, part.end)} | {c for b in bores for c in b[:2]})
@@ -156,27 +137,10 @@ def bore_radius(
 ) -> float:
     """Return the bore radius (m) of a gear: given, or that of its shaft, at most the largest that leaves a rim.
 
-    Parameters
-    ----------
-    shaft : ImportedShaft
-        Shaft of the gear.
-    shift : float
-        Length (m) to be added to z on the shaft.
-    plane : float
-        Mid-plane of the gear (m).
-    given : float, optional
-        Radius in the file (m).
-    largest : float
-        Largest radius (m).
-    findings : Findings
-        Record.
-    gear : str
-        Name of the gear.
-
-    Returns
-    -------
-    float
-        Radius (m).
+    shift : length (m) to be added to z on the shaft.
+    plane : mid-plane of the gear (m).
+    given : radius in the file (m).
+    largest : largest radius (m).
     """
     around = 0.5 * shaft.diameter_at(plane - shift)
     bore = max(given or 0.0, around)

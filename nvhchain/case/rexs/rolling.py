@@ -25,14 +25,7 @@ _MOUNTED = ("operating_radial_bearing_clearance", "mounted_radial_bearing_cleara
 class Elements:
     """Rolling elements of a row.
 
-    Parameters
-    ----------
-    count : float
-        Number.
-    diameter, length : float
-        Diameter and length (m).
-    source : str
-        Origin.
+    diameter, length : diameter and length (m).
     """
 
     count: float
@@ -51,25 +44,9 @@ def rolling_model(
 ) -> RollingModel | None:
     """Return the rolling bearing of the case for one of the file; None where its type has none.
 
-    Parameters
-    ----------
-    unit : GearUnit
-        Unit; what is assumed goes into its record.
-    bearing : ImportedBearing
-        Bearing.
-    sizes : (float, float, float)
-        Bore, outer diameter and width (m).
-    elements : Elements
-        Rolling elements, taken where the file has no load ratings.
-    angle : float
-        Contact angle (rad).
-    radial_stiffness : float
-        Estimated radial stiffness (N/m), to which that of ribs relates.
-
-    Returns
-    -------
-    DeepGroove, AngularContact, Cylindrical, Tapered, Spherical or None
-        Bearing with the internal geometry of the file, of its load ratings, or of `elements`.
+    sizes : (float, float, float) bore, outer diameter and width (m).
+    angle : contact angle (rad).
+    radial_stiffness : estimated radial stiffness (N/m), to which that of ribs relates.
     """
     thrust = {"positive": 1, "negative": -1}.get(bearing.axial, 0)
     kind, own = _class(bearing, angle, thrust), dict[str, Any]()

@@ -19,24 +19,7 @@ from nvhchain.interop.rexs import ImportedGear
 
 
 def case_text(case: ImportedCase, name: str, source: str, *, rigid: bool) -> str:
-    """Return the text of a case file.
-
-    Parameters
-    ----------
-    case : ImportedCase
-        Contents.
-    name : str
-        Name of the case.
-    source : str
-        Name of the REXS file.
-    rigid : bool
-        True for fixed bearing seats and bearing forces alone.
-
-    Returns
-    -------
-    str
-        TOML.
-    """
+    """Return the text of a case file."""
     unit = case.unit
     shift = case.drawn.shift
     blocks = [
@@ -119,18 +102,7 @@ def _head(case: ImportedCase, name: str, source: str, *, rigid: bool) -> str:
 
 
 def assumptions(case: ImportedCase) -> list[str]:
-    """Return the sentences that stand beside every level.
-
-    Parameters
-    ----------
-    case : ImportedCase
-        Case.
-
-    Returns
-    -------
-    list of str
-        One sentence for the housing, bearings and operation.
-    """
+    """Return the sentences that stand beside every level."""
     found = ["The housing is drawn by rule around the gears: the imported file has none."]
     record = case.unit.findings.select("assumed")
     estimated = sum(line.quantity == "radial stiffness" for line in record)

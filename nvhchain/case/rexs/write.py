@@ -86,19 +86,7 @@ def import_rexs(
 
 
 def _tried(source: Path, name: str, load: str | None, *, rigid: bool) -> tuple[ImportedCase, str]:
-    """Return case and text of a file; bearings get a constant stiffness where rolling elements do not carry the load.
-
-    Parameters
-    ----------
-    source : Path
-        REXS file.
-    name : str
-        Name of the case file.
-    load : str or None
-        Load case.
-    rigid : bool
-        True for rigid seats.
-    """
+    """Return case and text of a file; bearings get constant stiffness where rolling elements do not carry the load."""
     why = None
     while True:
         case = imported_case(read_rexs(source, load_case=load), str(source), rolling=why is None)
@@ -115,10 +103,7 @@ def _tried(source: Path, name: str, load: str | None, *, rigid: bool) -> tuple[I
 def _refused(text: str, name: str, source: Path) -> str | None:
     """Return why rolling bearings do not carry the load of a case; None where they do, or where it has none.
 
-    Raises
-    ------
-    Mistakes
-        If the case cannot be loaded, all mistakes at once.
+    Raises Mistakes if the case cannot be loaded, all mistakes at once.
     """
     with tempfile.TemporaryDirectory() as trial:
         tried = Path(trial) / name

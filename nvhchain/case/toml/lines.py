@@ -27,14 +27,7 @@ _LISTS = {"field point": "field_points", "housing.bores:": "bores"}
 class Table(dict[str, Any]):
     """Table of a case file with the places of its keys.
 
-    Parameters
-    ----------
-    content : mapping
-        Keys and values.
-    places : dict of str to (str, int)
-        File and line of every key.
-    place : (str, int), optional
-        File and line of the table itself.
+    place : file and line of the table itself.
     """
 
     def __init__(

@@ -16,20 +16,7 @@ _LARGEST = 2**26
 def read_toml(path: Path) -> tuple[dict[str, Any], str]:
     """Return the table of a TOML file, and its text.
 
-    Parameters
-    ----------
-    path : Path
-        File in UTF-8.
-
-    Returns
-    -------
-    (dict, str)
-        Table and text.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, is too large, or is not valid TOML.
+    Raises InputError if the file cannot be read, is too large, or is not valid TOML.
     """
     try:
         with path.open("rb") as file:

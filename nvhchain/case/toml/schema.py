@@ -51,13 +51,7 @@ def case_schema() -> dict[str, Any]:
 
 
 def schema_text() -> str:
-    """Return the schema as the text of a file.
-
-    Returns
-    -------
-    str
-        JSON.
-    """
+    """Return the schema as the text of a file."""
     return json.dumps(case_schema(), indent=1, ensure_ascii=False) + "\n"
 
 

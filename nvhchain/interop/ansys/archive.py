@@ -16,19 +16,7 @@ _TAGS = re.compile(r"R\d+\.\d+$")
 
 @dataclass
 class Command:
-    """Command of an archive.
-
-    Parameters
-    ----------
-    name : str
-        Name in capitals.
-    fields : list of str
-        Fields without the tag of the release.
-    rows : list of str
-        Lines of numbers that follow.
-    line : int
-        Its line in the file.
-    """
+    """Command in capitals, its fields without the tag of the release, and the lines of numbers that follow."""
 
     name: str
     fields: list[str]

@@ -43,24 +43,7 @@ _UNITS = {"SI": "m-kg-s", "MKS": "m-kg-s", "MPA": "mm-t-s", "BIN": "in-lbf-s"}
 def read_cdb(path: str | Path, *, units: str) -> SolidModel:
     """Read an archive of Ansys MAPDL.
 
-    Parameters
-    ----------
-    path : str or Path
-        Archive, written by CDWRITE in the blocked form.
-    units : str
-        Units of the file, a key of `UNIT_SYSTEMS`.
-
-    Returns
-    -------
-    SolidModel
-        Model in SI units.
-
-    Raises
-    ------
-    FileFormatError
-        For a damaged file.
-    InputError
-        For elements and commands that cannot be imported.
+    Raises FileFormatError for a damaged file, InputError for elements and commands that cannot be imported.
     """
     path, system = Path(path), unit_system(units)
     found = commands(path)

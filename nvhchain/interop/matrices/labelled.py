@@ -20,14 +20,8 @@ MOST_UNKNOWNS = 20_000
 class LabelledMatrix:
     """Matrix of a file.
 
-    Parameters
-    ----------
-    name : str
-        Name in the file.
-    rows, columns : tuple of Unknown, optional
-        Motions; None where the file does not name them.
-    values : (n, m) array
-        Entries, real or complex.
+    rows, columns : motions; None where the file does not name them.
+    values : (n, m) entries, real or complex.
     """
 
     name: str

@@ -53,28 +53,10 @@ def read_nastran_hdf5(
 ) -> ModalModel:
     """Read normal modes of an HDF5 file of MSC Nastran.
 
-    Parameters
-    ----------
-    path : str or Path
-        HDF5 file.
-    units : str
-        Units of the file, a key of `UNIT_SYSTEMS`.
-    mass_normalized : bool
-        True for shapes with modal mass 1, whatever the summary states.
-    deck : str or Path, optional
-        Deck with nodes and elements; by default those in the file.
+    deck : deck with nodes and elements; by default those in the file.
 
-    Returns
-    -------
-    ModalModel
-        Modes in SI units.
-
-    Raises
-    ------
-    FileFormatError
-        For a damaged file.
-    InputError
-        For a file without modes, with modes of several subcases, or without its model.
+    Raises FileFormatError for a damaged file, InputError for a file without modes, with modes of several subcases,
+    or without its model.
     """
     path, system = Path(path), unit_system(units)
     found = read_apart(_READER, path, *_TABLES, kind="HDF5")

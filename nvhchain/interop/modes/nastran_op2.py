@@ -32,28 +32,8 @@ _NODE_WORDS = 8
 def read_op2(path: str | Path, *, units: str, deck: str | Path | None, mass_normalized: bool = False) -> ModalModel:
     """Read normal modes of an OP2 file.
 
-    Parameters
-    ----------
-    path : str or Path
-        OP2 file, of 32 or 64 bits.
-    units : str
-        Units of the file, a key of `UNIT_SYSTEMS`.
-    deck : str or Path
-        Deck with nodes and elements.
-    mass_normalized : bool
-        True for shapes with modal mass 1, whatever the file states.
-
-    Returns
-    -------
-    ModalModel
-        Modes in SI units.
-
-    Raises
-    ------
-    FileFormatError
-        For a damaged file.
-    InputError
-        For a file without real normal modes, or without a deck; without the extra `nastran`.
+    Raises FileFormatError for a damaged file, InputError for a file without real normal modes, or without a deck;
+    without the extra `nastran`.
     """
     path, system = Path(path), unit_system(units)
     require(

@@ -22,28 +22,8 @@ _WIDTH = 18
 def read_punch(path: str | Path, *, units: str, deck: str | Path | None, mass_normalized: bool = False) -> ModalModel:
     """Read normal modes of a punch file.
 
-    Parameters
-    ----------
-    path : str or Path
-        Punch file.
-    units : str
-        Units of the file, a key of `UNIT_SYSTEMS`.
-    deck : str or Path
-        Deck with nodes and elements.
-    mass_normalized : bool
-        True for shapes with modal mass 1, which a punch file does not state.
-
-    Returns
-    -------
-    ModalModel
-        Modes in SI units.
-
-    Raises
-    ------
-    FileFormatError
-        For a damaged file.
-    InputError
-        For a file without modes, for modes of several subcases, without a deck or the modal mass.
+    Raises FileFormatError for a damaged file, InputError for a file without modes, for modes of several subcases,
+    without a deck or the modal mass.
     """
     path, system = Path(path), unit_system(units)
     require(

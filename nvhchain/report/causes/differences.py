@@ -29,16 +29,10 @@ OTHERS = "all others"
 class LineDifference:
     """Lines of two designs side by side at one field point.
 
-    Parameters
-    ----------
-    order : (n,) array
-        Order of the input, or frequency (Hz) of a source that does not turn.
-    frequency : (n, 2) array
-        Frequency of the line in both designs (Hz); NaN where a design has no such line.
-    pressure : (n, 2) complex array
-        A-weighted pressure in both designs (Pa, peak).
-    part : (n,) array
-        Part of each line in the difference of the overall levels (dB).
+    order : (n,) order of the input, or frequency (Hz) of a source that does not turn.
+    frequency : (n, 2) frequency of the line in both designs (Hz); NaN where a design has no such line.
+    pressure : (n, 2) A-weighted pressure in both designs (Pa, peak).
+    part : (n,) part of each line in the difference of the overall levels (dB).
     """
 
     order: FloatArray
@@ -50,18 +44,6 @@ class LineDifference:
 def line_differences(first: FieldPressure, second: FieldPressure) -> LineDifference:
     """Return the part of every line in the difference of two overall A-weighted levels.
 
-    Parameters
-    ----------
-    first, second : FieldPressure
-        Sound of both designs; the first field point counts.
-
-    Returns
-    -------
-    LineDifference
-        Lines by rising order.
-
-    Notes
-    -----
     With the energies E₁ = Σ e₁ and E₂ = Σ e₂, the part of a line is (e₂ − e₁)/M. M = (E₂ − E₁)/(L₂ − L₁) is the
     logarithmic mean times ln 10/10. The parts add up to L₂ − L₁, also where single lines oppose it.
     """
@@ -90,18 +72,10 @@ def _mean(energy: FloatArray) -> float:
 
 
 def causes(first: Result, second: Result) -> list[dict[str, Any]]:
-    """Return the lines that make most of the difference of two designs, each by modes and paths.
+    """Return the lines that make most of the difference of two designs, each by modes and paths, for summary.json.
 
-    Parameters
-    ----------
-    first, second : Result
-        Results at constant speed.
-
-    Returns
-    -------
-    list of dict
-        Lines for summary.json, the largest part first; empty for run-ups and silent designs. `part_db` of all lines
-        and of `all others` adds up to the difference; so does that of the modes, and of the paths, to their line.
+    Empty for run-ups and silent designs. `part_db` of all lines and of `all others` adds up to the difference; so does
+    that of the modes, and of the paths, to their line.
     """
     if first.pressure is None or second.pressure is None:
         return []
@@ -142,23 +116,10 @@ def run_up_causes(
 ) -> list[dict[str, Any]]:
     """Return the orders that make most of the difference of two run-ups.
 
-    Parameters
-    ----------
-    levels_dBA : (float, float)
-        Equivalent levels of the whole records.
-    maps : (Waterfall, Waterfall)
-        Waterfalls against order.
-    orders : sequence of float
-        Orders of the input that are followed.
-
-    Returns
-    -------
-    list of dict
-        Orders for summary.json, the largest part first, then all other sound. `part_db` adds up to the difference.
-
-    Notes
-    -----
     The energy of an order is its A-weighted mean over time; each window lasts ten turns.
+
+    levels_dBA : (float, float) equivalent levels of the whole records.
+    maps : (Waterfall, Waterfall) waterfalls against order.
     """
     total = REFERENCE_PRESSURE**2 * 10 ** (np.array(levels_dBA) / 10)
     energy = np.array([_order_energy(of, orders) for of in maps])
@@ -189,18 +150,9 @@ def _order_energy(of: Waterfall, orders: Sequence[float]) -> FloatArray:
 def split_difference(pressure: ComplexArray, parts: list[dict[str, complex]], scale: float) -> list[dict[str, Any]]:
     """Return the parts of a line's difference: modes or paths, and what they leave.
 
-    Parameters
-    ----------
-    pressure : (2,) complex array
-        Pressure of the line in both designs.
-    parts : list of dict
-        Part → its pressure, for both designs.
-    scale : float
-        Decibels per square of a pressure.
-
-    Notes
-    -----
     |p₂|² − |p₁|² = Σ Re((p₂ᵢ − p₁ᵢ)(p₂ + p₁)*), for any phases.
+
+    pressure : (2,) pressure of the line in both designs.
     """
     names = list(dict.fromkeys([*parts[0], *parts[1]]))
     if not names:

@@ -37,22 +37,12 @@ def stored_parts(
     operators: Sequence[Path],
     frequency: FloatArray,
 ) -> tuple[Contributions, Contributions] | None:
-    """Return the pressure by path and by mode at single lines.
+    """Return the pressure by path and by mode at single lines; None where no operators add up to the stored pressure.
 
-    Parameters
-    ----------
-    pressure, velocity, forces
-        Hand-offs of the run.
-    operators : sequence of Path
-        Files among which its housing and transfer vectors are.
-    frequency : (n,) array
-        Lines of the run (Hz), rising.
+    A path is a bearing and a direction: its force times its noise transfer function.
 
-    Returns
-    -------
-    tuple of Contributions or None
-        Paths (bearing and direction: force times noise transfer function) and modes. None where no operators add up to
-        the stored pressure.
+    operators : files among which housing and transfer vectors are.
+    frequency : (n,) lines of the run (Hz), rising.
     """
     surface = velocity.surface.content_hash
     try:
@@ -76,21 +66,9 @@ def line_parts(
     *,
     fidelity: AcousticsFidelity,
 ) -> tuple[Contributions, Contributions] | None:
-    """Return the pressure by path and by mode at single lines.
+    """Return the pressure by path and by mode at single lines; None where they do not add up to the pressure.
 
-    Parameters
-    ----------
-    pressure, forces, housing, vectors
-        Hand-offs of the run.
-    frequency : (n,) array
-        Lines of the run (Hz), rising.
-    fidelity : AcousticsFidelity
-        Knobs of the interpolation of transfer vectors.
-
-    Returns
-    -------
-    tuple of Contributions or None
-        Paths and modes; None where they do not add up to the pressure.
+    frequency : (n,) lines of the run (Hz), rising.
     """
     rows = [np.abs(of.frequency[:, None] - frequency).argmin(axis=0) for of in (pressure, forces)]
     lines = forces.frequency[rows[1]]

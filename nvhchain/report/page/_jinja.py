@@ -15,15 +15,7 @@ from nvhchain.names import printable
 
 
 def rendered(title: str, sections: Sequence[tuple[str, str, Sequence[Any]]]) -> str:
-    """Return the page.
-
-    Parameters
-    ----------
-    title : str
-        Title of the browser's tab.
-    sections : sequence of (str, str, sequence)
-        Name, title and blocks of every section.
-    """
+    """Return the page."""
     environment = Environment(
         loader=PackageLoader("nvhchain.report.page"),
         autoescape=True,

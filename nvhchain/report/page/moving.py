@@ -23,19 +23,10 @@ VIEWS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (0.75, -0.6) for z in 
 
 @dataclass(frozen=True)
 class Colours:
-    """Colours of the faces.
+    """Colours of the faces by kind.
 
-    Parameters
-    ----------
-    title : str
-        Quantity.
-    unit : str
-        Unit at the scale.
-    kind : str
-        `level`: dB of the motion re `reference`; `size`: motion relative to the largest; `signed`: values of the body
-        with this title.
-    reference : float
-        Reference of a level (RMS).
+    `level`: dB of the motion re `reference` (RMS); `size`: motion relative to the largest; `signed`: values of the body
+    with this title.
     """
 
     title: str
@@ -48,16 +39,8 @@ class Colours:
 class MovingBody:
     """Body with its motion at every line or mode.
 
-    Parameters
-    ----------
-    name : str
-        Name of the configuration.
-    surface : Surface
-        Surface.
-    motion : (n_line, n_face) or (n_line, n_vertex, 3) complex array
-        Outward normal motion of the faces, or motion of the vertices.
-    values : mapping of str to (n_line, n_face) array
-        Title of `signed` colours → values of the faces.
+    motion : (n_line, n_face) outward normal motion of the faces, or (n_line, n_vertex, 3) of the vertices.
+    values : title of `signed` colours → values of the faces (n_line, n_face).
     """
 
     name: str
@@ -77,23 +60,6 @@ def moving_bodies(
 ) -> Figure:
     """Return a figure with bodies side by side, which turn together and move in phase.
 
-    Parameters
-    ----------
-    bodies : sequence of MovingBody
-        Bodies; all have the same lines.
-    lines : sequence of str
-        Text of every line.
-    colours : sequence of Colours
-        Colours to choose from.
-    caption : str
-        Caption.
-    chosen : int
-        Line at the begin. It also decides the side that is seen first.
-    what : str
-        Word for a line.
-
-    Notes
-    -----
     Motions on one surface share orthogonal shapes of 16 bits; `TRUNCATION` bounds the error at every line.
     """
     surfaces = list({body.surface.content_hash: body.surface for body in bodies}.values())

@@ -34,14 +34,7 @@ _LONGEST_NAME = 28
 class PageTable:
     """Table of a page, or the curves of a figure.
 
-    Parameters
-    ----------
-    name : str
-        Name, also of the file or sheet.
-    caption : str
-        Caption.
-    rows : sequence of sequence
-        Titles, then cells: numbers, texts or None.
+    rows : titles, then cells: numbers, texts or None.
     """
 
     name: str
@@ -52,20 +45,7 @@ class PageTable:
 def page_tables(folder: str | Path) -> list[PageTable]:
     """Return all tables and curves of the page of a run or comparison.
 
-    Parameters
-    ----------
-    folder : str or Path
-        Folder of `run` or `compare`.
-
-    Returns
-    -------
-    list of PageTable
-        Tables in the order of the page.
-
-    Raises
-    ------
-    InputError
-        If the folder holds no results, or unreadable ones.
+    Raises InputError if the folder holds no results, or unreadable ones.
     """
     stored = stored_results(Path(folder))
     found: list[PageTable] = []
@@ -81,22 +61,9 @@ def page_tables(folder: str | Path) -> list[PageTable]:
 def write_tables(folder: str | Path, out: str | Path | None = None) -> list[Path]:
     """Write all tables and curves of the page of a run or comparison.
 
-    Parameters
-    ----------
-    folder : str or Path
-        Folder of `run` or `compare`.
-    out : str or Path, optional
-        Excel workbook (.xlsx), or folder of CSV files; by default `tables` in the folder.
+    out : Excel workbook (.xlsx), or folder of CSV files; by default `tables` in the folder.
 
-    Returns
-    -------
-    list of Path
-        Written files.
-
-    Raises
-    ------
-    InputError
-        If the folder holds no results, or XlsxWriter is not installed for a workbook.
+    Raises InputError if the folder holds no results, or XlsxWriter is not installed for a workbook.
     """
     place = Path(folder) / FOLDER if out is None else Path(out)
     if place.suffix.lower() == ".xlsx":

@@ -41,25 +41,10 @@ _LOUDEST = 1.0
 def add_hearing(folder: str | Path) -> list[str]:
     """Compute quantities of hearing at the first microphone, and write them to summary.json.
 
-    Parameters
-    ----------
-    folder : str or Path
-        Folder of a finished `run` or `compare`.
-
-    Returns
-    -------
-    list of str
-        Lines for people.
-
-    Raises
-    ------
-    InputError
-        If MoSQITo is not installed, the run is not finished or it has no sound pressure.
-
-    Notes
-    -----
     The limits of the loudness are those of the sound with all lines louder or quieter by the limits of the overall
     level. For a run-up they follow from its loudest second.
+
+    Raises InputError if MoSQITo is not installed, the run is not finished or it has no sound pressure.
     """
     stored = stored_results(Path(folder))
     require(stored.finished, f"{folder} is not finished: run it to its end first")

@@ -33,21 +33,7 @@ _ELEVATIONS, _AZIMUTHS = 37, 72
 
 @dataclass(frozen=True, eq=False)
 class RunWaves:
-    """Waves of a finished run.
-
-    Parameters
-    ----------
-    run : StoredRun
-        Run.
-    resistance : RadiationResistance
-        Waves of its housing.
-    housing : ReducedHousing
-        Its housing.
-    forces : ForceSpectrum
-        Its bearing forces.
-    fidelity : Fidelity
-        Its preset.
-    """
+    """Waves of a finished run."""
 
     run: StoredRun
     resistance: RadiationResistance
@@ -102,28 +88,10 @@ def add_microphones(
 ) -> list[str]:
     """Add field points to a finished run or comparison, and write microphones.h5 and microphones.csv.
 
-    Parameters
-    ----------
-    folder : str or Path
-        Folder of `run` or `compare`, whose cases ask for `sound_power` by boundary elements.
-    points : (n_point, 3) array, optional
-        Field points (m).
-    standard : str, optional
-        `ISO 3744` or `ISO 3745`: positions of an array.
-    balloon : bool
-        Write balloon.h5 and balloon.csv, levels in all directions.
-    radius : float, optional
-        Radius (m) of array and balloon; by default twice the source's dimension, for a balloon at least 1 m.
+    points : field points (m).
+    radius : radius (m) of array and balloon; by default twice the source's dimension, for a balloon at least 1 m.
 
-    Returns
-    -------
-    list of str
-        Lines for people: levels of every field point, sound power of an array, and the files.
-
-    Raises
-    ------
-    InputError
-        If there are no waves, or a point lies inside the enclosing sphere.
+    Raises InputError if there are no waves, or a point lies inside the enclosing sphere.
     """
     require(points is not None or standard is not None or balloon, "no microphones are named: give points or an array")
     require(radius is None or 0 < radius < np.inf, f"radius = {radius} m of the array must be positive and finite")
@@ -143,13 +111,7 @@ def add_microphones(
 
 
 def add_balloons(folder: str | Path) -> None:
-    """Write the balloon of every run in a folder that holds the waves of its sound power.
-
-    Parameters
-    ----------
-    folder : str or Path
-        Folder of `run` or `compare`.
-    """
+    """Write the balloon of every run in a folder that holds the waves of its sound power."""
     for run in stored_results(Path(folder)).runs:
         try:
             waves = run_waves(run)

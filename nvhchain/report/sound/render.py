@@ -38,34 +38,13 @@ def render_sounds(
 ) -> list[tuple[Path, Sound]]:
     """Write the sound of every configuration in a folder, in pascals.
 
-    Parameters
-    ----------
-    folder : str or Path
-        Folder of `run` or `compare`.
-    point : str, optional
-        Name of the microphone; by default the first one.
-    only : sequence of float
-        Orders of the input to keep; by default all.
-    without : sequence of float
-        Orders of the input to leave out.
-    background : str or Path, optional
-        WAV file to add, of any sampling rate; `case` stands for the background of the case.
-    full_scale : float
-        Pressure (Pa) of a sample of 1.0 of the background.
-    seconds : float
-        Shortest duration (s) of a steady sound.
-    universal : bool
-        Write the signals of all microphones as a universal file (dataset 58), too.
+    point : name of the microphone; by default the first one.
+    only : orders of the input to keep; by default all.
+    full_scale : pressure (Pa) of a sample of 1.0 of the background.
+    seconds : shortest duration (s) of a steady sound.
 
-    Returns
-    -------
-    list of (Path, Sound)
-        Written WAV files.
-
-    Raises
-    ------
-    InputError
-        If there is no pressure, the microphone or an order is unknown, or the background cannot be read.
+    Raises InputError if there is no pressure, the microphone or an order is unknown, or the background cannot be
+    read.
     """
     require(not (only and without), "orders are both kept and left out: give one of them")
     stored = stored_results(Path(folder))

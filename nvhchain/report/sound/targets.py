@@ -19,16 +19,10 @@ from nvhchain.error_band.band import SILENT_LEVEL
 class _Judged:
     """Level with its limits at one place of a target.
 
-    Parameters
-    ----------
-    axis : float
-        Speed (rad/s) or frequency (Hz); 0 for an overall level.
-    level : float
-        Level (dB).
-    limits : (float, float)
-        Confidence limits (dB); −inf where there is no lower one.
-    target : float
-        Largest level (dB).
+    axis : speed (rad/s) or frequency (Hz); 0 for an overall level.
+    level : level (dB).
+    limits : (float, float) confidence limits (dB); −inf where there is no lower one.
+    target : largest level (dB).
     """
 
     axis: float
@@ -43,24 +37,12 @@ class _Judged:
 
 
 def judge(result: Result, states: Mapping[str, Any] | None = None) -> list[dict[str, Any]]:
-    """Judge the targets of a case by its results.
+    """Return the entry of summary.json for every target; `passed` is None where nothing was judged.
 
-    Parameters
-    ----------
-    result : Result
-        Result of a run.
-    states : mapping, optional
-        Its levels at further speeds (`steady_maps`), which a curve over speed judges as well.
+    states : levels at further speeds (`steady_maps`), which a curve over speed judges as well.
 
-    Returns
-    -------
-    list of dict
-        Entry of summary.json for every target, in the order of the case. `passed` is None where nothing was judged.
-
-    Notes
-    -----
-    The confidence of several speeds or frequencies is the least of them: errors of one step move all levels alike. If
-    they were independent of each other it would be lower, at least `confidence_bound` = 1 − Σ(1 − p).
+    The confidence of several speeds or frequencies is the least of them: errors of one step move all levels alike.
+    If they were independent of each other it would be lower, at least `confidence_bound` = 1 − Σ(1 − p).
 
     Levels at further speeds have no limits of their own. They are judged with the distances to the limits that the
     level at the run's own speed has; `limits_of_own_speed` is then true.

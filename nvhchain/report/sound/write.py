@@ -29,20 +29,7 @@ def result_sound(result: Result, *, point: int = 0) -> Sound | None:
 
 
 def write_sounds(results: Mapping[str, Result], out: Path) -> dict[str, dict[str, Any]]:
-    """Write sound-NAME.wav of every result at the first field point, in pascals, and the background of the cases.
-
-    Parameters
-    ----------
-    results : mapping of str to Result
-        Configuration → its result.
-    out : Path
-        Folder of the files.
-
-    Returns
-    -------
-    dict
-        Configuration → its entry `sound` in summary.json: file, scale, rate, duration, root mean square and level.
-    """
+    """Write sound-NAME.wav of every result at the first field point, in pascals, and the background of the cases."""
     found = {}
     for name, result in results.items():
         sound = result_sound(result)

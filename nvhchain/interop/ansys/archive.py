@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from nvhchain.errors import FileFormatError
+from nvhchain.interop.notation._texts import text_lines
 
 _NUMBERS = re.compile(r"\s*[-+.\d]")
 _GROUP = re.compile(r"(\d{1,2})([iefg])(\d{1,2})", re.IGNORECASE)
@@ -48,12 +48,8 @@ class Command:
 
 def commands(path: Path) -> list[Command]:
     """Return the commands of an archive; FileFormatError for a file that cannot be read."""
-    try:
-        lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
-    except OSError as error:
-        raise FileFormatError(f"{path}: cannot be read: {error.strerror}") from None
     found: list[Command] = []
-    for number, raw in enumerate(lines, start=1):
+    for number, raw in enumerate(text_lines(path), start=1):
         line = raw.split("!", 1)[0].rstrip()
         if not line:
             continue

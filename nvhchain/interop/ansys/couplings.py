@@ -12,7 +12,7 @@ from nvhchain.handoff import FloatArray
 from nvhchain.interop.ansys.archive import Command
 from nvhchain.interop.ansys.database import Database, Element
 from nvhchain.interop.solids._model_parts import Rigid
-from nvhchain.interop.solids._structure_parts import face_shares, padded
+from nvhchain.interop.solids._structure_parts import face_shares, node_weights, padded
 from nvhchain.interop.solids.nastran_frames import basic_component
 
 _FREEDOMS = ("UX", "UY", "UZ", "ROTX", "ROTY", "ROTZ")
@@ -196,16 +196,9 @@ def _contacts(base: Database) -> None:
             if held:
                 idle[f"nodes of bonded contact {number} that are held"] += len(held)
             tied.append((set(nodes), there))
-            base.parts.structure.ties.append(
-                (
-                    f"contact {number}",
-                    [n for n in nodes if n not in held],
-                    [padded(face) for face in others],
-                    None,
-                    True,
-                    True,
-                )
-            )
+            free = [n for n in nodes if n not in held]
+            faces_of_tie = [padded(face) for face in others]
+            base.parts.structure.ties.append((f"contact {number}", free, faces_of_tie, None, True, True))
     base.parts.notes += [f"{what}: {count} left out" for what, count in idle.items()]
 
 
@@ -230,6 +223,5 @@ def _remote_point(
         return
     require(option == 1, f"{where}: KEYOPT(4) = {option} of the contact is not read: use 1 (deformable) or 2 (rigid)")
     shares = face_shares([face for face in faces if len(face) > 2], base.parts.nodes)
-    weights = np.zeros((len(nodes), 6))
-    weights[:, :3] = np.array([shares.get(n, 0.0) if shares else 1.0 for n in nodes])[:, None]
-    base.parts.structure.averages.append((f"contact {number}", pilot, np.ones(6, dtype=bool), nodes, weights))
+    mean = (f"contact {number}", pilot, np.ones(6, dtype=bool), nodes, node_weights(nodes, shares))
+    base.parts.structure.averages.append(mean)

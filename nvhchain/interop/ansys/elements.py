@@ -98,11 +98,7 @@ def _shell(base: Database, element: Element) -> None:
     if group not in base.parts.structure.shell_sections:
         law = base.material(material, f"SHELL{number} {element.label}")
         base.parts.structure.shell_sections[group] = ShellSection(law, thickness, offset=offset)
-    own = base.parts.structure.shells[group]
-    own.labels.append(element.label)
-    own.nodes.append([*corners, *middles])
-    own.thickness.append(None)
-    own.offset.append(None)
+    base.parts.structure.shells[group].add(element.label, [*corners, *middles])
 
 
 def _beam(base: Database, element: Element) -> None:
@@ -126,13 +122,8 @@ def _beam(base: Database, element: Element) -> None:
         law = _beam_section(base, element, where)
         material = base.material(element.material, where.split(": ")[-1])
         base.parts.structure.beam_sections[group] = material, law
-    own = base.parts.structure.beams[group]
     for ends in ((nodes[0], nodes[1]),) if count == 2 else ((nodes[0], nodes[2]), (nodes[2], nodes[1])):
-        own.labels.append(element.label)
-        own.nodes.append(ends)
-        own.direction.append(L * direction)
-        own.arms.append(np.zeros((2, 3)))
-        own.released.append(np.zeros(12, dtype=bool))
+        base.parts.structure.beams[group].add(element.label, ends, L * direction)
 
 
 def _beam_section(base: Database, element: Element, where: str) -> BeamSection:

@@ -6,11 +6,12 @@ import re
 from collections import Counter
 from pathlib import Path
 
-from nvhchain.errors import FileFormatError, InputError, require
+from nvhchain.errors import InputError, require
 from nvhchain.fem.solid_model import SolidModel
 from nvhchain.interop.ansys import couplings, elements
 from nvhchain.interop.ansys.archive import Command, commands
 from nvhchain.interop.ansys.database import TABLES, Database, read_tables
+from nvhchain.interop.notation._texts import damaged, named
 from nvhchain.interop.notation.units import UnitSystem, unit_system
 from nvhchain.interop.solids._model_parts import Parts
 
@@ -48,7 +49,7 @@ def read_cdb(path: str | Path, *, units: str) -> SolidModel:
     path, system = Path(path), unit_system(units)
     found = commands(path)
     base = Database(Parts(str(path)), system)
-    try:
+    with damaged(path, lambda error: f"no archive of Ansys: {named(error)}"):
         _check_commands(base, found)
         read_tables(base, found)
         require(
@@ -58,10 +59,6 @@ def read_cdb(path: str | Path, *, units: str) -> SolidModel:
         _check_elements(base)
         elements.read_elements(base)
         couplings.read_couplings(base, found)
-    except (ValueError, IndexError, KeyError, OverflowError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise FileFormatError(f"{path}: no archive of Ansys: {type(error).__name__} {error}") from None
     return base.parts.model(system.length)
 
 

@@ -22,6 +22,7 @@ from nvhchain.files.atomic_write import content_of, write_output
 from nvhchain.handoff import BearingForces, FloatArray
 from nvhchain.interop.forces.channels import Record
 from nvhchain.interop.forces.force_channels import MESH_QUANTITIES, mesh_quantities
+from nvhchain.interop.notation._texts import first_line
 
 AXES = "xyz"
 
@@ -48,7 +49,7 @@ def read_mat(path: Path) -> Record:
     try:
         content = loadmat(path)
     except Exception as error:  # damaged files raise many kinds of errors
-        raise FileFormatError(f"{path}: not a MAT file: {_reason(error)}") from None
+        raise FileFormatError(f"{path}: not a MAT file: {first_line(error)}") from None
     arrays = _flat({name: value for name, value in content.items() if not name.startswith("__")})
     texts = {n: _text(v) for n, v in arrays.items() if np.asarray(v).dtype.kind in "UO"}
     texts |= {n: STRING for n, v in arrays.items() if isinstance(v, MatlabOpaque)}
@@ -100,7 +101,7 @@ def read_hdf5(path: Path) -> Record:
         with h5py.File(path, "r") as file:
             file.visititems(visit)
     except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
-        raise FileFormatError(f"{path}: damaged, truncated or not HDF5: {_reason(error)}") from None
+        raise FileFormatError(f"{path}: damaged, truncated or not HDF5: {first_line(error)}") from None
     return _record(path, arrays, _stated(texts, "/") | stated)
 
 
@@ -219,7 +220,3 @@ def write_hdf5(forces: BearingForces, path: Path) -> Path:
             file.create_dataset("names", data=np.array(forces.names, dtype=h5py.string_dtype()))
 
     return write_output(path, content_of(write))
-
-
-def _reason(error: BaseException) -> str:
-    return str(error).splitlines()[0] if str(error) else type(error).__name__

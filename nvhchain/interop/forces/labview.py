@@ -6,10 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from nvhchain.errors import FileFormatError, InputError, require
+from nvhchain.errors import FileFormatError, require
 from nvhchain.handoff import FloatArray
 from nvhchain.interop.forces.channels import Record
 from nvhchain.interop.forces.text_tables import encoding_of
+from nvhchain.interop.notation._texts import damaged
 
 _END = "***End_of_Header***"
 
@@ -29,12 +30,9 @@ def read_lvm(path: Path) -> Record:
     ends = [i for i, line in enumerate(lines) if line.startswith(_END)]
     require(len(ends) >= 2, f"{path}: has {len(ends)} headers ({_END}), a file and a segment one are needed")
     require(len(ends) == 2, f"{path}: has {len(ends) - 1} segments: export one, or each to a file of its own")
-    try:
-        return _segment(path, lines, ends, separator)
-    except (ValueError, IndexError, KeyError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise FileFormatError(f"{path}: damaged LabVIEW measurement: {error}") from None
+    with damaged(path, lambda error: f"damaged LabVIEW measurement: {error}"):
+        record = _segment(path, lines, ends, separator)
+    return record
 
 
 def _fields(lines: list[str], separator: str) -> dict[str, list[str]]:

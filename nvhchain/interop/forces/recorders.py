@@ -13,6 +13,7 @@ from nvhchain.errors import FileFormatError
 from nvhchain.handoff import FloatArray
 from nvhchain.interop.forces.channels import Record
 from nvhchain.interop.notation._apart import read_apart
+from nvhchain.interop.notation._texts import first_line
 from nvhchain.runtime.extras import check_installed
 
 Signal = tuple[str, str, FloatArray, FloatArray | None, str]
@@ -41,8 +42,7 @@ def read_tdms(path: Path) -> Record:
                     unit = str(channel.properties.get("unit_string", ""))
                     signals.append((group.name, channel.name, values.astype(float), time, unit))
     except Exception as error:  # the reader raises what it meets in a damaged file
-        said = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise FileFormatError(f"{path}: damaged, truncated or no TDMS file: {said}") from None
+        raise FileFormatError(f"{path}: damaged, truncated or no TDMS file: {first_line(error)}") from None
     return _record(path, signals)
 
 

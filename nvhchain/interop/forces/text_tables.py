@@ -13,6 +13,7 @@ import numpy as np
 from nvhchain.errors import FileFormatError
 from nvhchain.interop.forces.channel_units import unit_called
 from nvhchain.interop.forces.channels import Record
+from nvhchain.interop.notation._texts import first_line
 
 _SAMPLE = 1 << 20
 """Bytes from which the encoding is judged."""
@@ -107,10 +108,9 @@ def read_text_table(path: Path) -> Record:
         if table.shape[1] != len(names):
             raise ValueError(f"{len(names)} names, but {table.shape[1]} columns")
     except (OSError, ValueError, csv.Error) as error:
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise FileFormatError(
             f"{path}: not a table of numbers, with commas, semicolons or tabs between them, under a line of names: "
-            f"{reason}"
+            f"{first_line(error)}"
         ) from None
     return record_of(path, names, stated, table)
 

@@ -64,7 +64,7 @@ def read_uff(path: Path) -> Record:
     try:
         file = pyuff.UFF(str(path))
         types = [int(kind) for kind in file.get_set_types()]
-        sets = [_block(file.read_sets(i)) for i, kind in enumerate(types) if kind in (58, 164)]
+        sets = [dict(file.read_sets(i)) for i, kind in enumerate(types) if kind in (58, 164)]
     except Exception as error:  # pyuff raises bare Exception
         raise FileFormatError(f"{path}: not a universal file: {str(error).splitlines()[0]}") from None
     codes = dict.fromkeys(int(s["units_code"]) for s in sets if s["type"] == 164)
@@ -204,7 +204,3 @@ def _obstacle(function: dict[str, Any], name: str) -> str:
     allowed = {DISPLACEMENT, *SPEED_TYPES, *FORCE_TYPES} if name.endswith(":scalar") else FORCE_TYPES
     kind = int(function["ordinate_spec_data_type"])
     return "" if kind in allowed else f"holds no force (ordinate type {kind} of dataset 58)"
-
-
-def _block(found: Any) -> dict[str, Any]:
-    return dict(found)

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from nvhchain.errors import FileFormatError, InputError, require
+from nvhchain.errors import FileFormatError, require
 from nvhchain.interop.matrices.labelled import LabelledMatrix, Unknown, check_size
+from nvhchain.interop.notation._texts import damaged, text_lines
 from nvhchain.interop.solids.abaqus_keywords import real
 
 
@@ -17,17 +18,11 @@ def read_abaqus_matrices(path: Path) -> dict[str, LabelledMatrix]:
 
     Raises FileFormatError for a damaged file.
     """
-    try:
-        lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
-    except OSError as error:
-        raise FileFormatError(f"{path}: cannot be read: {error.strerror}") from None
-    try:
-        element = any(line.lstrip().upper().startswith("*USER ELEMENT") for line in lines)
-        return _user_element(path, lines) if element else _coordinates(path, lines)
-    except (ValueError, IndexError, KeyError, OverflowError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise FileFormatError(f"{path}: not a text matrix of Abaqus: {error}") from None
+    lines = text_lines(path)
+    element = any(line.lstrip().upper().startswith("*USER ELEMENT") for line in lines)
+    with damaged(path, lambda error: f"not a text matrix of Abaqus: {error}"):
+        found = (_user_element if element else _coordinates)(path, lines)
+    return found
 
 
 def _cells(line: str) -> list[str]:

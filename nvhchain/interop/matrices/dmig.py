@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from nvhchain.errors import FileFormatError, InputError, require
+from nvhchain.errors import FileFormatError, require
 from nvhchain.interop.matrices.labelled import LabelledMatrix, Unknown, check_size
+from nvhchain.interop.notation._texts import damaged
 from nvhchain.interop.solids.nastran_cards import cards, real, split_deck
 
 _SQUARE, _SYMMETRIC, _BY_COLUMN = (1, 2), 6, 9
@@ -25,7 +26,7 @@ def read_dmig(path: Path) -> dict[str, LabelledMatrix]:
     """
     heads: dict[str, tuple[int, bool, bool, int]] = {}
     entries: dict[str, list[Entry]] = {}
-    try:
+    with damaged(path, lambda error: f"damaged DMIG: {error}"):
         for card in cards(split_deck(path)[1]):
             if card[0] != "DMIG":
                 continue
@@ -40,10 +41,6 @@ def read_dmig(path: Path) -> dict[str, LabelledMatrix]:
             if name not in heads:
                 raise FileFormatError(f"{path}: DMIG {name} has entries before its header")
             entries[name] += _column(card, *heads[name][:3])
-    except (ValueError, IndexError, OverflowError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise FileFormatError(f"{path}: damaged DMIG: {error}") from None
     require(bool(heads), f"{path}: holds no DMIG")
     return {name: _matrix(path, name, heads[name], entries[name]) for name in heads}
 

@@ -8,9 +8,10 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from nvhchain.errors import FileFormatError, InputError, require
+from nvhchain.errors import require
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.files.atomic_write import content_of, write_output
+from nvhchain.interop.notation._texts import damaged
 
 UNITS = {"nodes": "m", "labels": "1", "triangles": "1", "frequency": "Hz", "damping": "1", "shapes": "kg-1/2"}
 """Dataset → its unit.
@@ -19,6 +20,7 @@ Shapes (n_mode, n_node, 3) are mass-normalised. Triangles count nodes from 0: (k
 mid-edge nodes after them, −1 for all three of a triangle without.
 """
 
+_FAILURES = (OSError, RuntimeError, TypeError, AttributeError)
 _TYPES = {name: np.int64 if name in ("labels", "triangles") else float for name in UNITS}
 
 
@@ -48,22 +50,20 @@ def read_modal_hdf5(path: str | Path) -> ModalModel:
     an optional group `groups` are node groups by name, which count nodes from 0.
     """
     path = Path(path)
-    try:
-        with h5py.File(path, "r") as file:
-            missing = sorted(set(UNITS) - set(file))
-            require(not missing, f"{path}: no dataset {', '.join(missing)}: {', '.join(UNITS)} are needed")
-            for name, unit in UNITS.items():
-                stated = file[name].attrs.get("units", unit)
-                stated = stated.decode() if isinstance(stated, bytes) else stated  # as MATLAB writes it
-                require(stated == unit, f"{path}: {name} is in {stated!r}, not {unit!r}: convert it")
-            arrays = {name: np.array(file[name][()], dtype=kind) for name, kind in _TYPES.items()}
-            of_all = file["triangles"].attrs.get("two_sided", False)
-            two_sided = file["two_sided"][()] if "two_sided" in file else of_all
-            groups = {name: np.array(file["groups"][name][()], dtype=np.int64) for name in file.get("groups", ())}
-    except (OSError, RuntimeError, KeyError, TypeError, ValueError, AttributeError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise FileFormatError(f"{path}: damaged, truncated or not HDF5 of this layout: {error}") from None
+    with (
+        damaged(path, lambda error: f"damaged, truncated or not HDF5 of this layout: {error}", *_FAILURES),
+        h5py.File(path, "r") as file,
+    ):
+        missing = sorted(set(UNITS) - set(file))
+        require(not missing, f"{path}: no dataset {', '.join(missing)}: {', '.join(UNITS)} are needed")
+        for name, unit in UNITS.items():
+            stated = file[name].attrs.get("units", unit)
+            stated = stated.decode() if isinstance(stated, bytes) else stated  # as MATLAB writes it
+            require(stated == unit, f"{path}: {name} is in {stated!r}, not {unit!r}: convert it")
+        arrays = {name: np.array(file[name][()], dtype=kind) for name, kind in _TYPES.items()}
+        of_all = file["triangles"].attrs.get("two_sided", False)
+        two_sided = file["two_sided"][()] if "two_sided" in file else of_all
+        groups = {name: np.array(file["groups"][name][()], dtype=np.int64) for name in file.get("groups", ())}
     by_mode = ("frequency", "damping", "shapes")
     counts = {name: arrays[name].shape[:1] for name in by_mode}
     require(

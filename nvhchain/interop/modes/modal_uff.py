@@ -19,6 +19,7 @@ from nvhchain.handoff import FloatArray, IntArray
 from nvhchain.interop.modes.assembled import Geometry, Mode, modal_model
 from nvhchain.interop.modes.uff_frames import axes_of, frames_of
 from nvhchain.interop.modes.uff_skin import select_rows
+from nvhchain.interop.notation._texts import damaged
 from nvhchain.interop.notation.units import UnitSystem, unit_system
 
 _NUMBER = re.compile(r"[+-]?(?:\d+\.\d*[+-]\d{3}(?![\d.])|(?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?)")
@@ -76,7 +77,7 @@ def read_modal_uff(path: str | Path, *, units: str | None = None, mass_normalize
     systems: dict[int, int] = {}
     frames: dict[int, FloatArray | None] = {}
     stated: UnitSystem | None = None
-    try:
+    with damaged(path, lambda error: f"not a universal file: {error}"):
         for kind, lines in _blocks(path):
             if kind == 164:
                 length, force = (1.0 / value for value in _floats(" ".join(lines[1:3]))[:2])
@@ -93,10 +94,6 @@ def read_modal_uff(path: str | Path, *, units: str | None = None, mass_normalize
                 groups.update(_groups(lines))
             elif kind in (55, 2414):
                 modes += _mode(kind, lines, others)
-    except (ValueError, IndexError, ArithmeticError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise FileFormatError(f"{path}: not a universal file: {error}") from None
     require(bool(nodes), f"{path}: no nodes (dataset 15 or 2411)")
     require(
         bool(modes),
@@ -117,12 +114,9 @@ def _agreed(stated: UnitSystem | None, requested: UnitSystem | None, path: Path)
     if stated is None:
         return requested or unit_system("m-kg-s")
     if requested is not None:
-        same = (
-            np.allclose([stated.length, stated.mass], [requested.length, requested.mass], rtol=1e-6)
-            and requested.time == 1.0
-        )
+        same = np.allclose([stated.length, stated.mass], [requested.length, requested.mass], rtol=1e-6)
         require(
-            bool(same),
+            bool(same) and requested.time == 1.0,
             f"{path}: dataset 164 states units of {stated.length:g} m and {stated.mass:g} kg, not those of "
             f"{requested.name}: leave units out",
         )

@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from nvhchain.conventions import Material
-from nvhchain.errors import FileFormatError, InputError
+from nvhchain.errors import InputError
 from nvhchain.interop.modes.assembled import Geometry
 from nvhchain.interop.modes.uff_skin import SHELLS, SOLIDS
+from nvhchain.interop.notation._texts import damaged, named
 from nvhchain.interop.notation.units import unit_system
 from nvhchain.interop.solids._model_parts import Parts
 from nvhchain.interop.solids.nastran import read_grids, read_solids
@@ -26,31 +27,25 @@ def deck_geometry(path: Path) -> Geometry:
 
     Raises FileFormatError for a damaged file.
     """
-    named: dict[str, list[list[str]]] = {}
-    try:
+    by_name: dict[str, list[list[str]]] = {}
+    with damaged(path, lambda error: f"not Nastran bulk data: {error}"):
         for card in cards(split_deck(path)[1]):
-            named.setdefault(card[0], []).append(card)
-    except (ValueError, IndexError) as error:
-        raise FileFormatError(f"{path}: not Nastran bulk data: {error}") from None
-    return card_geometry(named, str(path))
+            by_name.setdefault(card[0], []).append(card)
+    return card_geometry(by_name, str(path))
 
 
-def card_geometry(named: dict[str, list[list[str]]], source: str) -> Geometry:
+def card_geometry(by_name: dict[str, list[list[str]]], source: str) -> Geometry:
     """Return the geometry of cards by name; FileFormatError for damaged ones."""
     parts = Parts(source)
-    try:
-        frames = read_grids(named, parts)
-        read_solids(named, parts)
-        read_shells(Deck(named, parts, unit_system("m-kg-s"), frames, _no_material, 1.0))
+    with damaged(source, lambda error: f"not Nastran bulk data: {named(error)}"):
+        frames = read_grids(by_name, parts)
+        read_solids(by_name, parts)
+        read_shells(Deck(by_name, parts, unit_system("m-kg-s"), frames, _no_material, 1.0))
         axes = {
             label: frames[number].axes_at(np.array(parts.nodes[label]))
             for label, number in parts.rotated.items()
             if label in parts.nodes
         }
-    except (ValueError, IndexError, KeyError, OverflowError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise FileFormatError(f"{source}: not Nastran bulk data: {type(error).__name__} {error}") from None
     elements: list[tuple[int, list[int]]] = []
     for (kind, _), (_, rows) in parts.elements.items():
         _, corners, middles = SOLIDS[_SOLIDS[kind]]

@@ -9,11 +9,12 @@ from typing import Any
 import h5py
 import numpy as np
 
-from nvhchain.errors import FileFormatError, InputError, require
+from nvhchain.errors import require
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.interop.modes.assembled import Geometry, Mode, modal_model
 from nvhchain.interop.modes.nastran_geometry import card_geometry, deck_geometry
 from nvhchain.interop.notation._apart import read_apart
+from nvhchain.interop.notation._texts import damaged
 from nvhchain.interop.notation.units import unit_system
 
 _DOMAINS, _VECTORS = "NASTRAN/RESULT/DOMAINS", "NASTRAN/RESULT/NODAL/EIGENVECTOR"
@@ -60,13 +61,9 @@ def read_nastran_hdf5(
     """
     path, system = Path(path), unit_system(units)
     found = read_apart(_READER, path, *_TABLES, kind="HDF5")
-    try:
+    with damaged(path, lambda error: f"tables of another layout than Nastran's: {error}", TypeError, AttributeError):
         geometry = _geometry(found, path) if deck is None else deck_geometry(Path(deck))
         modes = list(_modes(found, path))
-    except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise FileFormatError(f"{path}: tables of another layout than Nastran's: {error}") from None
     return modal_model(modes, geometry, system, str(path), mass_normalized=mass_normalized)
 
 

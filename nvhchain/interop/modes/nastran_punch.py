@@ -12,6 +12,7 @@ from nvhchain.errors import FileFormatError, InputError, require
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.interop.modes.assembled import Mode, modal_model
 from nvhchain.interop.modes.nastran_geometry import deck_geometry
+from nvhchain.interop.notation._texts import damaged
 from nvhchain.interop.notation.units import unit_system
 
 _EIGENVALUE = re.compile(r"\$EIGENVALUE\s*=\s*(\S+)\s+MODE\s*=\s*(\d+)")
@@ -34,14 +35,13 @@ def read_punch(path: str | Path, *, units: str, deck: str | Path | None, mass_no
     require(deck is not None, f"{path}: a punch file has no elements: state the deck of these modes by deck")
     assert deck is not None
     try:
-        with path.open(encoding="utf-8", errors="replace") as file:
+        with (
+            path.open(encoding="utf-8", errors="replace") as file,
+            damaged(path, lambda error: f"not a punch file of eigenvectors: {error}"),
+        ):
             modes = list(_modes(file, path))
     except OSError as error:
         raise FileFormatError(f"{path}: cannot be read: {error.strerror}") from None
-    except (ValueError, IndexError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise FileFormatError(f"{path}: not a punch file of eigenvectors: {error}") from None
     require(bool(modes), f"{path}: no $EIGENVECTOR: request VECTOR(PUNCH) = ALL of real modes")
     return modal_model(modes, deck_geometry(Path(deck)), system, str(path), mass_normalized=True)
 
@@ -83,6 +83,5 @@ def _modes(lines: Iterable[str], path: Path) -> Iterator[Mode]:
 
 
 def _mode(eigenvalue: float, labels: list[int], motion: list[list[float]]) -> Mode:
-    return Mode(
-        float(np.sqrt(max(eigenvalue, 0.0)) / (2 * np.pi)), 1.0, 0.0, np.array(labels, dtype=np.int64), np.array(motion)
-    )
+    frequency = float(np.sqrt(max(eigenvalue, 0.0)) / (2 * np.pi))
+    return Mode(frequency, 1.0, 0.0, np.array(labels, dtype=np.int64), np.array(motion))

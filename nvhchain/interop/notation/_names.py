@@ -41,18 +41,18 @@ def marks(lines: Iterable[str]) -> Marks:
     return found
 
 
-def short_labels(labels: IntArray, limit: int = LARGEST_LABEL) -> IntArray:
-    """Return the labels with those above `limit` renumbered, upwards from the largest other one or into gaps below it.
+def short_labels(labels: IntArray) -> IntArray:
+    """Return labels of at most eight digits: longer ones go on from the largest other one, or into gaps below it.
 
     Raises InputError if there are more labels than numbers.
     """
-    long = labels > limit
+    long = labels > LARGEST_LABEL
     if not long.any():
         return labels
     count, kept = int(long.sum()), labels[~long]
-    require(len(labels) <= limit, f"{len(labels)} labels do not fit into 1 … {limit}")
+    require(len(labels) <= LARGEST_LABEL, f"{len(labels)} labels do not fit into 1 … {LARGEST_LABEL}")
     first = int(kept.max(initial=0)) + 1
-    if first + count - 1 <= limit:
+    if first + count - 1 <= LARGEST_LABEL:
         free = np.arange(first, first + count)
     else:
         free = np.setdiff1d(np.arange(1, 2 * len(labels) + 1), kept)[:count]

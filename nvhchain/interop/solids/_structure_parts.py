@@ -37,6 +37,13 @@ class Shells:
     thickness: list[float | None] = field(default_factory=list)
     offset: list[float | None] = field(default_factory=list)
 
+    def add(self, label: int, nodes: list[int], thickness: float | None = None, offset: float | None = None) -> None:
+        """Add a shell."""
+        self.labels.append(label)
+        self.nodes.append(nodes)
+        self.thickness.append(thickness)
+        self.offset.append(offset)
+
 
 @dataclass(frozen=True)
 class ShellSection:
@@ -59,6 +66,21 @@ class Beams:
     direction: list[FloatArray] = field(default_factory=list)
     arms: list[FloatArray] = field(default_factory=list)
     released: list[IntArray] = field(default_factory=list)
+
+    def add(
+        self,
+        label: int,
+        nodes: tuple[int, int],
+        direction: FloatArray,
+        arms: FloatArray | None = None,
+        released: IntArray | None = None,
+    ) -> None:
+        """Add a beam, by default without arms and with all motions joined."""
+        self.labels.append(label)
+        self.nodes.append(nodes)
+        self.direction.append(direction)
+        self.arms.append(np.zeros((2, 3)) if arms is None else arms)
+        self.released.append(np.zeros(12, dtype=bool) if released is None else released)
 
 
 @dataclass
@@ -213,6 +235,13 @@ def padded(face: Sequence[int]) -> list[int | None]:
     corners = 3 if len(face) in (3, 6) else 4
     middles = [*face[corners:], None, None, None, None]
     return [*face[:corners], *[None] * (4 - corners), *middles[:4]]
+
+
+def node_weights(nodes: Sequence[int], shares: Mapping[int, float]) -> FloatArray:
+    """Return weights (n, 6) of the translations of nodes: their shares of an area, or 1 without any."""
+    weights = np.zeros((len(nodes), 6))
+    weights[:, :3] = np.array([shares.get(n, 0.0) if shares else 1.0 for n in nodes])[:, None]
+    return weights
 
 
 def face_shares(faces: Iterable[Sequence[int]], nodes: Mapping[int, Sequence[float]]) -> dict[int, float]:

@@ -13,9 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from nvhchain.errors import FileFormatError, InputError, require
+from nvhchain.errors import InputError, require
 from nvhchain.fem.solid_model import KINDS, SolidModel
 from nvhchain.interop.notation._names import marks, restored
+from nvhchain.interop.notation._texts import damaged
 from nvhchain.interop.notation.units import unit_system
 from nvhchain.interop.solids._model_parts import Parts
 from nvhchain.interop.solids.abaqus_keywords import Block, all_lines, blocks, real
@@ -47,6 +48,8 @@ from nvhchain.interop.solids.abaqus_ties import read_tie
 
 _SOLID = re.compile(r"C3D(4|6|8|10|15|20)(?=$|[RIHMTS])")
 _KIND = {"4": "tet4", "10": "tet10", "6": "wedge6", "15": "wedge15", "8": "hex8", "20": "hex20"}
+
+_FORM = "labels must be whole numbers, coordinates numbers"
 
 _PASSED_OVER = {
     "HEADING", "PREPRINT", "AMPLITUDE", "RESTART", "FILE FORMAT",
@@ -89,7 +92,7 @@ def read_abaqus(path: str | Path, *, units: str) -> SolidModel:
     path = Path(path)
     file = AbaqusFile(Parts(str(path)), unit_system(units))
     in_step, steps, holding = False, 0, set()
-    try:
+    with damaged(path, lambda error: f"not an Abaqus input file at {file.reading}: {_FORM}: {error}"):
         for block in blocks(path):
             file.reading = f"*{block.name}"
             in_step = (in_step or block.name == "STEP") and block.name != "END STEP"
@@ -128,13 +131,6 @@ def read_abaqus(path: str | Path, *, units: str) -> SolidModel:
                     file.level, file.instance, file.reading = level, instance, f"*{name}"
                     apply(file, block)
         _assign(file)
-    except (ValueError, IndexError, KeyError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise FileFormatError(
-            f"{path}: not an Abaqus input file at {file.reading}: labels must be whole numbers, coordinates numbers: "
-            f"{error}"
-        ) from None
     file.parts.groups = file.group_names()
     return restored(file.parts.model(file.system.length), marks(all_lines(path)))
 

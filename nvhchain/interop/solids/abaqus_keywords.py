@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from nvhchain.interop.notation._includes import lines_with_includes
+from nvhchain.interop.notation._texts import lines_with_includes
 
 _FILLED = {
     "NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "KINEMATIC", "MPC", "BOUNDARY", "ELASTIC", "DENSITY",

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 
-from nvhchain.errors import InputError, require
+from nvhchain.errors import require
 from nvhchain.fem.solid_model import CORNERS, EDGES, KINDS
 from nvhchain.interop.solids._model_parts import Rigid
 from nvhchain.interop.solids.abaqus_keywords import Block, real
 from nvhchain.interop.solids.abaqus_sets import AbaqusFile
-from nvhchain.interop.solids.nastran_frames import basic_component
+from nvhchain.interop.solids.nastran_frames import basic_components
 
 SIDES: dict[str, tuple[tuple[int, ...], ...]] = {
     "tet": ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)),
@@ -81,10 +81,7 @@ def read_kinematic(file: AbaqusFile, block: Block) -> None:
         f"{file.parts.source}: coupling {coupling.get('CONSTRAINT NAME')} couples {sorted(components)}: 1 … 3 needed",
     )
     surface = coupling.get("SURFACE")
-    try:
-        nodes = file.named(file.surfaces, surface)
-    except InputError:  # CalculiX and old Abaqus take a node set, too
-        nodes = file.named(file.nsets, surface)
+    nodes = file.surface_nodes(surface)
     name = coupling.get("CONSTRAINT NAME") or surface
     _add_rigid(file, name, coupling.get("REF NODE"), nodes, turned=components >= set("456"))
 
@@ -193,8 +190,7 @@ def _in_basic_axes(file: AbaqusFile, label: int, components: set[str]) -> set[st
     axes = file.transforms.get(label)
     if axes is None:
         return components
-    found = [basic_component(int(c) - 1, axes) for c in sorted(components)]
-    if None in found:
+    found = basic_components(components, axes)
+    if found is None:
         file.parts.oblique[label] = label
-        return components
-    return {str(one[0] + 1) for one in found if one is not None}
+    return components if found is None else found

@@ -174,6 +174,13 @@ class AbaqusFile:
             f"{f'is instance {known}' if known else 'are no instances: leave it out'}"
         )
 
+    def surface_nodes(self, cell: str) -> list[int]:
+        """Return the nodes of a surface; CalculiX and old Abaqus take a node set, too."""
+        try:
+            return self.named(self.surfaces, cell)
+        except InputError:
+            return self.named(self.nsets, cell)
+
     def faces_of(self, cell: str) -> list[tuple[int, ...]]:
         """Return the faces of the surface that `cell` names; none for a surface of nodes."""
         nodes = self.named(self.surfaces, cell)

@@ -12,7 +12,7 @@ from nvhchain.fem.structural.model import BeamSection
 from nvhchain.fem.structural.sections import rectangle, round_tube, section
 from nvhchain.handoff import FloatArray
 from nvhchain.interop.solids._model_parts import Rigid
-from nvhchain.interop.solids._structure_parts import ShellSection
+from nvhchain.interop.solids._structure_parts import ShellSection, node_weights
 from nvhchain.interop.solids.abaqus_keywords import Block, real
 from nvhchain.interop.solids.abaqus_sets import AbaqusFile
 from nvhchain.interop.solids.nastran_structure import across, point_mass
@@ -154,17 +154,10 @@ def read_distributing(file: AbaqusFile, block: Block) -> None:
         components[first - 1 : int(row[1]) if len(row) > 1 and row[1] else first] = True
     components = components if components.any() else ~components
     components[:3] = True  # only rotations can be released
-    surface = coupling.get("SURFACE")
-    try:
-        nodes = file.named(file.surfaces, surface)
-    except InputError:
-        nodes = file.named(file.nsets, surface)
-    shares = file.face_areas(surface)
+    nodes, shares = file.surface_nodes(coupling.get("SURFACE")), file.face_areas(coupling.get("SURFACE"))
     reference = file.labels(coupling.get("REF NODE"), file.nsets)
     require(len(reference) == 1, f"{file.parts.source}: coupling {name} has {len(reference)} reference nodes")
-    weights = np.zeros((len(nodes), 6))
-    weights[:, :3] = np.array([shares.get(n, 0.0) if shares else 1.0 for n in nodes])[:, None]
-    file.parts.structure.averages.append((name, reference[0], components, nodes, weights))
+    file.parts.structure.averages.append((name, reference[0], components, nodes, node_weights(nodes, shares)))
 
 
 def assign_sections(file: AbaqusFile) -> None:
@@ -175,28 +168,21 @@ def assign_sections(file: AbaqusFile) -> None:
         require((owner, elset.upper()) in file.elsets, f"{where}, which is not defined")
         labels = [label for label in dict.fromkeys(file.elsets[owner, elset.upper()]) if label in file.elements]
         kinds = {file.elements[label][0].rstrip("0123456789") for label in labels}
-        group = (
-            elset
-            if not owner or sum(b.get("ELSET").upper() == elset.upper() for _, b in file.laws) == 1
-            else f"{owner}.{elset}"
-        )
+        alone = sum(b.get("ELSET").upper() == elset.upper() for _, b in file.laws) == 1
+        group = elset if alone or not owner else f"{owner}.{elset}"
         if "SHELL" in block.name:
             _assign_shells(file, block, group, where, [n for n in labels if file.elements[n][0].startswith("shell")])
         elif "BEAM" in block.name:
             _assign_beams(file, block, group, where, [n for n in labels if file.elements[n][0].startswith("beam")])
         elif block.name == "MASS":
-            for label in labels:
-                _, nodes = file.elements.pop(label)
-                mass = point_mass(real(block.data[0][0]) * file.system.mass, np.zeros(3), np.zeros((3, 3)))
-                file.parts.structure.masses.append((label, nodes[0], mass))
+            mass = point_mass(real(block.data[0][0]) * file.system.mass, np.zeros(3), np.zeros((3, 3)))
+            file.parts.structure.masses += [(label, file.elements.pop(label)[1][0], mass) for label in labels]
         elif block.name == "ROTARY INERTIA":
             cells = [real(c) if c else 0.0 for c in block.data[0]]
             require(not any(cells[3:6]), f"{where} has products of inertia: write the principal ones")
             inertia = np.diag(cells[:3]) * file.system.mass * file.system.length**2
-            for label in labels:
-                file.parts.structure.masses.append(
-                    (label, file.elements.pop(label)[1][0], point_mass(0, np.zeros(3), inertia))
-                )
+            mass = point_mass(0, np.zeros(3), inertia)
+            file.parts.structure.masses += [(label, file.elements.pop(label)[1][0], mass) for label in labels]
         elif block.name == "SPRING":
             for label in labels:
                 _assign_spring(file, block, where, label)
@@ -245,10 +231,7 @@ def _assign_shells(file: AbaqusFile, block: Block, group: str, where: str, label
     )
     own = file.parts.structure.shells[group]
     for label in labels:
-        own.labels.append(label)
-        own.nodes.append(file.elements.pop(label)[1])
-        own.thickness.append(None)
-        own.offset.append(None)
+        own.add(label, file.elements.pop(label)[1])
 
 
 def _assign_beams(file: AbaqusFile, block: Block, group: str, where: str, labels: list[int]) -> None:
@@ -290,24 +273,16 @@ def _assign_beams(file: AbaqusFile, block: Block, group: str, where: str, labels
         nodes = file.elements.pop(label)[1]
         for a, b in ((nodes[0], nodes[1]),) if len(nodes) == 2 else ((nodes[0], nodes[1]), (nodes[1], nodes[2])):
             along = np.subtract(file.parts.nodes[b], file.parts.nodes[a])
-            own.labels.append(label)
-            own.nodes.append((a, b))
             # heights of I and BOX are along the second axis, t × n₁
-            own.direction.append(np.cross(along, normal) if upright else normal)
-            own.arms.append(np.zeros((2, 3)))
-            own.released.append(np.zeros(12, dtype=bool))
+            own.add(label, (a, b), np.cross(along, normal) if upright else normal)
 
 
 def assign_truss(file: AbaqusFile, group: str, label: int, material: Material, area: float) -> None:
     """Move a truss with its area (m²) into the beams; it carries no bending."""
     a, b = file.elements.pop(label)[1]
     file.parts.structure.beam_sections[group] = material, BeamSection(area, 0.0, 0.0, 0.0)
-    own = file.parts.structure.beams[group]
-    own.labels.append(label)
-    own.nodes.append((a, b))
-    own.direction.append(across(np.subtract(file.parts.nodes[b], file.parts.nodes[a])))
-    own.arms.append(np.zeros((2, 3)))
-    own.released.append(np.zeros(12, dtype=bool))
+    direction = across(np.subtract(file.parts.nodes[b], file.parts.nodes[a]))
+    file.parts.structure.beams[group].add(label, (a, b), direction)
 
 
 def _assign_connector(file: AbaqusFile, block: Block, where: str, label: int) -> None:

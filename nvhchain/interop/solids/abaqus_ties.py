@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from nvhchain.errors import InputError, require
+from nvhchain.errors import require
 from nvhchain.interop.solids._structure_parts import padded
 from nvhchain.interop.solids.abaqus_keywords import Block, real
 from nvhchain.interop.solids.abaqus_sets import AbaqusFile
@@ -15,10 +15,7 @@ def read_tie(file: AbaqusFile, block: Block) -> None:
     tolerance = file.system.length * real(stated) if stated else None
     adjust = block.get("ADJUST", "YES").upper() == "YES"
     for slave, master in (row[:2] for row in block.data):
-        try:
-            nodes = file.named(file.surfaces, slave)
-        except InputError:
-            nodes = file.named(file.nsets, slave)
+        nodes = file.surface_nodes(slave)
         faces = file.faces_of(master)
         require(len(faces) > 0, f"{file.parts.source}: *TIE {name}: master {master} must be a surface of element faces")
         rotations = "NO ROTATION" not in block.parameters

@@ -17,10 +17,11 @@ from nvhchain.conventions import Material
 from nvhchain.errors import FileFormatError, InputError
 from nvhchain.fem.solid_model import SolidModel
 from nvhchain.interop.notation._names import marks, restored
+from nvhchain.interop.notation._texts import damaged, named
 from nvhchain.interop.notation.units import UnitSystem, unit_system
 from nvhchain.interop.solids._model_parts import TRANSLATIONS, Parts, Rigid
 from nvhchain.interop.solids.nastran_cards import cards, numbers, real, split_deck
-from nvhchain.interop.solids.nastran_frames import BASIC, Frame, basic_component, frames_and_grids
+from nvhchain.interop.solids.nastran_frames import BASIC, Frame, basic_components, frames_and_grids
 from nvhchain.interop.solids.nastran_structure import BEAMS, OTHERS, SECTIONS, SHELLS, Deck, read_structure
 
 SOLIDS: dict[str, tuple[str, str, tuple[int, ...]]] = {
@@ -103,7 +104,7 @@ def read_nastran(path: str | Path, *, units: str, spc: int | None = None) -> Sol
     if idle:
         listed = ", ".join(f"{count} {name}" for name, count in idle.items())
         parts.notes.append(f"{listed} left out: they change neither stiffness nor mass")
-    try:
+    with damaged(path, lambda error: f"not Nastran bulk data: {named(error)}"):
         scale = _parameters(named_cards, path, system)
         frames = read_grids(named_cards, parts)
         read_solids(named_cards, parts)
@@ -114,10 +115,6 @@ def read_nastran(path: str | Path, *, units: str, spc: int | None = None) -> Sol
         read_structure(deck, _selected(control, path, "MPC"))
         _constraints(deck, _selected(control, path, "SPC") if spc is None else spc)
         _groups(named_cards, parts, found.pop("group", {}))
-    except (ValueError, IndexError, KeyError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise FileFormatError(f"{path}: not Nastran bulk data: {type(error).__name__} {error}") from None
     return restored(parts.model(system.length), found)
 
 
@@ -144,12 +141,10 @@ def _held(label: int, components: str, parts: Parts, frames: Mapping[int, Frame]
     frame = frames.get(parts.rotated.get(label, 0), BASIC)
     if frame is BASIC:
         return set(components)
-    axes = frame.axes_at(np.array(parts.nodes[label]))
-    found = [basic_component(int(c) - 1, axes) for c in components if c in "123456"]
-    if None in found:
+    found = basic_components(components, frame.axes_at(np.array(parts.nodes[label])))
+    if found is None:
         parts.oblique[label] = parts.rotated[label]
-        return set(components)
-    return {str(one[0] + 1) for one in found if one is not None}
+    return set(components) if found is None else found
 
 
 def read_solids(named_cards: dict[str, list[list[str]]], parts: Parts) -> None:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 
-from nvhchain.interop.notation._includes import lines_with_includes
+from nvhchain.interop.notation._texts import lines_with_includes
 
 _SHORT_EXPONENT = re.compile(r"(?<=[0-9.])([+-]\d+)$")
 

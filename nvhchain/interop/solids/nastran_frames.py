@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -64,6 +64,12 @@ def basic_component(component: int, axes: FloatArray) -> tuple[int, float] | Non
     if np.abs(np.delete(column, axis)).max() > _AXIS:
         return None
     return axis + 3 * (component // 3), float(np.sign(column[axis]))
+
+
+def basic_components(components: Iterable[str], axes: FloatArray) -> set[str] | None:
+    """Return the components `1` … `6` of the basic system that are those of `axes`; None if any is mixed."""
+    found = [basic_component(int(c) - 1, axes) for c in components if c in "123456"]
+    return None if None in found else {str(one[0] + 1) for one in found if one is not None}
 
 
 def frames_and_grids(named_cards: Cards, source: str) -> tuple[dict[int, Frame], dict[int, Place]]:

@@ -118,17 +118,15 @@ def read_shells(deck: Deck) -> None:
                 0 not in members,
                 f"{where} has mid-edge nodes on some edges only, or lacks corners: give all or none",
             )
-            own = deck.parts.structure.shells[card[2] or card[1]]
-            own.labels.append(int(card[1]))
-            own.nodes.append(members)
             given = card[offset_field] if offset_field is not None else ""
-            own.offset.append(length * real(given) if given else None)
+            offset = length * real(given) if given else None
             at_corners = [real(x) for x in card[thick : thick + corners] if x]
             require(
                 not at_corners or flag is None or not card[flag] or card[flag] == "0",
                 f"{where} scales its thickness (TFLAG): write the thickness itself",
             )
-            own.thickness.append(length * sum(at_corners) / len(at_corners) if at_corners else None)
+            thickness = length * sum(at_corners) / len(at_corners) if at_corners else None
+            deck.parts.structure.shells[card[2] or card[1]].add(int(card[1]), members, thickness, offset)
 
 
 def _shell_sections(deck: Deck) -> None:
@@ -265,12 +263,7 @@ def _append_beam(
         released[[first + int(c) - 1 for c in pins if c in "123456"]] = True
     arms = np.array([[_number(x) for x in more[start : start + 3]] for start in (2, 5)])
     turned = np.stack([deck.axes(node) @ arm for node, arm in zip(ends, arms, strict=True)])
-    own = deck.parts.structure.beams[group]
-    own.labels.append(label)
-    own.nodes.append(ends)
-    own.direction.append(direction)
-    own.arms.append(deck.system.length * turned)
-    own.released.append(released)
+    deck.parts.structure.beams[group].add(label, ends, direction, deck.system.length * turned, released)
 
 
 def point_mass(mass: float, arm: FloatArray, inertia: FloatArray) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
@@ -18,14 +19,7 @@ from nvhchain.interop.solids.abaqus_sets import HIDDEN
 from nvhchain.interop.solids.nastran import SOLIDS
 
 _CARDS = {kind: (name, place) for name, (*kinds, place) in SOLIDS.items() for kind in kinds}
-_ABAQUS = {
-    "tet4": "C3D4",
-    "tet10": "C3D10",
-    "wedge6": "C3D6",
-    "wedge15": "C3D15",
-    "hex8": "C3D8",
-    "hex20": "C3D20",
-}
+_ABAQUS = {kind: f"C3D{kind.lstrip('tewdghx')}" for kind in _CARDS}
 _SPC = 1
 """Number of the written constraint set."""
 
@@ -120,10 +114,7 @@ def real16(value: float) -> str:
         plain = f"{value:.{digits}g}"
         mantissa, mark, exponent = plain.partition("e")
         if not mark:
-            text = plain if "." in plain else plain + "."
-            text = (
-                text.replace("0.", ".", 1) if text.lstrip("-").startswith("0.") and len(text.lstrip("-")) > 2 else text
-            )
+            text = re.sub(r"^(-?)0\.(?=.)", r"\1.", plain if "." in plain else plain + ".")
         else:
             text = (mantissa if "." in mantissa else mantissa + ".") + f"{int(exponent):+d}"
         if len(text) <= 16:

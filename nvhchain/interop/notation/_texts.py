@@ -1,11 +1,45 @@
-"""Lines of a text file with included files in their places."""
+"""Text files: their lines, with included files in their places, and one error for whatever is damaged in them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
-from nvhchain.errors import FileFormatError
+from nvhchain.errors import FileFormatError, InputError
+
+
+@contextmanager
+def damaged(source: str | Path, what: Callable[[Exception], str], *more: type[Exception]) -> Iterator[None]:
+    """Raise FileFormatError for errors of lookup, values and numbers, and `more` of them; an InputError passes.
+
+    what : function from an error to its message.
+    """
+    failures: tuple[type[Exception], ...] = (LookupError, ValueError, ArithmeticError, *more)
+    try:
+        yield
+    except InputError:
+        raise
+    except failures as error:
+        raise FileFormatError(f"{source}: {what(error)}") from None
+
+
+def named(error: Exception) -> str:
+    """Return an error with its type, for errors whose text alone is a number or a key."""
+    return f"{type(error).__name__} {error}"
+
+
+def first_line(error: BaseException) -> str:
+    """Return the first line of an error, or its type where it has no text."""
+    return str(error).splitlines()[0] if str(error) else type(error).__name__
+
+
+def text_lines(path: Path) -> list[str]:
+    """Return the lines of a text file; FileFormatError where it cannot be read."""
+    try:
+        return path.read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError as error:
+        raise FileFormatError(f"{path}: cannot be read: {error.strerror}") from None
 
 
 def lines_with_includes(
@@ -24,11 +58,7 @@ def lines_with_includes(
     """
     if path in including:
         raise FileFormatError(f"{path}: includes itself")
-    try:
-        content = path.read_text(encoding="utf-8", errors="replace").splitlines()
-    except OSError as error:
-        raise FileFormatError(f"{path}: cannot be read: {error.strerror}") from None
-    for line in joined(content):
+    for line in joined(text_lines(path)):
         found = included(line)
         yield line.rstrip() if found is None else found[0]
         if found is not None:

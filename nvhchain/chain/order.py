@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Unpack
@@ -24,6 +25,7 @@ from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.files.hdf5 import writable_folder
 from nvhchain.files.result_cache import CaseWatcher, ResultCache, Unwatched, Watcher
 from nvhchain.kinds import checked
+from nvhchain.runtime.threads import blas_threads
 from nvhchain.scene import Scene, modelled, preflight
 from nvhchain.scene import steps as table
 
@@ -74,7 +76,8 @@ def run(
     with concerning(case.name):
         started = _started(case, fidelity, hand_offs, out, operators, executor, watcher)
         for step in started.scene.steps:
-            started.hand_offs[step] = steps.MADE_BY[step](started)
+            with nullcontext() if step.shared else blas_threads(1):  # lines and modes: small matrices
+                started.hand_offs[step] = steps.MADE_BY[step](started)
         supplied.warn(started)  # now that nothing was refused
     made = {step.name: hand_off for step, hand_off in started.hand_offs.items()}
     decision = modelled(case, fidelity) if isinstance(case, GearboxCase) and case.options.undecided else None

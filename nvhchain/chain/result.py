@@ -30,6 +30,7 @@ from nvhchain.handoff import (
     SurfaceVelocity,
     TransferVectors,
 )
+from nvhchain.runtime.threads import one_blas_thread
 from nvhchain.scene import Modelling, Scene, modelled
 from nvhchain.scene.inputs import input_effects
 from nvhchain.scene.order_error import OrderError
@@ -40,6 +41,12 @@ OPTIONS_LEFT_OUT = "options left out"
 
 _BANDS_FROM = {"radiation_efficiency": ("sound_power",), "directivity": ("pressure", "sound_power")}
 """Quantities without confidence limits of their own → the quantities from which they inherit them."""
+
+
+@one_blas_thread
+def _band(quantity: str, result: Result) -> ErrorBand | RunUpBand:
+    """Return the confidence limits of a quantity, without options left out and inputs."""
+    return BANDS[quantity](result)
 
 
 @dataclass(frozen=True, repr=False)
@@ -126,7 +133,7 @@ class Result:
         Supplied mesh laws, forces and housings count as exact. InputError without a sound pressure.
         """
         self._check_field_points()
-        return self._widened(BANDS["pressure"](self))
+        return self._widened(_band("pressure", self))
 
     @cached_property
     def error_bands(self) -> dict[str, ErrorBand | RunUpBand]:
@@ -136,7 +143,7 @@ class Result:
         """
         parts = [part for quantity in self.case.quantities for part in _BANDS_FROM.get(quantity, (quantity,))]
         return {
-            part: self.error_band if part == "pressure" else self._widened(BANDS[part](self))
+            part: self.error_band if part == "pressure" else self._widened(_band(part, self))
             for part in dict.fromkeys(parts)
         }
 

@@ -13,6 +13,7 @@ from fractions import Fraction
 from math import gcd, lcm
 
 import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
 
 from nvhchain.case import GearboxCase
 from nvhchain.fidelity import GearFidelity
@@ -222,6 +223,7 @@ def _common(orders: Sequence[Fraction]) -> Fraction:
 
 def _folded(first: FloatArray, second: FloatArray) -> FloatArray:
     """Convolve two-sided spectra about their middle, without rounding below zero."""
-    from scipy.signal import fftconvolve  # slow to import
-
-    return np.maximum(fftconvolve(first, second, mode="same"), 0.0)
+    n = next_fast_len(len(first) + len(second) - 1, real=True)
+    start = (len(second) - 1) // 2
+    product = irfft(rfft(first, n) * rfft(second, n), n)[start : start + len(first)]
+    return np.maximum(product, 0.0)

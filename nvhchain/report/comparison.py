@@ -32,6 +32,7 @@ from nvhchain.report.sound.microphones import add_balloons
 from nvhchain.report.sound.write import write_sounds
 from nvhchain.report.steady_states import steady_maps
 from nvhchain.report.summary import transmission_errors, write_summary
+from nvhchain.runtime.threads import one_blas_thread
 from nvhchain.scene import modelled_alike, preflight
 
 OPERATORS = "operators"
@@ -146,6 +147,7 @@ def _maps(results: Mapping[str, Result], states: States, out: Path, watcher: Wat
     return {} if speeds is None else steady_maps(results, speeds, torques, out, watcher)
 
 
+@one_blas_thread
 def _written(
     results: Mapping[str, Result],
     out: Path,
@@ -163,6 +165,7 @@ def _written(
     return summary
 
 
+@one_blas_thread
 def write_run(result: Result, out: Path, states: States = (None, None), watcher: Watcher | None = None) -> Path:
     """Write summary.json, the sound and the page of one run.
 

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from functools import wraps
 from threading import Lock
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
 
 from threadpoolctl import ThreadpoolController
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 _GRANTED: ContextVar[int | None] = ContextVar("granted_threads", default=None)
 
@@ -123,6 +127,20 @@ def blas_threads(limit: int) -> Iterator[None]:
         for library, before in own:
             library.set_num_threads(before)
         shared.release(limit)
+
+
+def one_blas_thread(function: Callable[P, R]) -> Callable[P, R]:
+    """Decorate `function` to run with the linear algebra of the process on one thread.
+
+    Small matrices take less processor time so, and results do not depend on the number of threads.
+    """
+
+    @wraps(function)
+    def limited(*args: P.args, **kwargs: P.kwargs) -> R:
+        with blas_threads(1):
+            return function(*args, **kwargs)
+
+    return limited
 
 
 def _limits_each_thread(library: Any) -> bool:

@@ -16,10 +16,10 @@ from nvhchain import dynamics, gear, levels
 from nvhchain.bearings import StiffnessMatrix
 from nvhchain.case import GearboxCase, Options
 from nvhchain.dynamics import Bearing, Gearbox, LoadCentre, MeshFriction
-from nvhchain.dynamics.time_loop.one_thread import one_blas_thread
 from nvhchain.fidelity import STANDARD, GearFidelity
 from nvhchain.gear import SOLID, GearPair, MeshPeriod, Misalignment
 from nvhchain.handoff import FloatArray, MeshLaw
+from nvhchain.runtime.threads import one_blas_thread
 
 TEETH = GearFidelity(
     profile_elements=4,

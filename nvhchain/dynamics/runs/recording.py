@@ -23,7 +23,6 @@ from nvhchain.dynamics.runs.contact_loss import joined, warn_or_refuse
 from nvhchain.dynamics.runs.ramp import Operation
 from nvhchain.dynamics.runs.run_up_record import Sampled, record
 from nvhchain.dynamics.runs.speed_ramp import RunUp, Standing, prepare, samples, start
-from nvhchain.dynamics.time_loop.one_thread import one_blas_thread
 from nvhchain.dynamics.time_loop.simulation import Motion
 from nvhchain.errors import FileFormatError, require
 from nvhchain.files import hdf5
@@ -32,6 +31,7 @@ from nvhchain.files.folder_lock import hold_folder
 from nvhchain.files.result_cache import code_version, fingerprint
 from nvhchain.handoff import BearingForces, FloatArray, ForceAccuracy, MeshLaw, ReducedHousing
 from nvhchain.kinds import checked
+from nvhchain.runtime.threads import one_blas_thread
 
 _log = logging.getLogger(__name__)
 

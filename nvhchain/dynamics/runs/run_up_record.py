@@ -13,12 +13,12 @@ from nvhchain.dynamics.model.gearbox import Gearbox
 from nvhchain.dynamics.runs.contact_loss import excursions, parted_flanks, warn_or_refuse
 from nvhchain.dynamics.runs.ramp import Operation
 from nvhchain.dynamics.runs.speed_ramp import RunUp, prepare, samples, start
-from nvhchain.dynamics.time_loop.one_thread import one_blas_thread
 from nvhchain.errors import ResourceError
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing
 from nvhchain.kinds import checked
 from nvhchain.runtime.memory import free_memory
+from nvhchain.runtime.threads import one_blas_thread
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,7 +20,6 @@ from nvhchain.dynamics.model.rigid_train import input_inertia
 from nvhchain.dynamics.model.train import Train, train
 from nvhchain.dynamics.runs.contact_loss import excursions, parted_flanks, warn_or_refuse
 from nvhchain.dynamics.runs.ramp import Load, Ramp
-from nvhchain.dynamics.time_loop.one_thread import one_blas_thread
 from nvhchain.dynamics.time_loop.quasi_static import law_phases
 from nvhchain.dynamics.time_loop.simulation import (
     InputMotion,
@@ -36,6 +35,7 @@ from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import BearingForces, FloatArray, IntArray, MeshLaw, ReducedHousing
 from nvhchain.kinds import checked
 from nvhchain.runtime.memory import free_memory
+from nvhchain.runtime.threads import one_blas_thread
 
 BLOCK = 8192
 """Steps per call of the time loop: bounds the memory of the state history."""

@@ -13,13 +13,13 @@ from nvhchain.dynamics.model.gearbox import Gearbox
 from nvhchain.dynamics.model.sections import Wrench
 from nvhchain.dynamics.model.train import shaft_torques
 from nvhchain.dynamics.time_loop.law_table import tabulate
-from nvhchain.dynamics.time_loop.one_thread import one_blas_thread
 from nvhchain.dynamics.time_loop.propagator import modal_form
 from nvhchain.dynamics.time_loop.quasi_static import laws_of_rows, nominal_mesh_forces
 from nvhchain.dynamics.time_loop.simulation import mean_stiffness
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, MeshLaw, ReducedHousing
 from nvhchain.kinds import checked
+from nvhchain.runtime.threads import one_blas_thread
 
 BETWEEN_SHAFTS = "bearings between shafts"
 """Part that holds the strain of all bearings between shafts."""

@@ -16,6 +16,10 @@ from nvhchain.study.responses import ON_REQUEST
 
 FEWEST_EVALUATIONS = 10
 """Smallest number of designs of a search."""
+DRAWN = ("monte_carlo", "latin_hypercube", "sobol")
+"""Plans whose designs stand for what leaves the factory."""
+PAIRED = ("grid", "list", "optimise", "gradient")
+"""Plans whose design 0 is one to compare others with."""
 _COLUMNS = ("design", "speed_rpm", "torque_Nm", "seconds", "refused")
 """Columns of the table of runs that are no parameters."""
 
@@ -116,9 +120,8 @@ class Study:
     def __post_init__(self) -> None:
         check_fields(self)
         require(len(self.parameters) > 0, "a study without parameters has one design: use run, or add [[parameters]]")
-        tolerances = self.goal.scatter if self.goal is not None else ()
-        check_names([parameter.name for parameter in (*self.parameters, *tolerances)], "parameters")
-        for parameter in (*self.parameters, *tolerances):
+        check_names([parameter.name for parameter in self.varied], "parameters")
+        for parameter in self.varied:
             require(parameter.name not in _COLUMNS, f"{parameter.name} is a column of every table: choose another name")
         lengths = {parameter.name: len(parameter.levels) for parameter in self.parameters}
         if self.plan in ("grid", "list"):
@@ -146,6 +149,17 @@ class Study:
         for name in self.responses:
             require(name in ON_REQUEST, f"responses: no {name!r} on request: choose among {', '.join(ON_REQUEST)}")
         require(len(self.pareto) in (0, 2), f"pareto = {self.pareto}: name two responses, such as ['level', 'mass_kg']")
+
+    @property
+    def varied(self) -> tuple[Parameter, ...]:
+        """Parameters, and tolerances of a search."""
+        return (*self.parameters, *(self.goal.scatter if self.goal is not None else ()))
+
+    @property
+    def scatter(self) -> tuple[Parameter, ...]:
+        """Parameters of the scatter of production, if those are deviations, tolerances and damping alone."""
+        drawn = self.varied[len(self.parameters) :] if self.plan in PAIRED else self.parameters
+        return drawn if all(one.is_scatter for one in drawn) else ()
 
     def _check_goal(self) -> None:
         require(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,14 @@ from nvhchain.case import Case, Deviations, GearboxCase
 from nvhchain.errors import InputError, SolverError, concerning
 from nvhchain.fidelity import Fidelity
 from nvhchain.files.result_cache import fingerprint
-from nvhchain.handoff import NoiseTransferFunctions, ReducedHousing, TransferVectors
+from nvhchain.handoff import (
+    ForceSpectrum,
+    ModalTransferVectors,
+    NoiseTransferFunctions,
+    ReducedHousing,
+    TransferVectors,
+)
+from nvhchain.housing.modes.damping import damping_of_modes
 from nvhchain.study.responses import Limits, add_gears, add_levels, add_places, add_requested
 
 _MOST_REFERENCES = 4
@@ -80,13 +87,26 @@ class _Reference:
 
     vectors, housing : shared operators.
     offsets : lower and upper limit of every response less the response (dB); None for a limit that does not exist.
-    functions : line frequencies, as bytes → noise transfer functions.
+    modal : line frequencies, as bytes → transfer vectors of the modes.
     """
 
     vectors: TransferVectors
     housing: ReducedHousing
     offsets: dict[str, list[float | None]]
-    functions: dict[bytes, NoiseTransferFunctions]
+    modal: dict[bytes, ModalTransferVectors] = field(default_factory=dict)
+
+    def functions(self, housing: ReducedHousing, spectrum: ForceSpectrum, knobs: Fidelity) -> NoiseTransferFunctions:
+        """Return the noise transfer functions of the housing with the damping of a draw."""
+        lines = spectrum.frequency
+        if lines.tobytes() not in self.modal:
+            self.modal[lines.tobytes()] = acoustics.modal_transfer_vectors(
+                self.vectors, self.housing, lines, fidelity=knobs.acoustics
+            )
+        modal = self.modal[lines.tobytes()]
+        if housing is not self.housing:
+            gain = housing.residual_gain() / self.housing.residual_gain()
+            modal = modal.replace(residual=gain * modal.residual, housing=housing.content_hash)
+        return acoustics.noise_transfer_functions(modal, housing)
 
 
 _REFERENCES: dict[str, _Reference] = {}
@@ -125,24 +145,32 @@ def can_be_drawn(case: Case, fidelity: Fidelity) -> bool:
     Returns
     -------
     bool
-        True for a gearbox with deviations at constant speed, whose sound pressure is asked for by boundary elements.
+        True for a gearbox at constant speed, whose sound pressure is asked for by boundary elements.
     """
     solved = fidelity.acoustics.radiation == "boundary_elements"
     return isinstance(case, GearboxCase) and case.quantities == ("pressure",) and not case.running_up and solved
 
 
-def measure_drawn(case: Case, fidelity: Fidelity, operators: Path, asked: tuple[str, ...] = ()) -> dict[str, Any]:
-    """Run one of many cases that differ in deviations alone; return the same as `measure`.
+def measure_drawn(
+    case: Case,
+    fidelity: Fidelity,
+    operators: Path,
+    asked: tuple[str, ...] = (),
+    mean: Case | None = None,
+) -> dict[str, Any]:
+    """Run one of many cases that differ in deviations, tolerances and damping; return the same as `measure`.
 
     Parameters
     ----------
     case, fidelity, operators, asked
         As in `measure`.
+    mean : Case, optional
+        Case with the damping of the drawing; `case` by default.
 
     Returns
     -------
     dict
-        As `measure`. Limits are those of the gearbox without deviations, moved along with the level.
+        As `measure`. Limits are those of the gearbox as drawn, moved along with the level.
 
     Notes
     -----
@@ -151,17 +179,14 @@ def measure_drawn(case: Case, fidelity: Fidelity, operators: Path, asked: tuple[
     began = time.monotonic()
 
     def run(responses: dict[str, float], limits: Limits) -> None:
-        reference = _reference_of(undrawn(case), fidelity, operators)
-        forces = chain.run(replace(case, quantities=("bearing_forces",)), fidelity=fidelity, operators=operators)
+        reference = _reference_of(undrawn(mean or case), fidelity, operators)
+        housing = _damped(reference.housing, case, mean or case)
+        forces = chain.run(
+            replace(case, quantities=("bearing_forces",)), fidelity=fidelity, operators=operators, housing=housing
+        )
         spectrum = forces.force_spectrum
         assert spectrum is not None
-        lines = spectrum.frequency
-        if lines.tobytes() not in reference.functions:
-            modal = acoustics.modal_transfer_vectors(
-                reference.vectors, reference.housing, lines, fidelity=fidelity.acoustics
-            )
-            reference.functions[lines.tobytes()] = acoustics.noise_transfer_functions(modal, reference.housing)
-        pressure = acoustics.transfer_pressure(reference.functions[lines.tobytes()], spectrum)
+        pressure = acoustics.transfer_pressure(reference.functions(housing, spectrum, fidelity), spectrum)
         add_places(levels.overall(pressure.frequency, pressure.pressure), pressure, case, responses)
         for name, offsets in reference.offsets.items():
             limits[name] = [None if offset is None else responses[name] + offset for offset in offsets]
@@ -169,6 +194,14 @@ def measure_drawn(case: Case, fidelity: Fidelity, operators: Path, asked: tuple[
         add_requested(asked, pressure, case, fidelity.gear, responses)
 
     return _outcome(case, run, began)
+
+
+def _damped(housing: ReducedHousing, case: Case, mean: Case) -> ReducedHousing:
+    """Return the housing of the mean case with the modal damping of another one."""
+    damping, before = (getattr(of.housing, "modal_damping", None) for of in (case, mean) if isinstance(of, GearboxCase))
+    if damping is None or damping == before:
+        return housing
+    return housing.replace(modal_damping=damping_of_modes(damping, housing.natural_frequency))
 
 
 def _reference_of(case: Case, fidelity: Fidelity, operators: Path) -> _Reference:
@@ -187,5 +220,5 @@ def _reference_of(case: Case, fidelity: Fidelity, operators: Path) -> _Reference
             name: [None if limit is None else limit - responses[name] for limit in both]
             for name, both in limits.items()
         }
-        _REFERENCES[key] = _Reference(result.transfer_vectors, result.housing, offsets, {})
+        _REFERENCES[key] = _Reference(result.transfer_vectors, result.housing, offsets)
     return _REFERENCES[key]

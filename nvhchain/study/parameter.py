@@ -20,7 +20,10 @@ from nvhchain.report.case_record import case_values
 
 SEEDS = 2**31
 """Number of seeds from which a draw takes one."""
-_DEVIATION = re.compile(r"^gears\..+\.deviations\.|^stages\..+\.tolerances\.")
+_SCATTER = re.compile(
+    r"^gears\..+\.deviations\.|^stages\..+\.tolerances\.|^(shafts|bearings)\..+damping|^housing\.modal_damping"
+)
+"""Places of a case that change neither housing modes nor transfer vectors, and vary from one gearbox to the next."""
 
 
 @dataclass(frozen=True)
@@ -111,10 +114,10 @@ class Parameter:
         return float(norm.ppf(share, self.mean, self.deviation))
 
     @property
-    def draws_deviations(self) -> bool:
-        """True where only deviations of gears, or tolerances of angles between axes, vary."""
+    def is_scatter(self) -> bool:
+        """True where only deviations of gears, tolerances of axes, and damping vary."""
         paths = self.paths or tuple(path for _, changes in self.variants for path in changes)
-        return all(_DEVIATION.search(path) and "centre_distance" not in path for path in paths)
+        return all(_SCATTER.search(path) for path in paths)
 
     @property
     def span(self) -> tuple[float, float]:

@@ -6,11 +6,11 @@ import json
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from nvhchain.case import load_case
+from nvhchain.case import Case, load_case
 from nvhchain.errors import InputError, require
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.files.folder_lock import hold_folder
@@ -19,6 +19,7 @@ from nvhchain.files.result_cache import code_version, fingerprint
 from nvhchain.kinds import checked
 from nvhchain.study.definition import Study
 from nvhchain.study.measuring import can_be_drawn
+from nvhchain.study.parameter import Parameter
 from nvhchain.study.plans.designs import Design, count_designs, list_designs
 from nvhchain.study.plans.gradient import walk_gradient
 from nvhchain.study.plans.optimise import draws_of, search
@@ -103,7 +104,7 @@ def check_parameters(study: Study) -> None:
         If the base case cannot be read, a parameter fits no place of it, or all its values give the same case.
     """
     load_case(study.case)
-    for parameter in (*study.parameters, *(study.goal.scatter if study.goal is not None else ())):
+    for parameter in study.varied:
         ends = parameter.levels or (parameter.value_at(0.02), parameter.value_at(0.98))
         reasons, cases = [], []
         for value in ends:
@@ -128,6 +129,7 @@ class _Runs:
     folder: Path
     spread: Spread
     progress: Callable[[str], None] | None
+    cases: dict[tuple[str, ...], Case] = field(default_factory=dict)
 
     def report(self, line: str) -> None:
         if self.progress is not None:
@@ -171,14 +173,22 @@ class _Runs:
 
     def _add(self, tasks: dict[str, Task], index: int, row: Row, code: Sequence[str]) -> None:
         """Add the run of a row, or the row to the run of the same case."""
-        varied = (*self.study.parameters, *(self.study.goal.scatter if self.study.goal is not None else ()))
-        changes = [change for parameter in varied for change in parameter.changes(row.values[parameter.name])]
-        case = load_case(self.study.case, changes=[*changes, *row.point.changes])
+        varied, scatter = self.study.varied, self.study.scatter
+        case = self._case(row, varied)
         key = fingerprint(case, self.spread.fidelity, self.study.responses, *code)
-        same = tasks.get(key)
-        drawn = varied[len(self.study.parameters) :] or self.study.parameters
-        drawable = all(one.draws_deviations for one in drawn) and can_be_drawn(case, self.spread.fidelity)
-        tasks[key] = Task(key, case, (*(same.rows if same else ()), index), drawable)
+        same, mean = tasks.get(key), None
+        if scatter and can_be_drawn(case, self.spread.fidelity):
+            mean = self._case(row, tuple(parameter for parameter in varied if parameter not in scatter))
+        tasks[key] = Task(key, case, (*(same.rows if same else ()), index), mean)
+
+    def _case(self, row: Row, parameters: Sequence[Parameter]) -> Case:
+        """Return the base case at the operating point and with the values of some parameters of a row."""
+        changes = [change for parameter in parameters for change in parameter.changes(row.values[parameter.name])]
+        changes += row.point.changes
+        given = tuple(changes)
+        if given not in self.cases:
+            self.cases[given] = load_case(self.study.case, changes=given)
+        return self.cases[given]
 
 
 def _filled(row: Row, found: dict[str, Any]) -> Row:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from dataclasses import dataclass
 from pathlib import Path
@@ -38,19 +38,18 @@ class Task:
         Case.
     rows : tuple of int
         Numbers of its rows.
-    drawn : bool
-        True for one of many gearboxes that differ in deviations alone.
+    mean : Case, optional
+        Case with the damping of the drawing, for one of many gearboxes that differ in their scatter alone.
     """
 
     key: str
     case: Case
     rows: tuple[int, ...]
-    drawn: bool = False
+    mean: Case | None = None
 
-    @property
-    def measure(self) -> Callable[..., Outcome]:
-        """Function that runs it."""
-        return measure_drawn if self.drawn else measure
+    def work(self, *given: Any) -> tuple[Any, ...]:
+        """Return the function that runs it and its arguments, of which `given` follow the case."""
+        return (measure, self.case, *given) if self.mean is None else (measure_drawn, self.case, *given, self.mean)
 
 
 @dataclass(frozen=True)
@@ -112,7 +111,9 @@ class Spread:
             yield from self._spread(rest, self.executor)
 
     def _run(self, task: Task) -> Outcome:
-        return task.measure(task.case, self.fidelity, self.operators, self.asked)
+        function, *given = task.work(self.fidelity, self.operators, self.asked)
+        found: Outcome = function(*given)
+        return found
 
     def _spread(self, tasks: Sequence[Task], executor: Executor) -> Iterator[tuple[Task, Outcome]]:
         """Yield tasks from an executor, which never holds more of them than its memory permits."""
@@ -142,8 +143,8 @@ class Spread:
                 future.cancel()
 
     def _submit(self, executor: Executor, task: Task, space: Room) -> Future[Outcome]:
-        given: tuple[Any, ...] = (task.case, self.fidelity, self.operators, self.asked)
-        return executor.submit(share, os.getpid(), space.neighbours, task.measure, *given)
+        work = task.work(self.fidelity, self.operators, self.asked)
+        return executor.submit(share, os.getpid(), space.neighbours, *work)
 
     def _memory(self, case: Case) -> int:
         """Return the estimated memory (bytes) of a run."""

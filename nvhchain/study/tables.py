@@ -24,10 +24,9 @@ from nvhchain.study.analysis import (
     sensitivity,
     worst_rows,
 )
-from nvhchain.study.definition import Study
+from nvhchain.study.definition import DRAWN, PAIRED, Study
 from nvhchain.study.differences import differences
 from nvhchain.study.page import write_study_page
-from nvhchain.study.page.results import DRAWN, PAIRED
 from nvhchain.study.plans.gradient import Slope, slopes
 from nvhchain.study.plans.optimise import best_score, scores
 from nvhchain.study.quality import PERCENTS, failed_shares, influences, percentiles

@@ -103,11 +103,36 @@ def test_a_study_of_draws_ends_with_percentiles_and_failures(tmp_path: Path) -> 
 
 @pytest.mark.slow
 def test_sound_of_a_draw_is_that_of_a_whole_run(tmp_path: Path) -> None:
-    """Noise transfer functions and the whole chain give the same level."""
+    """Noise transfer functions and the whole chain give the same level, whatever the damping of the draw."""
     case = load_case(SMALL)
     assert isinstance(case, GearboxCase)
     gears = tuple(replace(gear, deviations=Deviations(6, seed=5)) for gear in case.gears)
     drawn = replace(case, band=replace(case.band, high=2000.0), gears=gears)
-    short, whole = measure_drawn(drawn, TINY, tmp_path), measure(drawn, TINY, tmp_path)
+    lively = replace(
+        drawn,
+        housing=replace(drawn.housing, modal_damping=0.011, structural_damping=True),
+        bearings=tuple(replace(of, radial_damping=0.8 * of.radial_damping) for of in drawn.bearings),
+    )
+    mean = replace(lively, housing=replace(lively.housing, modal_damping=0.02), bearings=drawn.bearings)
+    short, whole = measure_drawn(lively, TINY, tmp_path, mean=mean), measure(lively, TINY, tmp_path)
     assert short["refused"] is None
     assert short["responses"] == pytest.approx(whole["responses"], rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("path", "scatter"),
+    [
+        ("gears.pinion.deviations.run_out_um", True),
+        ("stages.stage.tolerances.centre_distance_um", True),
+        ("bearings.A1.radial_damping", True),
+        ("housing.modal_damping", True),
+        ("housing.wall_mm", False),
+        ("gears.pinion.geometry.micro.drive.tip_relief.amount_um", False),
+    ],
+)
+def test_parameters_of_a_series_share_housing_and_transfer_vectors(path: str, scatter: bool) -> None:
+    """Deviations, tolerances and damping of the plans of draws; a grid keeps limits of its own."""
+    parameter = Parameter("x", (path,), low=0.01, high=0.02)
+    study = Study(Path("x.toml"), (parameter,), "monte_carlo", 4)
+    assert bool(study.scatter) is scatter
+    assert not replace(study, parameters=(Parameter("x", (path,), (1, 2)),), plan="grid", designs=0).scatter

@@ -10,6 +10,7 @@ from scipy.interpolate import PchipInterpolator
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.compliance.analytic import SliceCompliance
 from nvhchain.gear.compliance.flank_compliance import FlankCompliance
+from nvhchain.gear.contact.closing_edges import close_edges
 from nvhchain.gear.contact.contact_lines import mesh_order
 from nvhchain.gear.contact.contact_lines import separation as unloaded_gap
 from nvhchain.gear.contact.engagement import Engagement
@@ -17,7 +18,7 @@ from nvhchain.gear.contact.local_law import LocalLaw, local_law
 from nvhchain.gear.contact.slice_forces import slice_forces
 from nvhchain.gear.contact.tip_edge import TipEdges
 from nvhchain.gear.drawing.pair import BACK, DRIVE, GearPair
-from nvhchain.gear.laws.mesh_law import engaged, pair_compliances
+from nvhchain.gear.laws.mesh_law import pair_compliances
 from nvhchain.gear.laws.transmission_error import deflection_at_force
 from nvhchain.handoff import FloatArray, IntArray, MeshLaw, ToothPairs
 from nvhchain.kinds import checked
@@ -72,7 +73,8 @@ def tooth_pairs(
     Each pair is solved alone. Its load pattern is that at the mean deflection under the nominal force. The coupling is
     that of two load patterns through the compliance of the bodies.
     """
-    engagement, _ = engaged(pair, nominal_force, fidelity, compliances or pair_compliances(pair, fidelity))
+    engagement = Engagement(pair, compliances or pair_compliances(pair, fidelity), fidelity)
+    engagement = close_edges(engagement, law.deflection[-1], -law.deflection[0] - pair.backlash)
     loaded = float(deflection_at_force(law, nominal_force).mean())
     reach = max(law.deflection[-1], -law.deflection[0] - pair.backlash)
     approach = np.linspace(0.0, REACH * reach + EARLY, TABULATED)

@@ -9,17 +9,11 @@ from math import isfinite
 from typing import Any
 
 from nvhchain.study.analysis import Effect, best_designs, main_effects, main_response, pareto_pair, worst_rows
-from nvhchain.study.definition import Study
+from nvhchain.study.definition import DRAWN, PAIRED, Study
 from nvhchain.study.differences import Difference, differences
 from nvhchain.study.plans.gradient import Slope
 from nvhchain.study.quality import Percentile
 from nvhchain.study.rows import Row
-
-DRAWN = ("monte_carlo", "latin_hypercube", "sobol")
-"""Plans whose designs stand for what leaves the factory."""
-
-PAIRED = ("grid", "list", "optimise", "gradient")
-"""Plans whose design 0 is one to compare others with."""
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from math import ceil, hypot
-from typing import Literal
+from typing import Literal, TypeVar
 
 import numpy as np
 
@@ -54,11 +54,14 @@ from nvhchain.names import check_names
 _CENTRE_TOLERANCE = 1e-5
 """Largest difference (m) of a stage's centre distance and the distance of its shafts."""
 
+Support = TypeVar("Support", bound=Bearing)
+
 USUAL_DAMPING = 1.25e-5
 """Damping per stiffness (s) of a bearing without damping in its case, the default of the rotor program ROSS.
 
 E. Krämer, *Dynamics of Rotors and Foundations* (Springer 1993), has 0.25 to 2.5 times 1e-5 s for rolling bearings.
 """
+
 
 _TRIANGLES_PER_AREA = 2.83
 _TRIANGLES_PER_BORE = 100
@@ -342,7 +345,7 @@ class GearboxCase:
         )
         return Gearbox(
             self.shafts,
-            self.damped_bearings,
+            tuple(map(_damped, self.bearings)),
             meshes,
             self.input_shaft,
             self.output_shaft,
@@ -353,7 +356,7 @@ class GearboxCase:
             loose_gears=tuple(
                 LooseGear(item.name, item.shaft, item.rigid_body, item.drag_torque) for item in self.gears if item.loose
             ),
-            shaft_bearings=self.shaft_bearings,
+            shaft_bearings=tuple(map(_damped, self.shaft_bearings)),
         )
 
     @cached_property
@@ -366,22 +369,19 @@ class GearboxCase:
         return gearbox
 
     @property
-    def damped_bearings(self) -> tuple[Bearing, ...]:
-        """Bearings, with `USUAL_DAMPING` where the case gives one no damping at all."""
-        return tuple(
-            bearing if bearing.damped else replace(bearing, stiffness_damping=USUAL_DAMPING)
-            for bearing in self.bearings
-        )
-
-    @property
     def undamped(self) -> tuple[str, ...]:
         """Names of the bearings that the case gives no damping, which take `USUAL_DAMPING`."""
-        return tuple(bearing.name for bearing in self.bearings if not bearing.damped)
+        return tuple(bearing.name for bearing in self.supports if not bearing.damped)
 
     @property
     def load_dependent(self) -> bool:
         """True where the stiffness of a bearing depends on its load."""
-        return not all(bearing.linear for bearing in self.bearings)
+        return not all(bearing.linear for bearing in self.supports)
+
+    @property
+    def supports(self) -> tuple[Bearing, ...]:
+        """Bearings in the housing, then those between shafts."""
+        return (*self.bearings, *self.shaft_bearings)
 
     @property
     def static_torque(self) -> float:
@@ -459,3 +459,7 @@ class GearboxCase:
         reach = np.array([-1e-3, 1e-3])
         stiffness = 2e6 * max(1.0, *map(abs, self.mesh_forces)) * reach[None, :]
         return tuple(tabulated(pair, np.zeros(1), reach, stiffness) for pair in self.pairs)
+
+def _damped(bearing: Support) -> Support:
+    """Return the bearing, with `USUAL_DAMPING` where the case gives it no damping at all."""
+    return bearing if bearing.damped else replace(bearing, stiffness_damping=USUAL_DAMPING)

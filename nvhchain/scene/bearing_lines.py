@@ -24,11 +24,11 @@ def bearing_lines(case: GearboxCase) -> tuple[str, ...]:
         A line for each bearing with a model, at the case's torque, and one for all bearings without damping.
     """
     lines = []
-    for i, bearing in enumerate(case.bearings):
+    for i, bearing in enumerate(case.supports):
         if bearing.model is None:
             continue
         of = case.equilibrium
-        load, stiffness = of.bearing_load[i], of.stiffness[i]
+        load, stiffness = np.vstack([of.bearing_load, of.shaft_bearing_load])[i], of.stiffness[i]
         radial = np.linalg.eigvalsh(stiffness[:2, :2])
         text = (
             f"bearing {bearing.name} at {case.static_torque:g} N m: {1e-3 * float(np.hypot(*load[:2])):.3g} kN radial, "

@@ -76,8 +76,11 @@ class LinearGearbox:
         other, gearbox = LinearGearbox(self.case), self._gearbox
         other._periods = self._periods
         shafts = (replace(each, modal_damping=min(0.5, damping * each.modal_damping)) for each in gearbox.shafts)
-        bearings = (_scaled(each, stiffness, damping) for each in gearbox.bearings)
-        other.__dict__["_gearbox"] = replace(gearbox, shafts=tuple(shafts), bearings=tuple(bearings))
+        kinds = {
+            kind: tuple(_scaled(each, stiffness, damping) for each in getattr(gearbox, kind))
+            for kind in ("bearings", "shaft_bearings")
+        }
+        other.__dict__["_gearbox"] = replace(gearbox, shafts=tuple(shafts), **kinds)
         return other
 
     @cached_property

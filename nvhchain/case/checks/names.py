@@ -15,9 +15,10 @@ def unknown_names(case: Any) -> Iterator[str]:
     shafts, gears = _names(_get(case, "shafts")), _names(_get(case, "gears"))
     for end in ("input_shaft", "output_shaft"):
         yield from _unknown(_get(case, end), shafts, f"{end}: shaft")
-    for kind in ("gears", "bearings"):
+    for kind in ("gears", "bearings", "shaft_bearings"):
         for part in _items(_get(case, kind)):
-            yield from _unknown(_get(part, "shaft"), shafts, f"{kind[:-1]} {_get(part, 'name')}: shaft")
+            for end in ("shaft", "outer_shaft"):
+                yield from _unknown(_get(part, end), shafts, f"{kind[:-1]} {_get(part, 'name')}: {end}")
     for stage in _items(_get(case, "stages")):
         for end in ("pinion", "wheel"):
             yield from _unknown(_get(stage, end), gears, f"stage {_get(stage, 'name')}: {end}")

@@ -61,7 +61,8 @@ class Assembly:
     bearings : series of bearings and seats.
     bearing_map : (n_bearing motions, n) displacement of the shafts against the seats.
     own_stiffness : (n_lateral,) stiffness of the unknowns without bearings.
-    link_stiffness : (n_lateral, n_lateral) stiffness of the bearings between shafts.
+    links : bearings between shafts, as a series without seats.
+    link_map : (n_link motions, n) displacement of their inner shafts against the outer ones.
     elastic_shaft : (n_elastic,) index of the shaft of each elastic motion.
     sections : cross-sections of the shafts.
     seat_shapes : (3 n_bearing, n_mode) mode shapes at the seats, in the order of the bearings.
@@ -93,7 +94,8 @@ class Assembly:
     bearings: BearingSeries
     bearing_map: FloatArray
     own_stiffness: FloatArray
-    link_stiffness: FloatArray
+    links: BearingSeries
+    link_map: FloatArray
     elastic_shaft: IntArray
     sections: Sections
 
@@ -115,7 +117,9 @@ class Assembly:
         It includes the constant forces of bearings that are linear about a point of operation.
         """
         load = np.asarray(self.torques.T @ torque)
-        return load if self.bearings.preload is None else load - self.bearing_map.T @ self.bearings.preload
+        for series, motion in ((self.bearings, self.bearing_map), (self.links, self.link_map)):
+            load = load if series.preload is None else load - motion.T @ series.preload
+        return load
 
     def with_preload(self, force: FloatArray) -> FloatArray:
         """Return bearing forces (…, 3 n_bearing) on the housing with their constant part (N)."""
@@ -171,19 +175,20 @@ def assemble(
     loose = [(i, gear, gearbox.shaft_index(gear.name)) for i, gear in enumerate(gearbox.loose_gears, start=n_shaft)]
     spun = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
     twists += [Wrench(at, gear.body.z, kinematics.rotation[i] * spun, i) for i, gear, at in loose]
-    links = [
+    links = bearing_series(gearbox.shaft_bearings, np.zeros((3 * len(gearbox.shaft_bearings),) * 2))
+    between = [
         [
-            [Wrench(gearbox.shaft_index(bearing.shaft), bearing.z, push), Wrench(outer, bearing.z, -push)]
-            for push in np.eye(6)[:3]
+            Wrench(gearbox.shaft_index(bearing.shaft), bearing.z, push),
+            Wrench(gearbox.shaft_index(bearing.outer_shaft), bearing.z, -push),
         ]
         for bearing in gearbox.shaft_bearings
-        for outer in [gearbox.shaft_index(bearing.outer_shaft)]
+        for push in np.eye(6)[: links.motions]
     ]
     shafts = sections(
         [_laden(gearbox, shaft) for shaft in gearbox.shafts],
         kinematics.rotation,
         5 * n_shaft + n_mode,
-        [*seats, *twists, *(wrench for row in (*contacts, *(push for of in links for push in of)) for wrench in row)],
+        [*seats, *twists, *(wrench for row in (*contacts, *between) for wrench in row)],
         element=fidelity.shaft_element if fidelity is not None and gearbox.flexible_shafts else 0.0,
         frequency=fidelity.shaft_frequency if fidelity is not None else 0.0,
     )
@@ -193,15 +198,11 @@ def assemble(
     k_eff, c_eff, forces = series.stiffness, series.damping, series.translations
 
     mass, own_stiffness, own_damping = _uncoupled_matrices(gearbox, shafts, modal_stiffness, modal_damping)
+    link_map = np.array([shafts.rows(ends)[0] for ends in between]).reshape(-1, len(mass))
     stiffness = np.diag(own_stiffness) + bearing_map.T @ k_eff @ bearing_map
+    stiffness += link_map.T @ links.stiffness @ link_map
     damping = np.diag(own_damping) + bearing_map.T @ c_eff @ bearing_map
-    link_stiffness = np.zeros_like(stiffness)
-    for bearing, pushes in zip(gearbox.shaft_bearings, links, strict=True):
-        between = np.array([shafts.rows(ends)[0] for ends in pushes])
-        radial, axial = bearing.damping
-        link_stiffness += between.T @ np.diag([bearing.radial_stiffness] * 2 + [bearing.axial_stiffness]) @ between
-        damping += between.T @ np.diag([radial, radial, axial]) @ between
-    stiffness += link_stiffness
+    damping += link_map.T @ links.damping @ link_map
     lowest, *_, highest = np.linalg.eigvalsh(stiffness / np.sqrt(np.outer(mass, mass)))
     if lowest <= 1e-12 * highest:
         raise InputError(
@@ -266,7 +267,8 @@ def assemble(
         bearings=series,
         bearing_map=widened(bearing_map),
         own_stiffness=own_stiffness,
-        link_stiffness=link_stiffness,
+        links=links,
+        link_map=widened(link_map),
         elastic_shaft=np.repeat(np.arange(n_shaft), [len(e.squared) for e in shafts.elastic or ()] or 0),
     ).set_speed(input_speed)
 

@@ -50,7 +50,7 @@ def bearing_series(bearings: Sequence[Bearing], residual: FloatArray) -> Bearing
         k_eff = np.linalg.inv(np.diag(1.0 / k_b) + residual)
         k_eff = 0.5 * (k_eff + k_eff.T)
         c_eff = (k_eff / k_b) @ np.diag(c_b) @ (k_eff / k_b).T
-        _check_stable(float(np.linalg.eigvalsh(k_eff)[0]) > 0)
+        _check_stable(bool((np.linalg.eigvalsh(k_eff) > 0.0).all()))
         return BearingSeries(3, k_eff, c_eff, None, np.arange(len(k_b)), residual)
     size = 5 * len(bearings)
     translations = (5 * np.arange(len(bearings))[:, None] + np.arange(3)).ravel()

@@ -46,7 +46,8 @@ class Gearbox:
         Two give independent slices their exact resistance to tilt.
     loose_gears : tuple of LooseGear
         Gears that turn freely on their shafts. With one, input and output may be the same shaft: a gearbox in neutral,
-        whose input torque only covers the drag. A shaft that carries nothing but loose gears stands still.
+        whose input torque only covers the drag. A shaft that carries nothing but loose gears, or other shafts in
+        bearings, stands still.
     shaft_bearings : tuple of ShaftBearing
         Bearings between coaxial shafts.
 
@@ -79,7 +80,7 @@ class Gearbox:
         names = [shaft.name for shaft in self.shafts]
         require(len(names) > 0, "gearbox: at least one shaft is needed")
         check_names(names, "gearbox shafts")
-        check_names([bearing.name for bearing in (*self.bearings, *self.shaft_bearings)], "gearbox bearings")
+        check_names([bearing.name for bearing in self.supports], "gearbox bearings")
         known = ", ".join(names)
         self._check_shaft_bearings()
         for bearing in self.bearings:
@@ -88,10 +89,10 @@ class Gearbox:
                 f"bearing {bearing.name}: shaft {bearing.shaft!r} is unknown; known shafts: {known}",
             )
         for name in names:
-            planes = {bearing.z for bearing in (*self.bearings, *self.shaft_bearings) if bearing.shaft == name}
-            planes |= {bearing.z for bearing in self.shaft_bearings if bearing.outer_shaft == name}
+            held = [bearing for bearing in self.supports if name in (bearing.shaft, getattr(bearing, "outer_shaft", ""))]
+            planes = {bearing.z for bearing in held}
             require(
-                len(planes) >= 2,
+                len(planes) >= 2 or any(bearing.holds_tilt for bearing in held),
                 f"shaft {name} has bearings in {len(planes)} plane(s): it can tilt freely; give it two bearings",
             )
         for gear in self.loose_gears:
@@ -120,7 +121,9 @@ class Gearbox:
                 if {mesh.pinion_shaft, mesh.wheel_shaft} & reached:
                     reached |= {mesh.pinion_shaft, mesh.wheel_shaft}
         meshing = {end for mesh in self.meshes for end in (mesh.pinion_shaft, mesh.wheel_shaft)}
-        still = {gear.shaft for gear in self.loose_gears} - meshing - {self.input_shaft, self.output_shaft}
+        carriers = {gear.shaft for gear in self.loose_gears}
+        carriers |= {end for bearing in self.shaft_bearings for end in (bearing.shaft, bearing.outer_shaft)}
+        still = carriers - meshing - {self.input_shaft, self.output_shaft}
         missing = [name for name in self.rotors if name not in reached | still]
         require(not missing, f"gearbox: no mesh joins shaft(s) {', '.join(missing)} to the input: add the mesh")
         count = len(self.rotors) - len(still)
@@ -145,6 +148,11 @@ class Gearbox:
                 f"bearing {bearing.name}: shafts {bearing.shaft} and {bearing.outer_shaft} are {1e3 * apart:.3g} mm "
                 f"apart, of {1e3 * COAXIAL:g} mm: a bearing between shafts needs coaxial ones",
             )
+
+    @property
+    def supports(self) -> tuple[Bearing, ...]:
+        """Bearings in the housing, then those between shafts."""
+        return (*self.bearings, *self.shaft_bearings)
 
     @property
     def rotors(self) -> tuple[str, ...]:

@@ -21,6 +21,7 @@ from nvhchain.bearings import (
     StiffnessTable,
     Tapered,
 )
+from nvhchain.bearings.loaded import usual_stiffness
 from nvhchain.dimensions import Inertia, Length, Modulus
 from nvhchain.dynamics.model.angle_laws import LoadCentre, MeshFriction
 from nvhchain.errors import require, require_all
@@ -319,6 +320,11 @@ class Bearing:
         """True where the stiffness does not depend on the load."""
         return self.model is None or isinstance(self.model, StiffnessMatrix)
 
+    @property
+    def holds_tilt(self) -> bool:
+        """True where the bearing resists tilts of its shaft."""
+        return self.model is not None and bool(usual_stiffness(self.model)[0][3, 3] > 0.0)
+
     def evaluate(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return force (5,) and stiffness (5, 5) at the displacement `u` (5,): x, y, z, tilts about x and y."""
         if self.model is not None:
@@ -329,7 +335,7 @@ class Bearing:
 
 @dataclass(frozen=True)
 class ShaftBearing(Bearing):
-    """Bearing between two coaxial shafts, such as the pilot bearing of a coaxial gearbox; rotations are free.
+    """Bearing between two coaxial shafts, such as a pilot bearing, or the needles of an idler gear on its pin.
 
     Parameters
     ----------
@@ -348,11 +354,6 @@ class ShaftBearing(Bearing):
         require(
             bool(self.outer_shaft) and self.outer_shaft != self.shaft,
             f"bearing {self.name}: shaft = {self.shaft!r} and outer_shaft = {self.outer_shaft!r}: name two shafts",
-        )
-        require(
-            self.model is None,
-            f"bearing {self.name}: a bearing between shafts is linear: give radial_stiffness and axial_stiffness in "
-            "place of the model",
         )
 
 

@@ -21,8 +21,6 @@ from nvhchain.handoff import ComplexArray, FloatArray, MeshLaw, ReducedHousing
 from nvhchain.kinds import checked
 from nvhchain.runtime.threads import one_blas_thread
 
-BETWEEN_SHAFTS = "bearings between shafts"
-"""Part that holds the strain of all bearings between shafts."""
 HOUSING = "housing"
 """Part that holds the energy of the housing, and the strain of the bearing seats."""
 
@@ -221,12 +219,13 @@ def _strain(assembly: Assembly, contact: FloatArray, shapes: ComplexArray) -> tu
     force = assembly.bearings.stiffness @ moved
     given = assembly.bearings.residual @ force
     own, seats = ((force.conj() * each).real for each in (moved - given, given))
-    motions = assembly.bearings.motions
-    for i, bearing in enumerate(box.bearings):
-        found[f"bearing {bearing.name}"] = own[motions * i : motions * (i + 1)].sum(axis=0)
-    if box.shaft_bearings:
-        x = shapes[:lateral]
-        found[BETWEEN_SHAFTS] = (x.conj() * (assembly.link_stiffness @ x)).real.sum(axis=0)
+    between = assembly.link_map @ shapes
+    linked = (between.conj() * (assembly.links.stiffness @ between)).real
+    n = shapes.shape[1]
+    parts = ((own, assembly.bearings.motions), (linked, assembly.links.motions))
+    by_bearing = np.concatenate([energy.reshape(-1, motions, n).sum(axis=1) for energy, motions in parts])
+    for bearing, energy in zip(box.supports, by_bearing, strict=True):
+        found[f"bearing {bearing.name}"] = energy
     stretched = assembly.own_stiffness[:, None] * np.abs(shapes[:lateral]) ** 2
     first = lateral - len(assembly.elastic_shaft)
     for i, shaft in enumerate(box.shafts if first < lateral else ()):

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from nvhchain.bearings import StiffnessMatrix
 from nvhchain.bearings.catalogue import RollingBearing
@@ -52,10 +54,12 @@ class Equilibrium:
         Forces along the flank normals (N), < 0 on back flanks.
     bearing_load : (n_bearing, 5) array
         Forces on the housing along x, y, z (N) and moments about x and y (N m).
-    displacement : (n_bearing, 5) array
-        Displacement of the shafts against the seats (m, rad).
-    stiffness : (n_bearing, 5, 5) array
-        Tangent stiffness (N/m, N, N m).
+    shaft_bearing_load : (n_shaft_bearing, 5) array
+        Forces and moments of the inner shafts on the outer ones, in the order of `gearbox.shaft_bearings`.
+    displacement : (n_support, 5) array
+        Displacement of the shafts against the seats, then of inner against outer shafts (m, rad).
+    stiffness : (n_support, 5, 5) array
+        Tangent stiffness (N/m, N, N m), in the order of `gearbox.supports`.
     misalignment : (n_mesh, 2) array
         Tilts of each wheel against its pinion (rad), as of `static_misalignment`.
     steps : int
@@ -69,6 +73,7 @@ class Equilibrium:
     gearbox: Gearbox
     mesh_force: FloatArray
     bearing_load: FloatArray
+    shaft_bearing_load: FloatArray
     displacement: FloatArray
     stiffness: FloatArray
     misalignment: FloatArray
@@ -118,31 +123,33 @@ def equilibrium(
     series with the bearings. Seats do not tilt. The energy is convex, and Newton's method minimises it from the
     unloaded position (`nvhchain.bearings.newton`).
     """
-    made = [usual_stiffness(bearing) for bearing in gearbox.bearings]
+    supports, n_seat = gearbox.supports, len(gearbox.bearings)
+    made = [usual_stiffness(bearing) for bearing in supports]
     usual, reach = np.array([stiffness for stiffness, _ in made]), max(each for _, each in made)
     stand_in = tuple(
         replace(bearing, model=_matrix(k), radial_stiffness=1.63e8, axial_stiffness=5.05e7)
-        for bearing, k in zip(gearbox.bearings, _held(usual), strict=True)
+        for bearing, k in zip(supports, _held(usual), strict=True)
     )
-    assembly = assemble(replace(gearbox, bearings=stand_in), mesh_laws, housing, fidelity=fidelity)
-    n, seats = assembly.lateral, assembly.bearing_map[:, : assembly.lateral]
+    assembly = assemble(_supported(gearbox, stand_in), mesh_laws, housing, fidelity=fidelity)
+    n, between = assembly.lateral, assembly.links
+    seats = np.vstack([assembly.bearing_map, assembly.link_map])[:, :n]
     load = assembly.load(shaft_torques(gearbox, assembly.train, input_torque))
     mesh_force = static_mesh_forces(assembly, load)
     carried = np.array([share * mesh_force[mesh] for mesh, share in zip(assembly.mesh, assembly.share, strict=True)])
     flank = assembly.contact[2 * np.arange(len(carried)) + (carried < 0.0), :n]
     outside = load[:n] - flank.T @ np.abs(carried)
-    spring = seats.T @ assembly.bearings.stiffness @ seats
+    spring = seats.T @ block_diag(assembly.bearings.stiffness, between.stiffness) @ seats
     diagonal = np.diag(assembly.stiffness)[:n]
     scale = max(float(np.linalg.norm(outside / np.sqrt(diagonal))), LEAST_LOAD / float(np.sqrt(diagonal[0])))
-    bearings = _Seated(gearbox.bearings, assembly.bearings.residual)
+    bearings = _Seated(supports, block_diag(assembly.bearings.residual, between.residual))
 
     def forces(x: FloatArray) -> tuple[FloatArray, FloatArray]:
         force, stiffness = bearings.evaluate(seats @ x)
-        own, links = assembly.own_stiffness, assembly.link_stiffness
-        return own * x + seats.T @ force + links @ x, np.diag(own) + seats.T @ stiffness @ seats + links
+        own = assembly.own_stiffness
+        return own * x + seats.T @ force, np.diag(own) + seats.T @ stiffness @ seats
 
     moved = (seats @ np.linalg.solve(assembly.stiffness[:n, :n], outside)).reshape(-1, 5)[:, :3]
-    nonlinear = not all(bearing.linear for bearing in gearbox.bearings)
+    nonlinear = not all(bearing.linear for bearing in supports)
     surplus = load_surplus(moved, reach) if nonlinear else 1.0
     try:
         settled = settle(forces, outside, spring, np.sqrt(diagonal) * scale, RESIDUAL, surplus)
@@ -151,26 +158,33 @@ def equilibrium(
     x = settled.position
     loads = bearings.evaluate(seats @ x)[0].reshape(-1, 5)
     place = bearings.displacement.reshape(-1, 5)
-    stiffness = np.array([b.evaluate(u)[1] for b, u in zip(gearbox.bearings, place, strict=True)])
-    for bearing, u in zip(gearbox.bearings, place, strict=True):
+    stiffness = np.array([b.evaluate(u)[1] for b, u in zip(supports, place, strict=True)])
+    for bearing, u in zip(supports, place, strict=True):
         if isinstance(bearing.model, RollingBearing):
             bearing.model.check_load(u, bearing.name)
     operating = tuple(
         bearing if bearing.linear else replace(bearing, model=_matrix(k, force, u))
-        for bearing, k, force, u in zip(gearbox.bearings, stiffness, loads, place, strict=True)
+        for bearing, k, force, u in zip(supports, stiffness, loads, place, strict=True)
     )
     tilted = np.concatenate([x, np.zeros(assembly.free.shape[1])])
     return Equilibrium(
-        replace(gearbox, bearings=operating),
+        _supported(gearbox, operating),
         mesh_force,
-        loads,
+        loads[:n_seat],
+        loads[n_seat:],
         place,
         stiffness,
         np.asarray((assembly.misalignment @ tilted).reshape(-1, 2)),
         settled.steps,
         settled.residual,
-        _unbalance(assembly, outside - assembly.link_stiffness @ x, seats, loads),
+        _unbalance(assembly, outside, seats, loads),
     )
+
+
+def _supported(gearbox: Gearbox, supports: Sequence[Any]) -> Gearbox:
+    """Return the gearbox with other bearings, in the order of `Gearbox.supports`."""
+    n_seat = len(gearbox.bearings)
+    return replace(gearbox, bearings=tuple(supports[:n_seat]), shaft_bearings=tuple(supports[n_seat:]))
 
 
 def _matrix(stiffness: FloatArray, force: FloatArray | None = None, place: FloatArray | None = None) -> StiffnessMatrix:
@@ -253,11 +267,13 @@ def _refusal(gearbox: Gearbox, assembly: Assembly, outside: FloatArray, torque: 
     """Return the message for a gearbox that finds no equilibrium: the shaft whose thrust nothing carries, if one."""
     for i, shaft in enumerate(gearbox.shafts):
         thrust = float(outside[5 * i + 2])
-        on_it = [bearing for bearing in gearbox.bearings if bearing.shaft == shaft.name]
-        names = ", ".join(bearing.name for bearing in on_it)
+        # an outer shaft moves against its inner one
+        on_it = [(1.0, bearing) for bearing in gearbox.supports if bearing.shaft == shaft.name]
+        on_it += [(-1.0, bearing) for bearing in gearbox.shaft_bearings if bearing.outer_shaft == shaft.name]
+        names = ", ".join(bearing.name for _, bearing in on_it)
         for way in (1.0, -1.0) if thrust >= 0.0 else (-1.0, 1.0):
             push = np.array([0.0, 0.0, way * FAR, 0.0, 0.0])
-            if any(way * bearing.evaluate(push)[0][2] > 0.0 for bearing in on_it):
+            if any(side * way * bearing.evaluate(side * push)[0][2] > 0.0 for side, bearing in on_it):
                 continue
             force = (
                 f"its thrust of {thrust:.4g} N"

@@ -460,6 +460,7 @@ class GearboxCase:
         stiffness = 2e6 * max(1.0, *map(abs, self.mesh_forces)) * reach[None, :]
         return tuple(tabulated(pair, np.zeros(1), reach, stiffness) for pair in self.pairs)
 
+
 def _damped(bearing: Support) -> Support:
     """Return the bearing, with `USUAL_DAMPING` where the case gives it no damping at all."""
     return bearing if bearing.damped else replace(bearing, stiffness_damping=USUAL_DAMPING)

@@ -6,12 +6,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nvhchain.bearings import StiffnessMatrix
+from nvhchain.bearings import Cylindrical, StiffnessMatrix, StiffnessTable, displacement
 from nvhchain.case import load_case
 from nvhchain.case.rexs import import_rexs
-from nvhchain.dynamics import ShaftBearing, equilibrium, static_bearing_forces
+from nvhchain.dynamics import (
+    Bearing,
+    Cylinder,
+    Gearbox,
+    Mesh,
+    Shaft,
+    ShaftBearing,
+    equilibrium,
+    static_bearing_forces,
+    system_modes,
+)
 from nvhchain.dynamics.model.assembly import assemble
 from nvhchain.errors import InputError
+from nvhchain.testing import two_stages
 from nvhchain.testing.rexs_units import coaxial_unit
 
 
@@ -100,8 +111,86 @@ def test_equilibrium_of_rolling_bearings_feels_the_bearing_between_shafts(case):
     assert settled.unbalance < 1e-8
 
 
-def test_a_model_between_shafts_is_refused(case):
-    matrix = StiffnessMatrix(tuple(map(tuple, np.diag([1e8, 1e8, 1e7, 0.0, 0.0]).tolist())))
-    link = ShaftBearing("L", "S1", 0.08, outer_shaft="S3")
-    with pytest.raises(InputError, match="a bearing between shafts is linear"):
-        replace(link, model=matrix)
+NEEDLES = Cylindrical(
+    elements=20, element_diameter=5e-3, element_length=30e-3, pitch_diameter=40e-3, clearance=20e-6, axial_stiffness=1e7
+)
+
+
+def idler(model=NEEDLES):
+    """Spur gears in line: A drives the idler B, which turns on a pin that stands still, and B drives C."""
+    first = two_stages.law(0).replace(base_helix_angle=0.0)
+    angle = 2 * np.pi / 20 * np.arange(len(first.angle)) / len(first.angle)
+    second = first.replace(
+        teeth=(50, 20), base_radius=first.base_radius[::-1].copy(), period=2 * np.pi / 20, angle=angle
+    )
+    step = first.centre_distance
+    shafts = (
+        Shaft("A", (0.0, 0.0), (Cylinder(-0.05, 0.05, 0.03),)),
+        Shaft("B", (0.0, step), (Cylinder(-0.015, 0.015, 0.12, 0.045),)),
+        Shaft("C", (0.0, 2 * step), (Cylinder(-0.05, 0.05, 0.03),)),
+        Shaft("P", (0.0, step), (Cylinder(-0.05, 0.05, 0.035),)),
+    )
+    seats = tuple(Bearing(f"{name}{z:+g}", name, z) for name in "ACP" for z in (-0.05, 0.05))
+    needles = ShaftBearing("N", "P", 0.0, model=model, outer_shaft="B")
+    meshes = (Mesh("A", "B", 0.0), Mesh("B", "C", 0.0))
+    return Gearbox(shafts, seats, meshes, "A", "C", shaft_bearings=(needles,)), (first, second)
+
+
+@pytest.mark.parametrize("torque", [2.5, 25.0, 250.0, 375.0, -250.0])
+def test_needles_of_an_idler_carry_both_meshes(torque):
+    """Gears in line push the idler by twice the tangential force, 2 T/r_w, whatever the needles are."""
+    box, laws = idler()
+    found = equilibrium(box, laws, None, input_torque=torque)
+    tangential = torque / (laws[0].centre_distance * 20 / 70)
+    (load,) = found.shaft_bearing_load
+    assert abs(load[0]) == pytest.approx(2 * abs(tangential), rel=1e-8)
+    assert np.abs(load[1:3]).max() < 1e-8 * abs(load[0])
+    assert found.steps <= 20
+    assert found.unbalance < 1e-8
+    # the needles give way as they do alone
+    alone = displacement(NEEDLES, load, tilts=False)
+    assert found.displacement[-1] == pytest.approx(alone, rel=1e-6, abs=1e-12)
+    assert found.stiffness[-1] == pytest.approx(NEEDLES.evaluate(alone)[1], rel=1e-5, abs=1e-3)
+    # and the linear gearbox at this load stays there
+    again = static_bearing_forces(found.gearbox, laws, None, input_torque=torque)
+    assert (
+        np.abs(np.reshape(again, (-1, 3)) - found.bearing_load[:, :3]).max() < 1e-7 * np.abs(found.bearing_load).max()
+    )
+
+
+def test_an_idler_bounces_along_its_pin():
+    """Spur teeth leave the ring free along z: ring on spring on pin on two seats, in closed form."""
+    stiffness = np.diag([1e8, 1e8, 3e6, 1e5, 1e5])
+    box, laws = idler(StiffnessMatrix(tuple(map(tuple, stiffness.tolist()))))
+    modes = system_modes(box, laws, None, input_torque=250.0, damped=False)
+    ring, pin, seat = box.shafts[1].inertia().mass, box.shafts[3].inertia().mass, 2 * 5.05e7
+    squared = np.linalg.eigvals(np.array([[3e6 / ring, -3e6 / ring], [-3e6 / pin, (3e6 + seat) / pin]]))
+    for frequency in np.sqrt(squared) / (2 * np.pi):
+        assert np.abs(modes.frequency / frequency - 1.0).min() < 1e-9
+    slow = np.abs(modes.frequency - np.sqrt(squared.min()) / (2 * np.pi)).argmin()
+    needles = modes.strain_parts.index("bearing N")
+    assert modes.strain[slow, needles] == pytest.approx(seat / (seat + 3e6), rel=1e-2)
+    assert modes.strain.sum(axis=1) == pytest.approx(1.0, rel=1e-9)
+
+
+def test_a_row_that_cannot_hold_tilts_does_not_carry_an_idler_alone():
+    with pytest.raises(InputError, match="shaft B has bearings in 1 plane"):
+        idler(StiffnessTable((0.0,), (1e8,), (0.0,), (1e8,)))
+
+
+@pytest.mark.parametrize("share", [0.01, 0.1, 1.0, 1.5, -1.0])
+@pytest.mark.parametrize("clearance", [0.0, 30e-6])
+def test_concentric_shafts_on_rollers_balance_in_twenty_steps(case, share, clearance):
+    model = Cylindrical(
+        bore=20e-3, outer_diameter=35e-3, width=16e-3, elements=14, element_diameter=5e-3, element_length=10e-3,
+        clearance=clearance, axial_stiffness=1e7,
+    )  # fmt: skip
+    box = case.gearbox_with_gears
+    link = replace(box.shaft_bearings[0], model=model, radial_stiffness=1.63e8, axial_stiffness=5.05e7)
+    box = replace(box, shaft_bearings=(link,))
+    found = equilibrium(box, case.straight_laws, None, input_torque=60.0 * share)
+    assert found.steps <= 20
+    assert found.unbalance < 1e-8
+    total = found.bearing_load[:, :3].sum(axis=0)
+    assert np.abs(total).max() < 1e-8 * np.abs(found.bearing_load).max()
+    assert found.shaft_bearing_load[0, :2].any()

@@ -89,7 +89,9 @@ class Gearbox:
                 f"bearing {bearing.name}: shaft {bearing.shaft!r} is unknown; known shafts: {known}",
             )
         for name in names:
-            held = [bearing for bearing in self.supports if name in (bearing.shaft, getattr(bearing, "outer_shaft", ""))]
+            held = [
+                bearing for bearing in self.supports if name in (bearing.shaft, getattr(bearing, "outer_shaft", ""))
+            ]
             planes = {bearing.z for bearing in held}
             require(
                 len(planes) >= 2 or any(bearing.holds_tilt for bearing in held),

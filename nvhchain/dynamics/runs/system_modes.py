@@ -16,7 +16,7 @@ from nvhchain.dynamics.time_loop.law_table import tabulate
 from nvhchain.dynamics.time_loop.propagator import modal_form
 from nvhchain.dynamics.time_loop.quasi_static import laws_of_rows, nominal_mesh_forces
 from nvhchain.dynamics.time_loop.simulation import mean_stiffness
-from nvhchain.fidelity import DynamicsFidelity
+from nvhchain.fidelity import STANDARD, DynamicsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, MeshLaw, ReducedHousing
 from nvhchain.kinds import checked
 from nvhchain.runtime.threads import one_blas_thread
@@ -119,7 +119,7 @@ def system_modes(
     η, undamped modes with gyroscopic terms are those of a Hermitian matrix. The seats' residual flexibility counts as
     housing.
     """
-    fidelity = fidelity or DynamicsFidelity()
+    fidelity = fidelity or STANDARD.dynamics
     speed = input_speed if gearbox.gyroscopic else 0.0
     assembly = assemble(gearbox, mesh_laws, housing, input_speed=speed, fidelity=fidelity)
     torque = shaft_torques(gearbox, assembly.train, input_torque, assembly.inertia, 0.0)

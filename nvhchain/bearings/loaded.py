@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
 
 from nvhchain.bearings.newton import settle
+from nvhchain.bearings.rows import BallRow, RollerRow
 from nvhchain.errors import SolverError, require
 from nvhchain.handoff import FloatArray
 
@@ -49,6 +51,13 @@ def usual_stiffness(bearing: Supporting) -> tuple[FloatArray, float]:
         if all(each[:2, :2].any() for each in made):
             break
     return np.asarray(np.mean(made, axis=0)), SMALL * 2.0**growth
+
+
+def holds_tilt(bearing: Supporting | None) -> bool:
+    """Return True for a bearing that resists tilts; one without model, and a single row of balls, do not."""
+    rows: Sequence[BallRow | RollerRow] = getattr(bearing, "rows", ())
+    balls = len(rows) == 1 and isinstance(rows[0], BallRow)
+    return bearing is not None and not balls and bool(usual_stiffness(bearing)[0][3, 3] > 0.0)
 
 
 def load_surplus(moved: FloatArray, reach: float) -> float:

@@ -15,7 +15,8 @@ import numpy as np
 from nvhchain import dynamics, gear, levels
 from nvhchain.bearings import StiffnessMatrix
 from nvhchain.case import GearboxCase, Options
-from nvhchain.dynamics import Bearing, Gearbox, LoadCentre, MeshFriction
+from nvhchain.case.gearbox import Support
+from nvhchain.dynamics import Gearbox, LoadCentre, MeshFriction
 from nvhchain.fidelity import STANDARD, GearFidelity
 from nvhchain.gear import SOLID, GearPair, MeshPeriod, Misalignment
 from nvhchain.handoff import FloatArray, MeshLaw
@@ -76,11 +77,12 @@ class LinearGearbox:
         other, gearbox = LinearGearbox(self.case), self._gearbox
         other._periods = self._periods
         shafts = (replace(each, modal_damping=min(0.5, damping * each.modal_damping)) for each in gearbox.shafts)
-        kinds = {
-            kind: tuple(_scaled(each, stiffness, damping) for each in getattr(gearbox, kind))
-            for kind in ("bearings", "shaft_bearings")
-        }
-        other.__dict__["_gearbox"] = replace(gearbox, shafts=tuple(shafts), **kinds)
+        other.__dict__["_gearbox"] = replace(
+            gearbox,
+            shafts=tuple(shafts),
+            bearings=tuple(_scaled(each, stiffness, damping) for each in gearbox.bearings),
+            shaft_bearings=tuple(_scaled(each, stiffness, damping) for each in gearbox.shaft_bearings),
+        )
         return other
 
     @cached_property
@@ -191,7 +193,7 @@ class LinearGearbox:
         return self._periods[stage, tilt]
 
 
-def _scaled(bearing: Bearing, stiffness: float, damping: float) -> Bearing:
+def _scaled(bearing: Support, stiffness: float, damping: float) -> Support:
     """Return a bearing with other stiffness and damping; its damping does not follow its stiffness."""
     damped = replace(
         bearing,

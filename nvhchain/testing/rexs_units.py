@@ -187,6 +187,52 @@ def coaxial_unit() -> RexsUnit:
     return unit
 
 
+def idler_unit() -> RexsUnit:
+    """Return spur gears in a row whose middle one turns on a needle bearing on a pin, which carries no gear.
+
+    Returns
+    -------
+    RexsUnit
+        Unit.
+    """
+    unit = gear_train((20, 31), (31, 25), helix=0.0)
+    _, second, third, fourth = unit.of("cylindrical_gear")
+    unit.attributes(third)["u_coordinate_on_shaft"] = (42.0, "mm")  # a ring with one set of teeth
+    unit.attributes(fourth)["u_coordinate_on_shaft"] = (42.0, "mm")
+    swap = {("gear_1", third): ("gear_1", second)}
+    unit.relations = [(kind, [swap.get(end, end) for end in ends]) for kind, ends in unit.relations]
+    _, ring, _ = unit.of("shaft")
+    unit.attributes(unit.of("shaft_section")[1]).update(
+        u_coordinate_on_shaft=(30.0, "mm"),
+        length=(24.0, "mm"),
+        outer_diameter_begin=(60.0, "mm"),
+        outer_diameter_end=(60.0, "mm"),
+        inner_diameter_begin=(40.0, "mm"),
+        inner_diameter_end=(40.0, "mm"),
+    )
+    pin = unit.add("shaft", "Pin", **unit.attributes(ring))
+    section = unit.add(
+        "shaft_section", length=(120.0, "mm"), outer_diameter_begin=(28.0, "mm"), outer_diameter_end=(28.0, "mm")
+    )
+    unit.relate("assembly", assembly=pin, part=section)
+    unit.relations = [
+        (kind, [(role, pin if role == "inner_part" and end == ring else end) for role, end in ends])
+        for kind, ends in unit.relations
+    ]
+    needles = unit.add(
+        "rolling_bearing_with_catalog_geometry",
+        bearing_type=("radial_needle_roller_bearing", "none"),
+        u_coordinate_on_shaft_inner_side=(42.0, "mm"),
+        inner_diameter=(28.0, "mm"),
+        outer_diameter=(40.0, "mm"),
+        width=(22.0, "mm"),
+        radial_dynamic_load_rating=(28.0, "kN"),
+        radial_static_load_rating=(40.0, "kN"),
+    )
+    unit.relate("side", assembly=needles, inner_part=pin, outer_part=ring)
+    return unit
+
+
 def _place(u: float, v: float, reference: int) -> dict[str, tuple[Any, str]]:
     return {
         "support_vector": ([u, v, 0.0], "mm"),

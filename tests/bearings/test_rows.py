@@ -164,6 +164,37 @@ def test_half_the_row_carries_at_the_axial_load_of_nsk(kind, factor):
     assert abs(force[2] / (factor * force[0] * np.tan(angle)) - 1.0) < 5e-3
 
 
+# T. A. Harris and M. N. Kotzalas, Rolling Bearing Analysis, Essential Concepts, 5th ed., table 7.4, points: ε,
+# J_r = F_r/(Z Q_max cos α), J_a = F_a/(Z Q_max sin α); as a public program quotes them. The ratio of its third column,
+# J_r/J_a, is misprinted at ε = 1.25.
+HARRIS = [
+    (0.2, 0.1590, 0.1707),
+    (0.3, 0.1892, 0.2110),
+    (0.4, 0.2117, 0.2462),
+    (0.5, 0.2288, 0.2782),
+    (0.6, 0.2416, 0.3084),
+    (0.7, 0.2505, 0.3374),
+    (0.8, 0.2559, 0.3658),
+    (0.9, 0.2576, 0.3945),
+    (1.0, 0.2546, 0.4244),
+    (1.25, 0.2289, 0.5044),
+    (1.67, 0.1871, 0.6060),
+    (2.5, 0.1339, 0.7240),
+    (5.0, 0.0711, 0.8558),
+]
+
+
+@pytest.mark.parametrize(("zone", "j_r", "j_a"), HARRIS)
+def test_balls_share_radial_load_and_thrust_as_in_the_table_of_harris(zone, j_r, j_a):
+    angle, small = 0.7, 1e-8
+    bearing = AngularContact(elements=400, element_diameter=1e-3, pitch_diameter=300e-3, contact_angle=angle, thrust=1)
+    # ε = (1 + δ_a tan α/δ_r)/2
+    u = np.array([small, 0.0, (2.0 * zone - 1.0) * small / np.tan(angle), 0.0, 0.0])
+    force, largest = bearing.evaluate(u)[0], bearing.element_loads(u)[0].max()
+    assert force[0] / (400 * largest * np.cos(angle)) == pytest.approx(j_r, rel=3e-3)
+    assert force[2] / (400 * largest * np.sin(angle)) == pytest.approx(j_a, rel=3e-3)
+
+
 def test_an_even_thrust_loads_all_balls_alike():
     bearing = BEARINGS["angular contact"]
     u = displacement(bearing, np.array([0.0, 0.0, 5e3, 0.0, 0.0]))

@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from nvhchain.bearings import Cylindrical
 from nvhchain.case import load_case
 from nvhchain.case.rexs import import_rexs
 from nvhchain.case.rexs.backlash import recommended_backlash
@@ -15,7 +16,7 @@ from nvhchain.dynamics.model.assembly import assemble
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DRAFT
 from nvhchain.gear import GearGeometry, base_tangent_length, dimension_over_balls
-from nvhchain.testing.rexs_units import coaxial_unit, gear_train
+from nvhchain.testing.rexs_units import coaxial_unit, gear_train, idler_unit
 
 
 def imported(unit, folder, **options):
@@ -217,6 +218,27 @@ def test_a_coaxial_unit_gets_an_inner_wall_and_a_bearing_between_its_shafts(tmp_
     wall = case.housing.inner_walls[0]
     assert [b.name for b in case.housing.bores_in(2)] == [b.name for b in case.bearings if abs(b.z - wall.z) < 0.02]
     assert case.shafts[0].axis == case.shafts[2].axis
+
+
+def test_an_idler_on_needles_keeps_its_pin(tmp_path):
+    """The pin carries no gear and stands still; the needles carry twice the tangential force, 2 · 60 N m/30 mm."""
+    case, _ = imported(idler_unit(), tmp_path)
+    (needles,) = case.shaft_bearings
+    assert (needles.shaft, needles.outer_shaft, type(needles.model)) == ("Pin", "S2", Cylindrical)
+    assert "Pin" not in case.shaft_orders
+    assert np.linalg.norm(case.equilibrium.shaft_bearing_load[0][:3]) == pytest.approx(4000.0, rel=1e-8)
+    assert case.equilibrium.unbalance < 1e-8
+
+
+def test_a_bearing_whose_side_is_a_gear_holds_the_shaft_of_the_gear(tmp_path):
+    unit = idler_unit()
+    ring, gear = unit.of("shaft")[1], unit.of("cylindrical_gear")[1]
+    unit.relations = [
+        (kind, [(role, gear if role == "outer_part" and end == ring else end) for role, end in ends])
+        for kind, ends in unit.relations
+    ]
+    case, _ = imported(unit, tmp_path)
+    assert case.shaft_bearings[0].outer_shaft == "S2"
 
 
 @pytest.mark.parametrize("stages", [((20, 31),), ((20, 31), (18, 40)), ((20, 31), (20, 40), (21, 35))])

@@ -1,5 +1,7 @@
 """Base tangent length, balls, pins and backlash against contact found numerically, and published values."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize_scalar
@@ -179,3 +181,10 @@ def test_published_examples():
     assert sizes(helical).normal_thickness == pytest.approx(8.5819e-3, abs=5e-8)
     # machinecalcs.com, span measurement calculator: m 2, z 20, k 3
     assert base_tangent_length(gear(20, normal_module=2e-3, bore_radius=5e-3), 3) == pytest.approx(15.321e-3, abs=5e-7)
+    # AGMA and GearCutter over pins, as quoted in a public report on a calculator of such sizes: 127 teeth, P_nd 12,
+    # 10.5°, s_n 0.1309 inch, pins of 0.144 inch: 10.967749 inch; to its last digit and that of the thickness
+    inch = 25.4e-3
+    fine = gear(127, 10.5, normal_module=inch / 12)
+    fine = replace(fine, thickness_allowance=sizes(fine).normal_thickness - 0.1309 * inch)
+    found = dimension_over_balls(fine, 0.144 * inch, "pins") / inch
+    assert found == pytest.approx(10.967749, abs=2e-6)

@@ -55,6 +55,12 @@ def arranged(unit: GearUnit, nominal: dict[str, float]) -> Arrangement:
         if far.shaft not in shifts:
             placed = shafts[far.shaft].axis is not None or near.z is None or far.z is None
             shifts[far.shaft] = 0.0 if placed else near.z + shifts[near.shaft] - far.z  # type: ignore[operator]
+    for _ in unit.bearings:  # shafts without gears lie on the axis of those that they carry
+        for bearing in unit.bearings:
+            ends = bearing.shaft, bearing.outer_shaft
+            if bearing.outer_shaft and len(set(ends) & set(axes)) == 1:
+                held, free = ends if ends[0] in axes else ends[::-1]
+                axes[free], shifts[free] = axes[held], shifts[held]
     planes, widths = _common(unit, shifts)
     return Arrangement(axes, shifts, planes, widths, distances)
 

@@ -80,7 +80,7 @@ def estimate(
         inside = _elements(bearing, kind, bore, outer, width)
         count = inside.count * (bearing.rows or 1)
         own = _kraemer(kind, count, inside.diameter, inside.length, load, angle)
-        if radial is None and axial is None and rolling and not bearing.outer_shaft and kind == bearing.kind:
+        if radial is None and axial is None and rolling and kind == bearing.kind:
             model = rolling_model(unit, bearing, (bore, outer, width), inside, angle, own)
             if model is not None:
                 stiff = max(2.0 * tan(angle) ** 2 * own, FREE)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil, cos, pi
 
+from nvhchain.bearings.loaded import holds_tilt
 from nvhchain.case.rexs.arranged import Arrangement, arranged
 from nvhchain.case.rexs.completed import Comparison, complete_gears, nominal_distances, shared_data
 from nvhchain.case.rexs.estimates import BearingEstimate, bearing_loads, estimate
@@ -180,7 +181,8 @@ def _supports(
     for shaft in unit.shafts:
         held = [s for s in seats if s.bearing.shaft == shaft.name]
         joined = [s for s in links if shaft.name in (s.bearing.shaft, s.bearing.outer_shaft)]
-        if len(held) + len(joined) < 2:
+        stiff = any(holds_tilt(s.estimate.model) for s in (*held, *joined))
+        if len(held) + len(joined) < 2 and not stiff:
             unit.findings.refuse(
                 f"shaft {shaft.name}: has bearings in {len(held) + len(joined)} plane(s), of 2 at least: it can tilt "
                 "freely; add a bearing"

@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from math import hypot
 
+from nvhchain.bearings.loaded import holds_tilt
 from nvhchain.dynamics.model.parts import Bearing, LooseGear, Mesh, RigidBody, Shaft, ShaftBearing
 from nvhchain.errors import require
 from nvhchain.kinds import check_fields
@@ -94,7 +95,7 @@ class Gearbox:
             ]
             planes = {bearing.z for bearing in held}
             require(
-                len(planes) >= 2 or any(bearing.holds_tilt for bearing in held),
+                len(planes) >= 2 or any(holds_tilt(bearing.model) for bearing in held),
                 f"shaft {name} has bearings in {len(planes)} plane(s): it can tilt freely; give it two bearings",
             )
         for gear in self.loose_gears:

@@ -21,7 +21,6 @@ from nvhchain.bearings import (
     StiffnessTable,
     Tapered,
 )
-from nvhchain.bearings.loaded import usual_stiffness
 from nvhchain.dimensions import Inertia, Length, Modulus
 from nvhchain.dynamics.model.angle_laws import LoadCentre, MeshFriction
 from nvhchain.errors import require, require_all
@@ -319,11 +318,6 @@ class Bearing:
     def linear(self) -> bool:
         """True where the stiffness does not depend on the load."""
         return self.model is None or isinstance(self.model, StiffnessMatrix)
-
-    @property
-    def holds_tilt(self) -> bool:
-        """True where the bearing resists tilts of its shaft."""
-        return self.model is not None and bool(usual_stiffness(self.model)[0][3, 3] > 0.0)
 
     def evaluate(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return force (5,) and stiffness (5, 5) at the displacement `u` (5,): x, y, z, tilts about x and y."""

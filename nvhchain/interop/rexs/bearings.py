@@ -78,21 +78,20 @@ def _bearing(parts: Parts, component: Component, lines: Mapping[int, Line]) -> I
     if inner is None and owner is not None:
         inner = owner.id
     ends = [(inner, "u_coordinate_on_shaft_inner_side"), (outer, "u_coordinate_on_shaft_outer_side")]
-    shafts = [(end, name) for end, name in ends if end in parts.rotor]
+    shafts = [(on, name) for end, name in ends if (on := _shaft(parts, end)) is not None]
     if not shafts:
         record.refuse(f"{component.label}: stands on no shaft: add the relation `side` with a shaft as inner_part")
         return None
     if len(shafts) == 1 and (inner is None or outer is None):
         record.add("assumed", parts.names[component.id], "other side", "the casing", "none given")
     (first, name), *others = shafts
-    assert first is not None
     place = place_on_shaft(parts, component, first, lines, name)
     if place is None:
         place = place_on_shaft(parts, component, first, lines)
     if place is None:
         record.refuse(f"{component.label}: {name} is missing: add it")
         return None
-    other = parts.rotor[others[0][0]] if others and others[0][0] is not None else None
+    other = parts.rotor[others[0][0]] if others else None
     if other == parts.rotor[first]:
         record.add("left out", parts.names[component.id], "bearing", "between coupled shafts", "carries nothing")
         return None
@@ -114,6 +113,14 @@ def _bearing(parts: Parts, component: Component, lines: Mapping[int, Line]) -> I
         **_internal(parts, component),
         catalogue=_catalogue(parts, component),
     )
+
+
+def _shaft(parts: Parts, end: int | None) -> int | None:
+    """Return the shaft at one side of a bearing: the side itself, or what a gear there stands on."""
+    if end is None or end in parts.rotor:
+        return end
+    owner = parts.document.owner(end, "shaft")
+    return None if owner is None else owner.id
 
 
 def _along_z(axial: str, line: Line | None) -> str:

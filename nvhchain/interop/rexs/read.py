@@ -70,7 +70,10 @@ def read_rexs(path: str | Path, *, load_case: str | None = None) -> GearUnit:
             findings.add("left out", component.label, "gear", "meshes with none", "no stage names it")
     shafts, bearings = read_shafts(parts, lines), read_bearings(parts, lines)
     stages = [_stage(parts, *pair, turns, power.input_shaft) for pair in pairs]
-    known = {shaft for gear in gears.values() if gear for shaft in (gear.shaft,)}
+    known = {gear.shaft for gear in gears.values() if gear}
+    for _ in shafts:  # what carries a shaft of the train, or is carried by one, belongs to it
+        links = [{b.shaft, b.outer_shaft} for b in bearings if b.outer_shaft]
+        known = known.union(*(link for link in links if link & known))
     idle = [shaft.name for shaft in shafts if shaft.name not in known]
     for name in idle:
         findings.add("left out", name, "shaft", "carries no gear in mesh", "with its bearings")

@@ -2,7 +2,7 @@
 
     python -m benchmarks cuts OPERATORS
 
-OPERATORS: folder with the mesh laws and the housing that cases/studies/run_up.py leaves. Writes
+OPERATORS: folder `shared/operators` that `python -m nvhchain.gallery 5.7 5.8 --fidelity draft` leaves. Writes
 docs/measured/dynamics/cuts.md.
 """
 

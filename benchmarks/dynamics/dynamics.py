@@ -2,10 +2,10 @@
 
     python -m benchmarks dynamics OPERATORS [speed scaling peers steps impacts hour]
 
-Writes docs/measured/dynamics/dynamics.md and scaling.png. OPERATORS: folder with the mesh laws and the housing that
-cases/studies/run_up.py leaves. The sections named (all, if none is) are measured anew and kept in
-OPERATORS/measured.json; the table is written from what is there. Exudyn is timed as a peer where it is installed (extra
-`benchmark`: `pip install -e .[benchmark]`).
+Writes docs/measured/dynamics/dynamics.md and scaling.png. OPERATORS: folder `shared/operators` that
+`python -m nvhchain.gallery 5.7 5.8 --fidelity draft` leaves. The sections named (all, if none is) are measured anew
+and kept in OPERATORS/measured.json; the table is written from what is there. Exudyn is timed as a peer
+where it is installed (extra `benchmark`: `pip install -e .[benchmark]`).
 
 The errors under `steps` are those of flanks that stay in contact; every impact costs accuracy, as `impacts` says.
 """

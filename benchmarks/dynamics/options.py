@@ -2,9 +2,9 @@
 
     python -m benchmarks options OPERATORS [options speeds tilt ramp misaligned contact]
 
-Writes docs/measured/dynamics/options.md. OPERATORS: folder with the mesh laws and the housing that
-cases/studies/run_up.py leaves. The sections named (all, if none is) are measured anew and kept in
-OPERATORS/dynamics_options.json; the table is written from what is there.
+Writes docs/measured/dynamics/options.md. OPERATORS: folder `shared/operators` that
+`python -m nvhchain.gallery 5.7 5.8 --fidelity draft` leaves. The sections named (all, if none is) are measured anew
+and kept in OPERATORS/dynamics_options.json; the table is written from what is there.
 """
 
 from __future__ import annotations

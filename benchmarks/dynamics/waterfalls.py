@@ -2,7 +2,7 @@
 
     python -m benchmarks waterfalls OPERATORS
 
-OPERATORS: folder with the mesh laws and the housing that cases/studies/run_up.py leaves. Writes
+OPERATORS: folder `shared/operators` that `python -m nvhchain.gallery 5.7 5.8 --fidelity draft` leaves. Writes
 docs/measured/dynamics/waterfalls.md and its figures, over orders and over frequency (S. Shweiki's thesis, fig.
 5.5–5.8: slots bring orders 2, 4, … and sidebands of the mesh orders, the differential's windows 12 ± 12/41).
 """

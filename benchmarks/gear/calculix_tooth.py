@@ -32,6 +32,7 @@ from nvhchain.conventions import STEEL
 from nvhchain.fem.elements import reference_element
 from nvhchain.fem.solid_model import ElementBlock, SolidModel
 from nvhchain.fidelity import DRAFT, GearFidelity
+from nvhchain.gallery.gears import BLANKS, SPUR
 from nvhchain.gear import (
     WHEEL,
     GearBody,
@@ -85,9 +86,6 @@ class Model:
 
 def models() -> dict[str, Model]:
     """A small helical wheel with slots, and the spur wheel with slots of the thesis, ch. 4."""
-    sys.path.insert(0, str(ROOT / "cases" / "studies"))
-    from thesis_gears import BLANKS, SPUR
-
     small = GearGeometry(18, 3e-3, np.radians(20.0), np.radians(15.0), 12e-3, 6e-3, profile_shift=0.1)
     exact = replace(DRAFT.gear, load_pattern_tolerance=0.0, far_pattern_tolerance=0.0, root_refinement=1)
     return {

@@ -9,16 +9,15 @@ docs/measured/gear/reference_pairs.md.
 from __future__ import annotations
 
 import json
-import runpy
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from benchmarks.publish import publish
 from nvhchain.fidelity import STANDARD
+from nvhchain.gallery.gears import BLANKS, CENTRE_DISTANCE, SPUR
 from nvhchain.gear import Engagement, GearBody, GearPair, engaged_reach, flank_compliance, loaded_mesh
 from nvhchain.gear.reference import (
     ReferenceResolution,
@@ -30,7 +29,6 @@ from nvhchain.gear.reference import (
 )
 from nvhchain.handoff import FloatArray
 
-ROOT = Path(__file__).parents[2]
 ANGLES = 12
 TORQUE = 350.0
 FIDELITY = replace(STANDARD.gear, width_layers=6)
@@ -69,13 +67,12 @@ def hybrid(pair: GearPair, angles: FloatArray) -> dict[str, list[float]]:
 def main() -> None:
     out = Path(sys.argv[1])
     out.mkdir(parents=True, exist_ok=True)
-    gears: dict[str, Any] = runpy.run_path(str(ROOT / "cases" / "studies" / "thesis_gears.py"))
     rows = ["| pair | contact | mean / µm | mesh order / µm | thesis |", "|---|---|---:|---:|---:|"]
     for name, theirs in THESIS.items():
         path = out / f"{name}.json"
         if not path.exists():
-            bodies = GearBody(gears["SPUR"]), GearBody(gears["SPUR"], gears["BLANKS"][name])
-            pair = GearPair(*bodies, gears["CENTRE_DISTANCE"])
+            bodies = GearBody(SPUR), GearBody(SPUR, BLANKS[name])
+            pair = GearPair(*bodies, CENTRE_DISTANCE)
             angles = np.arange(ANGLES) / ANGLES * pair.mesh_period
             path.write_text(json.dumps({"reference contact": reference(pair, angles), **hybrid(pair, angles)}))
         for kind, deflection in json.loads(path.read_text()).items():

@@ -61,7 +61,8 @@ def _swept_pairs() -> tuple[SweepResponse, SweepResponse]:
     return steady_sweep(pairs, SWEPT), steady_sweep(pairs, SWEPT[::-1])
 
 
-def _titles() -> list[str]:
+def titles() -> list[str]:
+    """Return the names of the four pairs."""
     return [f"({name}) {data.blank}" for name, data in THESIS_PAIRS.items()]
 
 
@@ -90,7 +91,7 @@ def run_ups(place: Place) -> Numbers:
     up, down = (
         _thinned(run_up(pairs, start=a, stop=b, duration=DURATION).response) for a, b in ((0.0, TOP), (TOP, 0.0))
     )
-    save(plots.sweep_responses(up, down, _titles()), place.picture)
+    save(plots.sweep_responses(up, down, titles()), place.picture)
     found: Numbers = {}
     for i, name in enumerate(THESIS_PAIRS):
         at = int(np.argmax(up.rms[:, i]))
@@ -102,7 +103,7 @@ def run_ups(place: Place) -> Numbers:
 def sweeps(place: Place) -> Numbers:
     """Sweep the four pairs up and down in steady steps of 5 Hz."""
     up, down = _swept_pairs()
-    save(plots.sweep_responses(up, down, _titles()), place.picture)
+    save(plots.sweep_responses(up, down, titles()), place.picture)
     apart = np.abs(up.cycle_rms - down.cycle_rms[::-1]).max(axis=0)
     found: Numbers = {f"{name} jumps / yes": float(apart[i] > HYSTERESIS) for i, name in enumerate(THESIS_PAIRS)}
     for i, name in enumerate(THESIS_PAIRS):

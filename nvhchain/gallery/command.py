@@ -57,4 +57,6 @@ def _gallery(options: argparse.Namespace) -> int:
     )
     for page in write_pages(made, out):
         show(page)
+    for failed in (each.failure for each in made if each.failure):
+        raise failed
     return 0

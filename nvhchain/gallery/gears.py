@@ -2,8 +2,8 @@
 
 57 teeth each, module 2.6 mm, 23 mm wide, centres 150 mm apart.  The stated root diameter of 141.7 mm is that of no
 profile shift; tip diameter and contact ratio (1.4557) fit it.  Masses are stated, the dimensions of the blanks are not.
-Those below are one set that meets masses and, within 7 %, the mesh stiffness of table 3.2 (docs/measured/gear/
-pairs_of_chapter_3.md).  Chapter 4 takes the same gears: pair A the thin web, pair B the three slots.
+Those below are one set that meets masses and, within 7 %, the mesh stiffness of table 3.2.  Chapter 4 takes the same
+gears: pair A the thin web, pair B the three slots.
 """
 
 from __future__ import annotations
@@ -58,8 +58,6 @@ BLANKS: dict[str, Blank] = {
 }
 """Wheels of chapter 3; openings of b and d go through the full width."""
 
-PAIRS_OF_CHAPTER_4 = {"A, thin web": BLANKS["a"], "B, three slots": BLANKS["d"]}
-TORQUES = (50.0, 100.0, 150.0, 200.0, 250.0, 300.0)
 FRICTION = 0.3
 
 
@@ -68,7 +66,9 @@ def gear_fidelity(fidelity: GearFidelity, angles_per_mesh: int) -> GearFidelity:
     return replace(fidelity, width_layers=6, slices=8, angles_per_mesh=angles_per_mesh)
 
 
-def engagement(driving: GearGeometry, driven: GearGeometry, blank: Blank, fidelity: GearFidelity) -> Engagement:
+def engagement(
+    driving: GearGeometry, driven: GearGeometry, blank: Blank, fidelity: GearFidelity, *, friction: bool = False
+) -> Engagement:
     """Return the engagement of a solid gear with a lightweight one.
 
     Parameters
@@ -79,19 +79,20 @@ def engagement(driving: GearGeometry, driven: GearGeometry, blank: Blank, fideli
         Blank of the driven gear.
     fidelity : GearFidelity
         Finite elements and slices.
+    friction : bool
+        True for friction that bends the teeth.
     """
     pair = GearPair(GearBody(driving), GearBody(driven, blank), CENTRE_DISTANCE)
     # edges come into contact in some of the uses: the same reach serves all
     reach = engaged_reach(pair, max(fidelity.corner_gap, 1e-5))
-    bodies = (pair.pinion, pair.wheel)
-    both = (_compliance(bodies[0], fidelity, reach), _compliance(bodies[1], fidelity, reach))
-    return Engagement(pair, both, fidelity)
+    pinion, wheel = (_compliance(body, fidelity, reach, friction) for body in (pair.pinion, pair.wheel))
+    return Engagement(pair, (pinion, wheel), fidelity)
 
 
 @cache
-def _compliance(body: GearBody, fidelity: GearFidelity, reach: int) -> FlankCompliance:
+def _compliance(body: GearBody, fidelity: GearFidelity, reach: int, friction: bool) -> FlankCompliance:
     """Return the compliance of a gear; that of the driving gear serves several pairs."""
-    return flank_compliance(body, replace(fidelity, angles_per_mesh=16), reach=reach)
+    return flank_compliance(body, replace(fidelity, angles_per_mesh=16), reach=reach, friction=friction)
 
 
 def orders(error: FloatArray, pair: GearPair) -> dict[int, float]:

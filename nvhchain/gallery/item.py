@@ -37,7 +37,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Stated:
-    """Number that the thesis states.
+    """Number that the thesis or a verdict states.
 
     Parameters
     ----------
@@ -45,14 +45,18 @@ class Stated:
         Value, in the unit of its quantity.
     within : float
         Deviation of the chain up to which the verdict holds, relative to the value; absolute where it is 0.
+    bound : bool
+        True for the upper limit of a quantity.
     """
 
     value: float
-    within: float
+    within: float = 0.0
+    bound: bool = False
 
     def holds(self, ours: float) -> bool:
         """Return True if our number is as near as the verdict states."""
-        return abs(ours - self.value) <= self.within * (abs(self.value) or 1.0)
+        above = ours - self.value
+        return (above if self.bound else abs(above)) <= self.within * (abs(self.value) or 1.0)
 
 
 @dataclass(frozen=True)
@@ -75,6 +79,10 @@ class Item:
         Assumption about the content, where the project has no record of the caption.
     uses : tuple of str
         Packages whose code decides the numbers.
+    ours : mapping of str to Stated
+        Numbers of the chain that the verdict states.
+    drawn : bool
+        False for a table, which has no picture.
     """
 
     number: str
@@ -84,6 +92,8 @@ class Item:
     stated: Mapping[str, Stated] = field(default_factory=dict)
     reading: str = ""
     uses: tuple[str, ...] = ("lumped",)
+    ours: Mapping[str, Stated] = field(default_factory=dict)
+    drawn: bool = True
 
     @property
     def name(self) -> str:

@@ -6,6 +6,7 @@ import json
 import time
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
+from math import nan
 from pathlib import Path
 
 from nvhchain.fidelity import Fidelity
@@ -29,11 +30,14 @@ class Made:
         Quantity → our number; empty for an item that is not made.
     seconds : float
         Time that it took when it was computed (s).
+    failure : Exception, optional
+        Error that ended it.
     """
 
     item: Item
     numbers: Numbers
     seconds: float
+    failure: Exception | None = None
 
     @property
     def pending(self) -> bool:
@@ -42,15 +46,16 @@ class Made:
 
     @property
     def picture(self) -> str:
-        """File name of the picture; empty for an item that is not made."""
-        return f"{self.item.name}.png" if self.numbers else ""
+        """File name of the picture; empty for a table and for an item that is not made."""
+        return f"{self.item.name}.png" if self.numbers and self.item.drawn else ""
 
     @property
     def missed(self) -> list[str]:
         """Quantities whose numbers deviate by more than the verdict states."""
         if not self.numbers:
             return []
-        return [name for name, stated in self.item.stated.items() if not stated.holds(self.numbers[name])]
+        known = (*self.item.stated.items(), *self.item.ours.items())
+        return [name for name, stated in known if not stated.holds(self.numbers.get(name, nan))]
 
 
 def made_items(
@@ -63,6 +68,8 @@ def made_items(
     progress: Callable[[str], None] = lambda _: None,
 ) -> list[Made]:
     """Make items, or take what an earlier gallery of the same code and fidelity left.
+
+    An item that fails does not stop the others.
 
     Parameters
     ----------
@@ -95,7 +102,7 @@ def made_items(
                 outcome = "not made"
             elif made.pending:
                 made = _computed(item, place)
-                outcome = f"{made.seconds:.1f} s"
+                outcome = f"failed: {made.failure}" if made.failure else f"{made.seconds:.1f} s"
             progress(f"{item.number}: {outcome}")
         found.append(made)
     return found
@@ -113,7 +120,7 @@ def _cached(item: Item, place: Place) -> Made:
     """Return an item with the numbers of an earlier gallery, without numbers where there are none."""
     try:
         kept = json.loads(_record(item, place).read_text(encoding="utf-8"))
-        if kept["key"] == _key(item, place) and place.picture.exists():
+        if kept["key"] == _key(item, place) and (place.picture.exists() or not item.drawn):
             return Made(item, {str(name): float(value) for name, value in kept["numbers"].items()}, kept["seconds"])
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         pass  # no record, or a damaged one: made again
@@ -123,7 +130,12 @@ def _cached(item: Item, place: Place) -> Made:
 def _computed(item: Item, place: Place) -> Made:
     assert item.make is not None
     start = time.perf_counter()
-    numbers = item.make(place)
+    try:
+        numbers = item.make(place)
+    except OSError:
+        raise  # the folder cannot be written: no item can be made
+    except Exception as error:
+        return Made(item, {}, time.perf_counter() - start, error)
     made = Made(item, numbers, time.perf_counter() - start)
     record = {"key": _key(item, place), "numbers": numbers, "seconds": made.seconds}
     write_text(_record(item, place), json.dumps(record, indent=1) + "\n")

@@ -52,13 +52,18 @@ def verdicts(made: Sequence[Made]) -> str:
     """
     lines = ["| number | content | thesis / ours | verdict |", "|---|---|---|---|"]
     for each in made:
-        numbers = "; ".join(f"{name}: {theirs} / {ours}" for name, theirs, ours, _ in _rows(each) if theirs)
+        claimed = {name.removesuffix(" / yes") for name in each.item.ours}
+        numbers = "; ".join(
+            f"{name}: {theirs or '–'} / {ours}" for name, theirs, ours, _ in _rows(each) if theirs or name in claimed
+        )
         lines.append(f"| {each.item.number} | {each.item.title} | {numbers or '–'} | {_verdict(each)} |")
     return "\n".join(lines) + "\n"
 
 
 def _verdict(made: Made) -> str:
     """Return the verdict with the reading; numbers beyond its limits are named."""
+    if made.failure:
+        return f"Failed: {' '.join(str(made.failure).split()) or type(made.failure).__name__}"
     if made.pending:
         return f'Not made yet: `python -m nvhchain.gallery "{made.item.number}"`.'
     missed = f" Outside the limits of this verdict: {', '.join(made.missed)}." if made.missed else ""
@@ -76,8 +81,9 @@ def _rows(made: Made) -> list[tuple[str, str, str, str]]:
             theirs = "" if stated is None else words[int(stated.value)]
             rows.append((name.removesuffix(" / yes"), theirs, words[int(ours)], ""))
             continue
-        theirs = "" if stated is None else f"{stated.value:.4g}"
-        off = f"{100 * (ours / stated.value - 1):+.1f} %" if stated is not None and stated.value else ""
+        theirs = "" if stated is None else f"{'≤ ' if stated.bound else ''}{stated.value:.4g}"
+        compared = stated is not None and stated.value and not stated.bound
+        off = f"{100 * (ours / stated.value - 1):+.1f} %" if stated is not None and compared else ""
         shown = "0" if stated is not None and not stated.value and stated.holds(ours) else f"{ours:.4g}"
         rows.append((name, theirs, shown, off))
     return rows

@@ -7,8 +7,9 @@ from dataclasses import replace
 import pytest
 
 from nvhchain.cli.examples import examples_folder
+from nvhchain.errors import InputError
 from nvhchain.fidelity import DRAFT, STANDARD
-from nvhchain.gallery import making
+from nvhchain.gallery import making, registry
 from nvhchain.gallery.command import main
 from nvhchain.gallery.item import Item, Stated
 from nvhchain.gallery.registry import ITEMS, chosen
@@ -16,7 +17,7 @@ from nvhchain.lumped import THESIS_PAIRS
 from nvhchain.testing.coarse_runs import COARSE
 
 CASES = examples_folder() / "gearbox"
-CHEAP = ["3.14", *(f"3.5-3.16{part}" for part in "befghi"), "4.7", "4.8"]
+CHEAP = ["3.14", *(f"3.5-3.16{part}" for part in "befghi"), "4.7", "4.8", *(f"table {n}" for n in (3.1, 4.1, 4.2))]
 
 
 @pytest.fixture(scope="module")
@@ -31,8 +32,7 @@ def made(tmp_path_factory):
 def test_numbers_are_as_near_to_the_thesis_as_the_verdict_states(made, number):
     each = made[0][number]
     assert each.missed == []
-    assert (made[1] / each.picture).stat().st_size > 10_000
-    assert set(each.item.stated) <= set(each.numbers)
+    assert not each.item.drawn or (made[1] / each.picture).stat().st_size > 10_000
 
 
 @pytest.mark.slow
@@ -126,9 +126,27 @@ def test_missing_cases_are_one_line(tmp_path, capsys):
     assert "solid.toml: no such file: name the folder" in capsys.readouterr().err.splitlines()[-1]
 
 
+def test_item_that_fails_does_not_stop_the_others_and_is_named_at_the_end(tmp_path, monkeypatch, capsys):
+    def fails(_):
+        raise InputError("torque = −1 N m: a positive torque is needed")
+
+    items = [replace(item, make=fails) if item.number == "4.7" else item for item in ITEMS]
+    monkeypatch.setattr(registry, "ITEMS", items)
+    assert main(["4.7", "table 4.2", "--out", str(tmp_path)]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0].startswith("table 4.2: ") or lines[1].startswith("table 4.2: ")
+    assert lines[-1] == "nvhchain: torque = −1 N m: a positive torque is needed"
+    page = (tmp_path / "index.md").read_text()
+    assert "Failed: torque = −1 N m" in page
+    assert "| mode 3 with the fitted stiffness / Hz | 1968 | 1968 |" in page
+
+
 def test_number_beyond_the_limits_of_its_verdict_is_named():
-    item = Item(
-        "9.1", "Example", "Agrees.", lambda _: {}, {"force / N": Stated(10.0, 0.1), "zero / N": Stated(0.0, 1.0)}
-    )
-    assert making.Made(item, {"force / N": 10.9, "zero / N": 0.9}, 0.0).missed == []
-    assert making.Made(item, {"force / N": 11.1, "zero / N": -1.1}, 0.0).missed == ["force / N", "zero / N"]
+    stated = {"force / N": Stated(10.0, 0.1), "zero / N": Stated(0.0, 1.0)}
+    item = Item("9.1", "Example", "Agrees.", lambda _: {}, stated, ours={"apart / %": Stated(7.0, bound=True)})
+    assert making.Made(item, {"force / N": 10.9, "zero / N": 0.9, "apart / %": 0.1}, 0.0).missed == []
+    assert making.Made(item, {"force / N": 11.1, "zero / N": -1.1, "apart / %": 7.1}, 0.0).missed == [
+        "force / N",
+        "zero / N",
+        "apart / %",
+    ]

@@ -63,6 +63,32 @@ def _run(place: Place, case: GearboxCase) -> Result:
     )
 
 
+def gearbox_data(place: Place) -> Numbers:
+    """Return gears, bearings and torques of the case, and the torque that accelerates the train in the run-up."""
+    case = _case(place, "run_up_solid")
+    assert case.operation.ramp is not None
+    found: Numbers = {}
+    for gear in case.gears:
+        found[f"{gear.name}: teeth"] = float(gear.geometry.teeth)
+        found[f"{gear.name}: module / mm"] = 1e3 * gear.geometry.normal_module
+        found[f"{gear.name}: face width / mm"] = 1e3 * gear.geometry.face_width
+        found[f"{gear.name}: helix angle / °"] = float(np.degrees(abs(gear.geometry.helix_angle)))
+    turns = {shaft.name: float(case.shaft_orders[shaft.name]) for shaft in case.gearbox_with_gears.shafts}
+    inertia = sum(
+        (shaft.inertia().polar_inertia + shaft.coupled_inertia) * turns[shaft.name] ** 2
+        for shaft in case.gearbox_with_gears.shafts
+    )
+    return found | {
+        "radial stiffness of a bearing / (10⁸ N/m)": 1e-8 * float(case.bearings[0].radial_stiffness),
+        "axial stiffness of a bearing / (10⁷ N/m)": 1e-7 * float(case.bearings[0].axial_stiffness),
+        "input torque / Nm": float(case.operation.input_torque),
+        "output torque / Nm": float(case.operation.input_torque) / turns[case.output_shaft],
+        "unbalance of torque in the run-up / Nm": inertia
+        * case.operation.ramp.end_speed
+        / case.operation.ramp.duration,
+    }
+
+
 def housing(place: Place) -> Numbers:
     """Draw the gearbox in its housing, and the housing with its bolts and bearing seats."""
     case = _case(place, "slotted")
@@ -152,7 +178,34 @@ _ORDER = "Which figure belongs to which design is not recorded; the solid gear i
 _USES = ("gear", "dynamics", "case", "plots")
 _YES, _NO = Stated(1.0, 0.0), Stated(0.0, 0.0)
 
+_GEARS = {"gear1": (20, 2.7, 22), "gear2": (50, 2.7, 22), "gear3": (30, 2.68, 40), "gear4": (82, 2.68, 40)}
+"""Stated teeth, module (mm) and face width (mm)."""
+
 ITEMS = (
+    Item(
+        "table 5.1",
+        "Data of the two-stage gearbox",
+        "Agrees: gears, bearings and torques are the stated ones; without a rotor on the input the run-up takes the "
+        "stated unbalance of torque within 10 %.",
+        gearbox_data,
+        {
+            **{
+                f"{name}: {quantity}": Stated(value, 1e-9)
+                for name, values in _GEARS.items()
+                for quantity, value in zip(
+                    ("teeth", "module / mm", "face width / mm", "helix angle / °"), (*values, 10.0), strict=True
+                )
+            },
+            "radial stiffness of a bearing / (10⁸ N/m)": Stated(1.63, 1e-9),
+            "axial stiffness of a bearing / (10⁷ N/m)": Stated(5.05, 1e-9),
+            "input torque / Nm": Stated(250.0),
+            "output torque / Nm": Stated(1708.0, 1e-3),
+            "unbalance of torque in the run-up / Nm": Stated(0.04, 0.1),
+        },
+        "Which table holds these data is not recorded; the thesis states one digit of the unbalance.",
+        ("gear", "case", "dynamics"),
+        drawn=False,
+    ),
     Item(
         "5.1-5.2",
         "The gearbox in its housing; the housing with bolts and bearing seats",

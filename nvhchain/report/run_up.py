@@ -107,18 +107,22 @@ def run_up_summary(history: PressureHistory, curves: Sequence[Curve]) -> dict[st
 def input_frequency_waterfall(signal: FloatArray, rate: float, input_speed: FloatArray, *, high: float) -> Waterfall:
     """Return the waterfall of `signal` (n_t, …), sampled at `rate` (Hz), up to `high` (Hz).
 
-    The input turns ten times in a window at the mean of `input_speed` (n_t,) rad/s.
+    The input turns ten times in a window at the mean of `input_speed` (n_t,) rad/s.  A window covers at most half the
+    record.
     """
     turns = float(input_speed.mean()) / (2 * pi)
-    return waterfall(signal, sample_rate=rate, input_speed=input_speed, resolution=ORDER_RESOLUTION * turns, high=high)
+    resolution = max(ORDER_RESOLUTION * turns, 3.0 * rate / len(signal))
+    return waterfall(signal, sample_rate=rate, input_speed=input_speed, resolution=resolution, high=high)
 
 
 def input_order_waterfall(signal: FloatArray, rate: float, input_speed: FloatArray, *, high: float) -> Waterfall:
     """Return the waterfall of `signal` (n_t, …) against order of the input, up to order `high`.
 
-    The input turns ten times in every window.
+    The input turns ten times in every window.  A window covers at most half the record.
     """
-    return order_waterfall(signal, sample_rate=rate, input_speed=input_speed, resolution=ORDER_RESOLUTION, high=high)
+    turned = float(input_speed.mean()) / (2 * pi) * (len(signal) - 1) / rate
+    resolution = max(ORDER_RESOLUTION, 3.0 / turned)
+    return order_waterfall(signal, sample_rate=rate, input_speed=input_speed, resolution=resolution, high=high)
 
 
 def _rate(history: PressureHistory) -> float:

@@ -65,6 +65,17 @@ def test_order_of_a_run_up_makes_its_difference_and_all_adds_up():
     assert found[0]["levels_dBA"] == pytest.approx(alone, abs=0.2)
 
 
+def test_record_of_less_than_ten_turns_is_mapped_in_windows_of_half_its_length():
+    """That of an input at 900 rpm for 0.5 s, as rattle is recorded."""
+    time = np.arange(2000) / 4000.0
+    speed = np.full(2000, 2 * np.pi * 15.0)
+    wave = np.sin(20 * speed[0] * time)
+    maps = run_up_maps(PressureHistory(time, [[0, 0, 1]], wave[:, None], speed), OrderMarks(mesh={"a": 20.0}), high=600)
+    for of, line in zip(maps, (300.0, 20.0), strict=True):
+        assert len(of.time) >= 2
+        assert of.axis[np.abs(of.amplitude[0]).argmax()] == pytest.approx(line, rel=0.01)
+
+
 def test_lines_of_designs_that_differ_in_their_last_digits_are_one_line():
     sound = np.array([[1.0], [2.0]]) * (1 + 0j)
     runs = [FieldPressure(np.array([1200.0, f]), [[0.0, 0, 1]], sound, 9.0) for f in (2400.0, 2400.0 * (1 + 1e-13))]

@@ -18,6 +18,9 @@ NEAREST_ORDER = 1e-3
 WIDTH = 0.5
 """Width of an order of a run-up in orders of the input: what lies within half of it belongs to the order."""
 
+LEAST_TURNS = 4.0 / WIDTH
+"""Turns of the input that a record needs to resolve orders."""
+
 ENVELOPE_RATE = 200.0
 """Samples per second of the envelope of an order."""
 
@@ -143,9 +146,9 @@ def order_track(history: PressureHistory, order: float, *, point: int = 0) -> Or
     turn_angle = _angle(history)
     turns = float(turn_angle[-1] - turn_angle[0]) / (2 * np.pi)
     require(order > 0, f"order {order:g} must be positive")
-    require(turns > 4 / WIDTH, f"{turns:.3g} turns of the input resolve no orders: {4 / WIDTH:g} are needed")
+    require(turns > LEAST_TURNS, f"{turns:.3g} turns of the input resolve no orders: {LEAST_TURNS:g} are needed")
     duration = float(history.time[-1] - history.time[0])
-    width = max(2.0 / ENVELOPE_RATE, 4.0 / WIDTH * duration / turns)
+    width = max(2.0 / ENVELOPE_RATE, LEAST_TURNS * duration / turns)
     turned = 2.0 * history.pressure[:, point] * np.exp(-1j * order * turn_angle)
     # means of short blocks, whose zeros lie where their sampling would alias to the order
     starts = np.arange(0, len(turned), max(1, int(rate / (_BLOCKS * ENVELOPE_RATE))))

@@ -1,5 +1,7 @@
 """Parts of the difference of two designs: lines, modes and paths add up."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ from nvhchain.levels import a_weighting, decibel, equivalent
 from nvhchain.plots import OrderMarks
 from nvhchain.report.causes.differences import line_differences, run_up_causes, split_difference
 from nvhchain.report.page.sections.causes import contributions
+from nvhchain.report.page.sections.listening.sound import _orders
 from nvhchain.report.run_up import run_up_maps
 
 RNG = np.random.default_rng(1)
@@ -80,3 +83,10 @@ def test_lines_of_designs_that_differ_in_their_last_digits_are_one_line():
     sound = np.array([[1.0], [2.0]]) * (1 + 0j)
     runs = [FieldPressure(np.array([1200.0, f]), [[0.0, 0, 1]], sound, 9.0) for f in (2400.0, 2400.0 * (1 + 1e-13))]
     assert contributions._loudest(runs).tolist() == [1200.0, 2400.0]
+
+
+def test_record_of_less_than_eight_turns_has_no_order_to_hear_alone():
+    time = np.arange(2000) / 4000.0
+    speed = np.full(2000, 2 * np.pi * 15.0)
+    history = PressureHistory(time, [[0, 0, 1]], np.sin(20 * speed[0] * time)[:, None], speed)
+    assert _orders(SimpleNamespace(runs=[SimpleNamespace(pressure_history=history)])) == []

@@ -15,6 +15,7 @@ from nvhchain.report.page.stored import Stored, StoredRun
 from nvhchain.report.run_up import main_orders
 from nvhchain.report.sound.write import BACKGROUND
 from nvhchain.sound import Loop, Sound, order_track, read_wav, run_up_sound, steady_loop
+from nvhchain.sound.orders import LEAST_TURNS
 from nvhchain.sound.signals import RATES, audible_rate
 from nvhchain.sound.wav import encoded_16_bit
 
@@ -143,8 +144,14 @@ def _tracks(history: PressureHistory, orders: list[tuple[float, str]]) -> dict[s
 
 
 def _orders(stored: Stored) -> list[tuple[float, str]]:
-    """Return the orders, or frequencies without an input speed, that are loudest in dB(A), with their names."""
-    if any(run.pressure_history is not None for run in stored.runs):
+    """Return the orders, or frequencies without an input speed, that are loudest in dB(A), with their names.
+
+    Records in which the input turns too few times resolve none.
+    """
+    histories = [run.pressure_history for run in stored.runs if run.pressure_history is not None]
+    if any(np.trapezoid(of.input_speed, of.time) <= 2 * np.pi * LEAST_TURNS for of in histories):
+        return []
+    if histories:
         found = main_orders([in_orders for _, in_orders in stored.run_up_maps.values()])
         return [(order, _name(stored, order)) for order in found[:ORDERS]]
     loudest: dict[float, float] = {}

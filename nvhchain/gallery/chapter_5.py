@@ -9,7 +9,7 @@ from math import pi
 import numpy as np
 
 from nvhchain import chain, plots
-from nvhchain.case import GearboxCase, load_case
+from nvhchain.case import GearboxCase, Ramp, load_case
 from nvhchain.chain import Result
 from nvhchain.errors import InputError
 from nvhchain.gallery.item import Item, Numbers, Place, Stated
@@ -66,7 +66,8 @@ def _run(place: Place, case: GearboxCase) -> Result:
 def gearbox_data(place: Place) -> Numbers:
     """Return gears, bearings and torques of the case, and the torque that accelerates the train in the run-up."""
     case = _case(place, "run_up_solid")
-    assert case.operation.ramp is not None
+    ramp = case.operation.ramp
+    assert isinstance(ramp, Ramp)
     found: Numbers = {}
     for gear in case.gears:
         found[f"{gear.name}: teeth"] = float(gear.geometry.teeth)
@@ -83,9 +84,7 @@ def gearbox_data(place: Place) -> Numbers:
         "axial stiffness of a bearing / (10⁷ N/m)": 1e-7 * float(case.bearings[0].axial_stiffness),
         "input torque / Nm": float(case.operation.input_torque),
         "output torque / Nm": float(case.operation.input_torque) / turns[case.output_shaft],
-        "unbalance of torque in the run-up / Nm": inertia
-        * case.operation.ramp.end_speed
-        / case.operation.ramp.duration,
+        "unbalance of torque in the run-up / Nm": inertia * ramp.end_speed / ramp.duration,
     }
 
 

@@ -81,7 +81,10 @@ def parser() -> argparse.ArgumentParser:
     ArgumentParser
         Parser; every command names its function in `commands`.
     """
-    top = Parser(prog="nvhchain", description="Gear geometry to sound pressure.")
+    top = Parser(
+        prog="nvhchain",
+        description="Predict the sound of a gearbox. Begin with: nvhchain new gearbox mine",
+    )
     top.add_argument("--version", action="version", version=f"nvhchain {__version__}")
     verbs = top.add_subparsers(required=True, metavar="COMMAND")
 
@@ -136,14 +139,14 @@ def parser() -> argparse.ArgumentParser:
 
     new = verbs.add_parser(
         "new",
-        help="copy a commented example case, to be changed into one's own",
+        help="copy a commented example case to start from",
         epilog="; ".join(f"{name}: {meaning}" for name, (_, meaning) in EXAMPLES.items()),
     )
     new.add_argument("example", choices=list(EXAMPLES), help="kind of case")
     new.add_argument("folder", metavar="DIR", type=folder, help="folder of the new file")
     new.set_defaults(action=commands.new)
 
-    imported = verbs.add_parser("import", help="make a case from a gear unit in REXS, with a page of what was assumed")
+    imported = verbs.add_parser("import", help="make a case from a gear unit in REXS, with a page of its assumptions")
     imported.add_argument("file", metavar="FILE", help="REXS 1.0 to 2.0: XML (.rexs), JSON (.rexsj) or ZIP (.rexsz)")
     imported.add_argument("--out", metavar="DIR", type=folder, required=True, help="folder of the new case")
     imported.add_argument("--load-case", metavar="NUMBER", help="load case of the file (default: the first)")
@@ -182,7 +185,7 @@ def parser() -> argparse.ArgumentParser:
     run.set_defaults(action=commands.run)
 
     record = verbs.add_parser(
-        "record", parents=[common, spread], help="bearing forces of a run-up of any length, in files piece by piece"
+        "record", parents=[common, spread], help="compute bearing forces of a run-up of any length, piece by piece"
     )
     record.add_argument("case", metavar="CASE", help="case file (TOML) whose operation has a ramp")
     record.add_argument(
@@ -192,7 +195,7 @@ def parser() -> argparse.ArgumentParser:
     record.set_defaults(action=commands.record)
 
     compare = verbs.add_parser(
-        "compare", parents=[common, spread, states, enforce], help="compare cases: figures, sound, summary.json"
+        "compare", parents=[common, spread, states, enforce], help="compare cases: verdict, page, figures, sound"
     )
     compare.add_argument("cases", metavar="CASE", nargs="+", help="case files (TOML); the first is the base")
     compare.add_argument("--out", metavar="DIR", type=folder, default="out", help="folder for results (default: out)")
@@ -217,7 +220,7 @@ def parser() -> argparse.ArgumentParser:
         "--quantity",
         choices=["force", "transmission_error", "mesh_deflection", "output_lag", "displacement"],
         default="force",
-        help="of records of bearing forces; `displacement`: colours of a gear, instead of its stress",
+        help="quantity of a record of bearing forces; `displacement`: colours of a gear in place of stress",
     )
     plot.add_argument(
         "--angle", action="store_true", help="transmission errors against the angle of the input, its first turn"
@@ -250,17 +253,17 @@ def parser() -> argparse.ArgumentParser:
     modes = verbs.add_parser(
         "modes",
         parents=[changes, answer],
-        help="natural frequencies of shafts, meshes, bearings and housing under load, with a Campbell diagram",
+        help="find natural frequencies of shafts, meshes, bearings and housing under load",
     )
     modes.add_argument("case", metavar="CASE", help="case file (TOML) of a gearbox")
     modes.add_argument("--fidelity", choices=list(PRESETS), default="standard", help="accuracy preset")
     modes.add_argument("--highest", metavar="HZ", type=float, help="highest frequency (default: that of the band)")
-    modes.add_argument("--undamped", action="store_true", help="leave all damping out")
+    modes.add_argument("--undamped", action="store_true", help="exclude all damping")
     modes.add_argument("--out", metavar="DIR", type=folder, help="folder of the run (default: out/<case name>)")
     modes.set_defaults(action=modes_command)
 
     parts = verbs.add_parser(
-        "contributions", parents=[common], help="what modes and panels of the housing add to the sound"
+        "contributions", parents=[common], help="find the contributions of modes and panels to the sound"
     )
     parts.add_argument("case", metavar="CASE")
     parts.add_argument("--use", metavar="FILE", action="append", default=[], help="supplied hand-off, as for `run`")
@@ -271,7 +274,7 @@ def parser() -> argparse.ArgumentParser:
     parts.set_defaults(action=commands.contributions)
 
     exchange = verbs.add_parser(
-        "craig-bampton", parents=[common], help="hand the housing's mass and stiffness at its seats to other programs"
+        "craig-bampton", parents=[common], help="write the housing's mass and stiffness at its seats for other programs"
     )
     exchange.add_argument("case", metavar="CASE")
     exchange.add_argument(
@@ -280,7 +283,7 @@ def parser() -> argparse.ArgumentParser:
     exchange.add_argument("--out", metavar="FILE", type=Path, required=True, help="MATLAB .mat or Nastran .bdf (DMIG)")
     exchange.set_defaults(action=commands.craig_bampton)
 
-    report = verbs.add_parser("report", help="make a page (HTML) of the results of `run` or `compare` in a folder")
+    report = verbs.add_parser("report", help="write the page (HTML) of the results in a folder")
     report.add_argument("folder", metavar="DIR")
     report.set_defaults(action=commands.report)
     add_sound_commands(verbs)
@@ -291,7 +294,7 @@ def parser() -> argparse.ArgumentParser:
     tables.set_defaults(action=commands.tables)
 
     tradeoff = verbs.add_parser(
-        "tradeoff", parents=[changes, answer], help="measure what each knob of the fidelity costs and saves"
+        "tradeoff", parents=[changes, answer], help="measure error and time of each knob of the fidelity"
     )
     tradeoff.add_argument("case", metavar="CASE")
     tradeoff.add_argument(
@@ -309,7 +312,7 @@ def parser() -> argparse.ArgumentParser:
     tradeoff.set_defaults(action=commands.tradeoff)
 
     study = verbs.add_parser(
-        "study", parents=[spread], help="run many designs of one case, with a page, effects and best designs"
+        "study", parents=[spread], help="run many designs of one case: page, effects, best designs"
     )
     study.add_argument("study", metavar="STUDY", help="TOML file: base case, parameters, plan")
     study.add_argument("--fidelity", choices=list(PRESETS), default="draft", help="accuracy preset (default: draft)")
@@ -322,7 +325,9 @@ def parser() -> argparse.ArgumentParser:
     study.add_argument("--plan", action="store_true", help="print designs, time and memory; compute nothing")
     study.set_defaults(action=study_command)
 
-    plan = verbs.add_parser("plan", parents=[common, answer], help="list what will be modelled, skipped, and its cost")
+    plan = verbs.add_parser(
+        "plan", parents=[common, answer], help="list modelled and skipped effects, seconds and memory"
+    )
     plan.add_argument("case", metavar="CASE")
     plan.set_defaults(action=commands.plan)
 

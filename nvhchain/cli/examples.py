@@ -25,7 +25,7 @@ EXAMPLES = {
 """Name of an example → (file, what it is)."""
 
 
-OF_ONES_OWN = ("single-stage", "rattle", "bearings")
+OF_ONES_OWN = ("single-stage", "rattle", "bearings", "cad")
 """Examples to change into a gearbox of one's own: their options decide themselves. Others keep their assumptions."""
 
 

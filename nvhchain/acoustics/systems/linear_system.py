@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from scipy.linalg import lapack
 
 from nvhchain.errors import SolverError
-from nvhchain.handoff import ComplexArray, SolverRecord
+from nvhchain.handoff import ComplexArray, IntArray, SolverRecord
 from nvhchain.runtime.threads import blas_threads, threads
 
 THREAD_ENTRIES = 3_000_000
@@ -107,43 +108,17 @@ class DirectSystem:
         self.record = SolverRecord(("direct",))
 
     @cached_property
-    def _factor(self) -> Factor:
-        factor = Factor(self._a)
-        self.record += SolverRecord(condition=factor.reciprocal_condition)
-        return factor
-
-    def solve(self, rhs: ComplexArray) -> ComplexArray:
-        """Return A⁻¹ rhs."""
-        return self._factor.solve(rhs)
-
-    def adjoint(self, rhs: ComplexArray) -> ComplexArray:
-        """Return Bᵀ A⁻ᵀ rhs."""
-        return self._b.apply_transposed(self._factor.solve_transposed(rhs))
-
-    def apply_b(self, gradient: ComplexArray) -> ComplexArray:
-        """Return B · gradient."""
-        return self._b.apply(gradient)
-
-    def release(self) -> None:
-        """Release A, its factors and B."""
-        del self._a, self._b
-        self.__dict__.pop("_factor", None)
-
-
-class Factor:
-    """LU factors of a dense complex matrix A, computed in A's own memory: A is overwritten."""
-
-    def __init__(self, matrix: ComplexArray) -> None:
-        """Factorise; SolverError if A holds values that are not finite or is singular to working precision."""
+    def factors(self) -> tuple[Callable[..., Any], ComplexArray, IntArray]:
+        """Substitution of LAPACK with LU factors and pivots; SolverError if A is not finite or singular."""
+        matrix = self._a
         routines = lapack.get_lapack_funcs(("lange", "getrf", "gecon", "getrs"), (matrix,))
-        one_norm, factorise, condition, self._substitute = routines
+        one_norm, factorise, condition, substitute = routines
         # LAPACK needs column order: the transposed view of a C-ordered array has it without a copy.
         norm = float(one_norm("1", matrix.T))
         if not np.isfinite(norm):
             raise SolverError("boundary element matrix holds values that are not finite: the engine failed")
-        self._lu, self._pivots, info = factorise(matrix.T, overwrite_a=True)
-        reciprocal_condition, _ = condition(self._lu, norm) if info == 0 else (0.0, 0)
-        self.reciprocal_condition = float(reciprocal_condition)
+        lu, pivots, info = factorise(matrix.T, overwrite_a=True)
+        reciprocal_condition = float(condition(lu, norm)[0]) if info == 0 else 0.0
         least = len(matrix) * float(np.finfo(matrix.real.dtype).eps)
         if reciprocal_condition < least:
             single = "choose precision = 'double', or " if matrix.dtype == np.complex64 else ""
@@ -152,17 +127,30 @@ class Factor:
                 f"condition number {reciprocal_condition:.2g}, {least:.2g} at least): {single}look for coinciding "
                 "surfaces, very thin gaps and cavities that resonate"
             )
+        self.record += SolverRecord(condition=reciprocal_condition)
+        return substitute, lu, pivots
 
     def solve(self, rhs: ComplexArray) -> ComplexArray:
-        """Return x (n,) or (n, m) of A x = rhs."""
-        return self._solve(rhs, transposed=True)
+        """Return A⁻¹ rhs."""
+        return self._substituted(rhs, transposed=1)
 
-    def solve_transposed(self, rhs: ComplexArray) -> ComplexArray:
-        """Return x (n,) or (n, m) of Aᵀ x = rhs (transposed, not conjugated)."""
-        return self._solve(rhs, transposed=False)
+    def adjoint(self, rhs: ComplexArray) -> ComplexArray:
+        """Return Bᵀ A⁻ᵀ rhs."""
+        return self._b.apply_transposed(self._substituted(rhs, transposed=0))
 
-    def _solve(self, rhs: ComplexArray, transposed: bool) -> ComplexArray:
-        x, _ = self._substitute(self._lu, self._pivots, rhs.astype(self._lu.dtype), trans=1 if transposed else 0)
+    def apply_b(self, gradient: ComplexArray) -> ComplexArray:
+        """Return B · gradient."""
+        return self._b.apply(gradient)
+
+    def release(self) -> None:
+        """Release A, its factors and B."""
+        del self._a, self._b
+        self.__dict__.pop("factors", None)
+
+    def _substituted(self, rhs: ComplexArray, transposed: int) -> ComplexArray:
+        """Return the solution (n,) or (n, m); the factors are those of Aᵀ."""
+        substitute, lu, pivots = self.factors
+        x, _ = substitute(lu, pivots, rhs.astype(lu.dtype), trans=transposed)
         if not np.isfinite(x).all():
             raise SolverError("boundary element solution holds values that are not finite: check the right-hand side")
         return np.ascontiguousarray(x, dtype=complex)

@@ -119,10 +119,7 @@ def transfer_vectors(
 
 
 def pressure_shares(
-    housing: ReducedHousing,
-    forces: ForceSpectrum,
-    modal: ModalTransferVectors,
-    change: ForceSpectrum | None = None,
+    housing: ReducedHousing, forces: ForceSpectrum, modal: ModalTransferVectors, change: ForceSpectrum | None = None
 ) -> ModalShares:
     """Return shares (Pa) of the pressure at the field points, at the lines of the modal transfer vectors.
 
@@ -169,10 +166,7 @@ def bearing_velocity(housing: ReducedHousing, forces: ForceSpectrum) -> FloatArr
 
 
 def power_shares(
-    housing: ReducedHousing,
-    forces: ForceSpectrum,
-    resistance: RadiationResistance,
-    change: ForceSpectrum | None = None,
+    housing: ReducedHousing, forces: ForceSpectrum, resistance: RadiationResistance, change: ForceSpectrum | None = None
 ) -> ModalShares:
     """Return shares (√W) of the radiated power, of each mode and each residual motion by itself.
 

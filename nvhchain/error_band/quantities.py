@@ -122,11 +122,7 @@ def error_band(
 
 
 def force_band(
-    origin: Origin,
-    force_spectrum: ForceSpectrum,
-    *,
-    width: FloatArray | float = 0.0,
-    change: ForceChange | None = None,
+    origin: Origin, force_spectrum: ForceSpectrum, *, width: FloatArray | float = 0.0, change: ForceChange | None = None
 ) -> ErrorBand:
     """Return the error band of the bearing forces: every bearing's resultant amplitude √(Σ|F_i|²).
 
@@ -161,10 +157,7 @@ def force_band(
     return ErrorBand(lines, size, times(sources, scale), reference=REFERENCE_FORCE, weighted=False)
 
 
-def velocity_band(
-    origin: Origin,
-    velocity: SurfaceVelocity,
-) -> ErrorBand:
+def velocity_band(origin: Origin, velocity: SurfaceVelocity) -> ErrorBand:
     """Return the error band of the surface velocity: its root mean square over the surface.
 
     Parameters
@@ -251,11 +244,7 @@ def power_band(
 
 
 def force_sources(
-    origin: Origin,
-    lines: FloatArray,
-    input_speed: float,
-    size: FloatArray,
-    width: FloatArray | float = 0.0,
+    origin: Origin, lines: FloatArray, input_speed: float, size: FloatArray, width: FloatArray | float = 0.0
 ) -> dict[str, FloatArray]:
     """Return relative errors (n_f, n_place) at `lines` due to bearing forces that were made from mesh laws.
 

@@ -38,11 +38,7 @@ class ForceChange:
 
 
 def force_change(
-    case: GearboxCase,
-    fidelity: Fidelity,
-    housing: ReducedHousing,
-    mesh_laws: Sequence[MeshLaw],
-    forces: ForceSpectrum,
+    case: GearboxCase, fidelity: Fidelity, housing: ReducedHousing, mesh_laws: Sequence[MeshLaw], forces: ForceSpectrum
 ) -> ForceChange:
     """Return the change of bearing forces if every mode is lowered by the estimated error of its frequency.
 

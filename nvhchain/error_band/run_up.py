@@ -15,14 +15,7 @@ from nvhchain.error_band.quantities import MASTER_MARGIN, Origin, force_band, fo
 from nvhchain.error_band.radiation import radiation_error
 from nvhchain.error_band.resonances import force_change
 from nvhchain.fidelity import Fidelity
-from nvhchain.handoff import (
-    BearingForces,
-    FloatArray,
-    ForceSpectrum,
-    PressureHistory,
-    ReducedHousing,
-    TransferVectors,
-)
+from nvhchain.handoff import BearingForces, FloatArray, ForceSpectrum, PressureHistory, ReducedHousing, TransferVectors
 from nvhchain.housing import respond
 from nvhchain.spectrum import amplitude_spectrum
 
@@ -105,10 +98,7 @@ class _Instant:
     width: FloatArray
 
 
-def run_up_force_band(
-    origin: Origin,
-    bearing_forces: BearingForces,
-) -> RunUpBand:
+def run_up_force_band(origin: Origin, bearing_forces: BearingForces) -> RunUpBand:
     """Return the error band of the bearing forces: the level of every bearing's resultant in the band of the case.
 
     Parameters

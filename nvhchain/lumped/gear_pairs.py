@@ -102,10 +102,5 @@ def thesis_pair(name: str, *, torque: float = 350.0) -> GearPair:
     # all pairs cover one turn, so that they are integrated side by side
     error = np.tile(error, TEETH // cycles) * (torque / 350.0)
     return pair_from_error(
-        error,
-        force=force,
-        mass=data.mass,
-        mesh_cycles=TEETH,
-        damping_ratio=DAMPING_RATIO,
-        half_backlash=HALF_BACKLASH,
+        error, force=force, mass=data.mass, mesh_cycles=TEETH, damping_ratio=DAMPING_RATIO, half_backlash=HALF_BACKLASH
     )

@@ -111,13 +111,7 @@ class GearPair:
 
 @checked
 def static_transmission_error(
-    *,
-    average: float,
-    mesh: float,
-    blank: float = 0.0,
-    teeth: int,
-    blank_order: int = 1,
-    samples_per_mesh: int = 64,
+    *, average: float, mesh: float, blank: float = 0.0, teeth: int, blank_order: int = 1, samples_per_mesh: int = 64
 ) -> tuple[FloatArray, int]:
     """Return a static transmission error of three terms over one body period.
 
@@ -180,13 +174,7 @@ def static_transmission_error(
 
 @checked
 def pair_from_error(
-    error: FloatArray,
-    *,
-    force: float,
-    mass: float,
-    mesh_cycles: int,
-    damping_ratio: float,
-    half_backlash: float,
+    error: FloatArray, *, force: float, mass: float, mesh_cycles: int, damping_ratio: float, half_backlash: float
 ) -> GearPair:
     """Return a pair with the stiffness k = F/STE.
 

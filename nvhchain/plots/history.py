@@ -19,11 +19,7 @@ OVERSAMPLING = 10.0
 
 @styled
 def pressure_history(
-    pressures: Mapping[str, FieldPressure],
-    *,
-    point: int = 0,
-    turns: float = 2.0,
-    axes: Sequence[Axes] | None = None,
+    pressures: Mapping[str, FieldPressure], *, point: int = 0, turns: float = 2.0, axes: Sequence[Axes] | None = None
 ) -> list[Axes]:
     """Draw sound pressure over time, one panel per configuration with common scales.
 

@@ -18,11 +18,7 @@ MICRO = 1e6
 
 @styled
 def sweep_responses(
-    rising: SweepResponse,
-    falling: SweepResponse,
-    names: Sequence[str],
-    *,
-    axes: Sequence[Axes] | None = None,
+    rising: SweepResponse, falling: SweepResponse, names: Sequence[str], *, axes: Sequence[Axes] | None = None
 ) -> list[Axes]:
     """Draw the RMS of the oscillating error within mesh cycles over mesh frequency, one curve per pair and direction.
 
@@ -71,9 +67,7 @@ def sweep_responses(
 
 @styled
 def backbone_curves(
-    curves: Mapping[str, tuple[GearPair, PeriodicResponse]],
-    *,
-    axes: Sequence[Axes] | None = None,
+    curves: Mapping[str, tuple[GearPair, PeriodicResponse]], *, axes: Sequence[Axes] | None = None
 ) -> list[Axes]:
     """Draw periodic responses of pairs and the backbone of their contact loss: largest deflection against speed.
 

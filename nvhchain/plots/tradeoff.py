@@ -58,12 +58,7 @@ def accuracy_cost(
         second, error, name = points[i]
         above = rank % 2 == 0
         ax.annotate(
-            name,
-            (second, error),
-            xytext=(6, 6 if above else -12),
-            textcoords="offset points",
-            fontsize=9,
-            ha="left",
+            name, (second, error), xytext=(6, 6 if above else -12), textcoords="offset points", fontsize=9, ha="left"
         )
     ax.xaxis.set_major_formatter("{x:g}")
     ax.xaxis.set_minor_formatter(LogFormatter(minor_thresholds=(1.0, 0.4)))

@@ -52,10 +52,7 @@ class Stripe(NamedTuple):
 
 
 def systems(
-    surface: Surface,
-    wavenumbers: Sequence[float] | FloatArray,
-    fidelity: AcousticsFidelity,
-    plane: Plane | None = None,
+    surface: Surface, wavenumbers: Sequence[float] | FloatArray, fidelity: AcousticsFidelity, plane: Plane | None = None
 ) -> Iterator[tuple[ComplexArray, ComplexArray]]:
     """Yield (A (n_v, n_v), B (n_v, n_face)) of A p = B ∂p/∂n for every wavenumber (rad/m, > 0) under e^{+jωt}.
 

@@ -259,8 +259,7 @@ def directivity_index(
     _same_lines(power, pressure.frequency)
     silent = np.flatnonzero(power.power <= 0)
     require(
-        len(silent) == 0,
-        f"nothing is radiated at {len(silent)} lines: directivity needs a power; drop these lines",
+        len(silent) == 0, f"nothing is radiated at {len(silent)} lines: directivity needs a power; drop these lines"
     )
     even = spread_power(power, pressure.points, centre, air, plane=plane).pressure
     amplitude = np.abs(pressure.pressure)

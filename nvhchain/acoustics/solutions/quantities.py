@@ -17,12 +17,7 @@ from nvhchain.acoustics.systems.frequency_blocks import Solved
 from nvhchain.acoustics.systems.linear_system import System
 from nvhchain.acoustics.waves.interference import squared_waves, waves_memory
 from nvhchain.acoustics.waves.layer_potentials import layer_potentials
-from nvhchain.acoustics.waves.multipoles import (
-    expansion_memory,
-    multipole_amplitudes,
-    multipole_count,
-    multipole_order,
-)
+from nvhchain.acoustics.waves.multipoles import expansion_memory, multipole_amplitudes, multipole_count, multipole_order
 from nvhchain.conventions import Air
 from nvhchain.errors import require
 from nvhchain.handoff import (

@@ -72,11 +72,7 @@ def check_frequencies(frequencies: ArrayLike) -> FloatArray:
 
 
 def band_values(
-    frequency: FloatArray,
-    *rows: ComplexArray,
-    problem: ExteriorProblem,
-    quantity: Quantity,
-    task: tuple[int, float],
+    frequency: FloatArray, *rows: ComplexArray, problem: ExteriorProblem, quantity: Quantity, task: tuple[int, float]
 ) -> Solved:
     """Return values of one band and their solver record; `task` holds bytes for systems and the quadrature error."""
     memory, quadrature_error = task

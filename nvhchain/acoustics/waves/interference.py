@@ -92,12 +92,7 @@ def _mirrored(body: Surface, plane: RigidPlane) -> Surface:
     return Surface(plane.mirror(body.vertices), body.triangles[:, ::-1])
 
 
-def _interference(
-    k: float,
-    one: _Source,
-    other: _Source,
-    digits: float,
-) -> float:
+def _interference(k: float, one: _Source, other: _Source, digits: float) -> float:
     """Return Re ∫ F_i* F_j e^{jk r̂·d} dΩ of two bodies with pressure and gradient on them."""
     middles = [plane_foot(body, None) for body, *_ in (one, other)]
     way = middles[1] - middles[0]

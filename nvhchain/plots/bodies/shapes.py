@@ -178,12 +178,7 @@ def _largest_phase(motion: ComplexArray, surface: Surface) -> ComplexArray:
 
 
 def _pictures(
-    surface: Surface,
-    states: FloatArray,
-    scale: FloatArray,
-    elevation: float,
-    azimuth: float,
-    engine: str,
+    surface: Surface, states: FloatArray, scale: FloatArray, elevation: float, azimuth: float, engine: str
 ) -> np.ndarray:
     """Return pictures (n, height, width, 3) uint8 of states (n, n_face); full scale is the peak of `scale`."""
     view = View(elevation, azimuth)

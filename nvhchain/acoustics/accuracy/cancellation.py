@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -74,7 +73,12 @@ def cancellation_pressure(
     The pressure is |jk + 1/r| F/(4πr), on the axis of a dipole at the centre of the pressures on every body. The
     distance r is at least half their extent. A plane doubles the result.
     """
-    return _dipole_pressure(_thrusts(surface, face_pressure, quadrature_error), wavenumber, points, plane)
+    squares = np.zeros(len(wavenumber))
+    for thrust in _thrusts(surface, face_pressure, quadrature_error):
+        nearest = [float(np.linalg.norm(points - middle, axis=1).min()) for middle in thrust.middles]
+        r = np.maximum(nearest, thrust.extents)
+        squares += (1.0 + (wavenumber * r) ** 2) * thrust.squared.diagonal().real / (4 * np.pi * r**2) ** 2
+    return np.asarray(np.sqrt(squares) * (1.0 if plane is None else 2.0))
 
 
 def cancellation_of_motion(
@@ -101,15 +105,13 @@ def cancellation_of_motion(
     away = max(np.linalg.norm(points - surface.centroids.mean(axis=0), axis=1).min(), 0.5 * diameter(surface.vertices))
     quiet = QUIET_RATIO ** (1.0 + 1.0 / len(points)) * air.impedance / (np.sqrt(4 * np.pi) * away)
 
-    def thrust_per_pressure(
-        lines: IntArray, faces: IntArray
-    ) -> ComplexArray:  # scaled, as squares of a velocity may overflow
+    def relative_velocity(lines: IntArray, faces: IntArray) -> ComplexArray:  # scaled, as squares may overflow
         return surface_velocity.normal_velocity[np.ix_(lines, faces)].T / loudest[lines]
 
     cancels = np.zeros((len(bodies), len(wavenumber)), dtype=bool)
     suspect = np.zeros(len(wavenumber))
     for piece in (lines[batch] for batch in line_batches(len(lines))):
-        k, moving = wavenumber[piece], [thrust_per_pressure(piece, faces) for faces, _ in bodies]
+        k, moving = wavenumber[piece], [relative_velocity(piece, faces) for faces, _ in bodies]
         energy = np.array([body.areas @ np.abs(v) ** 2 for (_, body), v in zip(bodies, moving, strict=True)])
         on_walls = np.array([wall_wavenumber(body, v) for (_, body), v in zip(bodies, moving, strict=True)])
         cancels[:, piece] = (k < on_walls) | (quiet * np.sqrt(energy.sum(axis=0)) > 1.0)
@@ -122,9 +124,9 @@ def cancellation_of_motion(
         for number, (faces, body) in enumerate(bodies):
             mine = np.flatnonzero(cancels[number, piece])
             if len(mine) > 0:
-                v = thrust_per_pressure(piece[mine], faces)
+                v = relative_velocity(piece[mine], faces)
                 on_faces[np.ix_(faces, mine)] = pressure_of_motion(body, k[mine], v, air)
-        left[piece] = _dipole_pressure(_thrusts(surface, on_faces, quadrature_error), k, points, plane)
+        left[piece] = cancellation_pressure(surface, k, on_faces, points, plane, quadrature_error)
     return left
 
 
@@ -244,17 +246,6 @@ def _thrusts(surface: Surface, face_pressure: ComplexArray, quadrature_error: fl
         squared = np.outer(share, share) * ((here.conj().T * body.areas) @ here)
         made.append(_Thrust(squared, middles, extents))
     return made
-
-
-def _dipole_pressure(
-    thrusts: Sequence[_Thrust], wavenumber: FloatArray, points: FloatArray, plane: RigidPlane | None
-) -> FloatArray:
-    squares = np.zeros(len(wavenumber))
-    for thrust in thrusts:
-        nearest = [float(np.linalg.norm(points - middle, axis=1).min()) for middle in thrust.middles]
-        r = np.maximum(nearest, thrust.extents)
-        squares += (1.0 + (wavenumber * r) ** 2) * thrust.squared.diagonal().real / (4 * np.pi * r**2) ** 2
-    return np.asarray(np.sqrt(squares) * (1.0 if plane is None else 2.0))
 
 
 def cancellation_accuracy(

@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 
 from nvhchain.acoustics.fused.close_pairs import NEAREST
 from nvhchain.acoustics.fused.engine import assemble_rows, stripes
-from nvhchain.acoustics.fused.mesh import Plane, prepare, quadrature_rules
+from nvhchain.acoustics.fused.mesh import prepare, quadrature_rules
 from nvhchain.acoustics.fused.splitting import cut
 from nvhchain.acoustics.surfaces.burton_miller import coupling, half_diagonal
 from nvhchain.acoustics.surfaces.clustering import diameter
 from nvhchain.acoustics.surfaces.intersections import facing_pairs, joined_pairs, neighbours
 from nvhchain.fidelity import AcousticsFidelity
-from nvhchain.handoff import ComplexArray, FloatArray, IntArray, Surface
+from nvhchain.handoff import ComplexArray, FloatArray, IntArray, RigidPlane, Surface
 
 FAIR_ORDER = 3
 """Smallest `singular_order` that integrates even triangles well. The closure errors of a sphere, a box and a slab are
@@ -40,7 +40,7 @@ _WIDE = 0.1
 """Gap (edges) that costs no more than other neighbours."""
 
 
-def closure_error(surface: Surface, fidelity: AcousticsFidelity, plane: Plane | None = None) -> float:
+def closure_error(surface: Surface, fidelity: AcousticsFidelity, plane: RigidPlane | None = None) -> float:
     """Return the area RMS error of the static matrices for constant and linear pressures, the worst of four.
 
     The pressures are one constant and three linear in a coordinate, one at half the diagonal from the middle. The

@@ -16,13 +16,13 @@ import numpy as np
 from nvhchain.acoustics.fused.close_pairs import CLOSE_BLOCK, close_block
 from nvhchain.acoustics.fused.far_pairs import FAR_BLOCK, far_block
 from nvhchain.acoustics.fused.kernels import COMPLEX, REAL, compiled, wave_coefficients
-from nvhchain.acoustics.fused.mesh import Mesh, Plane, Rules, prepare, quadrature_rules
+from nvhchain.acoustics.fused.mesh import Mesh, Rules, prepare, quadrature_rules
 from nvhchain.acoustics.fused.ordering import RESTORE_COLUMNS, Part, distribute_rows, make_part, restore_columns
 from nvhchain.acoustics.fused.quadrature import quadrature_order
 from nvhchain.acoustics.surfaces.burton_miller import coupling
 from nvhchain.errors import ResourceError
 from nvhchain.fidelity import AcousticsFidelity
-from nvhchain.handoff import ComplexArray, FloatArray, IntArray, Surface
+from nvhchain.handoff import ComplexArray, FloatArray, IntArray, RigidPlane, Surface
 from nvhchain.runtime import processes
 from nvhchain.runtime.memory import free_memory
 from nvhchain.runtime.threads import threads
@@ -52,7 +52,10 @@ class Stripe(NamedTuple):
 
 
 def systems(
-    surface: Surface, wavenumbers: Sequence[float] | FloatArray, fidelity: AcousticsFidelity, plane: Plane | None = None
+    surface: Surface,
+    wavenumbers: Sequence[float] | FloatArray,
+    fidelity: AcousticsFidelity,
+    plane: RigidPlane | None = None,
 ) -> Iterator[tuple[ComplexArray, ComplexArray]]:
     """Yield (A (n_v, n_v), B (n_v, n_face)) of A p = B ∂p/∂n for every wavenumber (rad/m, > 0) under e^{+jωt}.
 
@@ -100,7 +103,7 @@ def stripes(
     surface: Surface,
     wavenumbers: Sequence[float] | FloatArray,
     fidelity: AcousticsFidelity,
-    plane: Plane | None = None,
+    plane: RigidPlane | None = None,
     *,
     memory: int = 2**30,
 ) -> Iterator[Stripe]:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
 from dataclasses import dataclass
 from functools import cache, lru_cache
-from typing import Protocol
 
 import numpy as np
 
@@ -15,7 +13,7 @@ from nvhchain.acoustics.fused.quadrature import product_rule, split_rules, touch
 from nvhchain.acoustics.surfaces.clustering import diameter
 from nvhchain.fem.quadrature import triangle_rule
 from nvhchain.fidelity import AcousticsFidelity
-from nvhchain.handoff import FloatArray, IntArray, Surface
+from nvhchain.handoff import FloatArray, IntArray, RigidPlane, Surface
 
 _OPEN = np.radians([45.0, 15.0])
 """Angles (rad) between needles that meet at their tips; above them, they take the order of other triangles and twice
@@ -24,16 +22,6 @@ it."""
 _TIP = 0.7
 """Shortest edge at the shared corner of two needles, over the longest edge of both, above which the corner is their
 tip."""
-
-
-class Plane(Hashable, Protocol):
-    """Rigid plane that reflects: G(x, y) + G(x, y′) with the mirrored point y′ has no normal derivative on it."""
-
-    def mirror(self, points: FloatArray) -> FloatArray:
-        """Return mirrored points (n, 3), m."""
-
-    def mirror_direction(self, vectors: FloatArray) -> FloatArray:
-        """Return mirrored directions (n, 3)."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +96,7 @@ class Mesh:
 
 
 @lru_cache(maxsize=2)
-def prepare(surface: Surface, fidelity: AcousticsFidelity, plane: Plane | None) -> Mesh:
+def prepare(surface: Surface, fidelity: AcousticsFidelity, plane: RigidPlane | None) -> Mesh:
     """Sort the surface, mirror it if there is a plane, list its close pairs and choose their rules."""
     order, tiles = sorted_tiles(surface.centroids)
     triangles = np.ascontiguousarray(surface.triangles[order])

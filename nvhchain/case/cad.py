@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from nvhchain import housing
 from nvhchain.case.bodies import Extent
-from nvhchain.case.housing import Housing
+from nvhchain.case.housing import Housing, reduce_elements
 from nvhchain.errors import require
 from nvhchain.fem.solid_model import RigidSet, SolidModel
 from nvhchain.fidelity import HousingFidelity
@@ -69,17 +69,7 @@ class Cad(housing.CadPart, Housing):
         self, case: GearboxCase, contents: tuple[Any, ...], face_size: float, knobs: HousingFidelity, progress: Any
     ) -> ReducedHousing:
         """Mesh the part and reduce it."""
-        model, seats = self.model(case, knobs)
-        reduced = housing.reduce_model(
-            model,
-            seats,
-            f_max=case.band.high,
-            faces=housing.RadiatingFaces(face_size, engine_plane=self.engine_plane, opening=self.opening),
-            modal_damping=self.modal_damping,
-            fidelity=knobs,
-            progress=progress,
-        )
-        return reduced.replace(structural_damping=self.structural_damping)
+        return reduce_elements(self, case, self.model(case, knobs), face_size, knobs, progress)
 
 
 NAMES[Cad] = "an nvhchain.case.Cad"

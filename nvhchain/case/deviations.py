@@ -30,6 +30,8 @@ LARGEST = 0.5e-3
 """Largest deviation (m); a larger one has a wrong unit."""
 LARGEST_SHIFT = 0.1e-3
 """Largest tolerance of a centre distance to either side (m), up to which the dynamics takes the axes as drawn."""
+_PITCHES = ("single_pitch", "cumulative_pitch", "run_out")
+_SHAPES = ("profile_slope", "profile_form", "helix_slope", "helix_form")
 COLUMNS = ("tooth", "profile", "face", "deviation_um")
 """Columns of a file of measured topography."""
 
@@ -181,12 +183,10 @@ class Deviations:
             0.0 <= self.used <= 10.0,
             f"deviations: used = {self.used:g} is outside 0…10: 1 is a gear at the limits of its class",
         )
-        for name in ("single_pitch", "cumulative_pitch", "run_out", "profile_form", "helix_form"):
-            value = getattr(self, name)
-            require(value is None or value >= 0.0, f"deviations: {name} = {value} m must be 0 or more")
+        for name in (*_PITCHES, *_SHAPES):
+            value, signed = getattr(self, name), name.endswith("slope")
+            require(signed or value is None or value >= 0.0, f"deviations: {name} = {value} m must be 0 or more")
             _check_size(name, value)
-        for name in ("profile_slope", "helix_slope"):
-            _check_size(name, getattr(self, name))
         for value in self.pitch:
             _check_size("pitch", value)
         require(
@@ -254,9 +254,7 @@ class Deviations:
     def _stated(self, flanks: ToothFlanks, sign: float) -> ToothFlanks:
         """Return flanks with the values that the case gives."""
         given: dict[str, Any] = {
-            name: np.full(len(flanks.pitch), value)
-            for name in ("profile_slope", "profile_form", "helix_slope", "helix_form")
-            if (value := getattr(self, name)) is not None
+            name: np.full(len(flanks.pitch), value) for name in _SHAPES if (value := getattr(self, name)) is not None
         }
         if self.pitch:
             given["pitch"] = sign * np.array(self.pitch)
@@ -273,18 +271,8 @@ class Deviations:
                 f"{1e6 * limits.run_out:g}, f_HαT {1e6 * limits.profile_slope:g}, f_HβT "
                 f"{1e6 * limits.helix_slope:g} µm"
             )
-        for name in (
-            "single_pitch",
-            "cumulative_pitch",
-            "run_out",
-            "profile_slope",
-            "profile_form",
-            "helix_slope",
-            "helix_form",
-        ):
-            value = getattr(self, name)
-            if value is not None:
-                parts.append(f"{name} {1e6 * value:g} µm")
+        sizes = {name: getattr(self, name) for name in (*_PITCHES, *_SHAPES)}
+        parts += [f"{name} {1e6 * value:g} µm" for name, value in sizes.items() if value is not None]
         parts += [f"pitch of {len(self.pitch)} teeth"] if self.pitch else []
         parts += [f"ghost order {one.order:g} of {1e6 * one.amplitude:g} µm" for one in self.ghosts]
         parts += [f"topography {Path(self.topography.file).name}"] if self.topography else []

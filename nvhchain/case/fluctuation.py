@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 from math import pi
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from nvhchain.dimensions import Angle, AngularSpeed
 from nvhchain.dynamics import Fluctuation, Harmonic
@@ -15,8 +16,32 @@ from nvhchain.interop import Record, read_record
 from nvhchain.kinds import check_fields
 
 
+class _Drive:
+    """Part of a drive, which is checked in the form that the dynamics takes."""
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        _ = self.drive
+
+    @property
+    @abstractmethod
+    def drive(self) -> Any:
+        """Form of the dynamics."""
+
+
+class _Harmonic(_Drive):
+    order: float
+    amplitude: float
+    phase: float
+
+    @property
+    def drive(self) -> Harmonic:
+        """Harmonic in the form of the dynamics."""
+        return Harmonic(self.order, self.amplitude, self.phase)
+
+
 @dataclass(frozen=True)
-class TorqueHarmonic:
+class TorqueHarmonic(_Harmonic):
     """Harmonic of the input torque: amplitude × cos(order × angle of the input + phase).
 
     Parameters
@@ -33,18 +58,9 @@ class TorqueHarmonic:
     amplitude: float
     phase: Angle = 0.0
 
-    def __post_init__(self) -> None:
-        check_fields(self)
-        _ = self.drive
-
-    @property
-    def drive(self) -> Harmonic:
-        """Harmonic in the form of the dynamics."""
-        return Harmonic(self.order, self.amplitude, self.phase)
-
 
 @dataclass(frozen=True)
-class SpeedHarmonic:
+class SpeedHarmonic(_Harmonic):
     """Harmonic of the input speed: amplitude × cos(order × angle of the input + phase).
 
     Parameters
@@ -61,18 +77,9 @@ class SpeedHarmonic:
     amplitude: AngularSpeed
     phase: Angle = 0.0
 
-    def __post_init__(self) -> None:
-        check_fields(self)
-        _ = self.drive
-
-    @property
-    def drive(self) -> Harmonic:
-        """Harmonic in the form of the dynamics."""
-        return Harmonic(self.order, self.amplitude, self.phase)
-
 
 @dataclass(frozen=True)
-class SpeedHarmonics:
+class SpeedHarmonics(_Drive):
     """Prescribed speed of the input about its mean, by orders of the input.
 
     Parameters
@@ -83,10 +90,6 @@ class SpeedHarmonics:
 
     harmonics: tuple[SpeedHarmonic, ...]
 
-    def __post_init__(self) -> None:
-        check_fields(self)
-        _ = self.drive
-
     @property
     def drive(self) -> Fluctuation:
         """Fluctuation in the form of the dynamics."""
@@ -94,7 +97,7 @@ class SpeedHarmonics:
 
 
 @dataclass(frozen=True)
-class TorqueHarmonics:
+class TorqueHarmonics(_Drive):
     """Torque of the input about its mean, by orders of the input; all other torques stay constant.
 
     Parameters
@@ -105,10 +108,6 @@ class TorqueHarmonics:
 
     harmonics: tuple[TorqueHarmonic, ...]
 
-    def __post_init__(self) -> None:
-        check_fields(self)
-        _ = self.drive
-
     @property
     def drive(self) -> Fluctuation:
         """Fluctuation in the form of the dynamics."""
@@ -116,7 +115,7 @@ class TorqueHarmonics:
 
 
 @dataclass(frozen=True)
-class SpeedRecord:
+class SpeedRecord(_Drive):
     """Prescribed speed of the input about its mean, from a record in time, along a ramp.
 
     Parameters
@@ -137,10 +136,6 @@ class SpeedRecord:
     unit: Literal["rpm", "rad/s"] = "rpm"
     time_channel: str = "time"
 
-    def __post_init__(self) -> None:
-        check_fields(self)
-        _ = self.drive
-
     @cached_property
     def drive(self) -> Fluctuation:
         """Fluctuation in the form of the dynamics."""
@@ -150,7 +145,7 @@ class SpeedRecord:
 
 
 @dataclass(frozen=True)
-class TorqueRecord:
+class TorqueRecord(_Drive):
     """Torque of the input about its mean, from a record in time, along a ramp.
 
     Parameters
@@ -167,10 +162,6 @@ class TorqueRecord:
     file: str
     channel: str = "torque"
     time_channel: str = "time"
-
-    def __post_init__(self) -> None:
-        check_fields(self)
-        _ = self.drive
 
     @cached_property
     def drive(self) -> Fluctuation:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 from nvhchain.case.bodies import Extent
 from nvhchain.errors import require
+from nvhchain.fem.solid_model import RigidSet, SolidModel
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import ReducedHousing
-from nvhchain.housing import HousingShape
+from nvhchain.housing import HousingShape, RadiatingFaces, reduce_model
 
 if TYPE_CHECKING:
     from nvhchain.case.gearbox import GearboxCase
@@ -87,6 +88,26 @@ class Housing(Protocol):
         self, case: GearboxCase, contents: tuple[Any, ...], face_size: float, knobs: HousingFidelity, progress: Any
     ) -> ReducedHousing:
         """Reduce the housing to its modes at the bearing seats and on the radiating surface."""
+
+
+def reduce_elements(
+    given: Any,
+    case: GearboxCase,
+    parts: tuple[SolidModel, Sequence[RigidSet]],
+    face_size: float,
+    knobs: HousingFidelity,
+    progress: Any,
+) -> ReducedHousing:
+    """Return the reduced finite elements and seats of a housing with the opening and damping that it states."""
+    reduced = reduce_model(
+        *parts,
+        f_max=case.band.high,
+        faces=RadiatingFaces(face_size, engine_plane=given.engine_plane, opening=given.opening),
+        modal_damping=given.modal_damping,
+        fidelity=knobs,
+        progress=progress,
+    )
+    return reduced.replace(structural_damping=given.structural_damping)
 
 
 def lowest_wall_frequency(area: float, wavelength: float) -> float:

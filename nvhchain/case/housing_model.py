@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from nvhchain import housing, interop
 from nvhchain.case.bodies import Extent, SurfaceFile
-from nvhchain.case.housing import ELEMENT_KNOBS, Housing, require_support
+from nvhchain.case.housing import ELEMENT_KNOBS, Housing, reduce_elements, require_support
 from nvhchain.dimensions import Length
 from nvhchain.errors import require
 from nvhchain.fem.modal_model import ModalModel
@@ -110,16 +110,8 @@ class HousingModel(Housing):
     ) -> ReducedHousing:
         """Reduce the model."""
         model, seats = contents
-        reduced = housing.reduce_model(
-            model,
-            housing.bearing_seats(model, seats, self._nodes),
-            f_max=case.band.high,
-            faces=housing.RadiatingFaces(face_size, engine_plane=self.engine_plane, opening=self.opening),
-            modal_damping=self.modal_damping,
-            fidelity=knobs,
-            progress=progress,
-        )
-        return reduced.replace(structural_damping=self.structural_damping)
+        parts = model, housing.bearing_seats(model, seats, self._nodes)
+        return reduce_elements(self, case, parts, face_size, knobs, progress)
 
 
 @dataclass(frozen=True)

@@ -97,8 +97,7 @@ def _built(table: Table, path: Path, changes: Sequence[str]) -> Case:
     if not isinstance(kind, str) or kind not in kinds:
         raise InputError(f"{path}: kind = {kind!r}: choose one of {', '.join(kinds)}")
     table["folder"] = str(path.parent)
-    _place_meshes(table.get("gears"), path.parent)
-    _place_records(table.get("operation"), path.parent)
+    _place_files(table, path.parent)
     try:
         case = build(kinds[kind], table, str(path))
         _check_judgeable(case, str(path))
@@ -180,23 +179,16 @@ def _by_name(change: Mapping[str, Any], table: Mapping[str, Any], text: str) -> 
     return placed
 
 
-def _place_meshes(gears: Any, folder: Path) -> None:
-    """Make the paths of gear meshes and measured flanks relative to the folder of the case."""
-    for gear in gears if isinstance(gears, list) else []:
-        blank = gear.get("blank") if isinstance(gear, Mapping) else None
-        if isinstance(blank, dict) and blank.get("type") == "mesh" and isinstance(blank.get("file"), str):
-            blank["file"] = str(folder / blank["file"])
-        given = gear.get("deviations") if isinstance(gear, Mapping) else None
-        measured = given.get("topography") if isinstance(given, Mapping) else None
-        if isinstance(measured, dict) and isinstance(measured.get("file"), str):
-            measured["file"] = str(folder / measured["file"])
-
-
-def _place_records(operation: Any, folder: Path) -> None:
-    """Make the path of a fluctuating drive's record relative to the folder of the case."""
-    given = operation.get("fluctuation") if isinstance(operation, Mapping) else None
-    if isinstance(given, dict) and isinstance(given.get("file"), str):
-        given["file"] = str(folder / given["file"])
+def _place_files(table: Mapping[str, Any], folder: Path) -> None:
+    """Make the paths of gear meshes, measured flanks and records of the drive relative to the folder of the case."""
+    for path in (("gears", "blank"), ("gears", "deviations", "topography"), ("operation", "fluctuation")):
+        parts: list[Any] = [table]
+        for key in path:
+            inside = [part.get(key) for part in parts if isinstance(part, Mapping)]
+            parts = [part for found in inside for part in (found if isinstance(found, list) else [found])]
+        for part in parts:
+            if isinstance(part, dict) and isinstance(part.get("file"), str):
+                part["file"] = str(folder / part["file"])
 
 
 def _read(path: Path, open_files: tuple[Path, ...]) -> Table:

@@ -121,17 +121,8 @@ def _compared(
     with ExitStack() as records:
         for case in cases:
             records.enter_context(recorded_case(asked[case.name], fidelity, out / case.name))
-        results = {
-            case.name: chain.run(
-                case,
-                fidelity=fidelity,
-                out=out / case.name,
-                operators=out / OPERATORS,
-                executor=executor,
-                watcher=watcher,
-            )
-            for case in cases
-        }
+        shared: dict[str, Any] = {"operators": out / OPERATORS, "executor": executor, "watcher": watcher}
+        results = {case.name: chain.run(case, fidelity=fidelity, out=out / case.name, **shared) for case in cases}
         results = {name: replace(of, decision=decisions.get(name)) for name, of in results.items()}
     for name, result in results.items():
         record_modes(result.case, fidelity=fidelity, out=out / name, operators=out / OPERATORS)
@@ -269,10 +260,9 @@ def _run_up_figures(results: Mapping[str, Result], out: Path) -> None:
     histories = {name: result.pressure_history for name, result in results.items() if result.pressure_history}
     band = max(result.case.band.high for result in results.values() if hasattr(result.case, "band"))
     maps = {name: run_up_maps(of, marks, high=band) for name, of in histories.items()}
-    save(
-        plots.waterfall_maps({name: of[0] for name, of in maps.items()}, unit="Pa", marks=marks), out / "waterfall.png"
-    )
-    save(plots.waterfall_maps({name: of[1] for name, of in maps.items()}, unit="Pa", marks=marks), out / "orders.png")
+    for number, picture in enumerate(("waterfall.png", "orders.png")):
+        drawn = {name: of[number] for name, of in maps.items()}
+        save(plots.waterfall_maps(drawn, unit="Pa", marks=marks), out / picture)
     profiles = {
         name: {f"{of.name}, {of.unit}": (of.speed, of.level) for of in curves}
         for name, curves in curves_of(maps, marks).items()

@@ -32,7 +32,7 @@ from nvhchain.interop import write_gear_field_vtu
 from nvhchain.names import printable
 from nvhchain.plots.files import save
 from nvhchain.report.housing_pictures import SUFFIXES, draw_housings, draw_velocities, write_motion
-from nvhchain.report.run_up import input_frequency_waterfall, input_order_waterfall
+from nvhchain.report.run_up import input_frequency_waterfall, input_order_waterfall, sample_rate
 from nvhchain.spectrum import BAND_MARGIN
 
 HIGHEST_ORDER = 100.0
@@ -234,7 +234,7 @@ def _last_line(spectrum: ForceSpectrum) -> int:
 def _maps(signals: Mapping[str, Any], records: Mapping[str, Any], unit: str, orders: bool) -> list[Axes]:
     maps = {}
     for name, record in records.items():
-        rate = (len(record.time) - 1) / float(record.time[-1] - record.time[0])
+        rate = sample_rate(record)
         if orders:
             maps[name] = input_order_waterfall(signals[name], rate, record.input_speed, high=HIGHEST_ORDER)
         else:

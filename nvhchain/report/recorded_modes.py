@@ -36,10 +36,8 @@ def record_modes(case: Case, *, fidelity: Fidelity, out: Path, operators: Path) 
     """Compute the modes of a gearbox from stored hand-offs, and write modes.json; None where there are none."""
     if not isinstance(case, GearboxCase):
         return None
-    nominal, fastest = mode_speeds(case)
-    speeds = [nominal, *np.linspace(0.0, fastest, _SPEEDS)]
     try:
-        found = chain.system_modes(case, speeds, fidelity=fidelity, out=out, operators=operators)
+        found = modes_over_speed(case, fidelity=fidelity, out=out, operators=operators)
     except (InputError, SolverError):
         return None
     content = json.dumps(mode_record(case, found[0], found[1:]))
@@ -47,12 +45,16 @@ def record_modes(case: Case, *, fidelity: Fidelity, out: Path, operators: Path) 
     return out / FILE
 
 
-def mode_speeds(case: GearboxCase) -> tuple[float, float]:
-    """Return nominal and highest speed (rad/s); the end of a run-up, or 1.5 times a constant speed."""
+def modes_over_speed(case: GearboxCase, **options: Any) -> Sequence[SystemModes]:
+    """Return the modes at the nominal speed, then from rest to the end of a run-up, or to 1.5 times a constant speed.
+
+    options : those of `chain.system_modes`.
+    """
+    nominal = case.operation.input_speed
+    fastest = _TIMES_NOMINAL * nominal
     if case.ramp is not None:
-        fastest = max(case.ramp.start_speed, case.ramp.end_speed)
-        return fastest, fastest
-    return case.operation.input_speed, _TIMES_NOMINAL * case.operation.input_speed
+        nominal = fastest = max(case.ramp.start_speed, case.ramp.end_speed)
+    return chain.system_modes(case, [nominal, *np.linspace(0.0, fastest, _SPEEDS)], **options)
 
 
 def mode_record(case: GearboxCase, modes: SystemModes, over_speed: Sequence[SystemModes]) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from nvhchain import levels
-from nvhchain.handoff import FloatArray, PressureHistory
+from nvhchain.handoff import BearingForces, FloatArray, PressureHistory
 from nvhchain.plots import OrderMarks
 from nvhchain.report.marks import order_name
 from nvhchain.spectrum import Waterfall, order_cut, order_waterfall, waterfall
@@ -50,12 +50,10 @@ class Curve:
     order: float | None = None
 
 
-def run_up_maps(
-    history: PressureHistory, marks: OrderMarks, *, high: float, point: int = 0
-) -> tuple[Waterfall, Waterfall]:
-    """Return the waterfalls of a field point against frequency up to `high` (Hz), and against order."""
+def run_up_maps(history: PressureHistory, marks: OrderMarks, *, high: float) -> tuple[Waterfall, Waterfall]:
+    """Return the waterfalls of the first field point against frequency up to `high` (Hz), and against order."""
     highest = (HARMONICS + 1) * max(marks.mesh.values(), default=20.0)
-    signal = history.pressure[:, point], _rate(history), history.input_speed
+    signal = history.pressure[:, 0], sample_rate(history), history.input_speed
     return input_frequency_waterfall(*signal, high=high), input_order_waterfall(*signal, high=highest)
 
 
@@ -93,7 +91,7 @@ def run_up_summary(history: PressureHistory, curves: Sequence[Curve]) -> dict[st
     return {
         "start_speed_rpm": 30 / pi * float(history.input_speed[0]),
         "end_speed_rpm": 30 / pi * float(history.input_speed[-1]),
-        "overall_dBA": float(levels.equivalent(history.pressure[:, 0], sample_rate=_rate(history))),
+        "overall_dBA": float(levels.equivalent(history.pressure[:, 0], sample_rate=sample_rate(history))),
         "highest": {
             f"{of.name}, {of.unit}": {
                 "level_db": float(of.level.max()),
@@ -125,9 +123,9 @@ def input_order_waterfall(signal: FloatArray, rate: float, input_speed: FloatArr
     return order_waterfall(signal, sample_rate=rate, input_speed=input_speed, resolution=resolution, high=high)
 
 
-def _rate(history: PressureHistory) -> float:
-    """Sample rate (Hz) of a history."""
-    return (len(history.time) - 1) / float(history.time[-1] - history.time[0])
+def sample_rate(record: PressureHistory | BearingForces) -> float:
+    """Return the sample rate (Hz) of a record."""
+    return (len(record.time) - 1) / float(record.time[-1] - record.time[0])
 
 
 def _overall(in_frequency: Waterfall) -> Curve:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from nvhchain import chain, plots
+from nvhchain import plots
 from nvhchain.case import Case, GearboxCase
 from nvhchain.dynamics import SystemModes
 from nvhchain.errors import InputError
@@ -21,11 +21,10 @@ from nvhchain.files.result_cache import Watcher
 from nvhchain.kinds import checked
 from nvhchain.plots import files
 from nvhchain.report.marks import mesh_orders
-from nvhchain.report.recorded_modes import HARMONICS, mesh_share, mode_speeds
+from nvhchain.report.recorded_modes import HARMONICS, mesh_share, modes_over_speed
 
 SHOWN = 12
 """Modes on the terminal: those whose meshes hold most of the strain energy."""
-_SPEEDS = 13
 _WORTH = 0.02
 """Smallest share of the meshes in the strain energy of a mode that meets a mesh order."""
 
@@ -91,11 +90,7 @@ def report_modes(
     """
     if not isinstance(case, GearboxCase):
         raise InputError(f"{case.name} is a radiator: it has no shafts and meshes")
-    nominal, fastest = mode_speeds(case)
-    speeds = [nominal, *np.linspace(0.0, fastest, _SPEEDS)]
-    found = chain.system_modes(
-        case, speeds, fidelity=fidelity, out=out, operators=operators, damped=damped, watcher=watcher
-    )
+    found = modes_over_speed(case, fidelity=fidelity, out=out, operators=operators, damped=damped, watcher=watcher)
     top = highest or case.band.high
     at_nominal, *over_speed = (_up_to(modes, top) for modes in found)
     folder = writable_folder(out, "out")
@@ -108,7 +103,7 @@ def report_modes(
         [modes.frequency for modes in over_speed],
         [mesh_share(modes) for modes in over_speed],
         {f"{name} × {k}": k * rate for name, rate in rates.items() for k in range(1, HARMONICS + 1)},
-        nominal=nominal,
+        nominal=at_nominal.input_speed,
     )
     files.save([axes], picture)
     return ModeReport(at_nominal, tuple(_lines(at_nominal, rates)), (table, picture))

@@ -16,7 +16,7 @@ from nvhchain.handoff import FieldPressure, FloatArray, HandOff, PressureHistory
 from nvhchain.names import check_names
 from nvhchain.plots import OrderMarks
 from nvhchain.report.marks import order_name
-from nvhchain.report.run_up import run_up_maps
+from nvhchain.report.run_up import run_up_maps, sample_rate
 from nvhchain.spectrum import Waterfall
 
 H = TypeVar("H", bound=HandOff)
@@ -115,8 +115,7 @@ class Stored:
         """Configuration → waterfalls of its run-up at the first field point, against frequency and against order."""
         heard = {run.name: of for run in self.runs if (of := run.pressure_history) is not None}
         high = max((float(of.case.get("values", {}).get("band.high", 0.0)) for of in self.runs), default=0.0)
-        rates = [(len(of.time) - 1) / float(of.time[-1] - of.time[0]) for of in heard.values()]
-        high = high or min(rates, default=0.0) / 2.56
+        high = high or min(map(sample_rate, heard.values()), default=0.0) / 2.56
         return {name: run_up_maps(of, self.marks, high=high) for name, of in heard.items()}
 
     @property

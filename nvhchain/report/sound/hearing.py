@@ -50,13 +50,11 @@ def add_hearing(folder: str | Path) -> list[str]:
     require(stored.finished, f"{folder} is not finished: run it to its end first")
     noise = read_wav(stored.folder / BACKGROUND) if (stored.folder / BACKGROUND).is_file() else None
     background = None if noise is None else Sound(noise.pressure, noise.rate, True)
-    summary = json.loads((stored.folder / "summary.json").read_text(encoding="utf-8"))
     told = []
     for run in stored.runs:
-        entry = _entry(stored, run, background)
-        summary["configurations"][run.name]["hearing"] = entry
+        entry = stored.summary["configurations"][run.name]["hearing"] = _entry(stored, run, background)
         told += hearing_sentences(run.name, entry)
-    write_text(stored.folder / "summary.json", json.dumps(summary, indent=1) + "\n")
+    write_text(stored.folder / "summary.json", json.dumps(stored.summary, indent=1) + "\n")
     return told
 
 

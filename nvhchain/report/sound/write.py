@@ -19,12 +19,12 @@ BACKGROUND = "background.wav"
 """Name of the file of the background, which is that of the first case that has one."""
 
 
-def result_sound(result: Result, *, point: int = 0) -> Sound | None:
-    """Return the sound of a result at a field point; None where it has no pressure or lines without a common loop."""
+def result_sound(result: Result) -> Sound | None:
+    """Return the sound of a result at the first field point; None without pressure or a common loop of lines."""
     if result.pressure_history is not None:
-        return run_up_sound(result.pressure_history, point=point)
+        return run_up_sound(result.pressure_history)
     with suppress(InputError):
-        return None if result.pressure is None else steady_sound(result.pressure, point=point)
+        return None if result.pressure is None else steady_sound(result.pressure)
     return None
 
 

@@ -98,6 +98,10 @@ def parser() -> argparse.ArgumentParser:
         "fidelity.gear.slices=9 (repeatable)",
     )
 
+    one_case, use = Parser(add_help=False), Parser(add_help=False)
+    one_case.add_argument("case", metavar="CASE", help="case file (TOML)")
+    use.add_argument("--use", metavar="FILE", action="append", default=[], help="supplied hand-off (HDF5) to take")
+
     answer = Parser(add_help=False)
     answer.add_argument("--json", action="store_true", help="print one JSON object instead of text, errors included")
 
@@ -159,24 +163,17 @@ def parser() -> argparse.ArgumentParser:
     imported.set_defaults(action=commands.import_unit)
 
     exported = verbs.add_parser(
-        "export", parents=[changes], help="write shafts, gears, bearings and load of a case as REXS"
+        "export", parents=[one_case, changes], help="write shafts, gears, bearings and load of a case as REXS"
     )
-    exported.add_argument("case", metavar="CASE", help="case file (TOML)")
     exported.add_argument("--out", metavar="FILE", type=Path, required=True, help="REXS 1.4 (.rexs)")
     exported.set_defaults(action=commands.export_unit)
 
     run = verbs.add_parser(
-        "run", parents=[common, spread, states, answer, enforce], help="compute the sound pressure of a case"
+        "run",
+        parents=[one_case, common, spread, states, answer, enforce, use],
+        help="compute the sound pressure of a case",
     )
-    run.add_argument("case", metavar="CASE", help="case file (TOML)")
     run.add_argument("--out", metavar="DIR", type=folder, help="folder for the hand-offs (default: out/<case name>)")
-    run.add_argument(
-        "--use",
-        metavar="FILE",
-        action="append",
-        default=[],
-        help="supplied hand-off (HDF5) to take instead of computing it",
-    )
     run.add_argument(
         "--forces",
         metavar="FILE",
@@ -185,13 +182,14 @@ def parser() -> argparse.ArgumentParser:
     run.set_defaults(action=commands.run)
 
     record = verbs.add_parser(
-        "record", parents=[common, spread], help="compute bearing forces of a run-up of any length, piece by piece"
+        "record",
+        parents=[common, spread, use],
+        help="compute bearing forces of a run-up of any length, piece by piece",
     )
     record.add_argument("case", metavar="CASE", help="case file (TOML) whose operation has a ramp")
     record.add_argument(
         "--out", metavar="DIR", type=folder, help="folder; stopped, the same command goes on (default: out/<name>)"
     )
-    record.add_argument("--use", metavar="FILE", action="append", default=[], help="supplied hand-off, as for `run`")
     record.set_defaults(action=commands.record)
 
     compare = verbs.add_parser(
@@ -243,9 +241,10 @@ def parser() -> argparse.ArgumentParser:
     plot.set_defaults(action=commands.plot)
 
     field = verbs.add_parser(
-        "gear-field", parents=[common, mesh], help="compute displacement and stress of a loaded gear at one angle"
+        "gear-field",
+        parents=[one_case, common, mesh],
+        help="compute displacement and stress of a loaded gear at one angle",
     )
-    field.add_argument("case", metavar="CASE")
     field.add_argument("--gear", metavar="NAME", required=True, help="gear of the case")
     field.add_argument("--out", metavar="FILE", type=Path, required=True, help="hand-off (HDF5), for `plot`")
     field.set_defaults(action=commands.gear_field)
@@ -263,10 +262,8 @@ def parser() -> argparse.ArgumentParser:
     modes.set_defaults(action=modes_command)
 
     parts = verbs.add_parser(
-        "contributions", parents=[common], help="find the contributions of modes and panels to the sound"
+        "contributions", parents=[one_case, common, use], help="find the contributions of modes and panels to the sound"
     )
-    parts.add_argument("case", metavar="CASE")
-    parts.add_argument("--use", metavar="FILE", action="append", default=[], help="supplied hand-off, as for `run`")
     parts.add_argument("--at", metavar="HZ", type=float, help="line of the bars (default: the loudest)")
     parts.add_argument(
         "--out", metavar="DIR", type=folder, help="folder of the run and its tables (default: out/<case name>)"
@@ -274,9 +271,10 @@ def parser() -> argparse.ArgumentParser:
     parts.set_defaults(action=commands.contributions)
 
     exchange = verbs.add_parser(
-        "craig-bampton", parents=[common], help="write the housing's mass and stiffness at its seats for other programs"
+        "craig-bampton",
+        parents=[one_case, common],
+        help="write the housing's mass and stiffness at its seats for other programs",
     )
-    exchange.add_argument("case", metavar="CASE")
     exchange.add_argument(
         "--modes-to", metavar="HZ", type=float, required=True, help="modes with held seats up to here: 4 times the band"
     )
@@ -294,9 +292,8 @@ def parser() -> argparse.ArgumentParser:
     tables.set_defaults(action=commands.tables)
 
     tradeoff = verbs.add_parser(
-        "tradeoff", parents=[changes, answer], help="measure error and time of each knob of the fidelity"
+        "tradeoff", parents=[one_case, changes, answer], help="measure error and time of each knob of the fidelity"
     )
-    tradeoff.add_argument("case", metavar="CASE")
     tradeoff.add_argument(
         "--fidelity", choices=list(PRESETS), default="reference", help="the yardstick, from which knobs are turned"
     )
@@ -326,13 +323,11 @@ def parser() -> argparse.ArgumentParser:
     study.set_defaults(action=study_command)
 
     plan = verbs.add_parser(
-        "plan", parents=[common, answer], help="list modelled and skipped effects, seconds and memory"
+        "plan", parents=[one_case, common, answer], help="list modelled and skipped effects, seconds and memory"
     )
-    plan.add_argument("case", metavar="CASE")
     plan.set_defaults(action=commands.plan)
 
-    check = verbs.add_parser("check", parents=[changes, answer], help="read and validate a case")
-    check.add_argument("case", metavar="CASE")
+    check = verbs.add_parser("check", parents=[one_case, changes, answer], help="read and validate a case")
     check.set_defaults(action=commands.check)
 
     schema = verbs.add_parser("schema", help="print the JSON Schema of case files, for editors")

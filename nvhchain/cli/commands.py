@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import fields, is_dataclass, replace
@@ -29,23 +29,43 @@ def _fidelity(options: argparse.Namespace, cases: Sequence[Case], supplied: Coll
 
     The planner's choice concerns steps that are not `supplied`. It is printed on stderr.
     """
-    if options.tolerance_db is None:
-        return _change_knobs(
-            _apply_mode_tolerance(PRESETS[options.fidelity], options.mode_tolerance_db, cases), options
-        )
-    from nvhchain.tradeoff import cheapest
+    fidelity = PRESETS[options.fidelity]
+    if options.tolerance_db is not None:
+        from nvhchain.tradeoff import cheapest
 
-    choice = cheapest(cases, options.tolerance_db, supplied=supplied)
-    show(choice, error=True)
-    return _change_knobs(_apply_mode_tolerance(choice.fidelity, options.mode_tolerance_db, cases), options)
+        choice = cheapest(cases, options.tolerance_db, supplied=supplied)
+        show(choice, error=True)
+        fidelity = choice.fidelity
+    return _change_knobs(_apply_mode_tolerance(fidelity, options.mode_tolerance_db, cases), options)
 
 
 _KNOB = "fidelity."
 """Begin of the path of a changed knob."""
 
 
-def _case_changes(options: argparse.Namespace) -> list[str]:
-    return [change for change in options.set if not change.startswith(_KNOB)]
+def _case(options: argparse.Namespace, path: str | None = None) -> Case:
+    """Return the case of a command with its changes; those of knobs concern the fidelity."""
+    from nvhchain.case import load_case
+
+    changes = [change for change in options.set if not change.startswith(_KNOB)]
+    return load_case(path or options.case, changes=changes)
+
+
+def _out(options: argparse.Namespace, case: Case) -> Path:
+    return Path(options.out or Path("out") / case.name)
+
+
+def _given(options: argparse.Namespace) -> dict[str, Any]:
+    """Return the supplied hand-offs of `--use` as arguments of a run."""
+    from nvhchain.chain import supplied
+    from nvhchain.files import hdf5
+
+    return supplied.arguments(hdf5.load(path) for path in options.use)
+
+
+def _show_each(lines: Iterable[object], before: str = "") -> None:
+    for line in lines:
+        show(f"{before}{line}")
 
 
 def _change_knobs(fidelity: Fidelity, options: argparse.Namespace) -> Fidelity:
@@ -146,8 +166,7 @@ def import_unit(options: argparse.Namespace) -> int:
     from nvhchain.case.rexs import import_rexs
 
     made = import_rexs(options.file, options.out, load=options.load_case, housing=options.housing)
-    for line in made.lines:
-        show(line)
+    _show_each(made.lines)
     show(f"{made.case}; {made.page} lists everything with its value")
     show(f"Then: nvhchain check {made.case}; nvhchain run {made.case} --fidelity draft")
     return 0
@@ -155,10 +174,10 @@ def import_unit(options: argparse.Namespace) -> int:
 
 def export_unit(options: argparse.Namespace) -> int:
     """Write a case as REXS, and name what the file does not hold."""
-    from nvhchain.case import GearboxCase, load_case
+    from nvhchain.case import GearboxCase
     from nvhchain.case.rexs import export_rexs
 
-    case = load_case(options.case, changes=_case_changes(options))
+    case = _case(options)
     if not isinstance(case, GearboxCase):
         raise InputError(f"{options.case}: {case.name} is a radiator: REXS holds gearboxes")
     require(options.out.suffix.lower() == ".rexs", f"--out {options.out}: REXS is written as XML: end it in .rexs")
@@ -171,27 +190,24 @@ def _show_assumptions(case: Case) -> None:
     """Print what the case assumes, such as a housing drawn by rule."""
     from nvhchain.case import GearboxCase
 
-    for sentence in case.assumptions if isinstance(case, GearboxCase) else ():
-        show(f"{case.name}: {sentence}")
+    _show_each(case.assumptions if isinstance(case, GearboxCase) else (), f"{case.name}: ")
 
 
 def run(options: argparse.Namespace) -> int:
     """Compute the results of a case; print levels with their limits, and write the error bands of every line."""
     from nvhchain import chain
-    from nvhchain.case import load_case
-    from nvhchain.chain import supplied
     from nvhchain.chain.prefetch import operators_ahead
     from nvhchain.error_band import ErrorBand, format_level, format_parts, save_error_bands
-    from nvhchain.files import hdf5
     from nvhchain.report import recorded_case, write_run
+    from nvhchain.report.page.sections.lines.levels import UNITS
     from nvhchain.scene import preflight
 
-    case = load_case(options.case, changes=_case_changes(options))
+    case = _case(options)
     check_enforced(options.enforce, [case])
-    given = supplied.arguments(hdf5.load(path) for path in options.use)
+    given = _given(options)
     if options.forces:
         given["bearing_forces"] = _imported_forces(Path(options.forces), case)
-    out, states = Path(options.out or Path("out") / case.name), _states(options, [case])
+    out, states = _out(options, case), _states(options, [case])
     fidelity, watcher = _fidelity(options, [case], given), Console()
     preflight(case, fidelity, given)
     with (
@@ -207,17 +223,11 @@ def run(options: argparse.Namespace) -> int:
     silent = [quantity for quantity in case.quantities if quantity in ("bearing_forces", "surface_velocity")]
     if silent:
         show(f"{case.name}: {', '.join(silent)} in {out}")
-    units = {
-        "bearing_forces": ("largest bearing force", "dB re 1 µN"),
-        "surface_velocity": ("surface velocity", "dB re 1 nm/s"),
-        "sound_power": ("sound power", "dB(A) re 1 pW"),
-    }
-    for quantity, band in result.error_bands.items():
-        if quantity not in units:
-            continue
-        name, unit = units[quantity]
-        most = int(band.level.argmax())
-        show(f"{case.name}: {name} {format_level(band.level[most], unit, band.overall[most])}")
+    for quantity, (name, unit) in UNITS.items():
+        if quantity in result.error_bands:
+            band = result.error_bands[quantity]
+            most = int(band.level.argmax())
+            show(f"{case.name}: {name} {format_level(band.level[most], unit, band.overall[most])}")
     if result.radiation_efficiency is not None:
         efficiency = result.radiation_efficiency.efficiency
         show(f"{case.name}: radiation efficiency {efficiency.min():.3g}…{efficiency.max():.3g}")
@@ -233,27 +243,22 @@ def run(options: argparse.Namespace) -> int:
             show(f"Limits at {case.field_points[0].name}: {parts or 'narrow'}")
     show(f"Figures, sound and tables: {write_run(result, out, states, watcher)}")
     _show_assumptions(case)
-    for sentence in result.modelling.sentences if result.modelling is not None else ():
-        show(f"{case.name}: {sentence}")
+    _show_each(result.modelling.sentences if result.modelling is not None else (), f"{case.name}: ")
     summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
-    judged = {name: of.get("targets", []) for name, of in summary["configurations"].items()}
-    options.answer["targets"] = judged[case.name]
-    return show_targets(judged, enforce=options.enforce)
+    options.answer["targets"] = summary["configurations"][case.name].get("targets", [])
+    return show_targets(summary, enforce=options.enforce)
 
 
 def record(options: argparse.Namespace) -> int:
     """Write the bearing forces of a run-up into files."""
     from nvhchain import chain
-    from nvhchain.case import load_case
-    from nvhchain.chain import supplied
-    from nvhchain.files import hdf5
 
-    case = load_case(options.case, changes=_case_changes(options))
-    given = supplied.arguments(hdf5.load(path) for path in options.use)
+    case = _case(options)
+    given = _given(options)
     useless = sorted(set(given) - {"mesh_laws", "load_distributions", "housing"})
     if useless:
         raise InputError(f"--use: {', '.join(useless)} is not taken by a record of bearing forces: leave it out")
-    out = Path(options.out or Path("out") / case.name)
+    out = _out(options, case)
     with _executor(options) as executor:
         made = chain.record(
             case, fidelity=_fidelity(options, [case], given), out=out, executor=executor, watcher=Console(), **given
@@ -265,12 +270,11 @@ def record(options: argparse.Namespace) -> int:
 
 def compare(options: argparse.Namespace) -> int:
     """Compute several cases and write their comparison."""
-    from nvhchain.case import load_case
     from nvhchain.chain.prefetch import operators_ahead
     from nvhchain.error_band import format_level
     from nvhchain.report import OPERATORS, check_comparable, compare, verdict
 
-    cases = [load_case(path, changes=_case_changes(options)) for path in options.cases]
+    cases = [_case(options, path) for path in options.cases]
     check_comparable(cases)
     check_enforced(options.enforce, cases)
     states = _states(options, cases)
@@ -279,29 +283,20 @@ def compare(options: argparse.Namespace) -> int:
         _executor(options) as executor,
         nullcontext() if executor else operators_ahead(cases, fidelity, out / OPERATORS, watcher),
     ):
-        summary = compare(
-            cases,
-            fidelity=fidelity,
-            out=out,
-            executor=executor,
-            watcher=watcher,
-            speeds=states[0],
-            torques=states[1],
-        )
+        speeds, torques = states
+        work: dict[str, Any] = {"executor": executor, "watcher": watcher}
+        summary = compare(cases, fidelity=fidelity, out=out, speeds=speeds, torques=torques, **work)
     for name, configuration in summary["configurations"].items():
         edges, level = configuration["error_band_dBA"], configuration["overall_dBA"]
         widest = max(inf if edge is None else abs(edge - level) for edge in edges)
         _report_wider_limits(options.tolerance_db, name, widest)
         show(f"{name}: {format_level(level, 'dB(A)', edges)}")
-    for sentence in verdict(summary):
-        show(sentence)
+    _show_each(verdict(summary))
     for case in cases:
         _show_assumptions(case)
-        for sentence in summary.get("modelling", {}).get(case.name, {}).get("sentences", ()):
-            show(f"{case.name}: {sentence}")
+        _show_each(summary.get("modelling", {}).get(case.name, {}).get("sentences", ()), f"{case.name}: ")
     show(f"Figures, sound and tables: {out / 'report.html'}")
-    judged = {name: of.get("targets", []) for name, of in summary["configurations"].items()}
-    return show_targets(judged, enforce=options.enforce)
+    return show_targets(summary, enforce=options.enforce)
 
 
 def plot(options: argparse.Namespace) -> int:
@@ -319,25 +314,19 @@ def plot(options: argparse.Namespace) -> int:
         return 0
     if options.stage or options.gear or angle:
         raise InputError(f"{options.files[0]}: --stage, --gear and --wheel-angle belong to a case (.toml)")
-    draw(
-        options.files,
-        picture,
-        orders=options.orders,
-        frequency=options.at,
-        quantity=options.quantity,
-        angle=options.angle,
-    )
+    shown = {"quantity": options.quantity, "angle": options.angle}
+    draw(options.files, picture, orders=options.orders, frequency=options.at, **shown)
     show(picture)
     return 0
 
 
 def gear_field(options: argparse.Namespace) -> int:
     """Write displacement and stress of a gear."""
-    from nvhchain.case import GearboxCase, load_case
+    from nvhchain.case import GearboxCase
     from nvhchain.files import hdf5
     from nvhchain.report import loaded_gear
 
-    case = load_case(options.case, changes=_case_changes(options))
+    case = _case(options)
     if not isinstance(case, GearboxCase):
         raise InputError(f"{options.case}: {case.name} is a radiator: it has no gears")
     fidelity, angle = _fidelity(options, [case]), radians(options.wheel_angle)
@@ -355,27 +344,22 @@ def gear_field(options: argparse.Namespace) -> int:
 
 def contributions(options: argparse.Namespace) -> int:
     """Write tables and bars of the contributions of modes and panels."""
-    from nvhchain.case import load_case
-    from nvhchain.chain import supplied
-    from nvhchain.files import hdf5
     from nvhchain.report import contributions
 
-    case = load_case(options.case, changes=_case_changes(options))
-    given = supplied.arguments(hdf5.load(path) for path in options.use)
-    out = Path(options.out or Path("out") / case.name)
+    case = _case(options)
+    given = _given(options)
+    out = _out(options, case)
     fidelity = _fidelity(options, [case], given)
     found = contributions(case, fidelity=fidelity, out=out, frequency=options.at, supplied=given, watcher=Console())
-    for kind in found:
-        show(out / f"contributions-{kind}.csv")
+    _show_each(out / f"contributions-{kind}.csv" for kind in found)
     return 0
 
 
 def craig_bampton(options: argparse.Namespace) -> int:
     """Export the housing's matrices."""
-    from nvhchain.case import load_case
     from nvhchain.report import export_craig_bampton
 
-    case = load_case(options.case, changes=_case_changes(options))
+    case = _case(options)
     made = export_craig_bampton(case, options.out, fidelity=_fidelity(options, [case]), modes_to=options.modes_to)
     show(f"{options.out}: {len(made.names)} seats, {len(made.interface_frequency)} modes")
     return 0
@@ -395,18 +379,16 @@ def tables(options: argparse.Namespace) -> int:
 
     written = write_tables(options.folder, options.out)
     options.answer = {"files": [str(path) for path in written]}
-    for path in written:
-        show(path)
+    _show_each(written)
     return 0
 
 
 def tradeoff(options: argparse.Namespace) -> int:
     """Measure the knobs of a case."""
     from nvhchain import tradeoff
-    from nvhchain.case import load_case
     from nvhchain.report import write_page
 
-    case = load_case(options.case, changes=_case_changes(options))
+    case = _case(options)
     out = Path(options.out or Path("out") / f"tradeoff-{case.name}")
     sweep = tradeoff.tradeoff(
         case, out=out, fidelity=PRESETS[options.fidelity], knobs=options.knob, progress=_variants, watcher=Console()
@@ -424,10 +406,9 @@ def _variants(done: int, total: int) -> None:
 
 def plan(options: argparse.Namespace) -> int:
     """Print the planned work; refuse knobs that `run` would refuse."""
-    from nvhchain.case import load_case
     from nvhchain.scene import check_knobs, plan
 
-    case = load_case(options.case, changes=_case_changes(options))
+    case = _case(options)
     fidelity = _fidelity(options, [case])
     check_knobs(case, fidelity)
     planned = plan(case, fidelity=fidelity)
@@ -438,21 +419,20 @@ def plan(options: argparse.Namespace) -> int:
 
 def check(options: argparse.Namespace) -> int:
     """Read and validate a case and the file of its housing."""
-    from nvhchain.case import GearboxCase, load_case
+    from nvhchain.case import GearboxCase
     from nvhchain.scene import check_case, option_lines
     from nvhchain.scene.bearing_lines import bearing_lines, deviation_lines
 
-    case = load_case(options.case, changes=_case_changes(options))
+    case = _case(options)
     check_case(case)
     lines = option_lines(case, PRESETS["standard"])
     options.answer = {"case": case.name, "file": options.case, "valid": True, "options": list(lines)}
     show(f"{options.case}: {case.name} is valid")
-    drawn = [gear.drawing_line for gear in case.gears] if isinstance(case, GearboxCase) else []
-    for line in (*drawn, *bearing_lines(case), *deviation_lines(case)) if isinstance(case, GearboxCase) else ():
-        show(f"{case.name}: {line}")
+    if isinstance(case, GearboxCase):
+        drawn = (gear.drawing_line for gear in case.gears)
+        _show_each((*drawn, *bearing_lines(case), *deviation_lines(case)), f"{case.name}: ")
     _show_assumptions(case)
-    for line in lines:
-        show(f"{case.name}: {line}")
+    _show_each(lines, f"{case.name}: ")
     return 0
 
 

@@ -71,15 +71,14 @@ def check_enforced(enforce: bool, cases: Sequence[Case]) -> None:
     )
 
 
-def show_targets(judged: Mapping[str, Sequence[Mapping[str, Any]]], *, enforce: bool) -> int:
-    """Print the judged targets of every configuration; return 3 if one is failed and `enforce` is given, else 0."""
+def show_targets(summary: Mapping[str, Any], *, enforce: bool) -> int:
+    """Print the judged targets of a summary; return 3 if one is failed and `enforce` is given, else 0."""
     from nvhchain.report.sound.targets import target_sentence
 
-    for name, targets in judged.items():
-        for target in targets:
-            show(target_sentence(name, target))
-    failed = any(not target["passed"] for targets in judged.values() for target in targets)
-    return 3 if failed and enforce else 0
+    judged = [(name, one) for name, of in summary["configurations"].items() for one in of.get("targets", [])]
+    for name, target in judged:
+        show(target_sentence(name, target))
+    return 3 if enforce and not all(target["passed"] for _, target in judged) else 0
 
 
 def add_commands(verbs: Any) -> None:

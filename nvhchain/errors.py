@@ -12,7 +12,9 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from numbers import Real
-from typing import Any
+from typing import Any, TypeVar
+
+T = TypeVar("T")
 
 
 class InputError(ValueError):
@@ -184,6 +186,31 @@ def require(condition: bool, message: str) -> None:
     """
     if not condition:
         raise InputError(message)
+
+
+def required(value: T | None, message: str) -> T:
+    """Return a value that is not None; else raise `InputError`.
+
+    Parameters
+    ----------
+    value : object
+        Value.
+    message : str
+        Text of the error.
+
+    Returns
+    -------
+    object
+        Value.
+
+    Raises
+    ------
+    InputError
+        If the value is None.
+    """
+    if value is None:
+        raise InputError(message)
+    return value
 
 
 def mistakes(error: InputError) -> list[str]:

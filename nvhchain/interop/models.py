@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from nvhchain.errors import InputError, require
+from nvhchain.errors import InputError, require, required
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fem.solid_model import SolidModel
 from nvhchain.interop.ansys.read import read_cdb
@@ -82,8 +82,7 @@ def read_modal_model(
     ending = path.suffix.lower()
     nastran = ending in OP2 + PUNCH or (ending in HDF5 and holds_nastran_results(path))
     if nastran:
-        require(units is not None, f"{path}: Nastran results state no units: give units, such as mm-t-s")
-        assert units is not None
+        units = required(units, f"{path}: Nastran results state no units: give units, such as mm-t-s")
         if ending in HDF5:
             return read_nastran_hdf5(path, units=units, mass_normalized=mass_normalized, deck=deck)
         reader = read_op2 if ending in OP2 else read_punch

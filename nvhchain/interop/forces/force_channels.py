@@ -15,7 +15,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from nvhchain.dimensions import AngularSpeed, Length
-from nvhchain.errors import require
+from nvhchain.errors import require, required
 from nvhchain.handoff import BearingForces, FloatArray
 from nvhchain.interop.forces.channel_units import ANGLE_UNITS, FORCE_UNITS, LENGTH_UNITS, SPEED_UNITS, TIME_UNITS
 from nvhchain.interop.forces.channels import Record
@@ -294,9 +294,8 @@ def _time_axis(record: Record, channels: ForceChannels, count: int) -> FloatArra
             )
         time = start + np.arange(count) / channels.sample_rate
     else:
-        require(stated is not None, f"{record.source}: no time axis: give time_channel or sample_rate")
-        assert stated is not None
-        time = np.asarray(stated, dtype=float)
+        missing = f"{record.source}: no time axis: give time_channel or sample_rate"
+        time = np.asarray(required(stated, missing), dtype=float)
     require(
         len(time) == count,
         f"{record.source}: the time axis has {len(time)} samples, the forces {count}: they must be equal",

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import scipy.linalg
 
-from nvhchain.errors import InputError, require
+from nvhchain.errors import InputError, require, required
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.handoff import FloatArray, IntArray
 from nvhchain.interop.matrices.abaqus_matrix import read_abaqus_matrices
@@ -216,11 +216,8 @@ def _square(matrix: LabelledMatrix, unknowns: tuple[Unknown, ...], source: str) 
 def _geometry(files: SuperelementFiles, system: UnitSystem) -> Geometry:
     """Return nodes and elements in SI of the deck, or of the file of the matrices."""
     deck = files.deck or next((path for path in files.matrices if path.suffix.lower() in DMIG), None)
-    require(
-        deck is not None, f"{files.matrices[0]}: has no places of nodes: state the deck with the boundary nodes by deck"
-    )
-    assert deck is not None
-    found = deck_geometry(deck)
+    missing = f"{files.matrices[0]}: has no places of nodes: state the deck with the boundary nodes by deck"
+    found = deck_geometry(required(deck, missing))
     nodes = {label: [system.length * x for x in place] for label, place in found.nodes.items()}
     return Geometry(nodes, found.elements, found.axes, found.subject)
 

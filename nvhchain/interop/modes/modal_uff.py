@@ -48,7 +48,7 @@ def read_modal_uff(path: str | Path, *, units: str | None = None, mass_normalize
     units : str, optional
         Units of the file, a key of `UNIT_SYSTEMS`; by default those of its dataset 164, or SI without one.
     mass_normalized : bool
-        True for shapes with modal mass 1 in the units of the file, whatever modal mass it states.
+        As in `read_modal_model`.
 
     Returns
     -------

@@ -9,7 +9,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from nvhchain.errors import require
+from nvhchain.errors import require, required
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.interop.modes.assembled import Geometry, Mode, modal_model
 from nvhchain.interop.modes.nastran_geometry import card_geometry, deck_geometry
@@ -68,13 +68,8 @@ def read_nastran_hdf5(
 
 
 def _modes(found: Mapping[str, Any], path: Path) -> Iterator[Mode]:
-    domains, vectors = found.get(_DOMAINS), found.get(_VECTORS)
-    require(
-        vectors is not None and domains is not None,
-        f"{path}: no {_VECTORS} with {_DOMAINS}: request VECTOR (or DISPLACEMENT) of real modes, HDF5",
-    )
-    assert domains is not None
-    assert vectors is not None
+    missing = f"{path}: no {_VECTORS} with {_DOMAINS}: request VECTOR (or DISPLACEMENT) of real modes, HDF5"
+    domains, vectors = required(found.get(_DOMAINS), missing), required(found.get(_VECTORS), missing)
     own = domains[(domains["ANALYSIS"] == _NORMAL_MODES) & np.isin(domains["ID"], np.unique(vectors["DOMAIN_ID"]))]
     require(len(own) > 0, f"{path}: its eigenvectors are no real normal modes: export SOL 103")
     names = [name for name in ("SUBCASE", "DESIGN_CYCLE", "SE") if name in own.dtype.names]
@@ -99,15 +94,11 @@ def _modes(found: Mapping[str, Any], path: Path) -> Iterator[Mode]:
 
 def _geometry(found: Mapping[str, Any], path: Path) -> Geometry:
     """Return the stored model, as cards."""
-    grids = found.get(_GRID)
-    require(
-        grids is not None,
-        f"{path}: no {_GRID}: state the deck of these modes by deck, or write the input with them",
-    )
-    assert grids is not None
+    missing = f"{path}: no {_GRID}: state the deck of these modes by deck, or write the input with them"
     named = {
         "GRID": [
-            ["GRID", str(row["ID"]), str(row["CP"]), *map(repr, row["X"].tolist()), str(row["CD"])] for row in grids
+            ["GRID", str(row["ID"]), str(row["CP"]), *map(repr, row["X"].tolist()), str(row["CD"])]
+            for row in required(found.get(_GRID), missing)
         ]
     }
     for name in _ELEMENTS:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from nvhchain.errors import FileFormatError, InputError, require
+from nvhchain.errors import FileFormatError, InputError, require, required
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.handoff import FloatArray, IntArray
 from nvhchain.interop.modes.assembled import Mode, modal_model
@@ -36,11 +36,8 @@ def read_op2(path: str | Path, *, units: str, deck: str | Path | None, mass_norm
     without the extra `nastran`.
     """
     path, system = Path(path), unit_system(units)
-    require(
-        deck is not None, f"{path}: the elements of an OP2 file are not read: state the deck of these modes by deck"
-    )
-    assert deck is not None
-    geometry = deck_geometry(Path(deck))
+    missing = f"{path}: the elements of an OP2 file are not read: state the deck of these modes by deck"
+    geometry = deck_geometry(Path(required(deck, missing)))
     check_installed("pyyeti")
     from pyyeti.nastran.op2 import OP2
 
@@ -71,12 +68,8 @@ def _reals(words: IntArray) -> FloatArray:
 
 def _modes(file: Any, path: Path) -> Iterator[Mode]:
     known = list(file.dbdct)
-    name = next((one for one in _VECTORS if one in known), None)
-    require(
-        name is not None,
-        f"{path}: holds no eigenvectors (OUGV1), only {', '.join(known[:12]) or 'nothing'}: request VECTOR = ALL",
-    )
-    assert name is not None
+    missing = f"{path}: holds no eigenvectors (OUGV1), only {', '.join(known[:12]) or 'nothing'}: request VECTOR = ALL"
+    name = required(next((one for one in _VECTORS if one in known), None), missing)
     masses: dict[int, float] = {}
     for table in (one for one in _EIGENVALUES if one in known):
         for record in list(_records(file, table))[1:2]:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from nvhchain.errors import FileFormatError, InputError, require
+from nvhchain.errors import FileFormatError, InputError, require, required
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.interop.modes.assembled import Mode, modal_model
 from nvhchain.interop.modes.nastran_geometry import deck_geometry
@@ -32,8 +32,7 @@ def read_punch(path: str | Path, *, units: str, deck: str | Path | None, mass_no
         f"{path}: a punch file states no modal mass: where EIGRL has NORM = MASS, its default, state "
         "mass_normalized = true",
     )
-    require(deck is not None, f"{path}: a punch file has no elements: state the deck of these modes by deck")
-    assert deck is not None
+    deck = required(deck, f"{path}: a punch file has no elements: state the deck of these modes by deck")
     try:
         with (
             path.open(encoding="utf-8", errors="replace") as file,

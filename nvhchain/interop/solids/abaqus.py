@@ -72,10 +72,8 @@ def read_abaqus(path: str | Path, *, units: str) -> SolidModel:
 
     Parameters
     ----------
-    path : str or Path
-        Input file.
-    units : str
-        Units of the file, a key of `UNIT_SYSTEMS`.
+    path, units
+        As in `read_solid_model`.
 
     Returns
     -------

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from nvhchain.errors import require
+from nvhchain.errors import require, required
 from nvhchain.fem.solid_model import CORNERS, EDGES, KINDS
 from nvhchain.interop.solids._model_parts import Rigid
 from nvhchain.interop.solids.abaqus_keywords import Block, real
@@ -72,9 +72,7 @@ def read_coupling(file: AbaqusFile, block: Block) -> None:
 
 def read_kinematic(file: AbaqusFile, block: Block) -> None:
     """Read the coupled components of a coupling as a rigid set."""
-    coupling = file.coupling
-    require(coupling is not None, f"{file.parts.source}: *KINEMATIC without *COUPLING before it")
-    assert coupling is not None
+    coupling = required(file.coupling, f"{file.parts.source}: *KINEMATIC without *COUPLING before it")
     components = {c for row in block.data for c in _range(row)} or set("123456")
     require(
         components >= set("123"),

@@ -7,7 +7,7 @@ import re
 import numpy as np
 
 from nvhchain.conventions import Material
-from nvhchain.errors import InputError, require
+from nvhchain.errors import InputError, require, required
 from nvhchain.fem.structural.model import BeamSection
 from nvhchain.fem.structural.sections import rectangle, round_tube, section
 from nvhchain.handoff import FloatArray
@@ -142,9 +142,7 @@ def read_equation(file: AbaqusFile, block: Block) -> None:
 
 def read_distributing(file: AbaqusFile, block: Block) -> None:
     """Read a distributing coupling as a weighted mean: by area on faces of elements, else uniformly."""
-    coupling = file.coupling
-    require(coupling is not None, f"{file.parts.source}: *DISTRIBUTING without *COUPLING before it")
-    assert coupling is not None
+    coupling = required(file.coupling, f"{file.parts.source}: *DISTRIBUTING without *COUPLING before it")
     name = coupling.get("CONSTRAINT NAME") or coupling.get("SURFACE")
     method = block.get("WEIGHTING METHOD", "UNIFORM").upper()
     require(method == "UNIFORM", f"{file.parts.source}: coupling {name} has weights by {method}: only UNIFORM is read")

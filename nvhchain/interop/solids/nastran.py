@@ -63,10 +63,8 @@ def read_nastran(path: str | Path, *, units: str, spc: int | None = None) -> Sol
 
     Parameters
     ----------
-    path : str or Path
-        Bulk data file.
-    units : str
-        Units of the file, a key of `UNIT_SYSTEMS`.
+    path, units
+        As in `read_solid_model`.
     spc : int, optional
         Set of constraints; by default the one that case control selects for all subcases, or the only one.
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nvhchain.conventions import Material
-from nvhchain.errors import InputError, require
+from nvhchain.errors import InputError, require, required
 from nvhchain.fem.structural.model import BeamSection
 from nvhchain.fem.structural.relations import rigid_motion
 from nvhchain.fem.structural.sections import KINDS, section
@@ -346,9 +346,8 @@ def _bushes(deck: Deck) -> None:
     L, force = deck.system.length, deck.system.force
     laws = {}
     for where, card in deck.fields("PBUSH"):
-        at = next((i for i in range(2, len(card)) if card[i].upper() == "K"), None)
-        require(at is not None, f"{where} has no stiffness K")
-        assert at is not None
+        marked = next((i for i in range(2, len(card)) if card[i].upper() == "K"), None)
+        at = required(marked, f"{where} has no stiffness K")
         laws[card[1]] = [_number(x) for x in card[at + 1 : at + 7]]
     units = force / L * np.array([1.0, 1.0, 1.0, L**2, L**2, L**2])
     for where, card in deck.fields("CBUSH"):
@@ -415,8 +414,7 @@ def _means(deck: Deck) -> None:
                 row[[int(c) - 1 for c in words[at + 1]]] = real(word)
                 at += 2
                 continue
-            require(row is not None, f"{where}: its weights must be real numbers, with a decimal point")
-            assert row is not None
+            row = required(row, f"{where}: its weights must be real numbers, with a decimal point")
             own = numbers([word, *words[at + 1 : at + 3]]) if words[at + 1 : at + 2] == ["THRU"] else [int(word)]
             at += 3 if len(own) > 1 else 1
             if row[:3].min() != row[:3].max() or row[3:].any():

@@ -133,12 +133,8 @@ def write_abaqus(model: SolidModel, path: str | Path, *, units: str) -> Path:
 
     Parameters
     ----------
-    model : SolidModel
-        Model.
-    path : str or Path
-        Input file.
-    units : str
-        Units of the file, a key of `UNIT_SYSTEMS`.
+    model, path, units
+        As in `write_nastran`.
 
     Returns
     -------

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from nvhchain import acoustics, levels
 from nvhchain.acoustics.radiation.microphones import NEAREST, check_array, source_dimension
-from nvhchain.errors import InputError, require
+from nvhchain.errors import InputError, require, required
 from nvhchain.fidelity import PRESETS, STANDARD, Fidelity
 from nvhchain.files import hdf5
 from nvhchain.files.hdf5 import write_text
@@ -124,12 +124,8 @@ def run_waves(run: StoredRun) -> RunWaves:
     """Return the waves that belong to the sound power of a run; InputError without them."""
     power, forces = run.hand_off("sound_power", SoundPower), run.hand_off("force_spectrum", ForceSpectrum)
     remedy = "add `sound_power` to its quantities, at `radiation` = boundary_elements, and run it again"
-    require(
-        power is not None and forces is not None,
-        f"{run.name} has no sound power at constant speed, whose waves microphones need: {remedy}",
-    )
-    assert power is not None
-    assert forces is not None
+    missing = f"{run.name} has no sound power at constant speed, whose waves microphones need: {remedy}"
+    power, forces = required(power, missing), required(forces, missing)
     preset = PRESETS.get(str(run.case.get("fidelity", "")), STANDARD)
     folders = list(dict.fromkeys([run.folder, run.folder.parent / "operators"]))
     files = [path for place in folders for path in sorted(place.glob("radiation_resistance*.h5"))]

@@ -37,7 +37,7 @@ def read_op2(path: str | Path, *, units: str, deck: str | Path | None, mass_norm
     """
     path, system = Path(path), unit_system(units)
     missing = f"{path}: the elements of an OP2 file are not read: state the deck of these modes by deck"
-    geometry = deck_geometry(Path(required(deck, missing)))
+    geometry = deck_geometry(required(None if deck is None else Path(deck), missing))
     check_installed("pyyeti")
     from pyyeti.nastran.op2 import OP2
 

@@ -32,7 +32,8 @@ def read_punch(path: str | Path, *, units: str, deck: str | Path | None, mass_no
         f"{path}: a punch file states no modal mass: where EIGRL has NORM = MASS, its default, state "
         "mass_normalized = true",
     )
-    deck = required(deck, f"{path}: a punch file has no elements: state the deck of these modes by deck")
+    missing = f"{path}: a punch file has no elements: state the deck of these modes by deck"
+    place = required(None if deck is None else Path(deck), missing)
     try:
         with (
             path.open(encoding="utf-8", errors="replace") as file,
@@ -42,7 +43,7 @@ def read_punch(path: str | Path, *, units: str, deck: str | Path | None, mass_no
     except OSError as error:
         raise FileFormatError(f"{path}: cannot be read: {error.strerror}") from None
     require(bool(modes), f"{path}: no $EIGENVECTOR: request VECTOR(PUNCH) = ALL of real modes")
-    return modal_model(modes, deck_geometry(Path(deck)), system, str(path), mass_normalized=True)
+    return modal_model(modes, deck_geometry(place), system, str(path), mass_normalized=True)
 
 
 def _modes(lines: Iterable[str], path: Path) -> Iterator[Mode]:

@@ -14,18 +14,20 @@ from abc import ABC, abstractmethod
 from functools import cache
 from importlib import metadata
 from types import TracebackType
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 import scipy.sparse as sp
 from threadpoolctl import threadpool_info
 
 from nvhchain.errors import InputError, ResourceError, SolverError, require
-from nvhchain.handoff import FloatArray
+from nvhchain.handoff import ComplexArray, FloatArray
 from nvhchain.runtime.memory import free_memory
 
 SUPERLU_UNKNOWNS = 40_000
 """Largest number of unknowns for SuperLU: about a minute and 2 GB for quadratic solid elements."""
+
+A = TypeVar("A", FloatArray, ComplexArray)
 
 BLOCK = 64
 """Right-hand sides solved together: enough for level-3 BLAS, few enough to stay small beside the factor."""
@@ -35,7 +37,7 @@ _MEMORY_SHARE = 0.9
 
 
 class Factor(Protocol):
-    """Factored symmetric matrix; close it (or use `with`) to release its memory.
+    """Factored symmetric or Hermitian matrix; close it (or use `with`) to release its memory.
 
     Attributes
     ----------
@@ -51,7 +53,7 @@ class Factor(Protocol):
     negative: int
     memory: int
 
-    def solve(self, rhs: FloatArray) -> FloatArray:
+    def solve(self, rhs: A) -> A:
         """Return the solution for right-hand side(s) `rhs` of shape (n,) or (n, k)."""
 
     def close(self) -> None:
@@ -71,15 +73,15 @@ def factorize(
     engine: str = "auto",
     upper: bool = False,
 ) -> Factor:
-    """Factor a real symmetric sparse matrix.
+    """Factor a real symmetric or complex Hermitian sparse matrix.
 
     Parameters
     ----------
     matrix : (n, n) sparse matrix
         Matrix, or its upper triangle.
     symmetric_positive_definite : bool
-        True for Cholesky. Otherwise LDLᵀ with pivoting, whose `negative` counts the negative eigenvalues (Sturm
-        sequence property).
+        True for Cholesky; complex matrices are taken as such. Otherwise LDLᵀ with pivoting, whose `negative` counts
+        the negative eigenvalues (Sturm sequence property).
     engine : {"auto", "pardiso", "superlu"}
         Solver; auto takes pardiso where it exists.
     upper : bool
@@ -104,7 +106,7 @@ def factorize(
     if engine == "pardiso":
         return _PardisoFactor(matrix if upper else sp.triu(matrix), symmetric_positive_definite)
     if upper:
-        matrix = matrix + sp.triu(matrix, 1).T
+        matrix = matrix + sp.triu(matrix, 1).conj().T
     return _SuperluFactor(matrix, symmetric_positive_definite)
 
 
@@ -151,8 +153,8 @@ def _let_workers_sleep() -> None:
         runtime.kmp_set_blocktime(0)
 
 
-def _rhs(rhs: FloatArray, unknowns: int) -> FloatArray:
-    rhs = np.asarray(rhs, dtype=float)
+def _rhs(rhs: Any, unknowns: int, kind: type) -> Any:
+    rhs = np.asarray(rhs, dtype=kind)
     if rhs.ndim not in (1, 2) or rhs.shape[0] != unknowns:
         raise InputError(f"right-hand side of shape {rhs.shape} does not fit {unknowns} unknowns")
     return rhs
@@ -175,27 +177,28 @@ class _Closing(ABC):
 
 
 class _PardisoFactor(_Closing):
-    """PARDISO, matrix type 2 (Cholesky) or −2 (Bunch–Kaufman); iparm numbers as in Intel's manual, from 1."""
+    """PARDISO, matrix type 2 or 4 (Cholesky) or −2 (Bunch–Kaufman); iparm numbers as in Intel's manual, from 1."""
 
     def __init__(self, upper: Any, positive_definite: bool) -> None:
         _name_mkl()
         from pypardiso.pardiso_wrapper import PyPardisoError, PyPardisoSolver
 
         self._failure: type[Exception] = PyPardisoError
-        self._upper = sp.csr_matrix(upper, dtype=np.float64)
+        self._kind: type = complex if np.iscomplexobj(upper) else float
+        self._upper = sp.csr_matrix(upper, dtype=self._kind)
         self._upper.sort_indices()
         self.unknowns = self._upper.shape[0]
         # PARDISO reads the diagonal of every row unchecked: absent entries must be stored, zero ones refused
         if not (self._upper.diagonal() != 0).all():
             row = int(np.argmin(self._upper.diagonal() != 0))
             raise SolverError(f"matrix has a zero on its diagonal at row {row}: a part of the structure is not held")
-        self._solver: Any = PyPardisoSolver(mtype=2 if positive_definite else -2)
+        self._solver: Any = PyPardisoSolver(mtype=4 if self._kind is complex else 2 if positive_definite else -2)
         for number, value in ((1, 1), (2, 2), (10, 13), (18, -1), (21, 1)):
             # 1: own settings; 2: METIS ordering; 10: pivot perturbation 1e-13; 18: report fill; 21: 2×2 pivots
             self._solver.set_iparm(number, value)
         # MKL's memory is not Python's: freed on close, with the last reference, or at exit, whichever comes first
         self._release = weakref.finalize(self, self._solver.free_memory, everything=True)
-        empty = np.zeros((self.unknowns, 1), order="F")
+        empty = np.zeros((self.unknowns, 1), self._kind, order="F")
         try:
             self._run(11, empty)
             _let_workers_sleep()
@@ -217,7 +220,7 @@ class _PardisoFactor(_Closing):
             raise SolverError(f"matrix is singular to working precision ({perturbed} perturbed pivots)")
         self.negative = 0 if positive_definite else int(self._solver.get_iparm(23))
 
-    def _run(self, phase: int, rhs: FloatArray) -> FloatArray:
+    def _run(self, phase: int, rhs: Any) -> Any:
         self._solver.set_phase(phase)
         try:
             return np.asarray(self._solver._call_pardiso(self._upper, rhs))
@@ -232,13 +235,13 @@ class _PardisoFactor(_Closing):
                 ) from error
             raise SolverError(f"PARDISO failed in phase {phase} with code {code}") from error
 
-    def solve(self, rhs: FloatArray) -> FloatArray:
+    def solve(self, rhs: A) -> A:
         """Return the solution for right-hand side(s) `rhs` of shape (n,) or (n, k)."""
-        rhs = _rhs(rhs, self.unknowns)
+        rhs = _rhs(rhs, self.unknowns, self._kind)
         require(self._solver is not None, "the factor has been closed: factorize again")
         columns = rhs.reshape(self.unknowns, -1)
         _let_workers_sleep()
-        solution = np.empty(columns.shape)
+        solution: Any = np.empty(columns.shape, self._kind)
         for start in range(0, columns.shape[1], BLOCK):
             block = slice(start, start + BLOCK)
             solution[:, block] = self._run(33, np.asfortranarray(columns[:, block]))
@@ -256,7 +259,7 @@ class _SuperluFactor(_Closing):
     def __init__(self, matrix: Any, positive_definite: bool) -> None:
         from scipy.sparse.linalg import splu
 
-        self.unknowns = matrix.shape[0]
+        self.unknowns, self._kind = matrix.shape[0], complex if np.iscomplexobj(matrix) else float
         if self.unknowns > SUPERLU_UNKNOWNS:
             raise ResourceError(
                 f"{self.unknowns} unknowns are too many for SuperLU (limit {SUPERLU_UNKNOWNS}): install pypardiso "
@@ -269,7 +272,7 @@ class _SuperluFactor(_Closing):
             )
         except RuntimeError as error:
             raise SolverError(f"matrix of {self.unknowns} unknowns is singular: {error}") from error
-        pivots = self._lu.U.diagonal()
+        pivots = self._lu.U.diagonal().real
         symmetric = np.array_equal(self._lu.perm_r, self._lu.perm_c)
         self.negative = int((pivots < 0).sum())
         self.memory = 12 * int(self._lu.nnz)
@@ -278,9 +281,9 @@ class _SuperluFactor(_Closing):
         if not symmetric:
             raise SolverError("SuperLU left the diagonal while pivoting: its inertia is not known; install pypardiso")
 
-    def solve(self, rhs: FloatArray) -> FloatArray:
+    def solve(self, rhs: A) -> A:
         """Return the solution for right-hand side(s) `rhs` of shape (n,) or (n, k)."""
-        rhs = _rhs(rhs, self.unknowns)
+        rhs = _rhs(rhs, self.unknowns, self._kind)
         require(self._lu is not None, "the factor has been closed: factorize again")
         return np.asarray(self._lu.solve(rhs))
 

@@ -37,6 +37,18 @@ def test_solution_leaves_no_residual_and_keeps_the_shape(matrices, engine, colum
 
 
 @ENGINES
+def test_hermitian_matrix_leaves_no_residual(matrices, engine):
+    """K with unknowns of other phases, of which the upper triangle is given."""
+    K, _ = matrices
+    phase = sp.diags(np.exp(1j * np.arange(K.shape[0])))
+    hermitian = (phase @ K @ phase.conj()).tocsr()
+    rhs = np.random.default_rng(0).standard_normal((K.shape[0], 3)) * (1.0 + 0.5j)
+    with factorize(sp.triu(hermitian), engine=engine, upper=True) as factor:
+        solution = factor.solve(rhs)
+    assert np.linalg.norm(hermitian @ solution - rhs) < 1e-9 * np.linalg.norm(rhs)
+
+
+@ENGINES
 def test_negative_pivots_count_the_eigenvalues_below_the_shift(matrices, engine):
     K, M = matrices
     exact = scipy.linalg.eigh(K.toarray(), M.toarray(), eigvals_only=True)

@@ -45,10 +45,10 @@ class Counts:
         self._wrap(patch, seat_modes, "lowest_modes", self._modes)
         solve = body_flexibility.HeldBody.solve
 
-        def counted(body, loads):
+        def counted(body, loads, at=None):
             for teeth in loads:
                 self.teeth[len(body.unknowns)].update(teeth)
-            return solve(body, loads)
+            return solve(body, loads, at)
 
         patch.setattr(body_flexibility.HeldBody, "solve", counted)
 

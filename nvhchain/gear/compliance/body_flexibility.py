@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -12,7 +14,7 @@ from nvhchain.errors import ResourceError
 from nvhchain.fem._sparse import BLOCK, factorize
 from nvhchain.gear.compliance.tooth_compliance import CondensedTooth, cylindrical_stiffness, unknowns
 from nvhchain.gear.elements.gear_mesh import GearMesh
-from nvhchain.handoff import FloatArray, IntArray
+from nvhchain.handoff import ComplexArray, FloatArray, IntArray
 from nvhchain.runtime.memory import free_memory
 
 _ASSEMBLY_BYTES = 60
@@ -22,7 +24,7 @@ _ASSEMBLY_BYTES = 60
 class HeldBody:
     """Factored stiffness of the blank with all its condensed teeth, bore held.
 
-    A `with` statement releases the memory of the factor.
+    A `with` statement releases the memory of the factors.
 
     Attributes
     ----------
@@ -34,46 +36,74 @@ class HeldBody:
     Raises
     ------
     ResourceError
-        If the matrix does not fit into memory.
+        If a matrix does not fit into memory.
+
+    Notes
+    -----
+    The body repeats N times around the axis, so its motion splits into harmonics e^{2πi k s/N} over the sectors s. Each
+    has a Hermitian matrix of one sector, real for k = 0 and N/2; those of k and N − k are conjugate. The unknowns of
+    sector s follow those of sector s − 1.
     """
 
     def __init__(self, mesh: GearMesh, tooth: CondensedTooth, material: Material, sector: int) -> None:
         nodes, held = _shared_nodes(mesh, tooth)
-        free = np.setdiff1d(np.arange(3 * int(nodes.max() + 1)), unknowns(held))
-        place = np.full(3 * int(nodes.max() + 1), -1)
+        image, shift = _images(mesh, nodes, sector)
+        free = np.setdiff1d(image, image[held])
+        place = np.full(len(image), -1)
         place[free] = np.arange(len(free))
-        self.unknowns = np.stack([place[unknowns(n)] for n in nodes])
-        self.blank = place[: 3 * len(mesh.blank_solid.nodes)]
-        self._factor = factorize(_assembled(mesh, tooth, material, self.unknowns, sector, place), upper=True)
+        self._sectors, self._size = len(nodes) // sector, 3 * len(free)
+        first = 3 * place[image] + self._size * shift
+        at = np.where(place[image][:, None] >= 0, first[:, None] + np.arange(3), -1).ravel()
+        self.unknowns = np.stack([at[unknowns(n)] for n in nodes])
+        self.blank = at[: 3 * len(mesh.blank_solid.nodes)]
+        parts = _assembled(mesh, tooth, material, self.unknowns[:sector], self.blank, (self._sectors, self._size))
+        with ExitStack() as opened:
+            self._factors = []
+            for k in range(self._sectors // 2 + 1):
+                matrix = sum((self._phase(k, moved) * part for moved, part in parts.items()), start=0.0 * parts[0])
+                self._factors.append(opened.enter_context(factorize(matrix, upper=True)))
+            self._opened = opened.pop_all()
 
-    def solve(self, loads: Sequence[Mapping[int, FloatArray]]) -> FloatArray:
-        """Return the displacement (m) of all unknowns under sets of loads.
+    def _phase(self, harmonic: int, sector: IntArray | int) -> ComplexArray | FloatArray:
+        """Return e^{2πi k s/N} of sectors s, real for k = 0 and N/2."""
+        if 2 * harmonic % self._sectors == 0:
+            return np.asarray(1.0 - 2.0 * ((harmonic > 0) & (np.asarray(sector) % 2)))
+        return np.asarray(np.exp(2j * np.pi * harmonic / self._sectors * np.asarray(sector)))
+
+    def solve(self, loads: Sequence[Mapping[int, FloatArray]], at: IntArray | None = None) -> FloatArray:
+        """Return the displacement (m) under sets of loads.
 
         Parameters
         ----------
         loads : sequence of mapping
             One mapping per set, from the number of a tooth to forces (3 n_i, m) on its shared nodes (N).
+        at : (n,) int array, optional
+            Unknowns whose displacement is returned; by default all.
 
         Returns
         -------
-        (unknowns, columns) array
+        (n, columns) array
             Displacement (m); the columns of the sets follow each other.
         """
-        width = [next(iter(teeth.values())).shape[1] for teeth in loads]
-        total = np.zeros((self._factor.unknowns, sum(width)))
-        start = 0
-        for teeth, columns in zip(loads, width, strict=True):
-            for tooth, force in teeth.items():
-                # neighbours share nodes, so teeth are added one by one
-                total[self.unknowns[tooth], start : start + columns] += force
-            start += columns
-        return self._factor.solve(total)
+        end = np.cumsum([next(iter(teeth.values())).shape[1] for teeth in loads])
+        sectors, places = divmod(np.arange(self._sectors * self._size) if at is None else at, self._size)
+        total = np.zeros((len(places), end[-1]))
+        for k, factor in enumerate(self._factors):
+            given: Any = np.zeros((self._size, end[-1]), self._phase(k, sectors[:1]).dtype)
+            for teeth, last in zip(loads, end, strict=True):
+                for tooth, force in teeth.items():
+                    sector, place = divmod(self.unknowns[tooth], self._size)
+                    # neighbours share nodes, and so do both ends of a sector: forces are added one by one
+                    np.add.at(given[:, last - force.shape[1] : last], place, self._phase(k, -sector)[:, None] * force)
+            weight = (2.0 - (2 * k % self._sectors == 0)) / self._sectors
+            total += weight * (self._phase(k, sectors)[:, None] * factor.solve(given)[places]).real
+        return total
 
     def __enter__(self) -> HeldBody:
         return self
 
     def __exit__(self, *error: object) -> None:
-        self._factor.close()
+        self._opened.close()
 
 
 def body_flexibility(
@@ -127,14 +157,17 @@ def body_flexibility(
     answer = np.empty((sector, reach + 1, count, count))
     with HeldBody(mesh, tooth, material, sector) as body:
         for first, loaded in _batches(sector, count, far):
-            part = body.solve([{t: patterns[:, :n]} for t, n in loaded])
+            near = np.arange(loaded[0][0] - reach, loaded[-1][0] + reach + 1) % teeth
+            part = body.solve([{t: patterns[:, :n]} for t, n in loaded], body.unknowns[near].ravel())
+            part = part.reshape(len(near), len(patterns), -1)
             start = 0
             for t, n in loaded:
-                mine = part[:, start : start + n]
+                mine = patterns.T @ part[:, :, start : start + n]  # responses of the teeth from loaded[0] − reach on
+                own = t - loaded[0][0] + reach
                 for d in range(reach + 1):
                     # under loads on t: tooth t + d by reciprocity, tooth t − d directly
-                    answer[t, d, :n] = (patterns.T @ mine[body.unknowns[(t + d) % teeth]]).T
-                    answer[(t - d) % sector, d, :, :n] = patterns.T @ mine[body.unknowns[(t - d) % teeth]]
+                    answer[t, d, :n] = mine[own + d].T
+                    answer[(t - d) % sector, d, :, :n] = mine[own - d]
                 start += n
             if progress is not None:
                 progress(first + len(loaded), sector)
@@ -165,51 +198,55 @@ def _shared_nodes(mesh: GearMesh, tooth: CondensedTooth) -> tuple[IntArray, IntA
     return np.hstack([left, np.roll(left, -1, axis=0), bottom]), blank.stacked(mesh.blank.bore)
 
 
-def _assembled(
-    mesh: GearMesh, tooth: CondensedTooth, material: Material, own: IntArray, sector: int, place: IntArray
-) -> sp.csr_matrix:
-    """Assemble the upper triangle of the whole body's stiffness: the blank's first sector, repeated, and every tooth.
+def _images(mesh: GearMesh, nodes: IntArray, sector: int) -> tuple[IntArray, IntArray]:
+    """Return the node of the first sector of which each node is an image, and the sectors from there to the node.
 
-    own: (teeth, 3 n_i) unknowns of each tooth.  place: unknown of the matrix for every nodal unknown, −1 if held.
+    nodes: (teeth, n_i) shared nodes.  The first sector has the lowest number of every set of images.
     """
-    blank, (teeth, dense) = mesh.blank_solid, own.shape
-    part = cylindrical_stiffness(blank, blank.elements[mesh.sector_elements], material).tocoo()
-    entries = (teeth // sector * part.nnz + teeth * dense**2) // 2
+    blank, teeth, count = mesh.blank_solid, len(nodes), int(nodes.max() + 1)
+    index = blank.index
+    turned = np.empty(count, dtype=np.int64)  # the node that replaces each node when the body turns by one sector
+    turned[index[index >= 0]] = index[:, mesh.blank.rotated_nodes][index >= 0]
+    turned[nodes] = np.roll(nodes, -sector, axis=0)
+    image, shift, at = np.arange(count), np.zeros(count, dtype=np.int64), np.arange(count)
+    for turns in range(1, teeth // sector):
+        at = turned[at]
+        lower = np.arange(count) < image[at]
+        image[at[lower]], shift[at[lower]] = np.flatnonzero(lower), turns
+    return image, shift
+
+
+def _assembled(
+    mesh: GearMesh, tooth: CondensedTooth, material: Material, own: IntArray, blank: IntArray, shape: tuple[int, int]
+) -> dict[int, sp.csr_matrix]:
+    """Assemble the first sector: sectors from an unknown to the other → upper triangle of the unknowns' places.
+
+    own: (sector, 3 n_i) unknowns of each tooth.  blank: unknowns of the blank.  shape: (sectors, unknowns of each).
+    """
+    solid, (sectors, size) = mesh.blank_solid, shape
+    part = cylindrical_stiffness(solid, solid.elements[mesh.sector_elements], material).tocoo()
+    entries = (part.nnz + own.size * own.shape[1]) // 2
     needed, available = _ASSEMBLY_BYTES * entries, free_memory()
     if needed > 0.8 * available:
         raise ResourceError(
             f"stiffness matrix of the gear body needs about {needed / 1e9:.1f} GB, {available / 1e9:.1f} GB are free: "
             "lower width_layers or transverse_refinement, or use a machine with more memory"
         )
-    size = int(place.max() + 1)
-    index = np.int32 if size < 2**31 else np.int64
-    turned, at_node = _turned(mesh), np.arange(len(blank.nodes))
-    blanks: list[tuple[IntArray, IntArray, FloatArray]] = []
-    for _ in range(teeth // sector):
-        at = place[unknowns(at_node)].astype(index)
-        row, column = at[part.row], at[part.col]
-        kept = (row >= 0) & (row <= column)
-        blanks.append((row[kept], column[kept], part.data[kept]))
-        at_node = turned[at_node]
-    own = own.astype(index)
-    teeth_upper: list[tuple[IntArray, IntArray, FloatArray]] = []
-    for at in own:
-        i, j = np.nonzero(at[:, None] <= at[None, :])
-        teeth_upper.append((at[i], at[j], tooth.stiffness[i, j]))
-    return sp.csr_matrix(_summed(blanks, size) + _summed(teeth_upper, size))
-
-
-def _summed(parts: list[tuple[IntArray, IntArray, FloatArray]], size: int) -> sp.csr_matrix:
-    """Return the matrix of (rows, columns, values), entries of one place added; empties the list."""
-    row, column, value = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
-    parts.clear()
-    return sp.csr_matrix((value, (row, column)), shape=(size, size))
-
-
-def _turned(mesh: GearMesh) -> IntArray:
-    """Return the solid node of the blank that replaces each node when the blank turns by one sector."""
-    index = mesh.blank_solid.index
-    new = index[:, mesh.blank.rotated_nodes]
-    turned = np.empty(len(mesh.blank_solid.nodes), dtype=np.int64)
-    turned[index[index >= 0]] = new[index >= 0]
-    return turned
+    teeth = [
+        (at[i], at[j], tooth.stiffness[i, j]) for at in own for i, j in [np.nonzero(at[:, None] % size <= at % size)]
+    ]
+    found: dict[int, sp.csr_matrix] = {}
+    for row, column, value in (
+        (blank[part.row], blank[part.col], part.data),
+        tuple(np.concatenate(arrays) for arrays in zip(*teeth, strict=True)),
+    ):
+        moved = np.where(
+            (row >= 0) & (column >= 0) & (row % size <= column % size), column // size - row // size, sectors
+        )
+        for turns in np.unique(moved[moved < sectors]):
+            these = moved == turns
+            places = (row[these] % size, column[these] % size)
+            added = sp.csr_matrix((value[these], places), shape=(size, size))
+            same = int(turns) % sectors
+            found[same] = found[same] + added if same in found else added
+    return found

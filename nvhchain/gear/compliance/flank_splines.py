@@ -20,6 +20,9 @@ from nvhchain.errors import require
 from nvhchain.gear.compliance.flank_compliance import FlankCompliance
 from nvhchain.handoff import FloatArray, IntArray
 
+Weights = tuple[NDArray[np.int32], FloatArray]
+"""Coefficients (n, 16) that act at points, and their weights."""
+
 
 @dataclass(frozen=True, eq=False)
 class LocalBasis:
@@ -67,9 +70,7 @@ def local_basis(grid: FloatArray) -> tuple[LocalBasis, FloatArray]:
     return LocalBasis(breaks, powers), spline.c
 
 
-def point_weights(
-    radial_basis: LocalBasis, axial_basis: LocalBasis, radius: FloatArray, axial: FloatArray
-) -> tuple[NDArray[np.int32], FloatArray]:
+def point_weights(radial_basis: LocalBasis, axial_basis: LocalBasis, radius: FloatArray, axial: FloatArray) -> Weights:
     """Return the coefficients (n, 16) that act at points (n,), numbered radius by axial, and their weights.
 
     radius, axial: (n,) m.
@@ -105,19 +106,18 @@ class FlankSplines:
     place: IntArray
     friction: FloatArray | None = None
 
-    def weights(self, radius: FloatArray, axial: FloatArray) -> tuple[NDArray[np.int32], FloatArray]:
+    def weights(self, radius: FloatArray, axial: FloatArray) -> Weights:
         """Return the `point_weights` of this grid."""
         return point_weights(self.radial_basis, self.axial_basis, radius, axial)
 
-    def add(self, total: FloatArray, side: int, tooth: IntArray, radius: FloatArray, axial: FloatArray) -> None:
+    def add(self, total: FloatArray, side: int, tooth: IntArray, weights: Weights) -> None:
         """Add to `total` (n, n) in m/N the compliance between points on flanks `side` of teeth `tooth` (n,).
 
         Points of one tooth must follow each other.  Teeth that are absent or too far apart are an InputError.
         """
         if len(tooth):
             self._check(tooth)
-            index, weight = self.weights(radius, axial)
-            _couple(self.coefficients[side], self.place, tooth, index, weight, total)
+            _couple(self.coefficients[side], self.place, tooth, *weights, total)
 
     def _check(self, tooth: IntArray) -> None:
         """Refuse teeth outside the coefficients; the compiled loop does not check its indices."""

@@ -12,7 +12,7 @@ from nvhchain.errors import InputError, SolverError, require
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.compliance.analytic import SliceCompliance
 from nvhchain.gear.compliance.flank_compliance import FlankCompliance
-from nvhchain.gear.compliance.flank_splines import FlankSplines, flank_splines
+from nvhchain.gear.compliance.flank_splines import FlankSplines, Weights, flank_splines
 from nvhchain.gear.contact.contact_lines import ContactLines, contact_lines, mesh_order, wheel_angles
 from nvhchain.gear.contact.contact_lines import separation as unloaded_gap
 from nvhchain.gear.contact.friction import sliding_sense
@@ -28,6 +28,9 @@ from nvhchain.gear.deviations.pairs import PairDeviations
 from nvhchain.gear.drawing.pair import BACK, DRIVE, GearPair
 from nvhchain.handoff import FloatArray, IntArray
 from nvhchain.kinds import check_fields
+
+_PHASES = 2**40
+"""Phases of a mesh period that are told apart: equal ones of different mesh periods differ by rounding."""
 
 FRICTION_ROUNDS = 60
 """Largest number of iterations on the deflection due to friction; a dozen is usual, more means failure."""
@@ -72,6 +75,16 @@ def slice_count(pair: GearPair, fidelity: GearFidelity) -> int:
     a mesh period was 2.8 times too large.
     """
     return ceil(fidelity.slices * max(1.0, pair.overlap_ratio))
+
+
+@dataclass(frozen=True, eq=False)
+class _Phase:
+    """Contact lines at a phase of the mesh, with their unloaded gap, local law and weights in the compliances."""
+
+    lines: ContactLines
+    gap: FloatArray
+    law: LocalLaw
+    weights: tuple[Weights | None, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +143,11 @@ class Engagement:
             )
 
     @cached_property
-    def _rolling_speed(self) -> tuple[FlankSplines | SliceCompliance, ...]:
+    def _phases(self) -> dict[tuple[int, int], _Phase]:
+        return {}
+
+    @cached_property
+    def _splines(self) -> tuple[FlankSplines | SliceCompliance, ...]:
         return tuple(c if isinstance(c, SliceCompliance) else flank_splines(c) for c in self.compliances)
 
     @property
@@ -155,16 +172,39 @@ class Engagement:
         order = mesh_order(self.pair, lines)
         return self.deviations.removed(self.pair, lines.flank, order, lines.radius, lines.axial, travel, later)
 
-    def compliance(self, lines: ContactLines) -> FloatArray:
-        """Return C (n, n) in m/N: normal approach at every slice under a unit normal force at each, both gears."""
+    def compliance(self, lines: ContactLines, weights: tuple[Weights | None, ...] | None = None) -> FloatArray:
+        """Return C (n, n) in m/N: normal approach at every slice under a unit normal force at each, both gears.
+
+        weights: those of the slices, if already computed.
+        """
         n = len(lines.length)
         total = np.zeros((n, n))
-        for tooth, radius, between in zip(lines.tooth, lines.radius, self._rolling_speed, strict=True):
+        weights = weights or self._weights(lines)
+        for tooth, radius, between, own in zip(lines.tooth, lines.radius, self._splines, weights, strict=True):
             if isinstance(between, SliceCompliance):
                 between.add(total, radius, lines.length)
             else:
-                between.add(total, lines.side, tooth, radius, lines.axial)
+                assert own is not None
+                between.add(total, lines.side, tooth, own)
         return total
+
+    def _weights(self, lines: ContactLines) -> tuple[Weights | None, ...]:
+        """Return the weights of every slice in the compliances of both gears; None for closed forms."""
+        return tuple(
+            None if isinstance(of, SliceCompliance) else of.weights(radius, lines.axial)
+            for of, radius in zip(self._splines, lines.radius, strict=True)
+        )
+
+    def _at(self, angle: float, flank: int) -> tuple[ContactLines, _Phase]:
+        """Return the contact lines at an angle, and the phase of the mesh; other mesh periods load other teeth."""
+        meshes, phase = divmod(round(angle / self.pair.mesh_period * _PHASES), _PHASES)
+        if (phase, flank) not in self._phases:
+            lines = self.lines(phase / _PHASES * self.pair.mesh_period, flank)
+            gap, law = unloaded_gap(self.pair, lines), self.local_law(lines)
+            self._phases[phase, flank] = _Phase(lines, gap, law, self._weights(lines))
+        found = self._phases[phase, flank]
+        later = meshes * self.pair.sense * np.array([[-1], [1]])
+        return replace(found.lines, tooth=found.lines.tooth + later), found
 
     def friction_compliance(self, lines: ContactLines) -> FloatArray:
         """Return the normal approach (n, n) in m/N at every slice under unit friction at each, both gears.
@@ -181,7 +221,7 @@ class Engagement:
         """
         n = len(lines.length)
         total = np.zeros((n, n))
-        for tooth, radius, between in zip(lines.tooth, lines.radius, self._rolling_speed, strict=True):
+        for tooth, radius, between in zip(lines.tooth, lines.radius, self._splines, strict=True):
             if isinstance(between, SliceCompliance) or between.friction is None:
                 raise InputError("friction needs the compliance along the profile: flank_compliance(…, friction=True)")
             total += between.friction_compliance(lines.side, tooth, radius, lines.axial)
@@ -265,8 +305,13 @@ class Engagement:
         With friction the problem is not that of a minimum.  The deflection due to friction is put on the right-hand
         side and iterated.  Each iteration reduces the change by a factor of about μ tan α.
         """
-        law = self.local_law(lines)
-        tolerance, compliance = self.fidelity.contact_residual, self.compliance(lines)
+        return self._solved(lines, approach, self.local_law(lines), self.compliance(lines), friction)
+
+    def _solved(
+        self, lines: ContactLines, approach: FloatArray, law: LocalLaw, compliance: FloatArray, friction: float = 0.0
+    ) -> FloatArray:
+        """Return `forces_on` with a given local law and compliance."""
+        tolerance = self.fidelity.contact_residual
         forces = slice_forces(compliance, approach, lines.length, law, tolerance=tolerance)
         if friction:
             along = friction * self.friction_compliance(lines)
@@ -299,12 +344,15 @@ class Engagement:
         force = np.zeros(len(deflection))
         for flank, sign in ((DRIVE, 1.0), (BACK, -1.0)):
             approach = deflection if flank == DRIVE else -(deflection + self.pair.backlash)
-            lines = self.lines(angle, flank)
-            gap = self.gap(lines)
+            lines, phase = self._at(angle, flank)
+            gap = phase.gap if self.deviations is None else phase.gap + self.deviation_gap(lines, 0)
             closed = np.flatnonzero(approach > gap.min(initial=np.inf))
             closed = closed[np.argsort(approach[closed])]  # each solution starts the next one
             if len(closed):
-                force[closed] += sign * self.forces_on(lines, approach[closed, None] - gap).sum(axis=1)
+                compliance = self.compliance(lines, phase.weights)
+                force[closed] += sign * self._solved(lines, approach[closed, None] - gap, phase.law, compliance).sum(
+                    axis=1
+                )
         return force
 
     def first_contact(self, angle: float, flank: int = DRIVE) -> float:

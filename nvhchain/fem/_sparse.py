@@ -181,9 +181,8 @@ class _PardisoFactor(_Closing):
 
     def __init__(self, upper: Any, positive_definite: bool) -> None:
         _name_mkl()
-        from pypardiso.pardiso_wrapper import PyPardisoError, PyPardisoSolver
+        from pypardiso.pardiso_wrapper import PyPardisoSolver
 
-        self._failure: type[Exception] = PyPardisoError
         self._kind: type = complex if np.iscomplexobj(upper) else float
         self._upper = sp.csr_matrix(upper, dtype=self._kind)
         self._upper.sort_indices()
@@ -198,6 +197,7 @@ class _PardisoFactor(_Closing):
             self._solver.set_iparm(number, value)
         # MKL's memory is not Python's: freed on close, with the last reference, or at exit, whichever comes first
         self._release = weakref.finalize(self, self._solver.free_memory, everything=True)
+        self._rows, self._columns = (part.astype(np.int32) + 1 for part in (self._upper.indptr, self._upper.indices))
         empty = np.zeros((self.unknowns, 1), self._kind, order="F")
         try:
             self._run(11, empty)
@@ -221,19 +221,31 @@ class _PardisoFactor(_Closing):
         self.negative = 0 if positive_definite else int(self._solver.get_iparm(23))
 
     def _run(self, phase: int, rhs: Any) -> Any:
-        self._solver.set_phase(phase)
-        try:
-            return np.asarray(self._solver._call_pardiso(self._upper, rhs))
-        except self._failure as error:
-            code = getattr(error, "value", None)
-            if code == -2:
-                raise ResourceError(f"no memory left to factor {self.unknowns} unknowns: use a coarser mesh") from error
-            if code in (-4, -7):
-                raise SolverError(
-                    f"matrix of {self.unknowns} unknowns is singular or not positive definite: "
-                    "is the structure held against rigid motion?"
-                ) from error
-            raise SolverError(f"PARDISO failed in phase {phase} with code {code}") from error
+        """Return the solution for columns in Fortran order. The call of pypardiso copies the matrix every time."""
+        solver, solution, failed = self._solver, np.empty_like(rhs), ctypes.c_int32(0)
+
+        def number(value: int) -> Any:
+            return ctypes.byref(ctypes.c_int32(value))
+
+        def whole(array: Any) -> Any:
+            return array.ctypes.data_as(ctypes.POINTER(ctypes.c_int32))
+
+        solver._mkl_pardiso(
+            solver.pt.ctypes.data_as(ctypes.POINTER(solver._pt_type[0])), number(1), number(1), number(solver.mtype),
+            number(phase), number(self.unknowns), self._upper.data.ctypes.data, whole(self._rows),
+            whole(self._columns), whole(solver.perm), number(rhs.shape[1]), whole(solver.iparm), number(0),
+            rhs.ctypes.data, solution.ctypes.data, ctypes.byref(failed),
+        )  # fmt: skip
+        if failed.value == -2:
+            raise ResourceError(f"no memory left to factor {self.unknowns} unknowns: use a coarser mesh")
+        if failed.value in (-4, -7):
+            raise SolverError(
+                f"matrix of {self.unknowns} unknowns is singular or not positive definite: "
+                "is the structure held against rigid motion?"
+            )
+        if failed.value:
+            raise SolverError(f"PARDISO failed in phase {phase} with code {failed.value}")
+        return solution
 
     def solve(self, rhs: A) -> A:
         """Return the solution for right-hand side(s) `rhs` of shape (n,) or (n, k)."""
@@ -250,7 +262,7 @@ class _PardisoFactor(_Closing):
     def close(self) -> None:
         """Release the memory of the factor."""
         self._release()
-        self._solver = self._upper = None
+        self._solver = self._upper = self._rows = self._columns = None
 
 
 class _SuperluFactor(_Closing):

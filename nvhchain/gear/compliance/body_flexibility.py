@@ -89,7 +89,7 @@ class HeldBody:
         sectors, places = divmod(np.arange(self._sectors * self._size) if at is None else at, self._size)
         total = np.zeros((len(places), end[-1]))
         for k, factor in enumerate(self._factors):
-            given: Any = np.zeros((self._size, end[-1]), self._phase(k, sectors[:1]).dtype)
+            given: Any = np.zeros((self._size, end[-1]), self._phase(k, sectors[:1]).dtype, order="F")
             for teeth, last in zip(loads, end, strict=True):
                 for tooth, force in teeth.items():
                     sector, place = divmod(self.unknowns[tooth], self._size)

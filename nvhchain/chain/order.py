@@ -193,7 +193,7 @@ def system_modes(
                 break
             started.hand_offs[step] = steps.MADE_BY[step](started)
         gearbox, laws, housing = started.gearbox_at_load, started[table.MESH_LAWS], started.housing_in_loop
-        changing = speeds if gearbox.gyroscopic else speeds[:1]
+        changing = speeds if gearbox.depends_on_speed else speeds[:1]
         made = [
             dynamics.system_modes(
                 gearbox, laws, housing,

@@ -3,7 +3,16 @@
 from nvhchain.dynamics.model.angle_laws import LoadCentre, MeshFriction
 from nvhchain.dynamics.model.fluctuation import Fluctuation, Harmonic
 from nvhchain.dynamics.model.gearbox import Gearbox
-from nvhchain.dynamics.model.parts import Bearing, Cylinder, LooseGear, Mesh, RigidBody, Shaft, ShaftBearing
+from nvhchain.dynamics.model.parts import (
+    Bearing,
+    Cylinder,
+    LooseGear,
+    Mesh,
+    RigidBody,
+    Shaft,
+    ShaftBearing,
+    VibratingBody,
+)
 from nvhchain.dynamics.model.rigid_train import run_up_time
 from nvhchain.dynamics.model.train import Train, train
 from nvhchain.dynamics.runs.linear import flank_transfer
@@ -36,6 +45,7 @@ __all__ = [
     "ShaftBearing",
     "SystemModes",
     "Train",
+    "VibratingBody",
     "bearing_forces",
     "compile_time_loop",
     "equilibrium",

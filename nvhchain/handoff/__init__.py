@@ -13,8 +13,8 @@ from nvhchain.handoff.accuracy import (
     warn_of,
 )
 from nvhchain.handoff.base import ACCURACIES, HAND_OFFS, Accuracy, ComplexArray, FloatArray, HandOff, IntArray
-from nvhchain.handoff.flank_flexibility import FlankFlexibility
 from nvhchain.handoff.forces import BearingForces, ForceSpectrum
+from nvhchain.handoff.gear_body import BodyModes, FlankFlexibility
 from nvhchain.handoff.gear_field import GearField
 from nvhchain.handoff.housing import ReducedHousing, SurfaceVelocity
 from nvhchain.handoff.mesh_law import LoadDistribution, MeshLaw, ToothPairs
@@ -41,6 +41,7 @@ __all__ = [
     "HAND_OFFS",
     "Accuracy",
     "BearingForces",
+    "BodyModes",
     "ComplexArray",
     "Directivity",
     "FieldPressure",

@@ -5,6 +5,7 @@ The unknowns x are, in this order:
 - five per shaft: translations of its centre of mass along x, y, z, and tilts about x, y;
 - the housing's modal coordinates;
 - the elastic motions of flexible shafts;
+- the waves of gear bodies that vibrate (`gear_bodies`);
 - torsional coordinates τ, one less than there are rotors in the train: shafts, and loose gears on them.
 
 The spins φ = free τ add to the prescribed nominal spin, positive in each shaft's running direction. The common spin of
@@ -19,12 +20,14 @@ x, and its force F_i ≥ 0 acts back on x as −contact[i] F_i.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
-from scipy.linalg import null_space
+from scipy.linalg import eigh, null_space
 
 from nvhchain.dynamics.model.bearing_series import BearingSeries, bearing_series
+from nvhchain.dynamics.model.gear_bodies import relieved, with_bodies
 from nvhchain.dynamics.model.gearbox import Gearbox
 from nvhchain.dynamics.model.mesh_rows import all_wrenches, error_wrenches, tilt_wrenches
 from nvhchain.dynamics.model.parts import Bearing, Shaft
@@ -40,7 +43,7 @@ SEAT_TOLERANCE = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Assembly:
-    """Matrices of the gearbox; n = 5 n_shaft + n_mode + n_elastic + n_torsion.
+    """Matrices of the gearbox; n = 5 n_shaft + n_mode + n_elastic + n_wave + n_torsion.
 
     Rotors are the shafts, then the loose gears.
 
@@ -70,6 +73,10 @@ class Assembly:
     inertia : (n_rotor,) inertia about z (kg m²).
     free : (n_rotor, n_torsion) spins per unit τ, of unit kinetic energy and orthogonal to the common spin of the
         train.
+    coupling : (n, n) inertia between waves and other unknowns, beside `mass`; None without vibrating gear bodies.
+    softening : (n,) fall of the stiffness per (rad/s)² of the input; None likewise.
+    body_compliance : (n_mesh, 2) static compliance (m/N) of the gear bodies' modes at drive and back flank.
+    body_of_wave : (n_wave,) index of the body of each coordinate of a wave.
     """
 
     gearbox: Gearbox
@@ -98,11 +105,20 @@ class Assembly:
     link_map: FloatArray
     elastic_shaft: IntArray
     sections: Sections
+    coupling: FloatArray | None = None
+    softening: FloatArray | None = None
+    body_compliance: FloatArray | None = None
+    body_of_wave: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
     @property
     def lateral(self) -> int:
         """Number of unknowns before the torsional ones."""
         return len(self.mass) - self.free.shape[1]
+
+    @property
+    def waves(self) -> slice:
+        """Unknowns of the waves around gear bodies."""
+        return slice(self.lateral - len(self.body_of_wave), self.lateral)
 
     @property
     def transmission_error(self) -> FloatArray:
@@ -129,8 +145,46 @@ class Assembly:
 
     def set_speed(self, input_speed: float) -> Assembly:
         """Return the assembly with the gyroscopic terms of another input speed (rad/s)."""
-        change = (input_speed - self.input_speed) * self.gyroscopic
-        return replace(self, damping=self.damping + change, input_speed=input_speed)
+        damping = self.damping + (input_speed - self.input_speed) * self.gyroscopic
+        if self.softening is None:
+            return replace(self, damping=damping, input_speed=input_speed)
+        stiffness = self.stiffness - np.diag((input_speed**2 - self.input_speed**2) * self.softening)
+        require(
+            bool((np.diag(stiffness)[self.waves] > 0.0).all()),
+            f"at {input_speed:g} rad/s of the input a gear turns faster than a wave around its body: lower the speed, "
+            "or leave gear_body_modes off",
+        )
+        return replace(self, damping=damping, stiffness=stiffness, input_speed=input_speed)
+
+    def times_mass(self, shapes: Any) -> Any:
+        """Return mass times motions (n, …)."""
+        product = (self.mass * shapes.T).T
+        return product if self.coupling is None else product + self.coupling @ shapes
+
+    def accelerations(self, force: FloatArray) -> FloatArray:
+        """Return the accelerations (n, …) under generalised forces (n, …)."""
+        if self.coupling is None:
+            return np.asarray((force.T / self.mass).T)
+        return np.asarray(np.linalg.solve(np.diag(self.mass) + self.coupling, force))
+
+    def undamped_modes(self, contact_stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return squared frequencies (n,) (rad²/s²) and mass-normalised shapes (n, n), without gyroscopic terms.
+
+        contact_stiffness : (2 n_row,) stiffness of the contacts (N/m).
+        """
+        stiffness = self.stiffness + (self.contact.T * contact_stiffness) @ self.contact
+        if self.coupling is not None:
+            squared, shapes = eigh(stiffness, np.diag(self.mass) + self.coupling)
+            return squared, shapes
+        root = 1.0 / np.sqrt(self.mass)
+        squared, shapes = eigh(root[:, None] * stiffness * root)
+        return squared, root[:, None] * shapes
+
+    def laws_beside_waves(self, mesh_laws: Sequence[MeshLaw]) -> Sequence[MeshLaw]:
+        """Return the laws without the static compliance that the waves of the gear bodies have."""
+        if self.body_compliance is None:
+            return mesh_laws
+        return [relieved(law, each) for law, each in zip(mesh_laws, self.body_compliance, strict=True)]
 
 
 def assemble(
@@ -232,7 +286,7 @@ def assemble(
         momentum = speeds[i] * gear.body.polar_inertia
         gyroscopic += momentum * (np.outer(about_x, about_y) - np.outer(about_y, about_x))
     gyroscopic = np.pad(gyroscopic, (0, n_torsion))
-    return Assembly(
+    rigid = Assembly(
         gearbox=gearbox,
         train=kinematics,
         mass=np.concatenate([mass, np.ones(n_torsion)]),
@@ -270,7 +324,8 @@ def assemble(
         links=links,
         link_map=widened(link_map),
         elastic_shaft=np.repeat(np.arange(n_shaft), [len(e.squared) for e in shafts.elastic or ()] or 0),
-    ).set_speed(input_speed)
+    )
+    return with_bodies(rigid, mesh_laws).set_speed(input_speed)
 
 
 def rotor_inertia(gearbox: Gearbox) -> FloatArray:

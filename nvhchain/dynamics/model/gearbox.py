@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from math import hypot
 
 from nvhchain.bearings.loaded import holds_tilt
-from nvhchain.dynamics.model.parts import Bearing, LooseGear, Mesh, RigidBody, Shaft, ShaftBearing
+from nvhchain.dynamics.model.parts import Bearing, LooseGear, Mesh, RigidBody, Shaft, ShaftBearing, VibratingBody
 from nvhchain.errors import require
 from nvhchain.kinds import check_fields
 from nvhchain.names import check_names
@@ -51,6 +51,8 @@ class Gearbox:
         bearings, stands still.
     shaft_bearings : tuple of ShaftBearing
         Bearings between coaxial shafts.
+    gear_bodies : tuple of VibratingBody
+        Gears whose bodies vibrate; all others are rigid on their shafts.
 
     Notes
     -----
@@ -68,6 +70,7 @@ class Gearbox:
     face_points: int = 1
     loose_gears: tuple[LooseGear, ...] = ()
     shaft_bearings: tuple[ShaftBearing, ...] = ()
+    gear_bodies: tuple[VibratingBody, ...] = ()
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -76,7 +79,7 @@ class Gearbox:
             f"gearbox: face_points = {self.face_points} must be a whole number of 1…{MOST_FACE_POINTS}: 1 without the "
             "tilt of the gears, 2 with it",
         )
-        for name in ("shafts", "bearings", "meshes", "loose_gears", "shaft_bearings"):
+        for name in ("shafts", "bearings", "meshes", "loose_gears", "shaft_bearings", "gear_bodies"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         names = [shaft.name for shaft in self.shafts]
         require(len(names) > 0, "gearbox: at least one shaft is needed")
@@ -84,6 +87,14 @@ class Gearbox:
         check_names([bearing.name for bearing in self.supports], "gearbox bearings")
         known = ", ".join(names)
         self._check_shaft_bearings()
+        for body in self.gear_bodies:
+            for number, side in body.ends:
+                of = self.meshes[number]
+                require(
+                    body.rotor == (of.pinion_shaft, of.wheel_shaft)[side],
+                    f"gear body {body.name} turns with {body.rotor!r}, but its mesh has {of.pinion_shaft!r} and "
+                    f"{of.wheel_shaft!r}: give the number of its mesh, and 0 as pinion or 1 as wheel",
+                )
         for bearing in self.bearings:
             require(
                 bearing.shaft in names,
@@ -156,6 +167,11 @@ class Gearbox:
     def supports(self) -> tuple[Bearing, ...]:
         """Bearings in the housing, then those between shafts."""
         return (*self.bearings, *self.shaft_bearings)
+
+    @property
+    def depends_on_speed(self) -> bool:
+        """True where its equations change with the speed: gyroscopic terms, waves around gear bodies."""
+        return self.gyroscopic or len(self.gear_bodies) > 0
 
     @property
     def rotors(self) -> tuple[str, ...]:

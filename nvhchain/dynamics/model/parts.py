@@ -24,6 +24,7 @@ from nvhchain.bearings import (
 from nvhchain.dimensions import Inertia, Length, Modulus
 from nvhchain.dynamics.model.angle_laws import LoadCentre, MeshFriction
 from nvhchain.errors import require, require_all
+from nvhchain.handoff import BodyModes
 from nvhchain.kinds import check_fields
 from nvhchain.names import check_name
 
@@ -387,6 +388,34 @@ class LooseGear:
             self.body.mass > 0.0 and self.body.polar_inertia > 0.0,
             f"loose gear {self.name}: its body has no mass or no polar inertia: give it both",
         )
+
+
+@dataclass(frozen=True, eq=False)
+class VibratingBody:
+    """Body of a gear that vibrates, in addition to its rigid body on the shaft.
+
+    Parameters
+    ----------
+    name : str
+        Name of the gear.
+    rotor : str
+        Name of its shaft, or of the gear itself where it is loose.
+    z : float
+        Mid-plane of its face (m).
+    modes : BodyModes
+        Modes with the bore held.
+    ends : tuple of (int, int)
+        Number of every mesh in which it takes part, and 0 as its pinion or 1 as its wheel.
+    damping : float
+        Damping ratio of the modes.
+    """
+
+    name: str
+    rotor: str
+    z: float
+    modes: BodyModes
+    ends: tuple[tuple[int, int], ...]
+    damping: float = 0.005
 
 
 @dataclass(frozen=True)

@@ -60,7 +60,7 @@ def flank_transfer(
     -----
     Meshes are springs of the mean slope of their laws.
     """
-    speed = input_speed if gearbox.gyroscopic else 0.0
+    speed = input_speed if gearbox.depends_on_speed else 0.0
     assembly = assemble(gearbox, mesh_laws, housing, input_speed=speed, fidelity=fidelity)
     torque = shaft_torques(gearbox, assembly.train, input_torque, assembly.inertia, 0.0)
     nominal = nominal_mesh_forces(assembly, mesh_laws, torque)

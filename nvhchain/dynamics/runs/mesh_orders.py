@@ -77,9 +77,9 @@ def order_forces(
     harmonics, modes, driven = range(1, _highest(deflections) + 1), None, dict[Fraction, ComplexArray]()
     found = []
     for speed in input_speeds:
-        if modes is None or gearbox.gyroscopic:
+        if modes is None or gearbox.depends_on_speed:
             assembly = assemble(
-                gearbox, mesh_laws, housing, input_speed=speed if gearbox.gyroscopic else 0.0, fidelity=fidelity
+                gearbox, mesh_laws, housing, input_speed=speed if gearbox.depends_on_speed else 0.0, fidelity=fidelity
             )
             torque = shaft_torques(gearbox, assembly.train, input_torque, assembly.inertia, 0.0)
             nominal = nominal_mesh_forces(assembly, mesh_laws, torque)

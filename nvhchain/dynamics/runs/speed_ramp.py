@@ -140,8 +140,8 @@ def prepare(
     if fluctuation is not None:
         gearbox, source = fluctuation.source(gearbox, input_inertia(gearbox, mesh_laws))
     # speeds in the middle of equal parts of the run-up
-    parts = fidelity.gyroscopic_speeds if gearbox.gyroscopic and ramp.acceleration else 1
-    way = ramp.speed((np.arange(parts) + 0.5) / parts * ramp.duration) * gearbox.gyroscopic
+    parts = fidelity.gyroscopic_speeds if gearbox.depends_on_speed and ramp.acceleration else 1
+    way = ramp.speed((np.arange(parts) + 0.5) / parts * ramp.duration) * gearbox.depends_on_speed
     model = simulation(
         gearbox,
         mesh_laws,

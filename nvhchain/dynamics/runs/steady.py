@@ -134,7 +134,7 @@ def bearing_forces(
         time_step=period / n_step,
         fidelity=fidelity,
         motion=InputMotion(
-            gyroscopic_speed=input_speed if gearbox.gyroscopic else 0.0, fluctuating=fluctuation is not None
+            gyroscopic_speed=input_speed if gearbox.depends_on_speed else 0.0, fluctuating=fluctuation is not None
         ),
         contact_forces=load.get("contact_forces"),
     )

@@ -120,7 +120,7 @@ def system_modes(
     housing.
     """
     fidelity = fidelity or STANDARD.dynamics
-    speed = input_speed if gearbox.gyroscopic else 0.0
+    speed = input_speed if gearbox.depends_on_speed else 0.0
     assembly = assemble(gearbox, mesh_laws, housing, input_speed=speed, fidelity=fidelity)
     torque = shaft_torques(gearbox, assembly.train, input_torque, assembly.inertia, 0.0)
     nominal = nominal_mesh_forces(assembly, mesh_laws, torque)
@@ -134,7 +134,7 @@ def system_modes(
         eigenvalue, shapes = _undamped(replace(assembly, damping=speed * assembly.gyroscopic), contact)
     order = np.argsort(eigenvalue.imag)
     eigenvalue, shapes = eigenvalue[order], shapes[:, order]
-    shapes = shapes / np.sqrt((assembly.mass[:, None] * np.abs(shapes) ** 2).sum(axis=0))
+    shapes = shapes / np.sqrt((shapes.conj() * assembly.times_mass(shapes)).real.sum(axis=0))
     kinetic_parts, kinetic = _kinetic(assembly, shapes)
     strain_parts, strain = _strain(assembly, contact, shapes)
     size = np.abs(eigenvalue)
@@ -150,7 +150,7 @@ def system_modes(
         strain,
         moved.T.reshape(len(size), -1, 3),
         np.moveaxis(_plane_motion(assembly, planes) @ shapes, 2, 0),
-        shapes[5 * len(gearbox.shafts) : assembly.lateral - len(assembly.elastic_shaft)].T,
+        shapes[5 * len(gearbox.shafts) : assembly.waves.start - len(assembly.elastic_shaft)].T,
     )
 
 
@@ -167,10 +167,8 @@ def _plane_motion(assembly: Assembly, planes: Sequence[tuple[str, float]]) -> Fl
 
 def _undamped(assembly: Assembly, contact: FloatArray) -> tuple[ComplexArray, ComplexArray]:
     """Return eigenvalues (n,) (rad/s) and shapes (n_unknown, n); the damping of the assembly is gyroscopic alone."""
-    stiffness = assembly.stiffness + (assembly.contact.T * contact) @ assembly.contact
-    root = 1.0 / np.sqrt(assembly.mass)
-    squared, shapes = eigh(root[:, None] * stiffness * root)
-    omega, shapes = np.sqrt(squared), root[:, None] * shapes
+    squared, shapes = assembly.undamped_modes(contact)
+    omega = np.sqrt(squared)
     if not assembly.damping.any():
         return 1j * omega, shapes.astype(complex)
     n = len(omega)
@@ -194,14 +192,18 @@ def _kinetic(assembly: Assembly, shapes: ComplexArray) -> tuple[tuple[str, ...],
     own = assembly.mass[:, None] * np.abs(shapes) ** 2
     spins = assembly.inertia[:, None] * np.abs(assembly.free @ shapes[lateral:]) ** 2
     n_shaft, found = len(box.shafts), dict[str, FloatArray]()
-    first = lateral - len(assembly.elastic_shaft)
+    waves = assembly.waves
+    first = waves.start - len(assembly.elastic_shaft)
     for i, shaft in enumerate(box.shafts):
-        bent = own[first:lateral][assembly.elastic_shaft == i].sum(axis=0)
+        bent = own[first : waves.start][assembly.elastic_shaft == i].sum(axis=0)
         found[f"shaft {shaft.name}"] = own[5 * i : 5 * i + 5].sum(axis=0) + spins[i] + bent
     for i, gear in enumerate(box.loose_gears, start=n_shaft):
         found[f"gear {gear.name}"] = spins[i]
     if first > 5 * n_shaft:
         found[HOUSING] = own[5 * n_shaft : first].sum(axis=0)
+    shared = 0.0 if assembly.coupling is None else 2.0 * (shapes.conj() * (assembly.coupling @ shapes)).real[waves]
+    for i, body in enumerate(box.gear_bodies):
+        found[f"body of {body.name}"] = (own[waves] + shared)[assembly.body_of_wave == i].sum(axis=0)
     return _shares(found)
 
 
@@ -227,9 +229,12 @@ def _strain(assembly: Assembly, contact: FloatArray, shapes: ComplexArray) -> tu
     for bearing, energy in zip(box.supports, by_bearing, strict=True):
         found[f"bearing {bearing.name}"] = energy
     stretched = assembly.own_stiffness[:, None] * np.abs(shapes[:lateral]) ** 2
-    first = lateral - len(assembly.elastic_shaft)
-    for i, shaft in enumerate(box.shafts if first < lateral else ()):
-        found[f"shaft {shaft.name}"] = stretched[first:][assembly.elastic_shaft == i].sum(axis=0)
+    waves = assembly.waves
+    first = waves.start - len(assembly.elastic_shaft)
+    for i, shaft in enumerate(box.shafts if first < waves.start else ()):
+        found[f"shaft {shaft.name}"] = stretched[first : waves.start][assembly.elastic_shaft == i].sum(axis=0)
     if first > 5 * n_shaft:
         found[HOUSING] = stretched[5 * n_shaft : first].sum(axis=0) + seats.sum(axis=0)
+    for i, body in enumerate(box.gear_bodies):
+        found[f"body of {body.name}"] = stretched[waves][assembly.body_of_wave == i].sum(axis=0)
     return _shares(found)

@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import eig, eigh
+from scipy.linalg import eig
 
 from nvhchain.dynamics.model.assembly import Assembly
 from nvhchain.errors import SolverError
@@ -45,10 +45,8 @@ def modal_form(assembly: Assembly, contact_stiffness: FloatArray) -> ModalForm:
 
     Raises SolverError if they are not (a mode exactly at critical damping).
     """
-    stiffness = assembly.stiffness + (assembly.contact.T * contact_stiffness) @ assembly.contact
-    root = 1.0 / np.sqrt(assembly.mass)
-    squared, shapes = eigh(root[:, None] * stiffness * root)
-    omega, shapes = np.sqrt(squared), root[:, None] * shapes
+    squared, shapes = assembly.undamped_modes(contact_stiffness)
+    omega = np.sqrt(squared)
     n = len(omega)
     system = np.zeros((2 * n, 2 * n))
     system[:n, n:] = np.diag(omega)

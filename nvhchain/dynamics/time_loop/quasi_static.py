@@ -225,10 +225,10 @@ def laws_of_rows(assembly: Assembly, mesh_laws: Sequence[MeshLaw], nominal: Floa
 
     nominal : (n_mesh,) nominal mesh forces (N), for friction and shuttling.
     """
-    laws = []
+    laws, beside_waves = [], assembly.laws_beside_waves(mesh_laws)
     for mesh, share in zip(assembly.mesh, assembly.share, strict=True):
         if share > 0.0:
-            laws.append(mesh_laws[mesh].replace(force=share * mesh_laws[mesh].force))
+            laws.append(beside_waves[mesh].replace(force=share * beside_waves[mesh].force))
     for mesh, law, force in zip(assembly.gearbox.meshes, mesh_laws, nominal, strict=True):
         if mesh.friction is not None:
             laws += friction_laws(law, mesh.friction, float(force))

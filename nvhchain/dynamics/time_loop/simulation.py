@@ -139,10 +139,11 @@ def simulation(
     loop = None
     if fidelity.mesh_level == "contact":
         require(
-            gearbox.face_points == 1
+            not gearbox.gear_bodies
+            and gearbox.face_points == 1
             and all(mesh.friction is None and mesh.load_centre is None for mesh in gearbox.meshes),
-            "the mesh level `contact` has neither friction, shuttling nor points across the face: use the level "
-            "`table` for them",
+            "the mesh level `contact` has neither friction, shuttling, gear bodies that vibrate nor points across the "
+            "face: use the level `table` for them",
         )
         require(
             not fidelity.path_correction,
@@ -208,7 +209,7 @@ def _discretised(
         modes,
         step,
         output_matrix(modes, assembly.bearing_stiffness, assembly.bearing_damping),
-        time_step / 12.0 * assembly.bearing_damping @ (assembly.contact / assembly.mass).T,
+        time_step / 12.0 * assembly.bearing_damping @ assembly.accelerations(assembly.contact.T),
         contact_output,
         mean @ contact_output[0::2],
         -mean @ contact_output[1::2],

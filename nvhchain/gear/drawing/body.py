@@ -141,7 +141,7 @@ def mass_properties(body: GearBody) -> MassProperties:
             rho * volume, rho * polar, rho * (0.5 * polar + second - first**2 / volume), first / volume
         )
     half = 0.5 * gear.face_width
-    area, polar = _moments(*toothed_outline(gear))
+    area, polar = outline_moments(*toothed_outline(gear))
     bore = _circle(gear.bore_radius)
     parts = [(area - bore[0], polar - bore[1], -half, half)]
     low, high = -half, half
@@ -150,7 +150,7 @@ def mass_properties(body: GearBody) -> MassProperties:
         ring = np.subtract(_circle(web.rim_radius), _circle(web.hub_radius))
         parts += [(-ring[0], -ring[1], -half, low), (-ring[0], -ring[1], high, half)]
     if cut is not None:
-        opening = _moments(*opening_outline(cut))
+        opening = outline_moments(*opening_outline(cut))
         parts.append((-cut.count * opening[0], -cut.count * opening[1], low, high))
     a, p, z0, z1 = np.array(parts).T
     mass = rho * float(a @ (z1 - z0))
@@ -195,7 +195,7 @@ def _circle(radius: float) -> tuple[float, float]:
     return np.pi * radius**2, 0.5 * np.pi * radius**4
 
 
-def _moments(radius: FloatArray, angle: FloatArray) -> tuple[float, float]:
+def outline_moments(radius: FloatArray, angle: FloatArray) -> tuple[float, float]:
     """Return area (m²) and polar moment about the origin (m⁴) of a closed counter-clockwise polygon.
 
     Both follow from Green's theorem.

@@ -1,9 +1,9 @@
-"""Hand-off of the flexibility of a gear, which torque, speed, micro-geometry and mating gear leave unchanged."""
+"""Hand-offs of a gear body: flexibility of its teeth, and its modes. Torque, speed and mating gear leave both alone."""
 
 from __future__ import annotations
 
 from nvhchain.errors import require
-from nvhchain.handoff.base import FloatArray, HandOff
+from nvhchain.handoff.base import ComplexArray, FloatArray, HandOff, IntArray
 from nvhchain.handoff.declared import array, value
 
 
@@ -36,4 +36,29 @@ class FlankFlexibility(HandOff):
         require(
             self.share.shape[1] == points,
             f"FlankFlexibility.share has {self.share.shape[1]} points, but both flanks have {points}",
+        )
+
+
+class BodyModes(HandOff):
+    """Modes of a gear's body with the bore held, as waves around its axis, of unit modal mass.
+
+    Notes
+    -----
+    A wave is a complex coordinate P in the frame of the housing, real without nodal diameters. A force on the teeth
+    along r, φ, z at the angle ψ drives it by the force times rim e^{inψ}. The motion there is Re(conj(rim e^{inψ}) P).
+    Hub entries are the coupling of inertia: along z and about z without nodal diameters; along x, about x, and the
+    part of the latter by axial motion with one. Those of y are j times those of x. The Coriolis factor is 1 for rigid
+    motion in the plane and 0 for motion along the axis.
+    """
+
+    frequency: FloatArray = array("Hz", "wave", "natural frequency with the bore held", lower_limit=0.0)
+    diameters: IntArray = array("1", "wave", "nodal diameters n", lower_limit=0.0)
+    coriolis: FloatArray = array("1", "wave", "Coriolis factor")
+    rim: ComplexArray = array("kg^-1/2", "wave, direction", "motion of the teeth along r, φ and z")
+    hub: ComplexArray = array("kg^1/2", "wave, motion", "coupling of inertia to the hub; kg^1/2 m for rotations")
+
+    def _check(self) -> None:
+        require(
+            self.rim.shape[1:] == (3,) and self.hub.shape[1:] == (3,),
+            f"BodyModes.rim and hub have shapes {self.rim.shape} and {self.hub.shape}: (waves, 3) each is needed",
         )

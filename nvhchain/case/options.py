@@ -15,7 +15,7 @@ AUTO: Literal["auto"] = "auto"
 USUAL_FRICTION = 0.05
 """Coefficient of friction of lubricated flanks where a case leaves it open."""
 
-DECIDABLE = ("friction", "shuttling", "tilt", "loaded_misalignment", "flexible_shafts", "gyroscopic")
+DECIDABLE = ("friction", "shuttling", "tilt", "loaded_misalignment", "flexible_shafts", "gyroscopic", "gear_body_modes")
 """Options that can be `auto`."""
 
 ON: dict[str, Any] = dict.fromkeys(DECIDABLE, True) | {"friction": USUAL_FRICTION}
@@ -52,6 +52,8 @@ class Options:
         Shafts bend and twist.
     gyroscopic : bool or "auto"
         Shafts have gyroscopic moments.
+    gear_body_modes : bool or "auto"
+        Bodies of gears vibrate, as waves around them; without it they are rigid beside the compliance of the mesh laws.
     rigid_housing : bool
         The seats of the bearings are fixed in the gearbox. The housing then moves under the forces on it, but without
         feedback on the shafts. Bearing forces alone then need no housing.
@@ -68,6 +70,7 @@ class Options:
     loaded_misalignment: bool | Literal["auto"] = AUTO
     flexible_shafts: bool | Literal["auto"] = AUTO
     gyroscopic: bool | Literal["auto"] = AUTO
+    gear_body_modes: bool | Literal["auto"] = AUTO
     rigid_housing: bool = False
 
     def __post_init__(self) -> None:

@@ -12,7 +12,8 @@ from nvhchain.case import GearboxCase
 from nvhchain.conventions import Progress
 from nvhchain.fidelity import Fidelity, GearFidelity
 from nvhchain.files.result_cache import ResultCache
-from nvhchain.handoff import FlankFlexibility, ReducedHousing
+from nvhchain.handoff import BodyModes, FlankFlexibility, ReducedHousing
+from nvhchain.scene.body_modes import vibrating_bodies
 from nvhchain.scene.steps import MESH_LAWS
 
 ANGLE_DIGITS = 9
@@ -29,6 +30,24 @@ def compliances(case: GearboxCase, fidelity: Fidelity, shared: ResultCache) -> t
     """Flank compliances of every stage, for several steps; those of every gear body are kept in `shared`."""
     flanks = partial(_kept_flanks, ResultCache(shared.folder))
     return tuple(_lazily(pair, fidelity, flanks) for pair in case.pairs)
+
+
+def gear_bodies(case: GearboxCase, shared: ResultCache) -> tuple[dynamics.VibratingBody, ...]:
+    """Return the gears whose bodies vibrate in the band; the modes of every body are kept in `shared`."""
+    cache = ResultCache(shared.folder)
+
+    def modes(body: gear.GearBody, highest: float) -> BodyModes:
+        made: BodyModes = cache.cached(
+            "body_modes-{key}",
+            BodyModes,
+            MESH_LAWS.code,
+            (body, highest),
+            lambda _: gear.body_modes(body, highest),
+            fidelity=None,
+        )
+        return made
+
+    return vibrating_bodies(case, modes)
 
 
 def _kept_flanks(

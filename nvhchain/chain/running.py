@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
 
 from nvhchain.case import Case, GearboxCase
-from nvhchain.chain.loaded import Compliances, balanced, compliances, loaded_case
+from nvhchain.chain.loaded import Compliances, balanced, compliances, gear_bodies, loaded_case
 from nvhchain.conventions import Progress
 from nvhchain.dynamics import Gearbox
 from nvhchain.fidelity import Fidelity
@@ -62,11 +62,14 @@ class Run:
 
     @cached_property
     def gearbox_at_load(self) -> Gearbox:
-        """Gearbox with its gears, and with the stiffness of its bearings at their static load."""
+        """Gearbox with its gears, which may vibrate, and with the stiffness of its bearings at their static load."""
         case = self.loaded
-        if not case.load_dependent:
-            return case.gearbox_with_gears
-        return balanced(case, self.housing_in_loop, self.fidelity).gearbox
+        box = case.gearbox_with_gears
+        if case.load_dependent:
+            box = balanced(case, self.housing_in_loop, self.fidelity).gearbox
+        if case.options.models("gear_body_modes"):
+            box = replace(box, gear_bodies=gear_bodies(case, self.shared))
+        return box
 
     @cached_property
     def compliances(self) -> tuple[Compliances, ...]:

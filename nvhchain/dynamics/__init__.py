@@ -15,7 +15,7 @@ from nvhchain.dynamics.model.parts import (
 )
 from nvhchain.dynamics.model.rigid_train import run_up_time
 from nvhchain.dynamics.model.train import Train, train
-from nvhchain.dynamics.runs.linear import flank_transfer
+from nvhchain.dynamics.runs.linear import body_compliance, flank_transfer
 from nvhchain.dynamics.runs.mesh_orders import OrderForces, order_forces
 from nvhchain.dynamics.runs.recording import Recording, record_run_up
 from nvhchain.dynamics.runs.run_up_record import run_up, run_up_with_error
@@ -47,6 +47,7 @@ __all__ = [
     "Train",
     "VibratingBody",
     "bearing_forces",
+    "body_compliance",
     "compile_time_loop",
     "equilibrium",
     "flank_transfer",

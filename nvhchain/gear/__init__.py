@@ -1,6 +1,7 @@
 """Gears: drawings, finite elements, compliance, contact, mesh laws, root strain, displacement and stress."""
 
 from nvhchain.gear.compliance.analytic import SliceCompliance, slice_compliance
+from nvhchain.gear.compliance.body_modes import COARSE, FINE, body_modes
 from nvhchain.gear.compliance.flank_compliance import (
     FlankCompliance,
     compliance_at_points,
@@ -46,6 +47,8 @@ from nvhchain.gear.root_strain.modes import PINION, WHEEL, RootStrainModes, noda
 from nvhchain.gear.root_strain.places import RootElement, RootPlace, StrainGauge, von_mises
 
 __all__ = [
+    "COARSE",
+    "FINE",
     "PINION",
     "SOLID",
     "WHEEL",
@@ -84,6 +87,7 @@ __all__ = [
     "ToothSizes",
     "VolumeMesh",
     "base_tangent_length",
+    "body_modes",
     "bricks_over_even",
     "close_edges",
     "compliance_at_points",

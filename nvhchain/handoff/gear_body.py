@@ -46,9 +46,9 @@ class BodyModes(HandOff):
     -----
     A wave is a complex coordinate P in the frame of the housing, real without nodal diameters. A force on the teeth
     along r, φ, z at the angle ψ drives it by the force times rim e^{inψ}. The motion there is Re(conj(rim e^{inψ}) P).
-    Hub entries are the coupling of inertia: along z and about z without nodal diameters; along x, about x, and the
-    part of the latter by axial motion with one. Those of y are j times those of x. The Coriolis factor is 1 for rigid
-    motion in the plane and 0 for motion along the axis.
+    Hub entries are the coupling of inertia. Without nodal diameters they are those along z and about z. With one
+    they are those along x, about x, and the part of the latter by axial motion. Those of y are j times as large. The
+    Coriolis factor is 1 for rigid motion in the plane and 0 for motion along the axis.
     """
 
     frequency: FloatArray = array("Hz", "wave", "natural frequency with the bore held", lower_limit=0.0)

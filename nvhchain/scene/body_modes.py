@@ -1,12 +1,10 @@
-"""Lowest natural frequency of a gear's body out of its plane, by plate theory.
-
-Gears are rigid bodies in the dynamics.
-"""
+"""Gears whose bodies vibrate in the band: plate theory leaves out those that are too stiff by far."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from math import pi, sqrt
 
 import numpy as np
@@ -15,9 +13,16 @@ from scipy.linalg import eigh
 
 from nvhchain.case import GearboxCase
 from nvhchain.conventions import Material
-from nvhchain.gear import GearBody, VolumeMesh
-from nvhchain.handoff import FloatArray
+from nvhchain.dynamics import VibratingBody
+from nvhchain.gear import COARSE, GearBody, MicroGeometry, VolumeMesh, body_modes
+from nvhchain.handoff import BodyModes, FloatArray
 
+REACH = 1.4
+"""Highest mode of a gear body over the end of the band; the statics of all others is in the mesh laws."""
+SPARE, SPARE_OPENINGS = 1.5, 3.0
+"""Lowest frequency by plate theory over the highest mode, beyond which a body has none; openings more than halve it."""
+Modes = Callable[[GearBody, float], BodyModes]
+"""Function from a gear body and the highest frequency (Hz) to its modes."""
 POWERS = (2, 3, 4, 5)
 """Powers of the distance from the hub in the deflection of a web. Clamped plates then come within 1 % of the series."""
 DIAMETERS = (0, 1, 2, 3)
@@ -148,21 +153,41 @@ def _both(first: FloatArray, second: FloatArray, area: FloatArray) -> FloatArray
     return _sum(first, second, area) + _sum(second, first, area)
 
 
-def vibrating_bodies(case: GearboxCase) -> Iterator[str]:
-    """Yield one sentence for every gear whose body vibrates inside the band.
+def vibrating_bodies(case: GearboxCase, modes: Modes | None = None) -> tuple[VibratingBody, ...]:
+    """Return the gears of a case whose bodies vibrate in its band.
 
     Parameters
     ----------
     case : GearboxCase
         Case.
+    modes : callable, optional
+        Function from a gear body and the highest frequency (Hz) to its modes; by default those of coarse elements.
 
-    Yields
-    ------
-    str
-        Gear and frequency.
+    Returns
+    -------
+    tuple of VibratingBody
+        Gears with modes up to `REACH` times the end of the band. Imported meshes have none.
     """
+    found, highest = [], REACH * case.band.high
+    damping = {shaft.name: shaft.modal_damping for shaft in case.shafts}
     for gear in case.gears:
         disc = gear_disc(gear.body)
-        lowest = np.inf if disc is None else lowest_frequency(disc, gear.body.material)
-        if lowest < case.band.high:
-            yield f"gear {gear.name} is taken as rigid, but its body vibrates from about {lowest:.2g} Hz on"
+        spare = SPARE if gear.body.blank.cutouts is None else SPARE_OPENINGS
+        if disc is None or lowest_frequency(disc, gear.body.material) > spare * highest:
+            continue
+        plain = replace(gear.body, geometry=replace(gear.geometry, micro=MicroGeometry()))
+        of = (modes or _coarse_modes)(plain, highest)
+        ends = [
+            (number, side)
+            for number, stage in enumerate(case.stages)
+            for side, name in enumerate((stage.pinion, stage.wheel))
+            if name == gear.name
+        ]
+        if len(of.frequency) > 0 and ends:
+            found.append(VibratingBody(gear.name, gear.rotor, gear.z, of, tuple(ends), damping[gear.shaft]))
+    return tuple(found)
+
+
+@lru_cache(maxsize=64)
+def _coarse_modes(body: GearBody, highest: float) -> BodyModes:
+    return body_modes(body, highest, COARSE)

@@ -16,11 +16,12 @@ from nvhchain import dynamics, gear, levels
 from nvhchain.bearings import StiffnessMatrix
 from nvhchain.case import GearboxCase, Options
 from nvhchain.case.gearbox import Support
-from nvhchain.dynamics import Gearbox, LoadCentre, MeshFriction
+from nvhchain.dynamics import Gearbox, LoadCentre, MeshFriction, VibratingBody
 from nvhchain.fidelity import STANDARD, GearFidelity
 from nvhchain.gear import SOLID, GearPair, MeshPeriod, Misalignment
 from nvhchain.handoff import FloatArray, MeshLaw
 from nvhchain.runtime.threads import one_blas_thread
+from nvhchain.scene.body_modes import vibrating_bodies
 
 TEETH = GearFidelity(
     profile_elements=4,
@@ -59,6 +60,19 @@ class LinearGearbox:
     def _gearbox(self) -> Gearbox:
         return self.case.gearbox_on_rigid_seats
 
+    @cached_property
+    def gear_bodies(self) -> tuple[VibratingBody, ...]:
+        """Gears whose bodies vibrate in the band."""
+        return vibrating_bodies(self.case)
+
+    @cached_property
+    def _softness(self) -> FloatArray:
+        """Static compliance (n_mesh,) (m/N) of the modes of the gear bodies, which solid gears do not have."""
+        if not self.gear_bodies:
+            return np.zeros(len(self.case.stages))
+        box = replace(self._gearbox, gear_bodies=self.gear_bodies)
+        return dynamics.body_compliance(box, self.case.straight_laws)
+
     def scaled(self, *, stiffness: float = 1.0, damping: float = 1.0) -> LinearGearbox:
         """Return the gearbox with other stiffness and damping of its bearings.
 
@@ -76,6 +90,7 @@ class LinearGearbox:
         """
         other, gearbox = LinearGearbox(self.case), self._gearbox
         other._periods = self._periods
+        other.__dict__["gear_bodies"] = self.gear_bodies
         shafts = (replace(each, modal_damping=min(0.5, damping * each.modal_damping)) for each in gearbox.shafts)
         other.__dict__["_gearbox"] = replace(
             gearbox,
@@ -160,11 +175,10 @@ class LinearGearbox:
             solid = replace(pair, pinion=_solid(pair.pinion), wheel=_solid(pair.wheel))
             tilt = (0.0, 0.0) if tilts is None else _rounded(tilts[number])
             period = self._period(number, solid, abs(force), tilt)
-            of, reach = period.distribution, max(1e-3, 3.0 * abs(force) / period.stiffness) * np.array([-1.0, 1.0])
+            stiffness = 1.0 / (1.0 / period.stiffness + self._softness[number])
+            of, reach = period.distribution, max(1e-3, 3.0 * abs(force) / stiffness) * np.array([-1.0, 1.0])
             laws.append(
-                gear.tabulated(solid, np.zeros(1), reach, period.stiffness * reach[None, :]).replace(
-                    tilt_ratio=of.tilt_ratio
-                )
+                gear.tabulated(solid, np.zeros(1), reach, stiffness * reach[None, :]).replace(tilt_ratio=of.tilt_ratio)
             )
             deflections.append(None if self.case.idles(stage) else period.deflection)
             friction = options.coefficient
@@ -181,6 +195,7 @@ class LinearGearbox:
             flexible_shafts=options.flexible_shafts is True,
             gyroscopic=options.gyroscopic is True,
             face_points=options.face_points,
+            gear_bodies=self.gear_bodies if options.gear_body_modes is True else (),
         )
         return gearbox, laws, deflections
 

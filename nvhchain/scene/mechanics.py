@@ -16,6 +16,7 @@ from nvhchain.dynamics.runs.steady import settling_time
 from nvhchain.dynamics.time_loop.simulation import simulation
 from nvhchain.fidelity import Fidelity, GearFidelity
 from nvhchain.gear import GearBody, VolumeMesh
+from nvhchain.scene.body_modes import vibrating_bodies
 from nvhchain.scene.planned import BASE_MEGABYTES, SECONDS_PER_STEP, PlannedStep
 from nvhchain.scene.steps import BEARING_FORCES, HOUSING, LOAD_DISTRIBUTIONS, MESH_LAWS
 
@@ -43,6 +44,7 @@ _SECONDS_PER_STEP_AND_MODE = 7e-9
 _ELASTIC_MOTIONS = 17
 _SHARE_PER_ROW = 1.1
 # motions of a flexible shaft, time of one more contact row per mesh: docs/measured/dynamics/options.md
+_SECONDS_PER_BODY = 4.0
 _SETTLING_PERIODS = 4
 _MEGABYTES_PER_STEP_AND_OUTPUT = 48e-6
 _MEGABYTES_PER_SAMPLE_AND_OUTPUT = 15e-6
@@ -228,7 +230,9 @@ def dynamics_step(case: GearboxCase, fidelity: Fidelity) -> PlannedStep:
     options, shafts = case.options, len(case.shafts)
     elastic = _ELASTIC_MOTIONS * shafts if options.models("flexible_shafts") else 0
     rows = options.face_points + 2 * options.models("friction") + options.models("shuttling")
-    per_step = (6 * shafts + modes + elastic) * (1.0 + _SHARE_PER_ROW * (rows - 1))
+    vibrating = vibrating_bodies(case) if options.models("gear_body_modes") else ()
+    waves = sum(len(body.modes.frequency) + int((body.modes.diameters > 0).sum()) for body in vibrating)
+    per_step = (6 * shafts + modes + elastic + waves) * (1.0 + _SHARE_PER_ROW * (rows - 1))
     seconds = SECONDS_PER_STEP + _SECONDS_PER_STEP_AND_MODE * run * per_step
     level, held = f"{meshes} tabulated meshes", 0.0
     if case.operation.ramp:
@@ -237,7 +241,7 @@ def dynamics_step(case: GearboxCase, fidelity: Fidelity) -> PlannedStep:
     else:
         stored = steps * recorded_outputs(case)
         record = _MEGABYTES_PER_STEP_AND_OUTPUT * steps * (3 * len(case.bearings) + 2)
-    seconds += _SECONDS_PER_SAMPLE_AND_OUTPUT * stored
+    seconds += _SECONDS_PER_SAMPLE_AND_OUTPUT * stored + _SECONDS_PER_BODY * len(vibrating)
     if knobs.mesh_level == "contact":
         level = f"the contact problem of {meshes} meshes in every step"
         solved = steps if case.operation.ramp else steps + _settling_time(case, fidelity) / knobs.time_step

@@ -16,7 +16,7 @@ from nvhchain.case import AUTO, DECIDABLE, OFF, ON, Case, GearboxCase, Options
 from nvhchain.errors import InputError
 from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import FloatArray
-from nvhchain.scene.body_modes import vibrating_bodies
+from nvhchain.scene.body_modes import REACH
 from nvhchain.scene.linear_level import LinearGearbox, level_change, spectral_distance
 from nvhchain.scene.order_error import NO_ERROR, OrderError
 
@@ -102,8 +102,6 @@ class Modelling:
         Distance of their spectra (dB).
     left_out_error : OrderError
         Relative change of amplitudes by what is left out; of single orders at constant speed.
-    not_modelled : tuple of str
-        Effects in the band without a model: gear bodies that vibrate.
     """
 
     case: GearboxCase
@@ -112,7 +110,6 @@ class Modelling:
     left_out_db: float = 0.0
     left_out_distance_db: float = 0.0
     left_out_error: OrderError = NO_ERROR
-    not_modelled: tuple[str, ...] = ()
 
     @property
     def lines(self) -> tuple[str, ...]:
@@ -128,7 +125,7 @@ class Modelling:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """Decision in words, options that the case leaves out against their estimate, and what has no model."""
+        """Decision in words, and options that the case leaves out against their estimate."""
         auto = [each for each in self.options if not each.stated]
         found = []
         if auto:
@@ -137,7 +134,7 @@ class Modelling:
             parts = [f"modelled: {on or 'no option'}"]
             parts += [f"left out: {off}, in all {self.left_out_db:+z.1f} dB"] if off else []
             found.append("; ".join(parts))
-        return (*found, *(each.line(self.tolerance_db) for each in self.against_estimate), *self.not_modelled)
+        return (*found, *(each.line(self.tolerance_db) for each in self.against_estimate))
 
     def values(self) -> dict[str, Any]:
         """Return the decision for JSON files.
@@ -299,8 +296,7 @@ def _described(
         found.append(OptionEstimate(name, asked.get(name, stated), on, level, distance, note))
     case = replace(linear.case, options=chosen) if linear.case.options != chosen else linear.case
     left, far = linear.change(chosen, full), linear.distance(chosen, full)
-    error, bodies = linear.order_changes(chosen, full), tuple(vibrating_bodies(linear.case))
-    return Modelling(case, tolerance, tuple(found), left, far, error, bodies)
+    return Modelling(case, tolerance, tuple(found), left, far, linear.order_changes(chosen, full))
 
 
 def _switched_on(names: Sequence[str]) -> dict[str, Any]:
@@ -349,6 +345,8 @@ class _Estimates:
             return "no estimate, since idle gears have no mean load"
         if torque < 0.0 and name in _LOADED:
             return f"acts on drive flanks under load, but input_torque = {torque:g} N m"
+        if name == "gear_body_modes" and not self._linear.gear_bodies:
+            return f"no gear body has modes up to {REACH * self.case.band.high:.4g} Hz"
         others = {"tilt": False} if name == "loaded_misalignment" else {}
         others |= {"loaded_misalignment": False} if name == "tilt" else {}
         try:

@@ -104,7 +104,7 @@ def option_lines(case: Case, fidelity: Fidelity) -> tuple[str, ...]:
             seconds = _option_seconds(decision.case, on, fidelity) - _option_seconds(decision.case, off, fidelity)
             line = f"{line}; {max(seconds, 0.0):.1f} s"
         lines.append(line)
-    return (*lines, *decision.not_modelled)
+    return tuple(lines)
 
 
 def _option_seconds(case: GearboxCase, options: Options, fidelity: Fidelity) -> float:

@@ -30,7 +30,6 @@ from nvhchain.errors import InputError
 from nvhchain.fem.constraints import rigid_map
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.gear import GearBody, GearGeometry, ThinRim
-from nvhchain.gear.compliance import body_modes as fine
 from nvhchain.gear.compliance.body_modes import body_elements, body_modes
 from nvhchain.handoff import BodyModes, FloatArray
 from nvhchain.testing.two_stages import gearbox as two_stages
@@ -38,13 +37,8 @@ from nvhchain.testing.two_stages import law, laws
 
 WHEEL = 0.05
 """Plane of the wheel (m)."""
-
-
-@pytest.fixture
-def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Take coarse elements: both sides of a comparison have the same."""
-    monkeypatch.setattr(fine, "COLUMNS", 18)
-    monkeypatch.setattr(fine, "ROWS", 3)
+FEW = 18, 3
+"""Bricks; both sides of a comparison have the same."""
 
 
 def thin_wheel() -> GearBody:
@@ -55,7 +49,7 @@ def thin_wheel() -> GearBody:
 
 def masses(body: GearBody) -> tuple[float, float, float, float]:
     """Return mass, polar and transverse inertia, and centre of mass from mid-width, of the finite elements."""
-    of = body_elements(body)
+    of = body_elements(body, FEW)
     x, y, z = of.nodes.T
     zero = np.zeros(len(x))
     about_z, about_x, along = (
@@ -77,7 +71,7 @@ def on_springs(body: GearBody, highest: float) -> Gearbox:
     rigid = RigidBody(WHEEL + centre, mass, polar, across)
     shafts = (Shaft("A", a.axis, (), (still,)), Shaft("B", b.axis, (Cylinder(-0.105, 0.105, 0.03),), (rigid,)))
     bearings = tuple(Bearing(name, name[0], z) for name, z in (("A1", -0.1), ("A2", 0.1), ("B1", -0.1), ("B2", 0.1)))
-    waves = VibratingBody("wheel", "B", WHEEL, body_modes(body, highest), ((0, 1),))
+    waves = VibratingBody("wheel", "B", WHEEL, body_modes(body, highest, FEW), ((0, 1),))
     return Gearbox(shafts, bearings, (Mesh("A", "B", WHEEL),), "A", "B", gear_bodies=(waves,))
 
 
@@ -91,7 +85,7 @@ def receptance(box: Gearbox, frequency: FloatArray) -> FloatArray:
 
 def direct(body: GearBody, box: Gearbox, frequency: FloatArray) -> tuple[FloatArray, float]:
     """Return the same of the whole finite element wheel on its shaft, and its static compliance with the bore held."""
-    of = body_elements(body)
+    of = body_elements(body, FEW)
     held = np.flatnonzero(np.hypot(of.nodes[:, 0], of.nodes[:, 1]) < body.geometry.bore_radius * (1 + 1e-6))
     T = rigid_map(of.nodes, [(held, np.zeros(3))])
     K, M = (sp.lil_matrix(T.T @ each @ T) for each in (of.stiffness, of.mass))
@@ -145,7 +139,7 @@ def local_force(box: Gearbox) -> FloatArray:
     return np.array([normal[:2] @ away, normal[:2] @ [-away[1], away[0]], normal[2]])
 
 
-def test_standing_still_teeth_move_as_in_direct_finite_elements(coarse: None) -> None:
+def test_standing_still_teeth_move_as_in_direct_finite_elements() -> None:
     body = thin_wheel()
     box = on_springs(body, 9e3)
     frequency = np.array([800.0, 1650.0, 2650.0])
@@ -184,10 +178,10 @@ def test_a_spinning_body_answers_at_its_frequency_plus_and_minus_n_turns(n: int)
         assert found == pytest.approx(0.5 * strength * sum(terms), rel=1e-6)
 
 
-def test_a_thin_disc_splits_by_its_nodal_diameters(coarse: None) -> None:
+def test_a_thin_disc_splits_by_its_nodal_diameters() -> None:
     """Out of its plane a disc has no Coriolis force: seen from the ground ω ± nΩ, in the plane less than that."""
     teeth = GearGeometry(60, 2e-3, np.radians(20), 0.0, 3e-3, 18e-3)
-    modes = body_modes(GearBody(teeth), 6e3)
+    modes = body_modes(GearBody(teeth), 6e3, FEW)
     across = np.abs(modes.rim[:, 2]) > 10 * np.abs(modes.rim[:, :2]).max(axis=1)
     assert np.abs(modes.coriolis[across]).max() < 0.01
     box = replace(two_stages(), gear_bodies=(VibratingBody("disc", "B", 0.05, modes, ()),))

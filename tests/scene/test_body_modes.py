@@ -9,7 +9,7 @@ import nvhchain as nvh
 from nvhchain.conventions import STEEL, Material
 from nvhchain.gear import ThinRim
 from nvhchain.scene import modelled
-from nvhchain.scene.body_modes import Disc, gear_disc, lowest_frequency
+from nvhchain.scene.body_modes import Disc, gear_disc, lowest_frequency, vibrating_bodies
 
 THIRD = Material(210e9, 1 / 3, 7850.0)
 
@@ -30,12 +30,17 @@ def test_a_stiff_rim_on_a_thin_web_tilts_as_a_rigid_ring():
     assert lowest_frequency(heavy, STEEL) < lowest_frequency(thin, STEEL) < lowest_frequency(thick, STEEL)
 
 
-def test_a_gear_on_a_thin_web_is_named_where_its_body_vibrates_in_the_band(request):
-    case = nvh.load_case(request.config.rootpath / "cases" / "small" / "single_stage.toml")
-    assert not modelled(case, nvh.DRAFT).not_modelled
+def test_gear_bodies_are_modelled_where_they_change_the_sound(request):
+    small = nvh.load_case(request.config.rootpath / "cases" / "small" / "single_stage.toml")
+    case = replace(small, options=replace(small.options, gear_body_modes="auto"))
     pinion, wheel = case.gears
     thin = replace(case, gears=(pinion, replace(wheel, blank=ThinRim(2e-3, 0.018, 0.034))))
-    (sentence,) = modelled(thin, nvh.DRAFT).not_modelled
-    lowest = lowest_frequency(gear_disc(thin.gears[1].body), STEEL)
-    assert 1000 < lowest < 4000
-    assert f"gear wheel is taken as rigid, but its body vibrates from about {lowest:.2g} Hz on" == sentence
+    found = {name: modelled(each, nvh.DRAFT).options[-1] for name, each in (("solid", case), ("thin", thin))}
+    assert found["solid"].note == "no gear body has modes up to 5600 Hz"
+    assert not found["solid"].modelled
+    assert 0.5 < found["thin"].distance_db < 1.5
+    assert not found["thin"].modelled
+    (body,) = vibrating_bodies(thin)
+    assert 1000 < body.modes.frequency.min() < lowest_frequency(gear_disc(wheel.body), STEEL)
+    strict = replace(nvh.DRAFT, option_tolerance_db=0.3)
+    assert modelled(thin, strict).case.options.gear_body_modes is True

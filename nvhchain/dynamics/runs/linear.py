@@ -17,6 +17,25 @@ from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, MeshLaw, ReducedHousing
 
 
+def body_compliance(gearbox: Gearbox, mesh_laws: Sequence[MeshLaw]) -> FloatArray:
+    """Return the static compliance that the modes of gear bodies have at the drive flanks.
+
+    Parameters
+    ----------
+    gearbox : Gearbox
+        Gearbox.
+    mesh_laws : sequence of MeshLaw
+        One law per mesh, in the gearbox's order; their forces do not count.
+
+    Returns
+    -------
+    (n_mesh,) array
+        Compliance (m/N).
+    """
+    found = assemble(gearbox, mesh_laws, None).body_compliance
+    return np.zeros(len(mesh_laws)) if found is None else found[:, 0]
+
+
 def flank_transfer(
     gearbox: Gearbox,
     mesh_laws: Sequence[MeshLaw],

@@ -156,12 +156,12 @@ def system_modes(
 
 def _plane_motion(assembly: Assembly, planes: Sequence[tuple[str, float]]) -> FloatArray:
     """Return the motion (n_plane, 6, n) of cross-sections per unit of the unknowns."""
-    box, rows = assembly.gearbox, []
+    box, rows, still = assembly.gearbox, [], np.zeros(len(assembly.body_of_wave))
     for name, z in planes:
         rotor, shaft = box.rotor_index(name), box.shaft_index(name)
         wrenches = [Wrench(shaft, z, push, rotor if rotor != shaft else -1) for push in np.eye(6)]
         found = [assembly.sections.rows([wrench]) for wrench in wrenches]
-        rows.append([np.concatenate([on_unknowns, on_spins @ assembly.free]) for on_unknowns, on_spins in found])
+        rows.append([np.concatenate([on_unknowns, still, on_spins @ assembly.free]) for on_unknowns, on_spins in found])
     return np.array(rows).reshape(len(planes), 6, len(assembly.mass))
 
 

@@ -24,11 +24,8 @@ from nvhchain.gear.drawing.volume_mesh import VolumeMesh
 from nvhchain.handoff import BodyModes, ComplexArray, FloatArray, IntArray
 from nvhchain.kinds import checked
 
-COLUMNS = 48
-"""Fewest bricks around the body; waves of up to `COLUMNS` // 3 nodal diameters are resolved."""
-ROWS = 8
-"""Rows of bricks between bore and teeth at most that many bricks high; more where circles of web or openings ask for
-them."""
+FINE, COARSE = (48, 8), (24, 4)
+"""Fewest bricks around the body, and between bore and tips; more where circles of web or openings ask for them."""
 TOOTH_STIFFNESS = 0.1
 """Young's modulus of the ring of teeth over that of the material."""
 SHARES = 4
@@ -40,7 +37,7 @@ NEGLIGIBLE = 1e-3
 
 
 @checked
-def body_modes(body: GearBody, highest: float) -> BodyModes:
+def body_modes(body: GearBody, highest: float, bricks: tuple[int, int] = FINE) -> BodyModes:
     """Return the modes of a gear's body with the bore held.
 
     Parameters
@@ -49,6 +46,8 @@ def body_modes(body: GearBody, highest: float) -> BodyModes:
         Gear with a drawn blank.
     highest : float
         Highest frequency (Hz).
+    bricks : (int, int)
+        Fewest bricks around the body, which resolve a third as many nodal diameters, and between bore and tips.
 
     Returns
     -------
@@ -62,8 +61,8 @@ def body_modes(body: GearBody, highest: float) -> BodyModes:
 
     Notes
     -----
-    Every mode is a sum of waves around the axis. In the frame of the housing each wave is an oscillator of its own;
-    coupling between waves of one mode, which has the period of the openings, is averaged over a turn. Pairs of modes
+    Every mode is a sum of waves around the axis. In the frame of the housing each wave is an oscillator of its own.
+    Waves of one mode are coupled with the period of the openings; this coupling is averaged over a turn. Pairs of modes
     of one frequency, such as those of a disc, give one wave.
     """
     require(
@@ -71,7 +70,7 @@ def body_modes(body: GearBody, highest: float) -> BodyModes:
         f"the gear of {body.geometry.teeth} teeth has an imported mesh, whose modes are not computed: leave "
         "gear_body_modes off, or draw its blank",
     )
-    found = body_elements(body)
+    found = body_elements(body, bricks)
     held = np.hypot(found.nodes[:, 0], found.nodes[:, 1]) < body.geometry.bore_radius * (1.0 + 1e-6)
     free = np.flatnonzero(np.repeat(~held, 3))
     frequency, moved = lowest_modes(found.stiffness[free][:, free], found.mass[free][:, free], highest)
@@ -96,17 +95,17 @@ class BodyElements(NamedTuple):
     weight: FloatArray
 
 
-def body_elements(body: GearBody) -> BodyElements:
+def body_elements(body: GearBody, bricks: tuple[int, int] = FINE) -> BodyElements:
     """Return the finite elements of a gear's body, free of its shaft."""
-    lattice = _Lattice(body)
+    lattice = _Lattice(body, *bricks)
     groups = lattice.bricks(body)
-    used, nodes = np.unique(np.concatenate([bricks.ravel() for _, bricks in groups])), lattice.nodes()
+    used, nodes = np.unique(np.concatenate([numbers.ravel() for _, numbers in groups])), lattice.nodes()
     place = np.full(len(nodes), -1)
     place[used] = np.arange(len(used))
     size = 3 * len(used), 3 * len(used)
     matrices = [sp.csr_matrix(size), sp.csr_matrix(size)]
-    for material, bricks in groups:
-        for i, part in enumerate(stiffness_and_mass(nodes[used], place[bricks], "hex20", material)):
+    for material, numbers in groups:
+        for i, part in enumerate(stiffness_and_mass(nodes[used], place[numbers], "hex20", material)):
             assert part is not None
             part.resize(size)  # the highest numbers may not be among these bricks
             matrices[i] = matrices[i] + part
@@ -121,7 +120,7 @@ class _Lattice:
     level : (2 layers + 1,) axial positions (m).
     """
 
-    def __init__(self, body: GearBody) -> None:
+    def __init__(self, body: GearBody, columns: int, rows: int) -> None:
         geometry, web, cut = body.geometry, body.blank.web, body.blank.cutouts
         area = outline_moments(*toothed_outline(geometry))[0]
         self.root, self.outer = geometry.root_radius, sqrt(area / pi)
@@ -132,10 +131,10 @@ class _Lattice:
             faces += [web.offset - 0.5 * web.thickness, web.offset + 0.5 * web.thickness]
         if cut is not None:
             circles += [cut.inner_radius, cut.outer_radius]
-        self.radius = _divided(circles, (self.outer - geometry.bore_radius) / ROWS)
+        self.radius = _divided(circles, (self.outer - geometry.bore_radius) / rows)
         self.level = _divided(faces, 0.4 * geometry.face_width)
         count = 1 if cut is None else cut.count
-        self.columns = count * ceil(COLUMNS / count)
+        self.columns = count * ceil(columns / count)
 
     def nodes(self) -> FloatArray:
         """Return the positions (n, 3) (m) of all points of the lattice, by level, radius and column."""
@@ -251,7 +250,7 @@ def _waves(frequency: FloatArray, shapes: FloatArray, of: BodyElements) -> BodyM
     while first < len(frequency):
         last = first + int(np.searchsorted(frequency[first:], frequency[first] * (1.0 + SAME), side="right"))
         modes, own = slice(first, last), -turning[first:last, first:last]
-        for n in range(COLUMNS // 3 + 1):
+        for n in range(len(rim) // 3 + 1):
             of_rim = around[n, :, modes].T * (sqrt(2.0) if n else 1.0)
             of_hub = np.zeros((last - first, 3), dtype=complex)
             if n == 0:

@@ -68,6 +68,28 @@ def squared_distance_to(triangles: Planes, triangle: IntArray, points: FloatArra
     return np.asarray(np.where(outside, least, 0.0) + z**2)
 
 
+def nearest_coordinates(triangles: Planes, triangle: IntArray, points: FloatArray) -> FloatArray:
+    """Return area coordinates (p, 3) of the place on triangle `triangle` (p,) nearest to each point (p, 3)."""
+    x, y, _ = np.einsum("pia,pa->ip", triangles.axes[triangle], points - triangles.origin[triangle])
+    b, c, d = triangles.corner[triangle].T
+    third = y / d
+    second = (x - c * third) / b
+    result = np.stack([1 - second - third, second, third], axis=1)
+    outside = (result < 0).any(axis=1)
+    flat = np.stack([x, y], axis=1)
+    ends = [np.zeros((len(x), 2)), np.stack([b, np.zeros(len(x))], axis=1), np.stack([c, d], axis=1)]
+    least = np.full(len(x), np.inf)
+    for i, j in ((0, 1), (1, 2), (2, 0)):
+        side = ends[j] - ends[i]
+        part = (((flat - ends[i]) * side).sum(axis=1) / (side**2).sum(axis=1)).clip(0, 1)
+        apart = ((flat - ends[i] - part[:, None] * side) ** 2).sum(axis=1)
+        nearer = outside & (apart < least)
+        least[nearer] = apart[nearer]
+        result[nearer] = 0.0
+        result[nearer, i], result[nearer, j] = 1 - part[nearer], part[nearer]
+    return result
+
+
 def lying_on(points: FloatArray, corners: FloatArray, tolerance: float | FloatArray) -> IntArray:
     """Return pairs (q, 2) of points (p, 3) and triangles (k, 3, 3) on which they lie.
 

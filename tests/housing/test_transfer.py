@@ -110,8 +110,7 @@ def test_translation_of_the_casting_is_mapped_to_the_normals(mesh, surface, moti
         u = np.zeros((len(mesh.nodes), 3))
         u[:, axis] = 1.0
         error = (motion @ u.ravel())[loud] - normal[:, axis]
-        # ribs and lugs are not on the envelope: their flanks add to it
-        assert np.sqrt(weight @ error**2 / weight.sum()) < 0.2
+        assert np.sqrt(weight @ error**2 / weight.sum()) < 0.12
 
 
 def test_pieces_of_a_facet_integrate_quadratics_exactly():
@@ -137,7 +136,7 @@ def test_nearest_face_is_the_nearest_of_all_even_where_many_centroids_are_nearer
     rng = np.random.default_rng(5)
     points = surface.centroids[rng.integers(len(triangles), size=400)] + 0.3 * rng.standard_normal((400, 3))
     every = squared_distance(points[:, None], surface.vertices[surface.triangles][None])
-    found = _nearest(surface, np.arange(len(triangles)), points)
+    found = _nearest(surface.vertices[surface.triangles], points)
     np.testing.assert_allclose(every[np.arange(400), found], every.min(axis=1), rtol=1e-12)
     centroids = np.linalg.norm(points[:, None] - surface.centroids, axis=2)
     rank = (centroids < np.take_along_axis(centroids, found[:, None], axis=1)).sum(axis=1)

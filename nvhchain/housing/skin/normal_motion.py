@@ -1,7 +1,8 @@
 """Motion of the finite element skin as normal velocity of the radiating faces, preserving the volume velocity.
 
-Every skin facet is cut into small pieces. The flux u·n dA of each piece goes to the nearest radiating face. A face's
-normal motion is its received flux over its area. The flux of the whole skin is preserved to rounding.
+A face moves as the skin nearest to its points does, along the face's own normal. This is smooth where wall and envelope
+are smooth. It misses a little volume where the envelope rounds edges, bosses and ribs. The missing volume of every face
+is spread over the faces around it. The volume velocity of the whole skin is preserved to rounding.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
-from nvhchain.fem.triangles import Planes, equal_pieces, planes, squared_distance_to
+from nvhchain.fem.triangles import Planes, equal_pieces, nearest_coordinates, planes, squared_distance_to
 from nvhchain.handoff import FloatArray, IntArray, Surface
 
 _CANDIDATES = 16
@@ -21,6 +22,12 @@ _EQUAL = 1e-9
 
 _CHUNK = 100_000
 """Number of points whose candidates are held at once."""
+
+_COVERED = 0.5
+"""Largest distance along the wall between a point of a face and the skin, over the face's size; beyond it is a hole."""
+
+_SPREADS = 8
+"""Number of steps that spread the missing volume, each to the three faces beside; about one face far in all."""
 
 
 def normal_motion(
@@ -33,6 +40,22 @@ def normal_motion(
     silent : (n_face,) bool, faces that stay at rest.
     samples_per_face : pieces per edge length of a typical radiating face.
     """
+    received = _received_volume(nodes, skin, surface, silent, samples_per_face)
+    followed = _followed_motion(nodes, skin, surface, silent, samples_per_face)
+    missing = received - sp.diags(surface.areas) @ followed
+    spread = _spreading(surface, silent)
+    for _ in range(_SPREADS):
+        missing = spread @ missing
+    return sp.csr_matrix(followed + sp.diags(1 / surface.areas) @ missing)
+
+
+def _received_volume(
+    nodes: FloatArray, skin: IntArray, surface: Surface, silent: IntArray, samples_per_face: float
+) -> sp.csr_matrix:
+    """Return the operator (n_face, 3 n) from nodal displacements (m) to the volumes (m³) that the faces receive.
+
+    Every facet of the skin is cut into small pieces. Each gives its flux u·n dA to the nearest face.
+    """
     listening = np.flatnonzero(~silent)
     piece = float(np.sqrt(np.median(surface.areas[listening]))) / samples_per_face
     corners = nodes[skin[:, :3]]
@@ -43,7 +66,9 @@ def normal_motion(
         chosen = np.flatnonzero(cuts == count)
         shape, place = _pieces(int(count))
         points = np.einsum("pc,kca->kpa", place, corners[chosen])
-        face = listening[_nearest(surface, listening, points.reshape(-1, 3))].reshape(points.shape[:2])
+        face = listening[_nearest(surface.vertices[surface.triangles[listening]], points.reshape(-1, 3))].reshape(
+            points.shape[:2]
+        )
         size = (*face.shape, shape.shape[1])
         rows.append(np.broadcast_to(face[:, :, None], size).ravel())
         columns.append(np.broadcast_to(6 * chosen[:, None, None] + np.arange(6), size).ravel())
@@ -57,7 +82,51 @@ def normal_motion(
         (np.repeat(area, 6, axis=0).ravel(), unknowns.ravel(), 3 * np.arange(skin.size + 1)),
         shape=(skin.size, nodes.size),
     )
-    return sp.csr_matrix(sp.diags(1 / surface.areas) @ share @ flux)
+    return sp.csr_matrix(share @ flux)
+
+
+def _followed_motion(
+    nodes: FloatArray, skin: IntArray, surface: Surface, silent: IntArray, samples_per_face: float
+) -> sp.csr_matrix:
+    """Return the operator (n_face, 3 n) to the mean normal displacement of the skin nearest to every face.
+
+    Points of a face over a hole, further along the wall from the skin than half a face, stay at rest.
+    """
+    listening = np.flatnonzero(~silent)
+    place = equal_pieces(int(np.ceil(samples_per_face / 2))).mean(axis=1)
+    points = np.einsum("pc,kca->kpa", place, surface.vertices[surface.triangles[listening]]).reshape(-1, 3)
+    corners = nodes[skin[:, :3]]
+    facet = _nearest(corners, points)
+    L = nearest_coordinates(planes(corners), facet, points)
+    gap = points - np.einsum("pc,pca->pa", L, corners[facet])
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    along = np.linalg.norm(gap - np.einsum("pa,pa->p", gap, normal[facet])[:, None] * normal[facet], axis=1)
+    face = np.repeat(listening, len(place))
+    covered = along < _COVERED * np.sqrt(surface.areas[face])
+    shape = np.hstack([L * (2 * L - 1), 4 * L * np.roll(L, -1, axis=1)]) * (covered / len(place))[:, None]
+    values = shape[:, :, None] * surface.normals[face][:, None, :]
+    columns = 3 * skin[facet][:, :, None] + np.arange(3)
+    rows = np.broadcast_to(face[:, None, None], values.shape)
+    return sp.coo_matrix(
+        (values.ravel(), (rows.ravel(), columns.ravel())), shape=(len(surface.areas), nodes.size)
+    ).tocsr()
+
+
+def _spreading(surface: Surface, silent: IntArray) -> sp.csr_matrix:
+    """Return the operator (n_face, n_face) that passes volumes on to neighbours; equal normal motions stay equal."""
+    triangles, count = surface.triangles, len(surface.areas)
+    edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    order = np.lexsort(edges.T)
+    first, second = (order.reshape(-1, 2) // 3).T  # a closed surface has two faces at every edge
+    beside = ~(silent[first] | silent[second])
+    first, second = first[beside], second[beside]
+    a, b = surface.areas[first], surface.areas[second]
+    share = a * b / (a + b) / 3
+    rows, columns = np.concatenate([second, first]), np.concatenate([first, second])
+    passed = sp.coo_matrix((np.concatenate([share / a, share / b]), (rows, columns)), shape=(count, count)).tocsr()
+    kept = 1 - np.asarray(passed.sum(axis=0)).ravel()
+    return sp.csr_matrix(passed + sp.diags(kept))
 
 
 def _pieces(count: int) -> tuple[FloatArray, FloatArray]:
@@ -71,9 +140,9 @@ def _pieces(count: int) -> tuple[FloatArray, FloatArray]:
     return value.mean(axis=1), L.mean(axis=1)
 
 
-def _nearest(surface: Surface, faces: IntArray, points: FloatArray) -> IntArray:
-    """Return the index into `faces` of the triangle nearest to each point (p, 3)."""
-    centroids, corners = surface.centroids[faces], surface.vertices[surface.triangles[faces]]
+def _nearest(corners: FloatArray, points: FloatArray) -> IntArray:
+    """Return the index of the triangle (k, 3, 3) nearest to each point (p, 3)."""
+    centroids = corners.mean(axis=1)
     reach = np.linalg.norm(corners - centroids[:, None], axis=2).max(axis=1)
     tree, triangles = cKDTree(centroids), planes(corners)
     parts = [points[start : start + _CHUNK] for start in range(0, len(points), _CHUNK)]

@@ -92,8 +92,8 @@ def regions(
             f"{LARGEST_GRID / 1e6:.0f} are admitted: use larger radiating faces"
         )
     wall = np.zeros(shape, dtype=bool)
-    for points in _samples(local, triangles, size / 2):
-        _mark(wall, points, low, size)
+    for points, _ in samples(local, triangles, size / 2):
+        _mark(wall, points.reshape(-1, 3), low, size)
     plugged = np.zeros(shape, dtype=bool)
     for plug in plugs:
         for points in _filled(local[plug], size):
@@ -116,8 +116,8 @@ def _frame(floor: tuple[FloatArray, FloatArray] | None) -> FloatArray:
     return np.column_stack([first, np.cross(up, first), up])
 
 
-def _samples(local: FloatArray, triangles: IntArray, spacing: float) -> Iterable[FloatArray]:
-    """Yield points on every triangle no further apart than `spacing`."""
+def samples(local: FloatArray, triangles: IntArray, spacing: float) -> Iterable[tuple[FloatArray, IntArray]]:
+    """Yield points (k, p, 3) no further apart than `spacing` on some triangles, and the numbers (k,) of these."""
     corners = local[triangles]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     cuts = np.maximum(1, np.ceil(longest / spacing)).astype(int)
@@ -125,10 +125,11 @@ def _samples(local: FloatArray, triangles: IntArray, spacing: float) -> Iterable
         i, j = np.indices((count + 1, count + 1)).reshape(2, -1)
         inside = i + j <= count
         place = np.column_stack([count - i - j, i, j])[inside] / count
-        chosen = corners[cuts == count]
+        chosen = np.flatnonzero(cuts == count)
         step = max(1, 2_000_000 // len(place))
         for start in range(0, len(chosen), step):
-            yield np.einsum("pc,kca->kpa", place, chosen[start : start + step]).reshape(-1, 3)
+            part = chosen[start : start + step]
+            yield np.einsum("pc,kca->kpa", place, corners[part]), part
 
 
 def _filled(points: FloatArray, size: float) -> Iterable[FloatArray]:
@@ -141,7 +142,8 @@ def _filled(points: FloatArray, size: float) -> Iterable[FloatArray]:
         ring = points[np.argsort(angle)]
         fan = np.vstack([ring, middle])
         n = len(ring)
-        yield from _samples(fan, np.column_stack([np.arange(n), (np.arange(n) + 1) % n, np.full(n, n)]), size / 2)
+        triangles = np.column_stack([np.arange(n), (np.arange(n) + 1) % n, np.full(n, n)])
+        yield from (found.reshape(-1, 3) for found, _ in samples(fan, triangles, size / 2))
         return
     hull = Delaunay(points)
     lattice = [np.arange(a - size / 2, b + size, size / 2) for a, b in zip(points.min(0), points.max(0), strict=True)]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import hypot
 
-from nvhchain.study.responses import paired_limits
+from nvhchain.study.responses import paired_offsets
 from nvhchain.study.rows import Row
 
 LEVELS = ("level", "sound_power")
@@ -50,23 +50,28 @@ def level_difference(first: Row, second: Row) -> Difference | None:
 
     Notes
     -----
-    Both rows with their limits line by line: `nvhchain.error_band.difference_limits`. Otherwise (run-ups, sound power)
-    the distances to the limits add in quadrature.
+    Both rows with their limits line by line: `nvhchain.error_band.difference_limits`, of one of many gearboxes those of
+    the gearboxes as drawn. Otherwise (run-ups, sound power) the distances to the limits add in quadrature.
     """
     name = next((name for name in LEVELS if name in first.responses and name in second.responses), None)
     if name is None:
         return None
-    change = second.responses[name] - first.responses[name]
-    if name == "level" and first.band and second.band:
-        return Difference(change, paired_limits(first.band, second.band))
-    (first_low, first_high), (second_low, second_high) = (row.limits.get(name, (None, None)) for row in (first, second))
     before, after = first.responses[name], second.responses[name]
-    low = high = None
+    (first_low, first_high), (second_low, second_high) = (row.limits.get(name, (None, None)) for row in (first, second))
+    below = above = None
     if first_high is not None and second_low is not None:
-        low = change - hypot(first_high - before, after - second_low)
+        below = hypot(first_high - before, after - second_low)
     if first_low is not None and second_high is not None:
-        high = change + hypot(before - first_low, second_high - after)
-    return Difference(change, (low, high))
+        above = hypot(before - first_low, second_high - after)
+    if name == "level" and first.band and second.band:
+        low, high = paired_offsets(first.band, second.band)
+        below, above = _least(below, None if low is None else -low), _least(above, high)
+    change = after - before
+    return Difference(change, (None if below is None else change - below, None if above is None else change + above))
+
+
+def _least(first: float | None, second: float | None) -> float | None:
+    return min((one for one in (first, second) if one is not None), default=None)
 
 
 def differences(rows: Sequence[Row], base: int = 0) -> dict[int, Difference]:

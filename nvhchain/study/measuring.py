@@ -86,12 +86,14 @@ class _Reference:
     """Gearbox without the deviations of its draws, and the sound per force of all of them.
 
     vectors, housing : shared operators.
+    band : record of the band of the level.
     offsets : lower and upper limit of every response less the response (dB); None for a limit that does not exist.
     modal : line frequencies, as bytes → transfer vectors of the modes.
     """
 
     vectors: TransferVectors
     housing: ReducedHousing
+    band: dict[str, Any] | None
     offsets: dict[str, list[float | None]]
     modal: dict[bytes, ModalTransferVectors] = field(default_factory=dict)
 
@@ -178,7 +180,7 @@ def measure_drawn(
     """
     began = time.monotonic()
 
-    def run(responses: dict[str, float], limits: Limits) -> None:
+    def run(responses: dict[str, float], limits: Limits) -> dict[str, Any] | None:
         reference = _reference_of(undrawn(mean or case), fidelity, operators)
         housing = _damped(reference.housing, case, mean or case)
         forces = chain.run(
@@ -192,6 +194,7 @@ def measure_drawn(
             limits[name] = [None if offset is None else responses[name] + offset for offset in offsets]
         add_gears(forces, responses)
         add_requested(asked, pressure, case, fidelity.gear, responses)
+        return reference.band
 
     return _outcome(case, run, began)
 
@@ -211,7 +214,7 @@ def _reference_of(case: Case, fidelity: Fidelity, operators: Path) -> _Reference
         result = chain.run(case, fidelity=fidelity, operators=operators)
         responses: dict[str, float] = {}
         limits: Limits = {}
-        add_levels(result, responses, limits)
+        band = add_levels(result, responses, limits)
         assert result.transfer_vectors is not None
         assert result.housing is not None
         while len(_REFERENCES) >= _MOST_REFERENCES:
@@ -220,5 +223,5 @@ def _reference_of(case: Case, fidelity: Fidelity, operators: Path) -> _Reference
             name: [None if limit is None else limit - responses[name] for limit in both]
             for name, both in limits.items()
         }
-        _REFERENCES[key] = _Reference(result.transfer_vectors, result.housing, offsets)
+        _REFERENCES[key] = _Reference(result.transfer_vectors, result.housing, band, offsets)
     return _REFERENCES[key]

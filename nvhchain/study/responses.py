@@ -243,19 +243,20 @@ def stored_band(record: Mapping[str, Any]) -> ErrorBand:
     )
 
 
-def paired_limits(first: Mapping[str, Any], second: Mapping[str, Any]) -> tuple[float | None, float | None]:
-    """Return the limits of the second level less the first one, in which errors of shared operators cancel.
+def paired_offsets(first: Mapping[str, Any], second: Mapping[str, Any]) -> tuple[float | None, float | None]:
+    """Return the limits of a difference of levels less that difference; errors of shared operators cancel.
 
     Parameters
     ----------
     first, second : mapping
-        Records of `add_levels`.
+        Records of `add_levels`; the first level is subtracted.
 
     Returns
     -------
     tuple of float or None
-        Lower and upper limit (dB); None for one that does not exist.
+        Lower and upper limit less the difference (dB); None for one that does not exist.
     """
     same = first["operators"] and first["operators"] == second["operators"] and first["place"] == second["place"]
-    low, high = finite(difference_limits(stored_band(first), stored_band(second), SHARED if same else ())[0])
+    before, after = stored_band(first), stored_band(second)
+    low, high = finite((difference_limits(before, after, SHARED if same else ()) - (after.level - before.level))[0])
     return low, high

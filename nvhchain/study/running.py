@@ -17,7 +17,7 @@ from nvhchain.files.folder_lock import hold_folder
 from nvhchain.files.hdf5 import writable_folder, write_text
 from nvhchain.files.result_cache import code_version, fingerprint
 from nvhchain.kinds import checked
-from nvhchain.study.definition import Study
+from nvhchain.study.definition import PAIRED, Study
 from nvhchain.study.measuring import can_be_drawn
 from nvhchain.study.parameter import Parameter
 from nvhchain.study.plans.designs import Design, count_designs, list_designs
@@ -165,6 +165,8 @@ class _Runs:
         if left:
             writable_folder(self.folder / "rows", "rows")
         for task, found, progress in self.spread.outcomes(left):
+            if self.study.plan not in PAIRED:
+                found["band"] = None  # large, and of use for differences alone
             write_text(_record(self.folder, task.key), json.dumps(found) + "\n")
             for index in task.rows:
                 rows[index] = _filled(empty[index], found)
@@ -175,7 +177,7 @@ class _Runs:
         """Add the run of a row, or the row to the run of the same case."""
         varied, scatter = self.study.varied, self.study.scatter
         case = self._case(row, varied)
-        key = fingerprint(case, self.spread.fidelity, self.study.responses, *code)
+        key = fingerprint(case, self.spread.fidelity, self.study.responses, self.study.plan in PAIRED, *code)
         same, mean = tasks.get(key), None
         if scatter and can_be_drawn(case, self.spread.fidelity):
             mean = self._case(row, tuple(parameter for parameter in varied if parameter not in scatter))

@@ -220,6 +220,14 @@ def test_a_coaxial_unit_gets_an_inner_wall_and_a_bearing_between_its_shafts(tmp_
     assert case.shafts[0].axis == case.shafts[2].axis
 
 
+def test_a_centre_distance_that_parts_concentric_shafts_is_refused(tmp_path):
+    unit = coaxial_unit()
+    stage = unit.attributes(unit.of("cylindrical_stage")[0])
+    stage["center_distance"] = (stage["center_distance"][0] + 0.5, "mm")
+    with pytest.raises(InputError, match=r"its shafts S1 and S3 are 0.5 mm apart, not coaxial: correct support_vector"):
+        imported(unit, tmp_path)
+
+
 def test_an_idler_on_needles_keeps_its_pin(tmp_path):
     """The pin carries no gear and stands still; the needles carry twice the tangential force, 2 · 60 N m/30 mm."""
     case, _ = imported(idler_unit(), tmp_path)

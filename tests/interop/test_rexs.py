@@ -38,6 +38,7 @@ def test_xml_json_and_zip_hold_the_same_unit(tmp_path):
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.write(xml, "inside.rexs")
         archive.writestr("notes.txt", "drawing")
+        archive.writestr("__MACOSX/._inside.rexs", "metadata")
     first = read_rexs(xml)
     assert plain(first) == plain(read_rexs(text)) == plain(read_rexs(packed))
 
@@ -94,6 +95,27 @@ def test_lengths_follow_their_unit(tmp_path, unit, factor):
     gear = made.attributes(made.of("cylindrical_gear")[0])
     gear["face_width"] = (24.0 * factor, unit)
     assert read_rexs(made.save(tmp_path / "u.rexs")).gears[0].face_width == pytest.approx(0.024, rel=1e-12)
+
+
+@pytest.mark.parametrize("spelling", [("rpm", "degree"), ("U/min", "Deg"), ("min^-1", "°"), ("rev / min", "degrees")])
+def test_units_are_read_in_other_spellings(tmp_path, spelling):
+    names = dict(zip(("1 / min", "deg"), spelling, strict=True)) | {"mm": "MM", "N m": "N·m"}
+    unit, other = gear_train((20, 31)), gear_train((20, 31))
+    for attributes in (*(a for *_, a in other.components.values()), *other.load_cases[0].values()):
+        attributes.update({key: (value, names.get(of, of)) for key, (value, of) in attributes.items()})
+    one, same = (read_rexs(u.save(tmp_path / f"{i}.rexs")) for i, u in enumerate((unit, other)))
+    assert one.gears == same.gears
+    assert (one.shafts, one.stages, one.loads) == (same.shafts, same.stages, same.loads)
+
+
+def test_a_unit_that_nobody_has_is_one_mistake(tmp_path):
+    unit = gear_train((20, 31))
+    for *_, attributes in unit.components.values():
+        attributes.update({key: (value, "furlong") for key, (value, of) in attributes.items() if of == "mm"})
+    with pytest.raises(InputError) as refused:
+        read_rexs(unit.save(tmp_path / "u.rexs"))
+    assert str(refused.value).count("furlong") == 1
+    assert "is missing" not in str(refused.value)
 
 
 def test_a_coded_array_is_decoded(tmp_path):
@@ -176,7 +198,7 @@ def test_all_mistakes_are_stated_at_once(tmp_path):
     text = refused(made, tmp_path)
     assert "face_width is missing" in text
     assert "number_of_teeth = 'many' is no finite number" in text
-    assert "length has the unit 'furlong'" in text
+    assert "'furlong' is none of REXS: correct it, first at length of shaft_section" in text
 
 
 def test_a_unit_of_another_quantity_is_refused(tmp_path):

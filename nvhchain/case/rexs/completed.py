@@ -56,7 +56,7 @@ def shared_data(unit: GearUnit) -> GearUnit:
             difference = abs(other - target) / max(abs(target), 0.05 if quantity == "helix_angle" else abs(target))
             shown = [f"{degrees(v):.6g}°" if "angle" in quantity else f"{1e3 * v:.6g} mm" for v in (one, other)]
             if difference > _NEARLY:
-                need = "of opposite hands" if quantity == "helix_angle" else "the same"
+                need = "of the same size and opposite hands" if quantity == "helix_angle" else "the same"
                 unit.findings.refuse(
                     f"{stage.name}: {quantity.replace('_', ' ')} {shown[0]} of {pinion.name} and {shown[1]} of "
                     f"{wheel.name} do not mesh: make them {need}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import ceil, cos, pi
+from math import ceil, cos, dist, pi
 
 from nvhchain.bearings.loaded import holds_tilt
 from nvhchain.case.rexs.arranged import Arrangement, arranged
@@ -12,6 +12,7 @@ from nvhchain.case.rexs.completed import Comparison, complete_gears, nominal_dis
 from nvhchain.case.rexs.estimates import BearingEstimate, bearing_loads, estimate
 from nvhchain.case.rexs.pieces import Piece, bore_radius, pieces
 from nvhchain.conventions import Material
+from nvhchain.dynamics.model.gearbox import COAXIAL
 from nvhchain.errors import InputError, Mistakes
 from nvhchain.gear import GearGeometry
 from nvhchain.housing import DrawnCasting, DrawnDisc, DrawnSeat, draw_casting
@@ -171,6 +172,12 @@ def _supports(
         around = shafts[bearing.shaft].diameter_at(bearing.z)
         made.append(Support(bearing, z, estimate(unit, bearing, around, loads[bearing.name], rolling=rolling)))
     links = tuple(support for support in made if support.bearing.outer_shaft)
+    for name, one, other in ((s.bearing.name, s.bearing.shaft, s.bearing.outer_shaft) for s in links):
+        if (apart := dist(places.axes[one], places.axes[other])) >= COAXIAL:
+            unit.findings.refuse(
+                f"bearing {name}: its shafts {one} and {other} are {1e3 * apart:.4g} mm apart, not coaxial: correct "
+                "support_vector, or center_distance of a stage"
+            )
     seats: list[Support] = []
     for support in sorted((s for s in made if not s.bearing.outer_shaft), key=lambda s: (s.bearing.shaft, s.z)):
         last = seats[-1] if seats and seats[-1].bearing.shaft == support.bearing.shaft else None

@@ -118,5 +118,7 @@ def _refused(text: str, name: str, source: Path) -> str | None:
                     return str(error)
                 raise
         except InputError as error:
-            raise Mistakes([f"{source}: {one.replace(f'{tried}: ', '')}" for one in mistakes(error)]) from None
+            raise Mistakes(
+                [f"{source}: {re.sub(rf'{re.escape(str(tried))}(:[0-9]+)?: ', '', one)}" for one in mistakes(error)]
+            ) from None
     return None

@@ -89,7 +89,8 @@ def _bearing(parts: Parts, component: Component, lines: Mapping[int, Line]) -> I
     if place is None:
         place = place_on_shaft(parts, component, first, lines)
     if place is None:
-        record.refuse(f"{component.label}: {name} is missing: add it")
+        if name not in parts.values(component):
+            record.refuse(f"{component.label}: {name} is missing: add it")
         return None
     other = parts.rotor[others[0][0]] if others else None
     if other == parts.rotor[first]:

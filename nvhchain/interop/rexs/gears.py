@@ -55,7 +55,7 @@ def read_gear(parts: Parts, component: Component, mate: Component | None, z: flo
     if teeth is not None and teeth >= 0 and (teeth < 1 or teeth != round(teeth)):
         record.refuse(f"{component.label}: number_of_teeth = {teeth:g} is no whole number: correct it")
     for name, value in (("number_of_teeth", teeth), ("normal_module", module), ("face_width", width)):
-        if value is None and not any(name in text and component.label in text for text in record.mistakes):
+        if value is None and name not in values:
             record.refuse(f"{component.label}: {name} is missing: add it")
     if teeth is None or teeth < 0 or module is None or width is None or shaft is None:
         return None

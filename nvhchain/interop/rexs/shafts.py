@@ -93,7 +93,8 @@ def _sections(parts: Parts, shaft: int, line: Line | None) -> list[Section]:
         inner = _ends(parts, part, "inner_diameter") or (0.0, 0.0)
         start = reached if start is None else start
         if length is None or outer is None:
-            parts.findings.refuse(f"{part.label}: length or outer_diameter_begin is missing: add it")
+            if "length" not in values or not any(f"outer_diameter_{end}" in values for end in ("begin", "end")):
+                parts.findings.refuse(f"{part.label}: length or outer_diameter_begin is missing: add it")
             continue
         reached = start + length
         if length < _SHORTEST:

@@ -77,7 +77,9 @@ def _unzipped(data: bytes, path: str) -> bytes:
     """Return the only model of an archive, unpacked to the largest size at most."""
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            names = [entry for entry in archive.infolist() if re.search(r"\.(rexsj?|xml|json)$", entry.filename, re.I)]
+            # metadata of an operating system begins with a dot
+            models = re.compile(r"(^|/)[^./][^/]*\.(rexsj?|xml|json)$", re.I)
+            names = [entry for entry in archive.infolist() if models.search(entry.filename)]
             chosen = [entry for entry in names if re.search(r"\.rexsj?$", entry.filename, re.I)] or names
             require(
                 len(chosen) == 1,

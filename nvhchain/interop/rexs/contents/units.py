@@ -13,16 +13,11 @@ UNITS: dict[str, tuple[str, float]] = {
     "m": ("m", 1.0),
     "cm": ("m", 1e-2),
     "mum": ("m", 1e-6),
-    "µm": ("m", 1e-6),
-    "μm": ("m", 1e-6),
-    "um": ("m", 1e-6),
+    "in": ("m", 25.4e-3),
     "deg": ("rad", pi / 180),
-    "°": ("rad", pi / 180),
     "rad": ("rad", 1.0),
     "mrad": ("rad", 1e-3),
     "1/min": ("rad/s", 2 * pi / 60),
-    "rpm": ("rad/s", 2 * pi / 60),
-    "min^-1": ("rad/s", 2 * pi / 60),
     "1/s": ("rad/s", 2 * pi),
     "Hz": ("Hz", 1.0),
     "rad/s": ("rad/s", 1.0),
@@ -37,29 +32,42 @@ UNITS: dict[str, tuple[str, float]] = {
     "N/m": ("N/m", 1.0),
     "N/mm": ("N/m", 1e3),
     "N/mum": ("N/m", 1e6),
-    "N/µm": ("N/m", 1e6),
     "Nmm/rad": ("N m/rad", 1e-3),
     "Nm/rad": ("N m/rad", 1.0),
-    "N/mm^2": ("Pa", 1e6),
+    "N/mm2": ("Pa", 1e6),
     "MPa": ("Pa", 1e6),
     "GPa": ("Pa", 1e9),
     "Pa": ("Pa", 1.0),
-    "kg/dm^3": ("kg/m³", 1e3),
-    "kg/m^3": ("kg/m³", 1.0),
-    "g/cm^3": ("kg/m³", 1e3),
+    "kg/dm3": ("kg/m³", 1e3),
+    "kg/m3": ("kg/m³", 1.0),
+    "g/cm3": ("kg/m³", 1e3),
     "kg": ("kg", 1.0),
     "g": ("kg", 1e-3),
     "mg": ("kg", 1e-6),
-    "kgm^2": ("kg m²", 1.0),
-    "mm^2/s": ("m²/s", 1e-6),
+    "kgm2": ("kg m²", 1.0),
+    "mm2/s": ("m²/s", 1e-6),
     "C": ("°C", 1.0),
-    "°C": ("°C", 1.0),
     "s": ("s", 1.0),
     "h": ("s", 3600.0),
 }
-"""Unit without blanks → unit in SI, factor."""
+"""Unit as `plain` returns it → unit in SI, factor."""
+
+_SIGNS = str.maketrans({"²": "2", "³": "3", "μ": "µ", **dict.fromkeys("^·*⋅")})
+
+_SPELLINGS = {
+    **dict.fromkeys(("rpm", "min-1", "rev/min", "r/min", "u/min"), "1/min"),
+    **dict.fromkeys(("degree", "degrees", "°"), "deg"),
+    **dict.fromkeys(("µm", "um", "micron", "microns"), "mum"),
+    **dict.fromkeys(("inch", "inches"), "in"),
+    **dict.fromkeys(("°c", "degc"), "C"),
+    "s-1": "1/s",
+    "n/µm": "N/mum",
+}
+"""Other spellings, in small letters, of units of REXS."""
 
 
 def plain(unit: str) -> str:
-    """Return a unit without blanks, and with one sign for powers."""
-    return "".join(unit.split()).replace("²", "^2").replace("³", "^3").replace("·", "").replace("*", "")
+    """Return a unit in the spelling of `UNITS`, without blanks and signs of products and powers."""
+    short = "".join(unit.split()).translate(_SIGNS)
+    small = short.lower()
+    return _SPELLINGS.get(small) or (small if short not in UNITS and small in UNITS else short)

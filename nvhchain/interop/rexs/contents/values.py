@@ -149,9 +149,9 @@ class Values:
         if given in ("", "none"):
             return 1.0
         if given not in UNITS:
-            self._findings.refuse(
-                f"{self.component.label}: {name} has the unit {attribute.unit!r}, which REXS does not have: correct it"
-            )
+            text = f"the unit {attribute.unit!r} is none of REXS: correct it, first at"
+            if not any(mistake.startswith(text) for mistake in self._findings.mistakes):
+                self._findings.refuse(f"{text} {name} of {self.component.label}")
             return None
         of, factor = UNITS[given]
         if of != unit:

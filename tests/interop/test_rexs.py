@@ -143,6 +143,26 @@ def test_the_driving_shaft_is_the_one_that_takes_in_power(tmp_path):
     assert unit.loads[0].speed == pytest.approx(30 * pi * 20 / 31)
 
 
+@pytest.mark.parametrize("speed", [1800.0, -1800.0])
+def test_torques_without_sign_enter_at_the_fastest_shaft(tmp_path, speed):
+    """REXS 1.0 has torques without sign; here the load of the output shaft comes first."""
+    unit = gear_train((20, 31), (18, 40), version="1.0")
+    first, *_, last = unit.of("shaft")
+    loads = unit.of("external_load")
+    ends = {("assembly", first): ("assembly", last), ("assembly", last): ("assembly", first)}
+    unit.relations = [
+        (kind, [ends.get(end, end) for end in of] if {end for _, end in of} & set(loads) else of)
+        for kind, of in unit.relations
+    ]
+    torques = (60.0 * 31 / 20 * 40 / 18, 60.0)
+    unit.load_cases[0] = {first: {"rotational_speed": (speed, "1 / min")}} | {
+        load: {"torque_around_u_axis": (torque, "N m")} for load, torque in zip(loads, torques, strict=True)
+    }
+    read = read_rexs(unit.save(tmp_path / "u.rexs"))
+    assert (read.input_shaft, read.output_shaft, read.input_rotation) == ("S1", "S3", int(speed / 1800))
+    assert read.loads[0].torque == pytest.approx(60.0)
+
+
 def test_another_load_case_is_chosen_by_number(tmp_path):
     made = gear_train((20, 31))
     shaft, load = made.of("shaft")[0], made.of("external_load")[0]

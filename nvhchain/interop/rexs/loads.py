@@ -152,6 +152,10 @@ def _ends(parts: Parts, state: _State, turns: Mapping[int, Fraction]) -> tuple[i
     leaving = [shaft for shaft, power in powers.items() if power < 0]
     others = [shaft for shaft in dict.fromkeys(loaded)]
     fastest = sorted(rotors, key=lambda shaft: -abs(turns.get(shaft, Fraction(0))))
+    alike = sorted(entering or leaving, key=fastest.index)
+    if len(alike) > 1 and not (entering and leaving):  # REXS 1.0 states torques without sign
+        entering, leaving = alike[:1], alike[-1:]
+        record.add("assumed", "operation", "input shaft", parts.names[alike[0]], "the fastest; all torques drive")
     into = entering[0] if entering else next((s for s in others if s not in leaving), None)
     if into is None:
         into = next(shaft for shaft in fastest if shaft not in leaving[:1]) if len(fastest) > 1 else fastest[0]

@@ -59,7 +59,8 @@ def test_rolling_bearings_return_from_the_file(tmp_path):
         inside, found = one.model.internal, other.model.internal
         assert (inside.count, inside.angle) == (found.count, pytest.approx(found.angle))
         assert (inside.diameter, inside.length) == pytest.approx((found.diameter, found.length), abs=2e-9)
-        assert getattr(one.model, "clearance", 0.0) == pytest.approx(getattr(other.model, "clearance", 0.0))
+        for play in ("clearance", "axial_clearance"):
+            assert getattr(one.model, play, 0.0) == pytest.approx(getattr(other.model, play, 0.0), abs=1e-12)
         assert getattr(one.model, "thrust", 0) == getattr(other.model, "thrust", 0)
 
 

@@ -228,6 +228,22 @@ def test_a_centre_distance_that_parts_concentric_shafts_is_refused(tmp_path):
         imported(unit, tmp_path)
 
 
+def test_the_preload_of_tapered_bearings_is_taken(tmp_path):
+    unit = gear_train((20, 31))
+    for number, bearing in enumerate(unit.of("rolling_bearing_with_catalog_geometry")):
+        unit.attributes(bearing).update(
+            bearing_type=("radial_tapered_roller_bearing", "none"),
+            axial_force_absorption=(("negative", "positive")[number % 2], "none"),
+            preload_distance=(4.0, "mum"),
+        )
+    case, page = imported(unit, tmp_path)
+    assert [bearing.model.axial_clearance for bearing in case.bearings] == pytest.approx([-4e-6] * 4)
+    assert "linear springs" not in page
+    # both bearings of a shaft push against each other, whatever the torque
+    front, rear, *_ = case.equilibrium.bearing_load
+    assert front[2] * rear[2] < 0
+
+
 def test_an_idler_on_needles_keeps_its_pin(tmp_path):
     """The pin carries no gear and stands still; the needles carry twice the tangential force, 2 · 60 N m/30 mm."""
     case, _ = imported(idler_unit(), tmp_path)
@@ -384,7 +400,7 @@ def test_loads_that_the_chain_does_not_apply_are_listed(tmp_path):
     _, page = imported(unit, tmp_path)
     left = page.split("## Left out")[1].split("##")[0]
     assert "up to 1200 N" in left
-    assert "| 5 µm |" in left
+    assert "axial clearance | -5 µm |" in left
 
 
 def with_elements(unit, count, size):

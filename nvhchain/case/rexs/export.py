@@ -294,6 +294,7 @@ def _rolling(draft: Draft, name: str, model: RollingBearing, where: Mapping[str,
         "outer_diameter": model.outer_diameter,
         "width": model.width,
         "operating_radial_bearing_clearance": getattr(model, "clearance", None),
+        "operating_axial_bearing_clearance": getattr(model, "axial_clearance", None),
     }
     number = draft.add(
         "rolling_bearing_with_detailed_geometry",

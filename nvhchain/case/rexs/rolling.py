@@ -54,13 +54,14 @@ def rolling_model(
         return None
     if kind in (AngularContact, Tapered):
         own = {"contact_angle": radians(round(degrees(angle), 6)), "thrust": thrust}
+        own["axial_clearance"] = bearing.axial_clearance
     elif kind is Spherical:
         own = {"contact_angle": radians(round(degrees(angle), 6))}
     elif kind is Cylindrical and bearing.axial != "no_direction":
         own = {"axial_stiffness": float(f"{_RIBS * radial_stiffness:.3g}")}
         text = f"{own['axial_stiffness']:.3g} N/m"
         unit.findings.add("assumed", bearing.name, "stiffness of the ribs", text, "a tenth of the radial stiffness")
-    if kind in (DeepGroove, Cylindrical):
+    if hasattr(kind, "clearance"):
         own["clearance"] = _clearance(unit, bearing)
     bore, outer, width = sizes
     own |= {"bore": bore, "outer_diameter": outer, "width": width}
@@ -129,5 +130,8 @@ def _record(
         record.add("assumed", bearing.name, "rolling elements", text, source)
     if of.angle and bearing.contact_angle is None:
         record.add("assumed", bearing.name, "contact angle", f"{degrees(angle):.4g}°", "usual of its type")
+    if bearing.axial_clearance and not hasattr(made, "axial_clearance"):
+        text = f"{1e6 * bearing.axial_clearance:.4g} µm"
+        record.add("left out", bearing.name, "axial clearance", text, f"{made.title} has none in the case")
     if bearing.axial in ("positive", "negative") and isinstance(made, DeepGroove):
         record.add("assumed", bearing.name, "axial support", "both directions", "a deep groove bearing carries both")

@@ -139,6 +139,7 @@ def _internal(parts: Parts, component: Component) -> dict[str, Any]:
     inside = parts.document.parts(rows[0].id, "rolling_element") if rows else []
     element = parts.values(inside[0]) if inside else row
     count, lines = row.number("number_of_rolling_elements"), own.number("number_of_bearing_rows")
+    preload = own.number("preload_distance", "m", low=-1e-3, high=1e-3) or 0.0
     clearances = (own.number(f"{state}radial_bearing_clearance", "m") for state in ("operating_", "mounted_", ""))
     return {
         "elements": round(count) if count is not None and 3 <= count <= 500 else None,
@@ -149,29 +150,27 @@ def _internal(parts: Parts, component: Component) -> dict[str, Any]:
         "dynamic_load_rating": own.number("radial_dynamic_load_rating", "N"),
         "static_load_rating": own.number("radial_static_load_rating", "N"),
         "clearance": next((value for value in clearances if value is not None), None),
+        "axial_clearance": own.number("operating_axial_bearing_clearance", "m") or -preload,
     }
 
 
 def _record_rest(parts: Parts, component: Component) -> None:
-    """Record what the file states of a bearing that has no effect: tilt stiffness, preload, clearance, misalignment."""
+    """Record what the file states of a bearing that has no effect: tilt stiffness, preload force, misalignment."""
     values, name = parts.values(component), parts.names[component.id]
     for quantity, unit, shown, factor in _UNUSED:
         value = values.number(quantity, unit)
         if value:
-            parts.findings.add("left out", name, quantity, f"{factor * value:.5g} {shown}", _WHY.get(quantity, _LINEAR))
+            parts.findings.add("left out", name, quantity, f"{factor * value:.5g} {shown}", "not used")
 
 
 _UNUSED = (
     ("bending_stiffness", "N m/rad", "N m/rad", 1.0),
     ("preload_force", "N", "N", 1.0),
-    ("preload_distance", "m", "µm", 1e6),
-    ("operating_radial_bearing_clearance", "m", "µm", 1e6),
-    ("operating_axial_bearing_clearance", "m", "µm", 1e6),
     ("misalignment_in_v_direction", "m", "µm", 1e6),
     ("misalignment_in_w_direction", "m", "µm", 1e6),
+    ("angular_misalignment_around_v_axis", "rad", "mrad", 1e3),
+    ("angular_misalignment_around_w_axis", "rad", "mrad", 1e3),
 )
-_LINEAR = "bearings of the case are linear springs"
-_WHY = {"bending_stiffness": "bearings of the case leave tilts free"}
 
 
 def _stiffness(parts: Parts, component: Component, name: str, *operating: str) -> float | None:

@@ -247,6 +247,8 @@ class ImportedBearing:
         Radial load ratings (N).
     clearance : float, optional
         Radial clearance (m), in operation where the file states it.
+    axial_clearance : float
+        Axial clearance in operation (m), < 0 for a preload distance.
     catalogue : dict
         All these and other data as they stand in the file, in the words of REXS.
     """
@@ -270,6 +272,7 @@ class ImportedBearing:
     dynamic_load_rating: float | None = None
     static_load_rating: float | None = None
     clearance: float | None = None
+    axial_clearance: float = 0.0
     catalogue: dict[str, str] = field(default_factory=dict)
 
 

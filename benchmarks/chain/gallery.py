@@ -2,12 +2,15 @@
 
     python -m benchmarks gallery OUT
 
-Makes the gallery in OUT at `standard`, or takes what is there, and writes docs/measured/gallery.md.
+Makes the gallery in OUT at `standard`, or takes what is there, and writes docs/measured/gallery.md. It goes on from
+there after an interruption. A row that fails leaves the others alone; with such a row, or a number beyond the limits
+of its verdict, the command fails at the end.
 """
 
 from __future__ import annotations
 
 import sys
+from functools import partial
 from pathlib import Path
 
 from benchmarks.publish import publish
@@ -20,12 +23,18 @@ from nvhchain.gallery.registry import ITEMS
 
 def main() -> None:
     out = Path(sys.argv[1])
-    made = made_items(ITEMS, out, fidelity=STANDARD, cases=examples_folder() / "gearbox", progress=print)
+    made = made_items(
+        ITEMS, out, fidelity=STANDARD, cases=examples_folder() / "gearbox", progress=partial(print, flush=True)
+    )
     write_pages(made, out)
     count = sum(bool(each.numbers) for each in made)
     seconds = sum(each.seconds for each in made)
     head = f"{count} of {len(made)} items are made, in {seconds / 60.0:.0f} min at `standard`.\n\n"
     publish("gallery", head + verdicts(made))
+    for each in made:
+        if each.failure or each.missed:
+            print(f"{each.item.number}: {each.failure or 'beyond its limits: ' + ', '.join(each.missed)}")
+    sys.exit(any(each.failure or each.missed for each in made))
 
 
 if __name__ == "__main__":

@@ -176,11 +176,19 @@ ITEMS = (
             {},
             f"{READING} Quantity and angle are not recorded; the pitch point is in contact.",
             ("gear", "plots"),
+            {"largest von Mises stress / MPa": Stated(stress, 0.02)},
         )
-        for number, gear, quantity, title, verdict in (
-            ("4.15", 2, "displacement", "Displacement", "the loaded tooth moves most."),
-            ("4.16", 2, "von_mises", "Von Mises stress", "it reaches 181 MPa away from the contact."),
-            ("4.19", 3, "von_mises", "Von Mises stress", "over a slot it reaches 201 MPa away from the contact."),
+        for number, gear, quantity, title, stress, verdict in (
+            ("4.15", 2, "displacement", "Displacement", 181.0, "the loaded tooth moves most."),
+            ("4.16", 2, "von_mises", "Von Mises stress", 181.0, "it reaches 181 MPa away from the contact."),
+            (
+                "4.19",
+                3,
+                "von_mises",
+                "Von Mises stress",
+                201.0,
+                "over a slot it reaches 201 MPa away from the contact.",
+            ),
         )
     ),
 )

@@ -84,7 +84,7 @@ def with_bodies(assembly: Assembly, mesh_laws: Sequence[MeshLaw]) -> Assembly:
         gyroscopic=gyroscopic,
         contact=contact,
         own_stiffness=np.concatenate([assembly.own_stiffness, squared]),
-        link_stiffness=np.pad(assembly.link_stiffness, (0, m)),
+        link_map=widened(assembly.link_map),
         coupling=coupling,
         softening=np.insert(np.zeros(n), [lateral] * m, softening),
         body_compliance=compliance,

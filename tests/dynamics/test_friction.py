@@ -201,7 +201,7 @@ def test_what_friction_cannot_be_is_refused(make_gearbox, make_laws):
         simulation(
             _rubbing(gearbox, laws), laws, None, input_torque=-250.0, time_step=1e-5, fidelity=DynamicsFidelity(1e-5)
         )
-    with pytest.raises(InputError, match="neither friction, shuttling nor points across the face"):
+    with pytest.raises(InputError, match="neither friction, shuttling, gear bodies that vibrate nor points"):
         simulation(
             _rubbing(gearbox, laws), laws, None, input_torque=250.0, time_step=1e-5,
             fidelity=DynamicsFidelity(1e-5, mesh_level="contact"),

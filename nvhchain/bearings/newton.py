@@ -97,7 +97,7 @@ def settle(
     )
 
 
-NEAR = 0.3
+NEAR = 0.45
 """Residual below which the surplus of the load is lowered."""
 
 

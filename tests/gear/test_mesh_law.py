@@ -12,7 +12,7 @@ from nvhchain.gear.compliance.flank_compliance import FlankCompliance
 from nvhchain.gear.contact.engagement import Engagement, engaged_reach
 from nvhchain.gear.contact.slice_forces import half_space_compliance, local_deflection
 from nvhchain.gear.contact.tip_edge import held_excess
-from nvhchain.gear.drawing.pair import BACK, GearPair
+from nvhchain.gear.drawing.pair import BACK, DRIVE, GearPair
 from nvhchain.gear.laws.mesh_law import deflection_grid, mesh_law
 
 TORQUE = 250.0
@@ -56,6 +56,17 @@ def test_force_is_zero_exactly_in_the_gap_and_strictly_monotone_outside(slotted,
     rise = np.diff(law.force, axis=1)
     between = gap[:-1] & gap[1:]
     assert (rise[:, ~between] > 0).all()
+
+
+def test_every_mesh_period_loads_its_own_teeth(slotted, slotted_law):
+    """The law takes the lines of a phase from the first mesh period; here they are made at the angle itself."""
+    pair, compliances = slotted
+    for at in (3, 16 * 4 + 3, 16 * 9 + 11):
+        for flank, sign, approach in ((DRIVE, 1.0, slotted_law.deflection), (BACK, -1.0, -slotted_law.deflection)):
+            approach = approach - (flank == BACK) * pair.backlash
+            _, force = Engagement(pair, compliances, COARSE).forces(slotted_law.angle[at], approach, flank=flank)
+            there = force.sum(axis=1) > 0
+            np.testing.assert_allclose(slotted_law.force[at, there], sign * force.sum(axis=1)[there], rtol=1e-9)
 
 
 def test_law_starts_with_a_soft_contact_and_stiffens(slotted_law):

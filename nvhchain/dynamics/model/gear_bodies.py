@@ -2,9 +2,9 @@
 
 With Ω of the gear about +z, a wave P of n nodal diameters, natural frequency ω and Coriolis factor σ obeys
 
-    P̈ − 2j(n − σ)Ω Ṗ + 2ζω Ṗ + (ω² − (n² − 2nσ)Ω²) P + inertia · ẍ = a F,    deflection of the mesh += Re(a* P).
+    P̈ − 2j(n − σ)Ω Ṗ + 2ζω Ṗ + (ω² − (n² − 2nσ)Ω²) P + inertia · ẍ = −a F,    deflection of the mesh += Re(a* P).
 
-a is the motion of the teeth against the force at the pitch point. docs/dynamics_bodies.md has the derivation.
+a is the motion of the teeth out of their flank at the pitch point. docs/decisions/0021-gear-bodies-vibrate.md has the derivation.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Modes of a gear's body with its bore held, as they act at the teeth and on the shaft.
 
 The body is a ring of 20-node bricks: hub, web and rim as drawn, openings by the share that they leave of every brick,
-and the teeth as a ring of their mass. docs/dynamics_bodies.md has the equations.
+and the teeth as a ring of their mass. docs/decisions/0021-gear-bodies-vibrate.md has the equations.
 """
 
 from __future__ import annotations

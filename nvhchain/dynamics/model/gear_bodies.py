@@ -4,7 +4,8 @@ With Ω of the gear about +z, a wave P of n nodal diameters, natural frequency �
 
     P̈ − 2j(n − σ)Ω Ṗ + 2ζω Ṗ + (ω² − (n² − 2nσ)Ω²) P + inertia · ẍ = −a F,    deflection of the mesh += Re(a* P).
 
-a is the motion of the teeth out of their flank at the pitch point. docs/decisions/0021-gear-bodies-vibrate.md has the derivation.
+a is the motion of the teeth out of their flank at the pitch point. The derivation stands in
+docs/decisions/0021-gear-bodies-vibrate.md.
 """
 
 from __future__ import annotations

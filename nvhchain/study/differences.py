@@ -51,7 +51,7 @@ def level_difference(first: Row, second: Row) -> Difference | None:
     Notes
     -----
     Both rows with their limits line by line: `nvhchain.error_band.difference_limits`, of one of many gearboxes those of
-    the gearboxes as drawn. Otherwise (run-ups, sound power) the distances to the limits add in quadrature.
+    the gearbox of the case file. Otherwise (run-ups, sound power) the distances to the limits add in quadrature.
     """
     name = next((name for name in LEVELS if name in first.responses and name in second.responses), None)
     if name is None:

@@ -83,7 +83,7 @@ def _outcome(
 
 @dataclass(frozen=True, eq=False)
 class _Reference:
-    """Gearbox without the deviations of its draws, and the sound per force of all of them.
+    """Gearbox with the deviations of the case file, and the sound per force of all draws.
 
     vectors, housing : shared operators.
     band : record of the band of the level.
@@ -115,25 +115,6 @@ _REFERENCES: dict[str, _Reference] = {}
 """Fingerprint of case and fidelity → its reference, for the runs of this process; the latest few."""
 
 
-def undrawn(case: Case) -> Case:
-    """Return the case with gears that deviate by nothing and axes in their places, the same for all draws.
-
-    Parameters
-    ----------
-    case : Case
-        Case of one design.
-
-    Returns
-    -------
-    Case
-        Case whose records have the same lines.
-    """
-    if not isinstance(case, GearboxCase):
-        return case
-    gears = tuple(gear if gear.deviations is None else replace(gear, deviations=Deviations()) for gear in case.gears)
-    return replace(case, gears=gears, stages=tuple(replace(stage, tolerances=None) for stage in case.stages))
-
-
 def can_be_drawn(case: Case, fidelity: Fidelity) -> bool:
     """Return True for a case whose sound follows from its bearing forces by noise transfer functions.
 
@@ -154,11 +135,7 @@ def can_be_drawn(case: Case, fidelity: Fidelity) -> bool:
 
 
 def measure_drawn(
-    case: Case,
-    fidelity: Fidelity,
-    operators: Path,
-    asked: tuple[str, ...] = (),
-    mean: Case | None = None,
+    case: Case, mean: Case, fidelity: Fidelity, operators: Path, asked: tuple[str, ...] = ()
 ) -> dict[str, Any]:
     """Run one of many cases that differ in deviations, tolerances and damping; return the same as `measure`.
 
@@ -166,13 +143,13 @@ def measure_drawn(
     ----------
     case, fidelity, operators, asked
         As in `measure`.
-    mean : Case, optional
-        Case with the damping of the drawing; `case` by default.
+    mean : Case
+        Case with deviations, tolerances and damping of the case file, run once in a process.
 
     Returns
     -------
     dict
-        As `measure`. Limits are those of the gearbox as drawn, moved along with the level.
+        As `measure`. Limits are those of the mean case, moved along with the level.
 
     Notes
     -----
@@ -181,8 +158,8 @@ def measure_drawn(
     began = time.monotonic()
 
     def run(responses: dict[str, float], limits: Limits) -> dict[str, Any] | None:
-        reference = _reference_of(undrawn(mean or case), fidelity, operators)
-        housing = _damped(reference.housing, case, mean or case)
+        reference = _reference_of(_with_same_lines(mean, case), fidelity, operators)
+        housing = _damped(reference.housing, case, mean)
         forces = chain.run(
             replace(case, quantities=("bearing_forces",)), fidelity=fidelity, operators=operators, housing=housing
         )
@@ -199,6 +176,17 @@ def measure_drawn(
     return _outcome(case, run, began)
 
 
+def _with_same_lines(mean: Case, case: Case) -> Case:
+    """Return the mean case with gears that deviate, if by nothing, where those of the other one do."""
+    if not isinstance(mean, GearboxCase) or not isinstance(case, GearboxCase):
+        return mean
+    gears = tuple(
+        replace(gear, deviations=Deviations()) if gear.deviations is None and other.deviations is not None else gear
+        for gear, other in zip(mean.gears, case.gears, strict=True)
+    )
+    return replace(mean, gears=gears)
+
+
 def _damped(housing: ReducedHousing, case: Case, mean: Case) -> ReducedHousing:
     """Return the housing of the mean case with the modal damping of another one."""
     damping, before = (getattr(of.housing, "modal_damping", None) for of in (case, mean) if isinstance(of, GearboxCase))
@@ -208,7 +196,7 @@ def _damped(housing: ReducedHousing, case: Case, mean: Case) -> ReducedHousing:
 
 
 def _reference_of(case: Case, fidelity: Fidelity, operators: Path) -> _Reference:
-    """Return the reference of a case without draws, which is run once in a process."""
+    """Return the reference of a mean case, which is run once in a process."""
     key = fingerprint(case, fidelity, str(operators))
     if key not in _REFERENCES:
         result = chain.run(case, fidelity=fidelity, operators=operators)

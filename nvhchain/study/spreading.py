@@ -39,7 +39,7 @@ class Task:
     rows : tuple of int
         Numbers of its rows.
     mean : Case, optional
-        Case with the damping of the drawing, for one of many gearboxes that differ in their scatter alone.
+        Case with the scatter of the case file, for one of many gearboxes that differ in their scatter alone.
     """
 
     key: str
@@ -48,8 +48,8 @@ class Task:
     mean: Case | None = None
 
     def work(self, *given: Any) -> tuple[Any, ...]:
-        """Return the function that runs it and its arguments, of which `given` follow the case."""
-        return (measure, self.case, *given) if self.mean is None else (measure_drawn, self.case, *given, self.mean)
+        """Return the function that runs it and its arguments, of which `given` are the last."""
+        return (measure, self.case, *given) if self.mean is None else (measure_drawn, self.case, self.mean, *given)
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 import re
 from concurrent.futures import BrokenExecutor, Executor, Future
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -166,6 +167,10 @@ def test_errors_of_shared_operators_cancel_in_differences():
     apart = differences([row(0, "same"), row(1, "other")])[1]
     assert paired.limits[1] < 0.3 * apart.limits[1]
     assert not paired.decided
+    # one of many gearboxes: the band is that of the gearbox as drawn, 3 dB below
+    moved = differences([row(0, "same"), replace(row(1, "same"), responses={"level": 93.0})])[1]
+    assert moved.decided
+    assert moved.limits == pytest.approx([3.0 + limit for limit in paired.limits])
 
 
 def test_a_run_that_loses_two_workers_is_refused_with_the_reason(study_file, tmp_path):

@@ -113,8 +113,13 @@ def test_sound_of_a_draw_is_that_of_a_whole_run(tmp_path: Path) -> None:
         housing=replace(drawn.housing, modal_damping=0.011, structural_damping=True),
         bearings=tuple(replace(of, radial_damping=0.8 * of.radial_damping) for of in drawn.bearings),
     )
-    mean = replace(lively, housing=replace(lively.housing, modal_damping=0.02), bearings=drawn.bearings)
-    short, whole = measure_drawn(lively, TINY, tmp_path, mean=mean), measure(lively, TINY, tmp_path)
+    mean = replace(
+        lively,
+        housing=replace(lively.housing, modal_damping=0.02),
+        bearings=drawn.bearings,
+        gears=case.gears,
+    )
+    short, whole = measure_drawn(lively, mean, TINY, tmp_path), measure(lively, TINY, tmp_path)
     assert short["refused"] is None
     assert short["responses"] == pytest.approx(whole["responses"], rel=1e-9)
 

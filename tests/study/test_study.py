@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import sys
 from concurrent.futures import BrokenExecutor, Future
 
 import numpy as np
@@ -294,3 +295,35 @@ def test_no_workers_are_refused(sphere, tmp_path, capsys):
 def test_variants_have_names_that_tables_and_figures_may_show():
     with pytest.raises(InputError, match=r"size: variants: name = .* holds '\\x1b'"):
         Parameter("size", variants=(("a\x1b[2J", {"body.radius": 0.01}),))
+
+
+def test_ten_interruptions_at_random_moments_end_with_the_same_table(sphere, tmp_path):
+    """An exception at a random call of any function, ten times, with the rows and operators that are there by then."""
+    study = load_study(written(tmp_path, RADII))
+
+    def run(folder, last):
+        calls = 0
+
+        def count(frame, event, argument):
+            nonlocal calls
+            calls += event == "call"
+            if event == "call" and calls == last:
+                sys.setprofile(None)
+                raise KeyboardInterrupt
+
+        sys.setprofile(count)
+        try:
+            rows = run_study(study, out=tmp_path / folder, fidelity=nvh.DRAFT)
+        finally:
+            sys.setprofile(None)
+        return calls, "\n".join(line.rsplit(",", 2)[0] for line in rows_csv(study, rows).splitlines())
+
+    whole, table = run("whole", None)
+    interrupted = 0
+    for last in np.random.default_rng(41).integers(1, whole // 3, size=10):
+        try:
+            assert run("out", last)[1] == table
+        except KeyboardInterrupt:
+            interrupted += 1
+    assert interrupted >= 8
+    assert run("out", None)[1] == table

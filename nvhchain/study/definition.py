@@ -146,6 +146,8 @@ class Study:
                 f"designs = {self.designs}: plan = '{self.plan}' needs a power of two, such as "
                 f"{1 << self.designs.bit_length()}",
             )
+        for name, values in (("speeds_rpm", self.speeds_rpm), ("torques", self.torques)):
+            require(len(set(values)) == len(values), f"{name} = {list(values)} repeats a value: give each one once")
         for name in self.responses:
             require(name in ON_REQUEST, f"responses: no {name!r} on request: choose among {', '.join(ON_REQUEST)}")
         require(len(self.pareto) in (0, 2), f"pareto = {self.pareto}: name two responses, such as ['level', 'mass_kg']")

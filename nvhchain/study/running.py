@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -29,6 +29,9 @@ from nvhchain.study.spreading import Spread, Task
 _CODE = ("gear", "dynamics", "housing", "acoustics", "error_band", "spectrum", "scene", "chain")
 _OWN_CODE = ("study/measuring", "study/responses")
 """Packages and modules on which a row depends."""
+
+_MISSPELT = ("unknown field", " no '", "must be of type", "must be a finite number")
+"""Signs of a path or a value that no design can have; other designs that fail are rows with their reason."""
 
 OPERATORS = "operators"
 """Name of the folder of mesh laws, housings and transfer vectors that designs share."""
@@ -103,7 +106,8 @@ def check_parameters(study: Study) -> None:
     InputError
         If the base case cannot be read, a parameter fits no place of it, or all its values give the same case.
     """
-    load_case(study.case)
+    for point in operating_points(study):
+        load_case(study.case, changes=point.changes)
     for parameter in study.varied:
         ends = parameter.levels or (parameter.value_at(0.02), parameter.value_at(0.98))
         reasons, cases = [], []
@@ -112,7 +116,7 @@ def check_parameters(study: Study) -> None:
                 cases.append(load_case(study.case, changes=parameter.changes(value)))
             except InputError as error:
                 reasons.append(str(error))
-        misspelt = [reason for reason in reasons if "unknown field" in reason or " no '" in reason]
+        misspelt = [reason for reason in reasons if any(sign in reason for sign in _MISSPELT)]
         if misspelt or not cases:
             raise InputError(f"{parameter.name}: does not fit {Path(study.case).name}: {(misspelt or reasons)[0]}")
         require(
@@ -168,10 +172,20 @@ class _Runs:
             if self.study.plan not in PAIRED:
                 found["band"] = None  # large, and of use for differences alone
             write_text(_record(self.folder, task.key), json.dumps(found) + "\n")
+            self._check_names(found["responses"])
             for index in task.rows:
                 rows[index] = _filled(empty[index], found)
             self.report(progress)
         return [row for row in rows if row is not None]
+
+    def _check_names(self, known: Mapping[str, float]) -> None:
+        """Refuse figures, targets and a goal without a response, at the first run that ends well."""
+        named = {"pareto": self.study.pareto, "targets": tuple(self.study.targets)}
+        if self.study.goal is not None:
+            named["optimise"] = (self.study.goal.response,)
+        for place, names in named.items():
+            for name in names if known else ():
+                require(name in known, f"{place}: no response {name!r}: choose among {', '.join(known)}")
 
     def _add(self, tasks: dict[str, Task], index: int, row: Row, code: Sequence[str]) -> None:
         """Add the run of a row, or the row to the run of the same case."""

@@ -251,6 +251,9 @@ def test_tables_are_ascii_with_empty_cells():
         ("speed = 3\n" + RADII, "unknown field 'speed'"),
         (RADII.replace('"radius"', '"seconds"'), "seconds is a column of every table"),
         (RADII.replace("path =", "peth ="), "radius: unknown field 'peth'"),
+        ("speeds_rpm = [1800, 1800]\n" + RADII, "repeats a value: give each one once"),
+        ("speeds_rpm = [1800]\n" + RADII, "operation"),
+        (RADII.replace("[5, 10", '["wide", 10'), "'wide' must be"),
     ],
 )
 def test_bad_studies_are_refused_before_any_run(sphere, tmp_path, text, said, capsys):
@@ -260,6 +263,14 @@ def test_bad_studies_are_refused_before_any_run(sphere, tmp_path, text, said, ca
     assert __import__("re").search(said, error)
     assert "Traceback" not in error
     assert not (tmp_path / "out" / "rows").exists()
+
+
+def test_a_response_that_does_not_exist_ends_the_study_at_its_first_run(sphere, tmp_path, capsys):
+    for line in ('pareto = ["level", "lodness"]\n', "targets = { lodness = 3 }\n"):
+        path, out = written(tmp_path, line + RADII), tmp_path / line[:5]
+        assert main(["study", str(path), "--out", str(out)]) == 2
+        assert "no response 'lodness': choose among level" in capsys.readouterr().err
+        assert len(list((out / "rows").iterdir())) == 1
 
 
 def test_the_command_prints_best_designs_and_writes_tables(sphere, tmp_path, capsys):

@@ -47,6 +47,15 @@ def _mms(values: Iterable[float]) -> str:
     return f"[{', '.join(map(_mm, values))}]"
 
 
+def _lengths(owner: object, names: str) -> list[str]:
+    """Return the lines of lengths (m) of an object, by their names."""
+    return [f"{name}_mm = {_mm(getattr(owner, name))}" for name in names.split()]
+
+
+def _names(**texts: str) -> list[str]:
+    return [f"{key} = {_text(text)}" for key, text in texts.items()]
+
+
 def _comment(text: str) -> str:
     return " ".join(text.split())
 
@@ -67,9 +76,7 @@ def _head(case: ImportedCase, name: str, source: str, *, rigid: bool) -> str:
         "# Frame: z along the shafts, x and y the v and w axes of the file; z = u + "
         f"{_mm(case.drawn.shift)} mm, so that the casting stands on z = 0.",
         'kind = "gearbox"',
-        f"name = {_text(name)}",
-        f"input_shaft = {_text(unit.input_shaft)}",
-        f"output_shaft = {_text(unit.output_shaft)}",
+        *_names(name=name, input_shaft=unit.input_shaft, output_shaft=unit.output_shaft),
         f"input_rotation = {unit.input_rotation}",
         f"quantities = {quantities}",
         "assumptions = [",
@@ -121,40 +128,32 @@ def _gear(case: ImportedCase, gear: ImportedGear) -> str:
     z = case.arrangement.planes[gear.name] + case.drawn.shift
     lines = [
         "[[gears]]",
-        f"name = {_text(gear.name)}",
-        f"shaft = {_text(gear.shaft)}",
+        *_names(name=gear.name, shaft=gear.shaft),
         f"z_mm = {_mm(z)}",
-        *_material("gears", gear.young, gear.poisson, gear.density),
+        *_material(gear.young, gear.poisson, gear.density),
         "[gears.geometry]",
         f"teeth = {drawn.teeth}",
-        f"normal_module_mm = {_mm(drawn.normal_module)}",
+        *_lengths(drawn, "normal_module"),
         f"normal_pressure_angle_deg = {degrees(drawn.normal_pressure_angle):.10g}",
         f"helix_angle_deg = {degrees(drawn.helix_angle) + 0.0:.10g}",
-        f"face_width_mm = {_mm(drawn.face_width)}",
-        f"bore_radius_mm = {_mm(drawn.bore_radius)}",
-        f"profile_shift = {drawn.profile_shift:.9g}",
-        f"addendum = {drawn.addendum:.9g}",
-        f"dedendum = {drawn.dedendum:.9g}",
+        *_lengths(drawn, "face_width bore_radius"),
+        *(f"{name} = {getattr(drawn, name):.9g}" for name in ("profile_shift", "addendum", "dedendum")),
     ]
     if drawn.rack_tip_radius is not None:
         lines.append(f"rack_tip_radius = {drawn.rack_tip_radius:.9g}")
     if drawn.tip_radius is not None:
-        lines.append(f"tip_radius_mm = {_mm(drawn.tip_radius)}")
+        lines += _lengths(drawn, "tip_radius")
     lines.append(f"thickness_allowance_um = {1e6 * drawn.thickness_allowance:.9g}")
     if drawn.tip_chamfer:
-        lines.append(f"tip_chamfer_mm = {_mm(drawn.tip_chamfer)}")
+        lines += _lengths(drawn, "tip_chamfer")
     if drawn.protuberance is not None:
-        tool = drawn.protuberance
-        lines.append(
-            f"protuberance = {{ amount_mm = {_mm(tool.amount)}, "
-            f"grinding_allowance_mm = {_mm(tool.grinding_allowance)}, "
-            f"angle_deg = {degrees(tool.angle):.9g} }}"
-        )
+        sizes = ", ".join(_lengths(drawn.protuberance, "amount grinding_allowance"))
+        lines.append(f"protuberance = {{ {sizes}, angle_deg = {degrees(drawn.protuberance.angle):.9g} }}")
     lines += _micro(drawn)
     return "\n".join(lines) + "\n"
 
 
-def _material(owner: str, young: float, poisson: float, density: float) -> list[str]:
+def _material(young: float, poisson: float, density: float) -> list[str]:
     if (young, poisson, density) == (210e9, 0.3, 7850.0):
         return []
     return [
@@ -184,16 +183,9 @@ def _micro(drawn: GearGeometry) -> list[str]:
 
 def _stage(case: ImportedCase, number: int) -> str:
     stage = case.unit.stages[number]
-    return "\n".join(
-        [
-            "[[stages]]",
-            f"name = {_text(stage.name)}",
-            f"pinion = {_text(stage.pinion)}",
-            f"wheel = {_text(stage.wheel)}",
-            f"centre_distance_mm = {_mm(case.arrangement.distances[stage.name])}",
-            "",
-        ]
-    )
+    names = _names(name=stage.name, pinion=stage.pinion, wheel=stage.wheel)
+    distance = f"centre_distance_mm = {_mm(case.arrangement.distances[stage.name])}"
+    return "\n".join(["[[stages]]", *names, distance, ""])
 
 
 def _shaft(case: ImportedCase, name: str) -> str:
@@ -208,11 +200,8 @@ def _shaft(case: ImportedCase, name: str) -> str:
         if piece.inner > 0:
             fields.append(f"inner_diameter_mm = {_mm(piece.inner)}")
         if (piece.young, piece.poisson, piece.density) != (210e9, 0.3, 7850.0):
-            fields += [
-                f"young_GPa = {1e-9 * piece.young:.6g}",
-                f"poisson = {piece.poisson:.6g}",
-                f"density = {piece.density:.6g}",
-            ]
+            fields.append(f"young_GPa = {1e-9 * piece.young:.6g}")
+            fields += [f"{name} = {getattr(piece, name):.6g}" for name in ("poisson", "density")]
         lines.append(f"    {{ {', '.join(fields)} }},")
     return "\n".join([*lines, "]", ""])
 
@@ -221,13 +210,9 @@ def _bearing(table: str, support: Support, z: float) -> str:
     bearing, own = support.bearing, support.estimate
     about = [bearing.kind, f"{_mm(own.bore)} x {_mm(own.outer_diameter)} x {_mm(own.width)} mm"]
     about += [f"{key} {value}" for key, value in bearing.catalogue.items() if key not in ("bearing_type",)]
-    lines = [
-        f"[[{table}]] # {_comment('; '.join(about))}",
-        f"name = {_text(bearing.name)}",
-        f"shaft = {_text(bearing.shaft)}",
-    ]
-    if bearing.outer_shaft:
-        lines.append(f"outer_shaft = {_text(bearing.outer_shaft)}")
+    names = {"name": bearing.name, "shaft": bearing.shaft}
+    names |= {"outer_shaft": bearing.outer_shaft} if bearing.outer_shaft else {}
+    lines = [f"[[{table}]] # {_comment('; '.join(about))}", *_names(**names)]
     lines.append(f"z_mm = {_mm(z)}")
     if own.model is None:
         lines += [
@@ -252,7 +237,7 @@ def _model(model: RollingModel) -> list[str]:
         elif field.name == "clearance":
             lines.append(f"clearance_um = {1e6 * value:.6g} # in operation")
         elif field.name in ("bore", "outer_diameter", "width", "element_diameter", "element_length"):
-            lines.append(f"{field.name}_mm = {_mm(value)}")
+            lines += _lengths(model, field.name)
         else:
             lines.append(f"{field.name} = {value:.10g}")
     return lines
@@ -263,17 +248,12 @@ def _housing(case: ImportedCase) -> str:
     lengths = (
         "wall end_wall depth bell_depth draft chamfer boss_thickness cover_thickness flange_width flange_thickness"
     )
-    lines = ["[housing] # drawn by rule: import.md lists the rules"]
-    for field in lengths.split():
-        lines.append(f"{field}_mm = {_mm(getattr(casting, field))}")
-    lines += [
+    lines = [
+        "[housing] # drawn by rule: import.md lists the rules",
+        *_lengths(casting, lengths),
         f"bolts = {casting.bolts}",
-        f"bolt_radius_mm = {_mm(casting.bolt_radius)}",
-        f"lug_radius_mm = {_mm(casting.lug_radius)}",
-        f"rib_height_mm = {_mm(casting.rib_height)}",
-        f"spokes = {casting.spokes}",
-        f"side_ribs = {casting.side_ribs}",
-        f"modal_damping = {casting.modal_damping}",
+        *_lengths(casting, "bolt_radius lug_radius rib_height"),
+        *(f"{name} = {getattr(casting, name)}" for name in ("spokes", "side_ribs", "modal_damping")),
         "gear_spaces = [",
         *(f"    {{ centre_mm = {_mms(s.centre)}, radius_mm = {_mm(s.radius)} }}," for s in casting.gear_spaces),
         "]",
@@ -302,7 +282,6 @@ def _inner_wall(wall: InnerWall) -> Sequence[str]:
     )
     return (
         "[[housing.inner_walls]] # carries the bearings between the gears",
-        f"z_mm = {_mm(wall.z)}",
-        f"thickness_mm = {_mm(wall.thickness)}",
+        *_lengths(wall, "z thickness"),
         f"openings = [{holes}]",
     )

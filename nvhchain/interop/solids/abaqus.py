@@ -28,6 +28,7 @@ from nvhchain.interop.solids.abaqus_rigid import (
     read_mpc,
     read_rigid_body,
     read_surface,
+    read_tie,
 )
 from nvhchain.interop.solids.abaqus_sets import ASSEMBLY, AbaqusFile, members_of, motion
 from nvhchain.interop.solids.abaqus_structure import (
@@ -44,7 +45,6 @@ from nvhchain.interop.solids.abaqus_structure import (
     read_transform,
     start_behavior,
 )
-from nvhchain.interop.solids.abaqus_ties import read_tie
 
 _SOLID = re.compile(r"C3D(4|6|8|10|15|20)(?=$|[RIHMTS])")
 _KIND = {"4": "tet4", "10": "tet10", "6": "wedge6", "15": "wedge15", "8": "hex8", "20": "hex20"}

@@ -1,4 +1,4 @@
-"""Rigid sets and constraints of an Abaqus file: surfaces, kinematic couplings, rigid bodies, beam MPCs, boundary."""
+"""Rigid sets and constraints of an Abaqus file: surfaces, kinematic couplings, rigid bodies, MPCs, ties, boundary."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import re
 from nvhchain.errors import require, required
 from nvhchain.fem.solid_model import CORNERS, EDGES, KINDS
 from nvhchain.interop.solids._model_parts import Rigid
+from nvhchain.interop.solids._structure_parts import padded
 from nvhchain.interop.solids.abaqus_keywords import Block, real
 from nvhchain.interop.solids.abaqus_sets import AbaqusFile
 from nvhchain.interop.solids.nastran_frames import basic_components
@@ -129,6 +130,20 @@ def read_mpc(file: AbaqusFile, block: Block) -> None:
                 )
     for label, nodes in followers.items():
         file.parts.rigid.append(Rigid(f"MPC {label}", label, nodes))
+
+
+def read_tie(file: AbaqusFile, block: Block) -> None:
+    """Read pairs of slave and master; InputError for a master without faces."""
+    name = block.get("NAME") or "of two surfaces"
+    stated = block.get("POSITION TOLERANCE")
+    tolerance = file.system.length * real(stated) if stated else None
+    adjust = block.get("ADJUST", "YES").upper() == "YES"
+    for slave, master in (row[:2] for row in block.data):
+        nodes = file.surface_nodes(slave)
+        faces = file.faces_of(master)
+        require(len(faces) > 0, f"{file.parts.source}: *TIE {name}: master {master} must be a surface of element faces")
+        rotations = "NO ROTATION" not in block.parameters
+        file.parts.structure.ties.append((name, nodes, [padded(face) for face in faces], tolerance, adjust, rotations))
 
 
 def _add_rigid(

@@ -15,6 +15,7 @@ from nvhchain.dynamics.time_loop.simulation import Simulation, advance, quasi_st
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.files import hdf5
 from nvhchain.handoff import FloatArray, MeshLaw, ReducedHousing
+from nvhchain.handoff.accuracy import HousingAccuracy
 
 ROOT = Path(__file__).parents[2]
 SPEED = 2500.0 * 2.0 * pi / 60.0
@@ -51,6 +52,7 @@ def with_modes(housing: ReducedHousing, count: int) -> ReducedHousing:
         modal_damping=housing.modal_damping[index[order]],
         seat_shapes=housing.seat_shapes[index[order]] * shrink[:, None, None],
         normal_shapes=housing.normal_shapes[index[order]],
+        accuracy=HousingAccuracy(),
     )
 
 

@@ -37,7 +37,7 @@ ANGLES = (30, 40, 45, 50, 60)
 """Tangent angles of the root elements (degrees)."""
 
 THREE = (30, 45, 60)
-"""Those of tables 4.3 and 4.4; table 4.5 has all five."""
+"""Tangent angles of tables 4.3 and 4.4 (degrees); table 4.5 has all five."""
 
 NOMINAL = 250.0
 """Torque of table 4.5 (N m)."""

@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 from nvhchain.conventions import ALUMINIUM, STEEL
 from nvhchain.errors import InputError
 from nvhchain.fem import lowest_modes
-from nvhchain.fem.solid_model import ElementBlock, RigidSet, SolidModel
+from nvhchain.fem.solid_model import CORNERS, ElementBlock, RigidSet, SolidModel
 from nvhchain.housing.imported.repair import sound_mesh
 from nvhchain.housing.imported.solid_model import constrained
 from nvhchain.testing.elements import SPLITS, grid, held_box, positive
@@ -106,6 +106,21 @@ def test_mesh_in_another_unit_of_length_is_refused_by_its_size(scale):
     model = held_box("hex8")
     with pytest.raises(InputError, match=r"the mesh is (200|0\.0002) m long, .* is it in millimetres"):
         sound_mesh(replace(model, nodes=scale * model.nodes))
+
+
+@pytest.mark.parametrize("kind", ["tet4", "hex8"])
+@pytest.mark.parametrize("count", [1, None])
+def test_swapped_mid_edge_nodes_are_refused_by_element(kind, count):
+    """Of one element, whose nodes its neighbours give for other edges, and of all."""
+    sound = sound_mesh(held_box(kind))[0]
+    nodes, first = sound.blocks[0].nodes.copy(), CORNERS[sound.blocks[0].shape]
+    nodes[:count, [first, first + 1]] = nodes[:count, [first + 1, first]]
+    some = "1" if count else str(len(nodes))
+    with pytest.raises(
+        InputError,
+        match=rf"{some} elements have mid-edge nodes off their edges: element \d+, node \d+, lies [\d.]+ edge lengths",
+    ):
+        sound_mesh(changed(sound, nodes=nodes))
 
 
 def test_curved_element_that_overlaps_itself_is_straightened_and_reported():

@@ -26,10 +26,16 @@ QUADRATIC = {"tet": "tet10", "wedge": "wedge15", "hex": "hex20"}
 _FLIP = {"tet": (0, 2, 1, 3), "wedge": (3, 4, 5, 0, 1, 2), "hex": (4, 5, 6, 7, 0, 1, 2, 3)}
 """Order of the corners that turns an inside-out element over."""
 
-_EXTENT = (5e-3, 20.0)
+_ETENT = (5e-3, 20.0)
 """Smallest and largest length (m) of a housing's longest side."""
 
 _CHUNK = 20_000
+
+_BENT, _SWAPPED = 0.2, 0.05
+"""Largest distance of a mid-edge node from its chord's middle, and least from another's, over the chord.
+
+The first holds for nodes that two edges share or that lie at another edge. An arc of a right angle has 0.21.
+"""
 
 
 def sound_mesh(model: SolidModel) -> tuple[SolidModel, tuple[str, ...]]:
@@ -46,6 +52,7 @@ def sound_mesh(model: SolidModel) -> tuple[SolidModel, tuple[str, ...]]:
     model = _compact(model, notes)
     open_nodes: list[str] = []
     if model.blocks:
+        _check_middles(model)
         model = _right_side_out(model, notes)
         open_nodes = cracks(model, mean_edge(model))
         model = raised(model, notes)
@@ -119,8 +126,8 @@ def check_extent(nodes: FloatArray, source: str) -> None:
     """Refuse a mesh, nodes (n, 3) m, outside the size of housings: its unit of length must be wrong."""
     extent = float(np.ptp(nodes, axis=0).max())
     require(
-        _EXTENT[0] <= extent <= _EXTENT[1],
-        f"{source}: the mesh is {extent:.4g} m long, {_EXTENT[0]:g} … {_EXTENT[1]:g} m are taken for a housing: "
+        _ETENT[0] <= extent <= _ETENT[1],
+        f"{source}: the mesh is {extent:.4g} m long, {_ETENT[0]:g} … {_ETENT[1]:g} m are taken for a housing: "
         "is it in millimetres, or read as if it were? Choose the units of the file",
     )
 
@@ -182,6 +189,37 @@ def _compact(model: SolidModel, notes: list[str]) -> SolidModel:
         groups={name: row[nodes][row[nodes] >= 0] for name, nodes in model.groups.items()},
         structure=model.structure.renumbered(lambda nodes: row[nodes], used),
     )
+
+
+def _check_middles(model: SolidModel) -> None:
+    """Refuse elements whose mid-edge nodes are given for the wrong edges.
+
+    Such a node belongs to another edge in a neighbour, or lies in the middle of another edge of its element.
+    """
+    found = []
+    for block in (block for block in model.blocks if block.quadratic):
+        ends = model.nodes[edge_nodes(block)]
+        middle, length = ends.mean(axis=2), np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2)
+        nodes = block.nodes[:, CORNERS[block.shape] :]
+        apart = np.linalg.norm(model.nodes[nodes][:, :, None] - middle[:, None], axis=3)
+        own = np.diagonal(apart, axis1=1, axis2=2)
+        swapped = (apart.min(axis=2) < _SWAPPED * length) & (own > _BENT * length)
+        edge = edge_nodes(block).min(axis=2) * len(model.nodes) + edge_nodes(block).max(axis=2)
+        label = np.broadcast_to(block.labels[:, None], nodes.shape)
+        found.append(np.stack([part.ravel() for part in (nodes, edge, label, own / length, swapped)], axis=1))
+    if not found:
+        return
+    node, edge, label, own, swapped = np.concatenate(found).T
+    first, count = np.unique(np.unique(np.stack([node, edge], axis=1), axis=0)[:, 0], return_counts=True)
+    shared = count[np.searchsorted(first, node)] > 1
+    bad = (shared & (own > _BENT)) | (swapped > 0)
+    if bad.any():
+        worst = int(np.flatnonzero(bad)[own[bad].argmax()])
+        raise InputError(
+            f"{model.source}: {len(np.unique(label[bad]))} elements have mid-edge nodes off their edges: element "
+            f"{int(label[worst])}, node {model.labels[int(node[worst])]}, lies {own[worst]:.2g} edge lengths from the "
+            "middle of its edge: give them in the order of the format, or mesh this place again"
+        )
 
 
 def _right_side_out(model: SolidModel, notes: list[str]) -> SolidModel:

@@ -9,18 +9,19 @@ const bodyPainter = (canvas) => {
   };
   const program = gl.createProgram();
   gl.attachShader(program, shader(gl.VERTEX_SHADER, `
-    in vec3 place, re, im; in vec3 tint;
+    in vec3 place, re, im, bow; in vec3 tint;
     uniform mat3 turn; uniform vec3 middle, scale; uniform vec2 phase;
-    out vec3 colour, seen;
+    out vec3 colour, seen, bent;
     void main() {
       seen = turn * (place + phase.x * re - phase.y * im - middle);
       colour = tint;
+      bent = turn * bow;
       gl_Position = vec4(seen * scale, 1.0);
     }`));
   gl.attachShader(program, shader(gl.FRAGMENT_SHADER, `
-    in vec3 colour, seen; out vec4 pixel;
+    in vec3 colour, seen, bent; out vec4 pixel;
     void main() {
-      vec3 n = normalize(cross(dFdx(seen), dFdy(seen)));
+      vec3 n = normalize(normalize(cross(dFdx(seen), dFdy(seen))) + bent);
       float light = 0.6 + 0.4 * abs(dot(n, normalize(vec3(-0.25, 0.35, 1.0))));
       pixel = vec4(colour * light, 1.0);
     }`));
@@ -42,7 +43,8 @@ const bodyPainter = (canvas) => {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     set("turn", "Matrix3fv", false, turn);
     set("middle", "3fv", middle);
-    set("scale", "3fv", [scale * canvas.height / canvas.width, scale, -0.4 * scale]);
+    const fit = scale * Math.min(1, canvas.width / canvas.height);
+    set("scale", "3fv", [fit * canvas.height / canvas.width, fit, -0.4 * fit]);
     set("phase", "2fv", phase);
     gl.drawArrays(gl.TRIANGLES, 0, corners);
   };
@@ -50,7 +52,7 @@ const bodyPainter = (canvas) => {
 };
 
 const movingBodies = (place, { data }, height, choice) => {
-  const RANGE = 30, TOP = 0.995, STIFF = 0.05, SIZE = 0.06, PERIOD = 1800;
+  const RANGE = 30, TOP = 0.995, STIFF = 0.05, SIZE = 0.06, PERIOD = 1800, CREASE = 0.75;
   const RAMP = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]];
   const SIGNED = [[33, 102, 172], [146, 197, 222], [247, 247, 247], [244, 165, 130], [178, 24, 43]];
   const kinds = { i1: Int8Array, i2: Int16Array, i4: Int32Array, f4: Float32Array, f8: Float64Array };
@@ -79,12 +81,22 @@ const movingBodies = (place, { data }, height, choice) => {
       const det = a * minors[0] + d * minors[3] + e * minors[4];
       minors.forEach((part, i) => { inverse[6 * p + i] = part / (det || 1); });
     }
+    /* Faces around each corner that go on without a crease: its colour and normal are their mean. */
+    const at = Array.from({ length: points }, () => []);
+    corner.forEach((p, i) => at[p].push(Math.floor(i / 3)));
+    const along = (f, g) => normal[3 * f] * normal[3 * g] + normal[3 * f + 1] * normal[3 * g + 1] + normal[3 * f + 2] * normal[3 * g + 2];
+    const around = Array.from(corner, (p, i) => at[p].filter((face) => along(face, Math.floor(i / 3)) > CREASE));
+    const bow = new Float32Array(3 * corner.length);
+    around.forEach((faces, i) => {
+      const mean = three((axis) => faces.reduce((sum, face) => sum + area[face] * normal[3 * face + axis], 0)), size = Math.hypot(...mean) || 1;
+      for (let axis = 0; axis < 3; axis++) bow[3 * i + axis] = mean[axis] / size - normal[3 * Math.floor(i / 3) + axis];
+    });
     const low = three(() => Infinity), high = three(() => -Infinity);
     vertex.forEach((x, i) => { low[i % 3] = Math.min(low[i % 3], x); high[i % 3] = Math.max(high[i % 3], x); });
     const middle = low.map((x, axis) => (x + high[axis]) / 2), span = Math.hypot(...high.map((x, axis) => x - low[axis]));
     let radius = 0;
     for (let p = 0; p < points; p++) radius = Math.max(radius, Math.hypot(...three((axis) => vertex[3 * p + axis] - middle[axis])));
-    return { vertex, corner, faces, points, normal, area, inverse, middle, span, radius, shapes: unpacked(of.shapes.values), step: unpacked(of.shapes.step) };
+    return { vertex, corner, faces, points, normal, area, around, bow, inverse, middle, span, radius, shapes: unpacked(of.shapes.values), step: unpacked(of.shapes.step) };
   });
   const runs = data.runs.map((run) => ({
     ...run, body: surfaces[run.surface], real: unpacked(run.real), imag: unpacked(run.imag),
@@ -150,10 +162,11 @@ const movingBodies = (place, { data }, height, choice) => {
     const [low, high] = kind === "level" ? [Math.ceil(top) - RANGE, Math.ceil(top)] : kind === "signed" ? [-top, top] : [0, top];
     const ramp = kind === "signed" ? SIGNED : RAMP, last = ramp.length - 1;
     for (const run of runs) {
-      const found = new Uint8Array(9 * run.body.faces);
-      run.shown.forEach((value, face) => {
+      const found = new Uint8Array(9 * run.body.faces), { area, around } = run.body;
+      around.forEach((faces, i) => {
+        const size = faces.reduce((sum, face) => sum + area[face], 0) || 1, value = faces.reduce((sum, face) => sum + area[face] * run.shown[face], 0) / size;
         const at = Math.min(Math.max((value - low) / (high - low), 0), 1) * last, k = Math.min(Math.floor(at), last - 1);
-        for (let i = 0; i < 9; i++) found[9 * face + i] = ramp[k][i % 3] + (at - k) * (ramp[k + 1][i % 3] - ramp[k][i % 3]);
+        for (let j = 0; j < 3; j++) found[3 * i + j] = ramp[k][j] + (at - k) * (ramp[k + 1][j] - ramp[k][j]);
       });
       run.painter.load("tint", found, run.painter.bytes);
     }
@@ -218,13 +231,14 @@ const movingBodies = (place, { data }, height, choice) => {
     run.painter = bodyPainter(canvas);
     if (!run.painter) { place.replaceChildren(make("p", { textContent: "Bodies need WebGL 2, which this browser does not draw." })); return; }
     run.painter.load("place", expanded(run.body, run.body.vertex));
+    run.painter.load("bow", run.body.bow);
     let from = null;
     const turn = (x, y) => { state.yaw -= x; state.pitch = Math.min(Math.max(state.pitch + y, -1.55), 1.55); draw(); };
     canvas.onpointerdown = (event) => { from = event; canvas.setPointerCapture(event.pointerId); };
     canvas.onpointerup = canvas.onpointercancel = () => { from = null; };
     canvas.onpointermove = (event) => {
       if (from) { turn(0.01 * (event.clientX - from.clientX), 0.01 * (event.clientY - from.clientY)); from = event; return; }
-      const unit = 2 * radius / (0.97 * state.zoom * canvas.clientHeight), box = canvas.getBoundingClientRect();
+      const unit = 2 * radius / (0.97 * state.zoom * Math.min(canvas.clientHeight, canvas.clientWidth)), box = canvas.getBoundingClientRect();
       const under = face(run, unit * (event.clientX - box.left - box.width / 2), unit * (box.top + box.height / 2 - event.clientY));
       canvas.title = under < 0 ? "" : `${run.shown[under].toPrecision(4)} ${data.colours[state.colours].unit}`;
     };

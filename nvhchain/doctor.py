@@ -291,7 +291,7 @@ def _renderer() -> Finding:
         return Finding("pictures", True, f"pyvista is not installed, matplotlib draws instead ({remedy('pyvista')})")
     corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
     body = Surface(corners, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]))
-    works = render(body, np.full((4, 3), 0.5), np.array([1.0, 1.0, 1.0])) is not None
+    works = render(body, np.full((4, 3, 3), 0.5), np.array([1.0, 1.0, 1.0])) is not None
     detail = (
         "VTK renders off screen" if works else "VTK cannot render off screen, matplotlib draws instead (libegl1 helps)"
     )

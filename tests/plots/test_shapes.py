@@ -63,7 +63,7 @@ def test_both_engines_draw_the_same_body(housing):
 def test_picture_does_not_touch_its_border_without_cropping(housing):
     surface = housing.surface
     box = (surface.vertices.min(axis=0), surface.vertices.max(axis=0))
-    corners, black = surface.vertices[surface.triangles], np.zeros((len(surface.areas), 3))
+    corners, black = surface.vertices[surface.triangles], np.zeros((3 * len(surface.areas), 3))
     white = shapes._drawn(corners, black, box, View(0.45, 0.6))
     border = np.concatenate([white[0], white[-1], white[:, 0], white[:, -1]])
     assert (border == 255).all()
@@ -95,7 +95,7 @@ def test_animation_runs_through_one_period(housing, tmp_path):
 def test_renderer_that_crashes_leaves_the_picture_to_matplotlib(housing, monkeypatch):
     monkeypatch.setattr(_pyvista.sys, "executable", "/bin/false")
     surface = housing.surface
-    colours = np.zeros((1, len(surface.areas), 3))
+    colours = np.zeros((1, 3 * len(surface.areas), 3))
     towards = np.array([0.0, 0.0, 1.0])
     assert _pyvista.render_frames(surface.vertices[None], surface.triangles, colours, towards) is None
     assert picture(mode_shapes(housing, modes=[1])[0]).size > 0

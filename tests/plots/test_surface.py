@@ -5,8 +5,10 @@ import pytest
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from nvhchain.errors import InputError
+from nvhchain.handoff import Surface
 from nvhchain.plots import rendered_surface, strongest_line, surface_velocity
 from nvhchain.plots.bodies import _pyvista
+from nvhchain.plots.bodies.surface import corner_means
 
 
 def test_strongest_line_is_chosen_and_named_with_its_velocity(housing_velocity):
@@ -58,9 +60,35 @@ def test_a_picture_that_was_rendered_before_is_shown_and_not_rendered_again(hous
 
 def test_renderer_that_crashes_gives_no_picture(housing_velocity, monkeypatch):
     monkeypatch.setattr(_pyvista.sys, "executable", "/bin/false")
-    assert _pyvista.render(housing_velocity.surface, np.zeros((1, 3)), np.array([0.0, 0.0, 1.0])) is None
+    assert (
+        _pyvista.render(
+            housing_velocity.surface, np.zeros((len(housing_velocity.surface.areas), 3, 3)), np.array([0.0, 0.0, 1.0])
+        )
+        is None
+    )
 
 
 def test_unknown_engine_is_refused(housing_velocity):
     with pytest.raises(InputError, match="engine = 'paraview'"):
         surface_velocity(housing_velocity, engine="paraview")
+
+
+def test_colours_pass_over_alike_faces_and_stop_at_creases():
+    """Box of two triangles a side: both of a side share their values, the other sides none."""
+    corners = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
+    quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    box = Surface(corners, np.array([triangle for a, b, c, d in quads for triangle in ([a, b, c], [a, c, d])]))
+    side = np.repeat(np.arange(6.0), 2)
+    assert np.allclose(corner_means(box) @ side, np.repeat(side, 3))
+    found = (corner_means(box) @ np.tile([0.0, 1.0], 6)).reshape(-1, 3)
+    assert np.allclose(found[0], [0.5, 0.0, 0.5])  # the corner that the second triangle does not have keeps its value
+
+
+def test_picture_has_a_margin_around_the_body():
+    image = np.full((40, 60, 3), 255, dtype=np.uint8)
+    image[10:30, 5:55] = 0
+    inside = (trimmed := _pyvista.trimmed(image)).min(axis=2) == 0
+    assert inside.sum() == 20 * 50
+    assert not inside[0].any()
+    assert not inside[:, 0].any()
+    assert trimmed.shape[:2] == (24, 54)

@@ -72,8 +72,8 @@ from nvhchain.handoff import Surface
 from nvhchain.plots.bodies import _pyvista
 corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 body = Surface(corners, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]))
-_pyvista.render(body, np.full((4, 3), 0.5), np.ones(3))
-_pyvista.render_frames(corners[None], body.triangles, np.full((1, 4, 3), 0.5), np.ones(3))
+_pyvista.render(body, np.full((4, 3, 3), 0.5), np.ones(3))
+_pyvista.render_frames(corners[None], body.triangles, np.full((1, 12, 3), 0.5), np.ones(3))
 """,
 }
 

@@ -26,15 +26,18 @@ SECONDS = 180.0
 SURFACE_HEIGHT = 1100
 """Height of the picture of a surface (pixels)."""
 
+_MARGIN = 0.03
+"""White margin around a body over the longer side of its picture."""
+
 
 def render(surface: Surface, colours: FloatArray, towards: FloatArray) -> np.ndarray | None:
     """Return a picture (height, width, 3) uint8 of `surface`, or None if this machine cannot render off screen.
 
-    colours : (n_face, 3) red, green, blue in 0 … 1, without lighting.
+    colours : (n_face, 3, 3) red, green, blue in 0 … 1 at the corners, without lighting.
     towards : (3,) direction from the body to the viewer; y is up.
     """
     corners = surface.vertices[surface.triangles]
-    return render_scene([(corners, np.repeat(colours[:, None], 3, axis=1), 1.0)], [], towards, SURFACE_HEIGHT)
+    return render_scene([(corners, colours, 1.0)], [], towards, SURFACE_HEIGHT)
 
 
 def render_scene(
@@ -70,17 +73,17 @@ def render_frames(
 
     vertices : (n_frame, n_v, 3) positions.
     triangles : (n_face, 3) corners.
-    colours : (n_frame, n_face, 3) red, green, blue in 0 … 1.
+    colours : (n_frame, 3 n_face, 3) red, green, blue in 0 … 1 at the corners.
     towards : (3,) direction from the body to the viewer; y is up.
     """
     scene = io.BytesIO()
     painted = np.round(255 * colours).astype(np.uint8)
-    np.savez(scene, vertices=vertices, triangles=triangles, colours=painted, towards=towards)
+    np.savez(scene, vertices=vertices[:, triangles.ravel()], colours=painted, towards=towards)
     return cropped(scene, 120.0 + 2.0 * len(vertices))
 
 
 def cropped(scene: io.BytesIO, seconds: float) -> np.ndarray | None:
-    """Return pictures (…, height, width, 3) uint8 of a scene, cropped to what is not white in any of them.
+    """Return pictures (…, height, width, 3) uint8 of a scene, `trimmed`.
 
     None if the process fails, takes longer than `seconds`, or draws nothing.
     """
@@ -91,11 +94,17 @@ def cropped(scene: io.BytesIO, seconds: float) -> np.ndarray | None:
         image: np.ndarray = np.load(io.BytesIO(done.stdout))
     except (OSError, EOFError, ValueError):  # no output, or only a part
         return None
+    return trimmed(image) if (image < 255).any() else None
+
+
+def trimmed(image: np.ndarray) -> np.ndarray:
+    """Return pictures (…, height, width, 3) uint8, cropped to what is not white in any of them, with a margin."""
     drawn = np.any(image < 255, axis=(*range(image.ndim - 3), image.ndim - 1))
-    if not drawn.any():
-        return None
     rows, columns = np.flatnonzero(drawn.any(axis=1)), np.flatnonzero(drawn.any(axis=0))
-    return image[..., rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1, :]
+    image = image[..., rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1, :]
+    edge = max(1, round(_MARGIN * max(image.shape[-3:-1])))
+    widths = [(0, 0)] * (image.ndim - 3) + [(edge, edge), (edge, edge), (0, 0)]
+    return np.pad(image, widths, constant_values=255)
 
 
 def _draw() -> None:
@@ -159,10 +168,11 @@ def _frames(scene: Mapping[str, np.ndarray]) -> np.ndarray:
     """Return the pictures of a moving surface."""
     import pyvista
 
-    triangles, frames = scene["triangles"], scene["vertices"]
+    frames = scene["vertices"]
+    triangles = np.arange(frames.shape[1]).reshape(-1, 3)
     faces = np.column_stack([np.full(len(triangles), 3), triangles]).ravel()
     body = pyvista.PolyData(frames[0], faces)
-    body.cell_data["colour"] = scene["colours"][0]
+    body.point_data["colour"] = scene["colours"][0]
     plotter = pyvista.Plotter(off_screen=True, window_size=[900, 700])
     plotter.set_background("white")  # type: ignore[arg-type]
     plotter.add_mesh(body, scalars="colour", rgb=True, lighting=False)
@@ -176,7 +186,7 @@ def _frames(scene: Mapping[str, np.ndarray]) -> np.ndarray:
     pictures = []
     for vertices, colours in zip(frames, scene["colours"], strict=True):
         body.points = vertices
-        body.cell_data["colour"] = colours
+        body.point_data["colour"] = colours
         plotter.render()
         pictures.append(np.asarray(plotter.screenshot(return_img=True)))
     return np.array(pictures)

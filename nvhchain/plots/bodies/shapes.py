@@ -7,6 +7,7 @@ from io import BytesIO
 from pathlib import Path
 
 import numpy as np
+import scipy.sparse as sp
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -19,9 +20,9 @@ from nvhchain.files.atomic_write import content_of, write_atomic
 from nvhchain.handoff import ComplexArray, FloatArray, ReducedHousing, Surface, SurfaceVelocity
 from nvhchain.interop.notation.surface_motion import vertex_motion
 from nvhchain.plots._style import figure_of, panels, styled
-from nvhchain.plots.bodies._pyvista import render_frames
+from nvhchain.plots.bodies._pyvista import render_frames, trimmed
 from nvhchain.plots.bodies.scene import View, lighting, rendered
-from nvhchain.plots.bodies.surface import draw_faces, strongest_line
+from nvhchain.plots.bodies.surface import corner_means, draw_faces, strongest_line
 
 COLOUR_MAP = "RdBu_r"
 BEND = 0.06
@@ -186,23 +187,26 @@ def _pictures(
     relative = states / np.where(top > 0, top, 1.0)
     diagonal = float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
     moved = np.stack([surface.vertices + BEND * diagonal * vertex_motion(surface, state) for state in relative])
-    colours = np.stack([_shaded(state, v, surface, view.towards) for state, v in zip(relative, moved, strict=True)])
+    smooth = corner_means(surface)
+    colours = np.stack(
+        [_shaded(state, v, surface, smooth, view.towards) for state, v in zip(relative, moved, strict=True)]
+    )
     images = rendered(engine, lambda: render_frames(moved, surface.triangles, colours, view.towards))
     if images is None:
         box = moved.min(axis=(0, 1)), moved.max(axis=(0, 1))
-        images = np.stack([_drawn(v[surface.triangles], c, box, view) for v, c in zip(moved, colours, strict=True)])
-        inked = np.any(images < 255, axis=(0, 3))
-        rows, columns = np.flatnonzero(inked.any(axis=1)), np.flatnonzero(inked.any(axis=0))
-        images = images[:, rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+        drawn = [_drawn(v[surface.triangles], c, box, view) for v, c in zip(moved, colours, strict=True)]
+        images = trimmed(np.stack(drawn))
     return images
 
 
-def _shaded(state: FloatArray, vertices: FloatArray, surface: Surface, towards: FloatArray) -> FloatArray:
-    """Return colours (n_face, 3) of a state in −1 … 1, mildly lit from above the viewer's left."""
-    colour = np.asarray(colormaps[COLOUR_MAP](0.5 + 0.5 * state))[:, :3]
+def _shaded(
+    state: FloatArray, vertices: FloatArray, surface: Surface, smooth: sp.csr_matrix, towards: FloatArray
+) -> FloatArray:
+    """Return colours (3 n_face, 3) at the corners of a state in −1 … 1, mildly lit from above the viewer's left."""
+    colour = np.asarray(colormaps[COLOUR_MAP](0.5 + 0.5 * (smooth @ state)))[:, :3]
     corners = vertices[surface.triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    normal = smooth @ (normal / np.linalg.norm(normal, axis=1, keepdims=True))
     return np.asarray(colour * lighting(normal, towards, 0.55)[:, None])
 
 
@@ -210,7 +214,7 @@ def _drawn(corners: FloatArray, colours: FloatArray, box: tuple[FloatArray, Floa
     """Return the same picture by matplotlib, (height, width, 3) uint8."""
     figure = Figure(figsize=(6.0, 4.6), dpi=150)
     ax = figure.add_axes((0.0, 0.0, 1.0, 1.0), projection="3d", proj_type="ortho")
-    draw_faces(ax, corners, colours, box, view, zoom=0.9)
+    draw_faces(ax, corners, colours.reshape(-1, 3, 3).mean(axis=1), box, view, zoom=0.9)
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
     return np.asarray(canvas.buffer_rgba())[:, :, :3].copy()

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
@@ -15,12 +16,15 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from nvhchain import levels
 from nvhchain.conventions import REFERENCE_VELOCITY
-from nvhchain.handoff import FloatArray, SurfaceVelocity
+from nvhchain.handoff import FloatArray, Surface, SurfaceVelocity
 from nvhchain.plots._style import styled
 from nvhchain.plots.bodies import _pyvista
 from nvhchain.plots.bodies.scene import View, lighting, rendered
 
 COLOUR_MAP = "inferno"
+
+_CREASE = 0.75
+"""Cosine of the angle between the normals of two faces beyond which their edge is drawn sharp."""
 
 
 def strongest_line(velocity: SurfaceVelocity) -> int:
@@ -42,7 +46,7 @@ def strongest_line(velocity: SurfaceVelocity) -> int:
 
 @dataclass(frozen=True, eq=False)
 class _View:
-    """View at one line: colour scale, colours (n_face, 3), and direction (3,) from the body to the viewer."""
+    """View at one line: colour scale, colours (n_face, 3, 3) of corners, direction (3,) from the body to the viewer."""
 
     scale: ScalarMappable
     colours: FloatArray
@@ -82,8 +86,24 @@ def _view(velocity: SurfaceVelocity, line: int, dynamic_range: float, elevation:
     top = float(np.ceil(level.max()))
     scale = ScalarMappable(Normalize(top - dynamic_range, top), colormaps[COLOUR_MAP])
     towards = View(elevation, azimuth).towards
-    shade = lighting(velocity.surface.normals, towards, 0.65)  # mild, to be compared with the colour bar
-    return _View(scale, np.asarray(scale.to_rgba(level))[:, :3] * shade[:, None], towards)
+    smooth = corner_means(velocity.surface)
+    shade = lighting(smooth @ velocity.surface.normals, towards, 0.65)  # mild, to be compared with the colour bar
+    colours = np.asarray(scale.to_rgba(smooth @ level))[:, :3] * shade[:, None]
+    return _View(scale, colours.reshape(-1, 3, 3), towards)
+
+
+def corner_means(surface: Surface) -> sp.csr_matrix:
+    """Return the operator (3 n_face, n_face) from values of faces to values at their corners.
+
+    A corner takes the mean of the faces around it that go on without a crease.
+    """
+    owner, vertex = np.repeat(np.arange(len(surface.triangles)), 3), surface.triangles.ravel()
+    at = sp.csr_matrix((np.ones(len(owner)), (np.arange(len(owner)), vertex)))
+    beside = sp.coo_matrix(at @ sp.csr_matrix((np.ones(len(owner)), (vertex, owner))))
+    corner, face = beside.row, beside.col
+    alike = np.einsum("ka,ka->k", surface.normals[owner[corner]], surface.normals[face]) > _CREASE
+    means = sp.csr_matrix((surface.areas[face[alike]], (corner[alike], face[alike])), shape=beside.shape)
+    return sp.csr_matrix(sp.diags(1 / np.asarray(means.sum(axis=1)).ravel()) @ means)
 
 
 @styled
@@ -135,7 +155,7 @@ def surface_velocity(
         facing = surface.normals @ view.towards > 0.0
         corners = surface.vertices[surface.triangles[facing]]
         box = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
-        draw_faces(ax, corners, view.colours[facing], box, View(elevation, azimuth), zoom=1.1)
+        draw_faces(ax, corners, view.colours[facing].mean(axis=1), box, View(elevation, azimuth), zoom=1.05)
     mean = np.sqrt(0.5 * (np.abs(normal_velocity) ** 2) @ surface.areas / surface.areas.sum())
     ax.set_title(
         f"{name}{': ' if name else ''}{velocity.frequency[line]:.0f} Hz, {1e3 * mean:.3g} mm/s RMS over the surface",

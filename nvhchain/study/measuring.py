@@ -141,10 +141,12 @@ def measure_drawn(
 
     Parameters
     ----------
-    case, fidelity, operators, asked
-        As in `measure`.
+    case : Case
+        Case of one gearbox.
     mean : Case
         Case with deviations, tolerances and damping of the case file, run once in a process.
+    fidelity, operators, asked
+        As in `measure`.
 
     Returns
     -------

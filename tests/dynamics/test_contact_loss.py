@@ -16,9 +16,7 @@ from nvhchain.handoff import warn_of
 
 SPEED = 2500 * 2 * pi / 60
 RISE = {"start_speed": 0.0, "end_speed": SPEED, "duration": 0.2, "f_max": 5000.0}
-TOLD = (
-    r"mesh A–B: its flanks part for .* s of the record\. Steps of 10 µs then leave errors of about 0\.004 of the peak"
-)
+TOLD = r"mesh A–B: its flanks part for .* s of the record\. Steps of 10 µs then leave errors of about 0\.02 of the peak"
 
 
 def ragged(make_laws, error):
@@ -89,6 +87,7 @@ def test_a_steady_run_at_light_load_is_told_too(make_gearbox, make_laws):
         )  # fmt: skip
     parted = (record.mesh_deflection[:, 0] < -5.5e-6).sum() * np.diff(record.time).mean()
     assert 0.0 < parted <= record.accuracy.parted_time[0]
+    assert record.accuracy.parted_error == pytest.approx(4e-3)  # the drive flanks alone strike: an idle gear has 2.1e-2
 
 
 def test_ends_of_the_gap_are_where_the_forces_leave_zero(make_laws):

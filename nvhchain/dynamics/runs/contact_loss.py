@@ -19,11 +19,11 @@ ROUNDING = 1e-9
 """Interpolation error over the angle within the gap, relative to a law's largest force."""
 TOUCHING_DEFLECTION = 1e-9
 """Rounding error (m) of the deflection of flanks that touch without load."""
-ACCURATE_STEPS = 1.5e-6, 5e-6
-"""Steps (s) that keep 1e-4 of the peak through contact loss and impact under load, without and with path_correction
-(docs/measured/dynamics/cuts.md)."""
-ERROR = 4e-3, 2e-4
-"""Error at steps of 10 µs, relative to the peak, without and with path_correction (same page)."""
+ACCURATE_STEPS = (1.5e-6, 5e-6), (7e-7, 1.5e-6)
+"""Steps (s) that keep 1e-4 of the peak through contact loss and impact, without and with path_correction: where one
+flank strikes under load (docs/measured/dynamics/cuts.md), and where both strike (dynamics.md beside it)."""
+ERROR = (4e-3, 2e-4), (2.1e-2, 1.3e-2)
+"""Error at steps of 10 µs, relative to the peak, in the same order (same pages)."""
 
 
 def parted_flanks(
@@ -40,6 +40,7 @@ def parted_flanks(
     sample_time : time between samples (s).
     """
     seconds: dict[str, float] = {}
+    both = False
     for row in np.flatnonzero(model.assembly.share > 0.0):
         mesh = model.assembly.mesh[row]
         of = model.assembly.gearbox.meshes[mesh]
@@ -55,20 +56,21 @@ def parted_flanks(
         )
         if free.any():
             seconds[f"{of.pinion_shaft}–{of.wheel_shaft}"] = float(free.sum() * sample_time)
-    return stated_loss(seconds, model.step.step, model.contact.corrected)
+            both |= bool((drive[:, mesh] > front.min()).any() and (back[:, mesh] < behind.max()).any())
+    return stated_loss(seconds, model.step.step, model.contact.corrected, both)
 
 
-def stated_loss(seconds: Mapping[str, float], time_step: float, bent: bool) -> ForceAccuracy:
-    """State contact loss by mesh (s) under steps (s), with or without `path_correction`."""
+def stated_loss(seconds: Mapping[str, float], time_step: float, bent: bool, both: bool = False) -> ForceAccuracy:
+    """State contact loss by mesh (s) under steps (s), with or without `path_correction`, of one flank or both."""
     if not seconds:
         return ForceAccuracy()
     return ForceAccuracy(
         parted=tuple(map(Label, seconds)),
         parted_time=np.array(list(seconds.values())),
-        parted_error=ERROR[bent] * (time_step / 1e-5) ** 2,
+        parted_error=ERROR[both][bent] * (time_step / 1e-5) ** 2,
         time_step=time_step,
-        needed_step=ACCURATE_STEPS[bent],
-        needed_step_corrected=None if bent else ACCURATE_STEPS[True],
+        needed_step=ACCURATE_STEPS[both][bent],
+        needed_step_corrected=None if bent else ACCURATE_STEPS[both][True],
     )
 
 

@@ -122,7 +122,7 @@ def outer_envelope(
     Raises InputError for a body that is thinner than a face: it has no envelope of that size.
     """
     surface, lengths = faces.surface, np.sort(np.ptp(skin.nodes[np.unique(skin.facets)], axis=0))
-    face_size = min(faces.size, float(lengths[1]) / _FACES_ACROSS)
+    face_size = min(faces.size, float(lengths[1]) / _FACES_ACROSS) if surface is None else faces.size
     opening = faces.size if faces.opening is None else faces.opening
     floor = None if faces.engine_plane is None else faces.engine_plane.arrays
     size = face_size / voxels_per_face

@@ -22,6 +22,7 @@ from nvhchain.handoff import (
     TransferVectors,
 )
 from nvhchain.housing.modes.damping import damping_of_modes
+from nvhchain.scene.modelling import decided
 from nvhchain.study.responses import Limits, add_gears, add_levels, add_places, add_requested
 
 _MOST_REFERENCES = 4
@@ -160,11 +161,13 @@ def measure_drawn(
     began = time.monotonic()
 
     def run(responses: dict[str, float], limits: Limits) -> dict[str, Any] | None:
-        reference = _reference_of(_with_same_lines(mean, case), fidelity, operators)
+        alike = decided(_with_same_lines(mean, case), fidelity)
+        reference = _reference_of(alike, fidelity, operators)
         housing = _damped(reference.housing, case, mean)
-        forces = chain.run(
-            replace(case, quantities=("bearing_forces",)), fidelity=fidelity, operators=operators, housing=housing
-        )
+        driven = replace(case, quantities=("bearing_forces",))
+        if isinstance(driven, GearboxCase) and isinstance(alike, GearboxCase):
+            driven = replace(driven, options=alike.options)  # one decision for all draws
+        forces = chain.run(driven, fidelity=fidelity, operators=operators, housing=housing)
         spectrum = forces.force_spectrum
         assert spectrum is not None
         pressure = acoustics.transfer_pressure(reference.functions(housing, spectrum, fidelity), spectrum)

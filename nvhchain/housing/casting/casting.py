@@ -308,6 +308,7 @@ class Casting:
                 )
                 require(
                     gap >= 0.002,
-                    f"Casting bores {bore.name} and {other.name} are {gap:g} m apart, less than 0.002 m: "
-                    "make them smaller or move a shaft",
+                    f"Casting bores {bore.name} and {other.name} "
+                    + (f"leave a wall of {1e3 * gap:.3g} mm" if gap > 0 else f"overlap by {-1e3 * gap:.3g} mm")
+                    + "; at least 2 mm must stay between them: make them smaller or move a shaft",
                 )

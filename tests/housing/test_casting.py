@@ -57,7 +57,10 @@ def test_bad_value_is_refused_by_name(field, value, message):
     [
         ({"radius": 0.052}, "A1 of radius 0.052 m does not fit inside a gear space"),
         ({"centre": (0.0, 0.0, 0.1)}, "does not span its end wall"),
-        ({"centre": (0.055, -0.03, 0.039), "radius": 0.027}, r"bores A1 and B1 (overlap by|leave a wall of) .* mm; at least 2 mm must stay"),
+        (
+            {"centre": (0.055, -0.03, 0.039), "radius": 0.027},
+            r"bores A1 and B1 (overlap by|leave a wall of) .* mm; at least 2 mm must stay",
+        ),
         ({"name": "B1"}, "must be distinct"),
     ],
 )

@@ -57,7 +57,7 @@ def holds_tilt(bearing: Supporting | None) -> bool:
     """Return True for a bearing that resists tilts; one without model, and a single row of balls, do not."""
     rows: Sequence[BallRow | RollerRow] = getattr(bearing, "rows", ())
     balls = len(rows) == 1 and isinstance(rows[0], BallRow)
-    return bearing is not None and not balls and bool(usual_stiffness(bearing)[0][3, 3] > 0.0)
+    return bearing is not None and not balls and bool((np.diag(usual_stiffness(bearing)[0])[3:5] > 0.0).all())
 
 
 def load_surplus(moved: FloatArray, reach: float) -> float:

@@ -32,7 +32,7 @@ def compliances(case: GearboxCase, fidelity: Fidelity, shared: ResultCache) -> t
     return tuple(_lazily(pair, fidelity, flanks) for pair in case.pairs)
 
 
-def gear_bodies(case: GearboxCase, shared: ResultCache) -> tuple[dynamics.VibratingBody, ...]:
+def gear_bodies(case: GearboxCase, fidelity: GearFidelity, shared: ResultCache) -> tuple[dynamics.VibratingBody, ...]:
     """Return the gears whose bodies vibrate in the band; the modes of every body are kept in `shared`."""
     cache = ResultCache(shared.folder)
 
@@ -47,7 +47,7 @@ def gear_bodies(case: GearboxCase, shared: ResultCache) -> tuple[dynamics.Vibrat
         )
         return made
 
-    return vibrating_bodies(case, modes)
+    return tuple(replace(body, held_by_law=fidelity.bodies != "analytic") for body in vibrating_bodies(case, modes))
 
 
 def _kept_flanks(

@@ -68,7 +68,7 @@ class Run:
         if case.load_dependent:
             box = balanced(case, self.housing_in_loop, self.fidelity).gearbox
         if case.options.models("gear_body_modes"):
-            box = replace(box, gear_bodies=gear_bodies(case, self.shared))
+            box = replace(box, gear_bodies=gear_bodies(case, self.fidelity.gear, self.shared))
         return box
 
     @cached_property

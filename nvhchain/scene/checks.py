@@ -232,9 +232,12 @@ def _check_time_step(scene: Scene) -> None:
 
 def _check_mesh_level(scene: Scene) -> None:
     options = scene.gearbox.options
-    if scene.fidelity.dynamics.mesh_level == "contact" and (options.tilt or options.load_distribution):
+    if scene.fidelity.dynamics.mesh_level == "contact" and (
+        options.tilt or options.load_distribution or options.models("gear_body_modes")
+    ):
         raise InputError(
-            f"{scene.case.name} asks for friction, shuttling or tilt, which the mesh level `contact` does not have: "
+            f"{scene.case.name} asks for friction, shuttling, tilt or gear_body_modes, which the mesh level `contact` "
+            "does not have: "
             "use the level `table`, or leave them out of the options"
         )
 

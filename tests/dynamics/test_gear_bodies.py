@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from scipy.linalg import eigh
 from scipy.sparse.linalg import splu
 
 from nvhchain.dynamics import (
@@ -20,6 +21,7 @@ from nvhchain.dynamics import (
     bearing_forces,
     system_modes,
 )
+from nvhchain.dynamics.model import gear_bodies
 from nvhchain.dynamics.model.assembly import assemble
 from nvhchain.dynamics.model.gear_bodies import relieved
 from nvhchain.dynamics.model.mesh_rows import contact_wrenches, flank_normals
@@ -228,3 +230,79 @@ def test_stiff_bodies_and_bodies_at_rest_are_those_of_the_mesh_law() -> None:
 def test_a_law_stiffer_than_its_bodies_is_refused() -> None:
     with pytest.raises(InputError, match="gear_body_modes"):
         relieved(law(0), np.array([1e-8, 1e-8]))
+
+
+@pytest.mark.parametrize("pinion", [1e-3, 1e4])
+def test_body_that_twists_in_a_light_train_takes_the_common_spin_along(pinion):
+    """Pinion, hub and rim on a web in torsion, immovable sideways: three inertias, two springs."""
+    hub, rim, omega, mesh = 1e-3, 4e-3, 2 * np.pi * 2000.0, 3e8
+    law_ = law(0)
+    a, b = two_stages().shafts[:2]
+    heavy = [(RigidBody(WHEEL, 1e4, polar, 1e4),) for polar in (pinion, hub + rim)]
+    radius, cos = law_.base_radius, np.cos(law_.base_helix_angle)
+    lever = radius[1] / np.cos(law_.working_pressure_angle)
+    modes = BodyModes([2000.0], [0], [0.0], [[0, lever / np.sqrt(rim), 0]], [[0, np.sqrt(rim), 0]])
+    box = Gearbox(
+        (Shaft("A", a.axis, (), heavy[0]), Shaft("B", b.axis, (), heavy[1])),
+        tuple(Bearing(name, name[0], z) for name, z in (("A1", -0.1), ("A2", 0.1), ("B1", -0.1), ("B2", 0.1))),
+        (Mesh("A", "B", WHEEL),), "A", "B", gear_bodies=(VibratingBody("wheel", "B", WHEEL, modes, ((0, 1),), 0.0),),
+    )  # fmt: skip
+    of = assemble(box, [law_], None)
+    contact = np.zeros(2 * len(of.mesh))
+    contact[0] = mesh
+    found = np.sqrt(np.abs(of.undamped_modes(contact)[0]))[-2:]
+    across, twist = cos * np.array([radius[0], 0.0, -radius[1]]), np.array([0.0, 1.0, -1.0])
+    stiffness = mesh * np.outer(across, across) + omega**2 * rim * np.outer(twist, twist)
+    exact = np.sqrt(np.abs(eigh(stiffness, np.diag([pinion, hub, rim]), eigvals_only=True)))[-2:]
+    assert found == pytest.approx(exact, rel=2e-4)  # bodies of 10 t move sideways that much
+
+
+@pytest.mark.parametrize("side", [0, 1])
+@pytest.mark.parametrize("speed", [0.0, 800.0])
+def test_rigid_ring_on_springs_turns_and_tilts_as_its_equations(side, speed):
+    """A thin ring (polar inertia twice the transverse one) that tilts on its hub, with hub and mesh, on either gear."""
+    across, ring, omega, name = 2e-3, 1.5, 2 * np.pi * 900.0, "AB"[side]
+    law_, made = law(0), two_stages().shafts[:2]
+    own = (RigidBody(WHEEL, 3.0, 6e-3, 4e-3), RigidBody(WHEEL, ring, 2 * across, across))
+    shafts = tuple(
+        Shaft(of, shaft.axis, (), own if of == name else (RigidBody(WHEEL, 3.0, 5e-3, 4e-3),))
+        for of, shaft in zip("AB", made, strict=True)
+    )
+    radius = law_.base_radius[side] / np.cos(law_.working_pressure_angle)
+    modes = BodyModes([900.0], [1], [0.0], [[0, 0, radius / across**0.5]], [[0, 1j * across**0.5, 1j * across**0.5]])
+    bearings = tuple(Bearing(each, each[0], z) for each, z in (("A1", -0.1), ("A2", 0.1), ("B1", -0.1), ("B2", 0.1)))
+    box = Gearbox(
+        shafts, bearings, (Mesh("A", "B", WHEEL),), "A", "B", gyroscopic=True,
+        gear_bodies=(VibratingBody("ring", name, WHEEL, modes, ((0, side),), 0.0),),
+    )  # fmt: skip
+    of, rigid = (assemble(each, [law_], None, input_speed=speed) for each in (box, replace(box, gear_bodies=())))
+    spin = of.train.rotation[side] * float(of.train.speed_ratio[side]) * speed
+    n, tilts = len(rigid.mass), [5 * side + 3, 5 * side + 4]
+    ring_at = [n, n + 1]
+    mass, stiffness, turning = np.zeros((3, n + 2, n + 2))
+    mass[:n, :n], stiffness[:n, :n], turning[:n, :n] = np.diag(rigid.mass), rigid.stiffness, speed * rigid.gyroscopic
+    mass[ring_at, ring_at] = mass[ring_at, tilts] = mass[tilts, ring_at] = across
+    # without the stiffening by centrifugal stress, as decided
+    stiffness[ring_at, ring_at] = across * (omega**2 - spin**2)
+    couple = 2 * across * spin * np.array([[0.0, 1.0], [-1.0, 0.0]])
+    for rows, columns in ((ring_at, ring_at), (ring_at, tilts), (tilts, ring_at)):
+        turning[np.ix_(rows, columns)] += couple
+    away = (np.array(made[1].axis) - made[0].axis) * (1.0, -1.0)[side]
+    axial = contact_wrenches(box, of.train, box.meshes[0], law_, 0.0)[0][side].load[2]
+    lever = radius * away / np.linalg.norm(away)
+    row = np.concatenate([rigid.contact[0], [lever[1] * axial, -lever[0] * axial]])
+    for s in 2 * np.pi * np.array([500.0, 850.0, 1100.0]):
+        exact = row @ np.linalg.solve(stiffness + 1j * s * turning - s**2 * mass, row)
+        waves = of.stiffness + 1j * s * speed * of.gyroscopic - s**2 * (np.diag(of.mass) + of.coupling)
+        assert of.contact[0] @ np.linalg.solve(waves, of.contact[0]) == pytest.approx(exact, rel=1e-9)
+
+
+def test_resistance_to_tilt_stays_that_of_the_law():
+    """Points across the face carry a law that is relieved of the modes, and stand closer by as much."""
+    body = thin_wheel()
+    box = replace(on_springs(body, 9000.0), face_points=2)
+    of, rigid = (assemble(each, [law(0)], None) for each in (box, replace(box, gear_bodies=())))
+    part = gear_bodies._part(law(0), of.body_compliance[0])
+    assert part > 0.3
+    wide, narrow = (each.contact[2, 8] - each.contact[0, 8] for each in (rigid, of))
+    assert narrow == pytest.approx(wide * np.sqrt(1.0 - part))

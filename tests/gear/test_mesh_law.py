@@ -1,6 +1,7 @@
 """Mesh laws on a closed-form compliance: shape over deflection and angle, symmetry, convergence."""
 
 import dataclasses
+import pickle
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DRAFT, STANDARD
 from nvhchain.gear.compliance.flank_compliance import FlankCompliance
+from nvhchain.gear.contact import engagement as engagement_module
 from nvhchain.gear.contact.engagement import Engagement, engaged_reach
 from nvhchain.gear.contact.slice_forces import half_space_compliance, local_deflection
 from nvhchain.gear.contact.tip_edge import held_excess
@@ -115,6 +117,15 @@ def test_pair_running_the_other_way_with_mirrored_hand_has_the_same_law(make_pai
     a, b = (Engagement(pair, compliances, sliced(8)) for pair in (one, other))
     for angle in np.linspace(-2, 5, 6) * one.mesh_period:
         np.testing.assert_allclose(a.mesh_force(angle, deflection), b.mesh_force(angle, deflection), rtol=1e-9)
+
+
+def test_phases_kept_are_bounded_and_stay_in_their_process(slotted, monkeypatch):
+    monkeypatch.setattr(engagement_module, "_KEPT", 3)
+    engagement = Engagement(*slotted, sliced(8))
+    for angle in np.linspace(0.0, 0.1, 5):
+        engagement.mesh_force(angle, np.array([20e-6]))
+    assert len(engagement._phases) == 3
+    assert "_phases" not in pickle.loads(pickle.dumps(engagement)).__dict__
 
 
 def test_neighbouring_teeth_are_coupled(slotted):

@@ -163,6 +163,22 @@ def test_torques_without_sign_enter_at_the_fastest_shaft(tmp_path, speed):
     assert read.loads[0].torque == pytest.approx(60.0)
 
 
+def test_a_motor_without_torque_stays_the_input_of_two_consumers(tmp_path):
+    """The torques of both consumers have one sign; that of the motor follows from the balance."""
+    unit = gear_train((20, 31), (18, 33))
+    first, second, _ = unit.of("shaft")
+    _, last = unit.of("external_load")
+    added = unit.add("external_load", transmits_torque=(True, "none"))
+    unit.relate("assembly", assembly=second, part=added)
+    unit.load_cases[0] = {
+        first: {"rotational_speed": (1800.0, "1 / min")},
+        last: {"torque_around_u_axis": (-100.0, "N m")},
+        added: {"torque_around_u_axis": (40.0, "N m")},
+    }
+    read = read_rexs(unit.save(tmp_path / "u.rexs"))
+    assert (read.input_shaft, read.output_shaft) == ("S1", "S3")
+
+
 def test_another_load_case_is_chosen_by_number(tmp_path):
     made = gear_train((20, 31))
     shaft, load = made.of("shaft")[0], made.of("external_load")[0]

@@ -209,7 +209,7 @@ def _walls(body: Surface) -> tuple[csr_array, SuperLU]:
 class _Thrust:
     """Residual thrusts of the pressures on one body.
 
-    squared : fᴴF (N²).
+    squared : FᴴF (N²).
     middles : (m, 3) centres of the carrying areas (m).
     extents : half extents of the carrying areas (m).
     """

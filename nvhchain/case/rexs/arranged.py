@@ -60,7 +60,7 @@ def arranged(unit: GearUnit, nominal: dict[str, float]) -> Arrangement:
             ends = bearing.shaft, bearing.outer_shaft
             if bearing.outer_shaft and len(set(ends) & set(axes)) == 1:
                 held, free = ends if ends[0] in axes else ends[::-1]
-                axes[free], shifts[free] = axes[held], shifts[held]
+                axes[free], shifts[free] = shafts[free].axis or axes[held], shifts[held]
     planes, widths = _common(unit, shifts)
     return Arrangement(axes, shifts, planes, widths, distances)
 

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from nvhchain.dynamics.model.assembly import Assembly
 
 LARGEST_PART = 0.95
-"""Largest part of a law's compliance that the modes of its gears may hold; a body is softer than that only without
-teeth."""
+"""Largest part of a law's compliance that the modes of its gears may hold; the rest is then of the size of the errors
+of both."""
 
 
 def with_bodies(assembly: Assembly, mesh_laws: Sequence[MeshLaw]) -> Assembly:
@@ -42,8 +42,8 @@ def with_bodies(assembly: Assembly, mesh_laws: Sequence[MeshLaw]) -> Assembly:
     n, lateral = len(assembly.mass), assembly.lateral
     per_body = [_of_body(assembly, body) for body in bodies]
     parts = list(zip(*per_body, strict=True))
-    squared, damping, softening, inertia, turned = (np.concatenate(part) for part in parts[:5])
-    skew = block_diag(*parts[5])
+    squared, damping, softening, inertia, turned, common = (np.concatenate(part) for part in parts[:6])
+    skew = block_diag(*parts[6])
     m = len(squared)
     own = np.arange(lateral, lateral + m)
     others = np.delete(np.arange(n + m), own)
@@ -56,6 +56,9 @@ def with_bodies(assembly: Assembly, mesh_laws: Sequence[MeshLaw]) -> Assembly:
 
     coupling, gyroscopic = np.zeros((n + m, n + m)), spread(assembly.gyroscopic * assembly.gearbox.gyroscopic)
     coupling[np.ix_(own, others)], coupling[np.ix_(others, own)] = inertia, inertia.T
+    # no force acts along the common spin of the train, which follows the waves and is no unknown
+    ratio = np.array([float(each) for each in assembly.train.speed_ratio])
+    coupling[np.ix_(own, own)] = -np.outer(common, common) / float(assembly.inertia @ ratio**2)
     gyroscopic[np.ix_(own, own)] = skew
     gyroscopic[np.ix_(own, others)], gyroscopic[np.ix_(others, own)] = turned, -turned.T
     contact, compliance = widened(assembly.contact), np.zeros((len(mesh_laws), 2))
@@ -66,10 +69,15 @@ def with_bodies(assembly: Assembly, mesh_laws: Sequence[MeshLaw]) -> Assembly:
         for mesh, side in body.ends:
             pushes[mesh, :, at : at + size] = _pushes(assembly, body.modes, mesh, side, mesh_laws[mesh])
         at += size
-    for row, (mesh, share) in enumerate(zip(assembly.mesh, assembly.share, strict=True)):
-        if share > 0.0:
-            contact[2 * row : 2 * row + 2, own] = pushes[mesh]
-    compliance = (pushes**2 / squared).sum(axis=2)
+    held = np.repeat([body.held_by_law for body in bodies], [len(part[0]) for part in per_body])
+    compliance = (pushes**2 * held / squared).sum(axis=2)
+    for mesh, law in enumerate(mesh_laws):
+        points = np.flatnonzero((assembly.mesh == mesh) & (assembly.share > 0.0))
+        rows = np.array([2 * points, 2 * points + 1])
+        # the law relieved of the modes is stiffer; against tilt, which moves no wave, the points keep that of the law
+        middle = np.average(contact[rows], axis=1, weights=assembly.share[points])[:, None]
+        contact[rows] = middle + np.sqrt(1.0 - _part(law, compliance[mesh])) * (contact[rows] - middle)
+        contact[rows[:, :, None], own] = pushes[mesh][:, None]
     mass = np.insert(assembly.mass, [lateral] * m, 1.0)
     require(
         bool(np.linalg.eigvalsh((np.diag(mass) + coupling) / np.sqrt(np.outer(mass, mass)))[0] > 0.0),
@@ -99,6 +107,15 @@ def with_bodies(assembly: Assembly, mesh_laws: Sequence[MeshLaw]) -> Assembly:
     )
 
 
+def _part(law: MeshLaw, compliance: FloatArray) -> float:
+    """Return the part of the mean compliance of the loaded flank that its modes hold, at most LARGEST_PART."""
+    force = law.force.mean(axis=0)
+    flank = int(force[-1] < -force[0])
+    end = (-1, 0)[flank]
+    slope = np.gradient(force, law.deflection)[end]
+    return float(min(LARGEST_PART, compliance[flank] * slope))
+
+
 def _split(diameters: IntArray, amplitude: Any) -> FloatArray:
     """Return complex rows (waves, …) as rows of the real coordinates: Re P, and Im P with nodal diameters."""
     rows = []
@@ -111,14 +128,17 @@ def _of_body(assembly: Assembly, body: VibratingBody) -> tuple[FloatArray, ...]:
     """Return the terms of a body over its m real coordinates.
 
     They are squared frequencies, damping, their fall per squared speed of the input, inertia (m, n) shared with the
-    other unknowns, gyroscopic terms (m, n) with them, and (m, m) among the waves, per speed of the input.
+    other unknowns, gyroscopic terms (m, n) with them per speed of the input, inertia (m,) shared with the common spin,
+    and gyroscopic terms (m, m) among the waves.
     """
     box, modes = assembly.gearbox, body.modes
     shaft, rotor = box.shaft_index(body.rotor), box.rotor_index(body.rotor)
     spin = assembly.train.rotation[rotor] * float(assembly.train.speed_ratio[rotor])
     free, sections = assembly.free, assembly.sections
     wrenches = [Wrench(shaft, body.z, push, -1 if rotor == shaft else rotor) for push in np.eye(6)]
-    motions = [np.concatenate([on, spins @ free]) for on, spins in (sections.rows([each]) for each in wrenches)]
+    moves = [sections.rows([each]) for each in wrenches]
+    motions = [np.concatenate([on, spins @ free]) for on, spins in moves]
+    train = float(moves[5][1] @ [float(ratio) for ratio in assembly.train.speed_ratio])
     n, hub, omega = modes.diameters, modes.hub, 2.0 * np.pi * modes.frequency
     moved, tilted = motions[0] + 1j * motions[1], motions[3] + 1j * motions[4]
     still, once = (n == 0)[:, None], (n == 1)[:, None]
@@ -136,6 +156,7 @@ def _of_body(assembly: Assembly, body: VibratingBody) -> tuple[FloatArray, ...]:
         _split(n, both * (n**2 - 2.0 * n * modes.coriolis) * spin**2),
         _split(n, inertia),
         _split(n, turned),
+        _split(n, (n == 0) * hub[:, 1] * train),
         block_diag(*blocks),
     )
 
@@ -170,8 +191,8 @@ def relieved(law: MeshLaw, compliance: FloatArray) -> MeshLaw:
     require(
         left >= 1.0 - LARGEST_PART,
         f"mesh law with teeth {law.teeth}: the modes of its gears hold {1.0 - left:.0%} of its compliance (limit "
-        f"{LARGEST_PART:.0%}): the law is not that of these bodies; take bodies = 'elements', or gear_body_modes = "
-        "false",
+        f"{LARGEST_PART:.0%}), and the rest is within the errors of both: stiffen the web, or set gear_body_modes = "
+        "false; a supplied law must hold the bodies of its gears",
     )
     grid = reached.mean(axis=0)
     beyond = float(np.ptp(law.deflection))

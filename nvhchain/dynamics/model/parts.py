@@ -408,6 +408,8 @@ class VibratingBody:
         Number of every mesh in which it takes part, and 0 as its pinion or 1 as its wheel.
     damping : float
         Damping ratio of the modes.
+    held_by_law : bool
+        True where the mesh law holds the static compliance of the modes; laws of analytic bodies do not.
     """
 
     name: str
@@ -416,6 +418,7 @@ class VibratingBody:
     modes: BodyModes
     ends: tuple[tuple[int, int], ...]
     damping: float = 0.005
+    held_by_law: bool = True
 
 
 @dataclass(frozen=True)

@@ -201,7 +201,11 @@ def _kinetic(assembly: Assembly, shapes: ComplexArray) -> tuple[tuple[str, ...],
         found[f"gear {gear.name}"] = spins[i]
     if first > 5 * n_shaft:
         found[HOUSING] = own[5 * n_shaft : first].sum(axis=0)
-    shared = 0.0 if assembly.coupling is None else 2.0 * (shapes.conj() * (assembly.coupling @ shapes)).real[waves]
+    shared: FloatArray | float = 0.0
+    if assembly.coupling is not None:
+        double = 2.0 * assembly.coupling
+        double[waves, waves] /= 2.0
+        shared = (shapes.conj() * (double @ shapes)).real[waves]
     for i, body in enumerate(box.gear_bodies):
         found[f"body of {body.name}"] = (own[waves] + shared)[assembly.body_of_wave == i].sum(axis=0)
     return _shares(found)

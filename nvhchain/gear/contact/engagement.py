@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import ceil
+from typing import Any
 
 import numpy as np
 
@@ -29,6 +30,8 @@ from nvhchain.gear.drawing.pair import BACK, DRIVE, GearPair
 from nvhchain.handoff import FloatArray, IntArray
 from nvhchain.kinds import check_fields
 
+_KEPT = 1024
+"""Largest number of phases kept, of some 0.1 MB each; a mesh law has two for each angle of a mesh period."""
 _PHASES = 2**40
 """Phases of a mesh period that are told apart: equal ones of different mesh periods differ by rounding."""
 
@@ -146,6 +149,10 @@ class Engagement:
     def _phases(self) -> dict[tuple[int, int], _Phase]:
         return {}
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the fields without the phases, which other processes compute themselves."""
+        return {name: value for name, value in self.__dict__.items() if name != "_phases"}
+
     @cached_property
     def _splines(self) -> tuple[FlankSplines | SliceCompliance, ...]:
         return tuple(c if isinstance(c, SliceCompliance) else flank_splines(c) for c in self.compliances)
@@ -198,11 +205,12 @@ class Engagement:
     def _at(self, angle: float, flank: int) -> tuple[ContactLines, _Phase]:
         """Return the contact lines at an angle, and the phase of the mesh; other mesh periods load other teeth."""
         meshes, phase = divmod(round(angle / self.pair.mesh_period * _PHASES), _PHASES)
-        if (phase, flank) not in self._phases:
+        found = self._phases.get((phase, flank))
+        if found is None:
             lines = self.lines(phase / _PHASES * self.pair.mesh_period, flank)
-            gap, law = unloaded_gap(self.pair, lines), self.local_law(lines)
-            self._phases[phase, flank] = _Phase(lines, gap, law, self._weights(lines))
-        found = self._phases[phase, flank]
+            found = _Phase(lines, unloaded_gap(self.pair, lines), self.local_law(lines), self._weights(lines))
+            if len(self._phases) < _KEPT:
+                self._phases[phase, flank] = found
         later = meshes * self.pair.sense * np.array([[-1], [1]])
         return replace(found.lines, tooth=found.lines.tooth + later), found
 

@@ -26,7 +26,7 @@ QUADRATIC = {"tet": "tet10", "wedge": "wedge15", "hex": "hex20"}
 _FLIP = {"tet": (0, 2, 1, 3), "wedge": (3, 4, 5, 0, 1, 2), "hex": (4, 5, 6, 7, 0, 1, 2, 3)}
 """Order of the corners that turns an inside-out element over."""
 
-_ETENT = (5e-3, 20.0)
+_EXTENT = (5e-3, 20.0)
 """Smallest and largest length (m) of a housing's longest side."""
 
 _CHUNK = 20_000
@@ -126,8 +126,8 @@ def check_extent(nodes: FloatArray, source: str) -> None:
     """Refuse a mesh, nodes (n, 3) m, outside the size of housings: its unit of length must be wrong."""
     extent = float(np.ptp(nodes, axis=0).max())
     require(
-        _ETENT[0] <= extent <= _ETENT[1],
-        f"{source}: the mesh is {extent:.4g} m long, {_ETENT[0]:g} … {_ETENT[1]:g} m are taken for a housing: "
+        _EXTENT[0] <= extent <= _EXTENT[1],
+        f"{source}: the mesh is {extent:.4g} m long, {_EXTENT[0]:g} … {_EXTENT[1]:g} m are taken for a housing: "
         "is it in millimetres, or read as if it were? Choose the units of the file",
     )
 

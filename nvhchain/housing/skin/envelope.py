@@ -123,10 +123,10 @@ def outer_envelope(
     """
     surface, lengths = faces.surface, np.sort(np.ptp(skin.nodes[np.unique(skin.facets)], axis=0))
     face_size = min(faces.size, float(lengths[1]) / _FACES_ACROSS) if surface is None else faces.size
-    opening = faces.size if faces.opening is None else faces.opening
     floor = None if faces.engine_plane is None else faces.engine_plane.arrays
     size = face_size / voxels_per_face
     extent = float(lengths[2])
+    opening = min(faces.size, extent) if faces.opening is None else faces.opening
     require(
         opening <= max(extent, face_size),
         f"opening = {1e3 * opening:.4g} mm is wider than the whole body, {1e3 * extent:.4g} mm: give the diameter of "

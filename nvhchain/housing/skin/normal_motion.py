@@ -104,7 +104,8 @@ def _followed_motion(
     along = np.linalg.norm(gap - np.einsum("pa,pa->p", gap, normal[facet])[:, None] * normal[facet], axis=1)
     face = np.repeat(listening, len(place))
     covered = along < _COVERED * np.sqrt(surface.areas[face])
-    shape = np.hstack([L * (2 * L - 1), 4 * L * np.roll(L, -1, axis=1)]) * (covered / len(place))[:, None]
+    shape = np.hstack([L * (2 * L - 1), 4 * L * np.roll(L, -1, axis=1)]) / len(place)
+    shape = np.where(covered[:, None], shape, 0.0)
     values = shape[:, :, None] * surface.normals[face][:, None, :]
     columns = 3 * skin[facet][:, :, None] + np.arange(3)
     rows = np.broadcast_to(face[:, None, None], values.shape)

@@ -153,7 +153,8 @@ def _ends(parts: Parts, state: _State, turns: Mapping[int, Fraction]) -> tuple[i
     others = [shaft for shaft in dict.fromkeys(loaded)]
     fastest = sorted(rotors, key=lambda shaft: -abs(turns.get(shaft, Fraction(0))))
     alike = sorted(entering or leaving, key=fastest.index)
-    if len(alike) > 1 and not (entering and leaving):  # REXS 1.0 states torques without sign
+    # REXS 1.0 states torques without sign, of all loaded shafts; a motor without one takes the balance
+    if len(alike) > 1 and not (entering and leaving) and set(others) <= set(alike):
         entering, leaving = alike[:1], alike[-1:]
         record.add("assumed", "operation", "input shaft", parts.names[alike[0]], "the fastest; all torques drive")
     into = entering[0] if entering else next((s for s in others if s not in leaving), None)

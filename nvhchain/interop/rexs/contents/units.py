@@ -61,7 +61,7 @@ _SPELLINGS = {
     **dict.fromkeys(("inch", "inches"), "in"),
     **dict.fromkeys(("°c", "degc"), "C"),
     "s-1": "1/s",
-    "n/µm": "N/mum",
+    **dict.fromkeys(("n/µm", "n/um"), "N/mum"),
 }
 """Other spellings, in small letters, of units of REXS."""
 
@@ -70,4 +70,5 @@ def plain(unit: str) -> str:
     """Return a unit in the spelling of `UNITS`, without blanks and signs of products and powers."""
     short = "".join(unit.split()).translate(_SIGNS)
     small = short.lower()
-    return _SPELLINGS.get(small) or (small if short not in UNITS and small in UNITS else short)
+    mega = short[:1] == "M" and short[1:].islower()  # Mg and Mm are no mg and mm
+    return _SPELLINGS.get(small) or (small if short not in UNITS and small in UNITS and not mega else short)

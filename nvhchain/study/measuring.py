@@ -161,12 +161,13 @@ def measure_drawn(
     began = time.monotonic()
 
     def run(responses: dict[str, float], limits: Limits) -> dict[str, Any] | None:
-        alike = decided(_with_same_lines(mean, case), fidelity)
-        reference = _reference_of(alike, fidelity, operators)
+        alike = _with_same_lines(mean, case)
+        reference = _reference_of(alike, fidelity, operators)  # limits hold the options left out
         housing = _damped(reference.housing, case, mean)
         driven = replace(case, quantities=("bearing_forces",))
-        if isinstance(driven, GearboxCase) and isinstance(alike, GearboxCase):
-            driven = replace(driven, options=alike.options)  # one decision for all draws
+        chosen = decided(alike, fidelity)
+        if isinstance(driven, GearboxCase) and isinstance(chosen, GearboxCase):
+            driven = replace(driven, options=chosen.options)  # one decision for all draws
         forces = chain.run(driven, fidelity=fidelity, operators=operators, housing=housing)
         spectrum = forces.force_spectrum
         assert spectrum is not None

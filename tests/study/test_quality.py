@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from nvhchain.study import (
     load_study,
     measure,
     measure_drawn,
+    measuring,
     percentiles,
     write_study,
 )
@@ -99,6 +101,27 @@ def test_a_study_of_draws_ends_with_percentiles_and_failures(tmp_path: Path) -> 
     (tmp_path / "study.toml").write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match="targets"):
         load_study(tmp_path / "study.toml")
+
+
+def test_limits_of_a_draw_hold_the_options_left_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The reference leaves its options open, and so counts those left out; the forces take its decision."""
+    mean = load_case(SMALL)
+    assert isinstance(mean, GearboxCase)
+    mean = replace(mean, options=replace(mean.options, shuttling="auto"))
+    seen = []
+
+    def run(case: GearboxCase, **means: object) -> None:
+        seen.append(case.options.shuttling)
+        raise InputError("no more is needed")
+
+    monkeypatch.setattr(measuring.chain, "run", run)
+    monkeypatch.setattr(
+        measuring, "decided", lambda case, _: replace(case, options=replace(case.options, shuttling=False))
+    )
+    assert measure_drawn(mean, mean, TINY, tmp_path)["refused"].endswith("no more is needed")
+    monkeypatch.setattr(measuring, "_reference_of", lambda *_: SimpleNamespace(housing=None))
+    assert measure_drawn(mean, mean, TINY, tmp_path)["refused"].endswith("no more is needed")
+    assert seen == ["auto", False]
 
 
 @pytest.mark.slow

@@ -191,10 +191,11 @@ class _Runs:
         """Add the run of a row, or the row to the run of the same case."""
         varied, scatter = self.study.varied, self.study.scatter
         case = self._case(row, varied)
-        key = fingerprint(case, self.spread.fidelity, self.study.responses, self.study.plan in PAIRED, *code)
-        same, mean = tasks.get(key), None
+        mean = None  # limits of a drawn row are those of its mean case
         if scatter and can_be_drawn(case, self.spread.fidelity):
             mean = self._case(row, tuple(parameter for parameter in varied if parameter not in scatter))
+        key = fingerprint(case, mean, self.spread.fidelity, self.study.responses, self.study.plan in PAIRED, *code)
+        same = tasks.get(key)
         tasks[key] = Task(key, case, (*(same.rows if same else ()), index), mean)
 
     def _case(self, row: Row, parameters: Sequence[Parameter]) -> Case:

@@ -23,6 +23,8 @@ from nvhchain.study import (
     measure_drawn,
     measuring,
     percentiles,
+    run_study,
+    spreading,
     write_study,
 )
 from nvhchain.testing.coarse_runs import SMALL, TINY
@@ -164,3 +166,15 @@ def test_parameters_of_a_series_share_housing_and_transfer_vectors(path: str, sc
     study = Study(Path("x.toml"), (parameter,), "monte_carlo", 4)
     assert bool(study.scatter) is scatter
     assert not replace(study, parameters=(Parameter("x", (path,), (1, 2)),), plan="grid", designs=0).scatter
+
+
+def test_another_case_file_gives_draws_new_rows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Limits of a draw come from the case file, whose damping the draws themselves replace."""
+    path, ran = tmp_path / "case.toml", []
+    found = {"responses": {"level": 60.0}, "limits": {}, "band": None, "refused": None, "seconds": 0.0}
+    monkeypatch.setattr(spreading, "measure_drawn", lambda case, mean, *_: ran.append(mean) or found.copy())
+    study = Study(path, (Parameter("x", ("housing.modal_damping",), low=0.02, high=0.03),), "monte_carlo", 2)
+    for damping in (0.01, 0.01, 0.04):
+        path.write_text(f'base = "{SMALL}"\n[housing]\nmodal_damping = {damping}\n', encoding="utf-8")
+        run_study(study, out=tmp_path / "out", fidelity=TINY)
+    assert [mean.housing.modal_damping for mean in ran] == [0.01, 0.01, 0.04, 0.04]

@@ -292,7 +292,10 @@ def _described(
         if not note:
             without = chosen.switched(name, modelled=False)
             with_it = chosen.switched(name, modelled=True)
-            level, distance = linear.change(without, with_it), linear.distance(without, with_it)
+            try:
+                level, distance = linear.change(without, with_it), linear.distance(without, with_it)
+            except InputError as error:  # of an option that the case leaves out, beside those chosen
+                note = f"cannot be modelled: {error}"
         found.append(OptionEstimate(name, asked.get(name, stated), on, level, distance, note))
     case = replace(linear.case, options=chosen) if linear.case.options != chosen else linear.case
     left, far = linear.change(chosen, full), linear.distance(chosen, full)
@@ -351,6 +354,10 @@ class _Estimates:
         others |= {"loaded_misalignment": False} if name == "tilt" else {}
         try:
             power = self.power(self.plain(**others, **_switched_on([name])))
+            if name == "gear_body_modes":  # beside all others, too: the choice begins with all of them
+                open_ones = [each for each in self.case.options.undecided if each not in (name, "loaded_misalignment")]
+                beside = [each for each in open_ones if not self.refusal(each)]
+                self.power(self.plain(**_switched_on([*beside, name])))
         except InputError as error:
             return f"cannot be modelled: {error}"
         return "" if float(np.sum(power)) > 0.0 else "no estimate, since no mesh order lies in the band"

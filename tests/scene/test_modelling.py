@@ -178,3 +178,13 @@ def test_statements_hold_and_the_rest_stays_within_the_tolerance(small, states, 
         if stated != AUTO:
             assert getattr(decision.case.options, each.option) == stated
     assert abs(decision.left_out_db) <= decision.left_out_distance_db <= nvh.DRAFT.option_tolerance_db
+
+
+def test_the_gearbox_of_the_thesis_decides_all_its_options(request):
+    """Its gear bodies vibrate on shafts that bend; every option has an estimate."""
+    names = ("friction", "shuttling", "flexible_shafts", "gear_body_modes")
+    path = request.config.rootpath / "cases" / "gearbox" / "solid.toml"
+    case = nvh.load_case(path, changes=[f"options.{name}=auto" for name in names])
+    found = {each.option: each for each in modelled(case, nvh.DRAFT).options}
+    assert [found[name].note for name in names] == [""] * 4
+    assert found["flexible_shafts"].modelled

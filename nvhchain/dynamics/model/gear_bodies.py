@@ -135,7 +135,13 @@ def _of_body(assembly: Assembly, body: VibratingBody) -> tuple[FloatArray, ...]:
     shaft, rotor = box.shaft_index(body.rotor), box.rotor_index(body.rotor)
     spin = assembly.train.rotation[rotor] * float(assembly.train.speed_ratio[rotor])
     free, sections = assembly.free, assembly.sections
-    wrenches = [Wrench(shaft, body.z, push, -1 if rotor == shaft else rotor) for push in np.eye(6)]
+    # the section that carries the rigid body carries the waves: a flexible shaft has little inertia of its own
+    centre = min((each.z for each in box.shafts[shaft].bodies), key=lambda z: abs(z - body.z), default=body.z)
+    arm = np.array([0.0, 0.0, body.z - centre])
+    wrenches = [
+        Wrench(shaft, centre, push + np.append(np.zeros(3), np.cross(arm, push[:3])), -1 if rotor == shaft else rotor)
+        for push in np.eye(6)
+    ]
     moves = [sections.rows([each]) for each in wrenches]
     motions = [np.concatenate([on, spins @ free]) for on, spins in moves]
     train = float(moves[5][1] @ [float(ratio) for ratio in assembly.train.speed_ratio])

@@ -6,11 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import hypot
 
-from nvhchain.study.responses import paired_offsets
+from nvhchain.study.responses import paired_offsets, stored_band
 from nvhchain.study.rows import Row
 
 LEVELS = ("level", "sound_power")
 """Responses in decibels of which differences have limits."""
+
+_SAME_LEVEL = 1e-3
+"""Largest difference (dB) of a level from that of its stored lines; their six digits make 1e-4 dB."""
 
 
 @dataclass(frozen=True)
@@ -50,8 +53,9 @@ def level_difference(first: Row, second: Row) -> Difference | None:
 
     Notes
     -----
-    Both rows with their limits line by line: `nvhchain.error_band.difference_limits`, of one of many gearboxes those of
-    the gearbox of the case file. Otherwise (run-ups, sound power) the distances to the limits add in quadrature.
+    Both rows with their limits line by line: `nvhchain.error_band.difference_limits`. Otherwise (run-ups, sound power)
+    the distances to the limits add in quadrature. So do those of drawn gearboxes: their lines are those of the case
+    file, whose shares are not their own.
     """
     name = next((name for name in LEVELS if name in first.responses and name in second.responses), None)
     if name is None:
@@ -63,11 +67,16 @@ def level_difference(first: Row, second: Row) -> Difference | None:
         below = hypot(first_high - before, after - second_low)
     if first_low is not None and second_high is not None:
         above = hypot(before - first_low, second_high - after)
-    if name == "level" and first.band and second.band:
+    if name == "level" and first.band and second.band and _holds_its_lines(first) and _holds_its_lines(second):
         low, high = paired_offsets(first.band, second.band)
         below, above = _least(below, None if low is None else -low), _least(above, high)
     change = after - before
     return Difference(change, (None if below is None else change - below, None if above is None else change + above))
+
+
+def _holds_its_lines(row: Row) -> bool:
+    """Return True where the lines of the band make the level of the row; those of a drawn gearbox do not."""
+    return row.band is not None and abs(stored_band(row.band).level[0] - row.responses["level"]) < _SAME_LEVEL
 
 
 def _least(first: float | None, second: float | None) -> float | None:

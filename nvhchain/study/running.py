@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -17,6 +17,7 @@ from nvhchain.files.folder_lock import hold_folder
 from nvhchain.files.hdf5 import writable_folder, write_text
 from nvhchain.files.result_cache import code_version, fingerprint
 from nvhchain.kinds import checked
+from nvhchain.study.analysis import responses_of
 from nvhchain.study.definition import PAIRED, Study
 from nvhchain.study.measuring import can_be_drawn
 from nvhchain.study.parameter import Parameter
@@ -142,11 +143,12 @@ class _Runs:
     def rows(self, designs: Sequence[tuple[int, Design]]) -> list[Row]:
         """Return the rows of numbered designs at every operating point, and with every draw of the tolerances."""
         draws = draws_of(self.study.goal)
+        points = operating_points(self.study)
         empty = [
             Row(number, design | draw, point.speed_rpm, point.torque, draw=place)
             for number, design in designs
             for place, draw in enumerate(draws)
-            for point in operating_points(self.study)
+            for point in points
         ]
         rows: list[Row | None] = [None] * len(empty)
         tasks: dict[str, Task] = {}
@@ -164,6 +166,8 @@ class _Runs:
             else:
                 for index in task.rows:
                     rows[index] = _filled(empty[index], found)
+        starts = range(0, len(rows), len(points))
+        unchecked = designs[0][0] == 0 and not any(self._check_names(rows[at : at + len(points)]) for at in starts)
         several = f" of designs {designs[0][0]} to {designs[-1][0]}" if self.study.goal is not None else ""
         self.report(f"{len(empty)} runs{several}: {len(tasks)} different ones, {len(tasks) - len(left)} cached")
         if left:
@@ -172,20 +176,32 @@ class _Runs:
             if self.study.plan not in PAIRED:
                 found["band"] = None  # large, and of use for differences alone
             write_text(_record(self.folder, task.key), json.dumps(found) + "\n")
-            self._check_names(found["responses"])
             for index in task.rows:
                 rows[index] = _filled(empty[index], found)
+                at = index - index % len(points)
+                unchecked = unchecked and not self._check_names(rows[at : at + len(points)])
             self.report(progress)
-        return [row for row in rows if row is not None]
+        done = [row for row in rows if row is not None]
+        if unchecked:
+            self._check_names([row for row in done if row.refused is None])
+        return done
 
-    def _check_names(self, known: Mapping[str, float]) -> None:
-        """Refuse figures, targets and a goal without a response, at the first run that ends well."""
+    def _check_names(self, rows: Sequence[Row | None]) -> bool:
+        """Refuse figures, targets and a goal without a response in any of the rows; return False where one has failed.
+
+        Operating points differ in responses: a transmission error needs a load, an order lies inside the band or not.
+        """
+        done = [row for row in rows if row is not None and row.refused is None]
+        if not done or len(done) < len(rows):
+            return False
+        known = responses_of(done)
         named = {"pareto": self.study.pareto, "targets": tuple(self.study.targets)}
         if self.study.goal is not None:
             named["optimise"] = (self.study.goal.response,)
         for place, names in named.items():
-            for name in names if known else ():
+            for name in names:
                 require(name in known, f"{place}: no response {name!r}: choose among {', '.join(known)}")
+        return True
 
     def _add(self, tasks: dict[str, Task], index: int, row: Row, code: Sequence[str]) -> None:
         """Add the run of a row, or the row to the run of the same case."""

@@ -5,6 +5,7 @@ import io
 import json
 import sys
 from concurrent.futures import BrokenExecutor, Future
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -28,6 +29,7 @@ from nvhchain.study import (
     worst_rows,
     write_study,
 )
+from nvhchain.testing.coarse_runs import SMALL
 
 SPHERE = """
 kind = "radiator"
@@ -271,6 +273,29 @@ def test_a_response_that_does_not_exist_ends_the_study_at_its_first_run(sphere, 
         assert main(["study", str(path), "--out", str(out)]) == 2
         assert "no response 'lodness': choose among level" in capsys.readouterr().err
         assert len(list((out / "rows").iterdir())) == 1
+
+
+def test_a_target_may_be_a_response_of_one_operating_point_alone(tmp_path, monkeypatch):
+    """A transmission error needs a driving torque. A wrong name ends the study after one design, cached or not."""
+    ran = []
+
+    def measured(case, *rest):
+        ran.append(case.operation.input_torque)
+        found = {"level": 60.0} | ({"transmission_error_um of stage": 2.0} if ran[-1] > 0 else {})
+        return {"responses": found, "limits": {}, "band": None, "refused": None, "seconds": 0.0}
+
+    monkeypatch.setattr(spreading, "measure", measured)
+    damping = Parameter("damping", ("housing.modal_damping",), (0.01, 0.02))
+    study = Study(SMALL, (damping,), torques=(-50.0, 100.0), targets={"transmission_error_um of stage": 3.0})
+    wrong = replace(study, targets={"transmission_error_um of stag": 3.0})
+    with pytest.raises(InputError, match="no response 'transmission_error_um of stag': choose among level, trans"):
+        run_study(wrong, out=tmp_path, fidelity=nvh.DRAFT)
+    assert ran == [-50.0, 100.0]
+    assert len(run_study(study, out=tmp_path, fidelity=nvh.DRAFT)) == 4
+    assert ran == 2 * [-50.0, 100.0]
+    with pytest.raises(InputError, match="no response"):
+        run_study(wrong, out=tmp_path, fidelity=nvh.DRAFT)
+    assert ran == 2 * [-50.0, 100.0]
 
 
 def test_the_command_prints_best_designs_and_writes_tables(sphere, tmp_path, capsys):

@@ -16,6 +16,7 @@ from scipy.stats import qmc
 from nvhchain.case import Case
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray
+from nvhchain.study.analysis import responses_of
 from nvhchain.study.definition import Goal, Study
 from nvhchain.study.parameter import Parameter
 from nvhchain.study.plans.designs import Design
@@ -113,7 +114,7 @@ def scores(study: Study, rows: Sequence[Row]) -> list[Score]:
         if reasons:
             found.append(Score(design, values, {}, inf, reasons[0]))
             continue
-        responses = {name: _included(some, name, study.goal.percent) for name in some[0].responses}
+        responses = {name: _included(some, name, study.goal.percent) for name in responses_of(some)}
         for name in (study.goal.response, *study.targets):
             require(name in responses, f"optimise: no response {name!r}: choose among {', '.join(responses)}")
         excess = sum(

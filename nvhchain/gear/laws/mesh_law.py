@@ -192,7 +192,7 @@ def pair_compliances(
             if blank.web is not None or blank.cutouts is not None or isinstance(blank, VolumeMesh):
                 message = f"the {name}'s blank counts as solid but for the twist of a web: analytic bodies have no rim"
                 warn_caller(
-                    f"{message} that bends, no openings and no foreign meshes; take bodies = 'elements'",
+                    f"{message} that bends, no openings and no imported meshes; take bodies = 'elements'",
                     kind="analytic bodies",
                 )
         return slice_compliance(pair.pinion), slice_compliance(pair.wheel)

@@ -177,7 +177,7 @@ def parser() -> argparse.ArgumentParser:
     run.add_argument(
         "--forces",
         metavar="FILE",
-        help="bearing forces of another program (CSV, LVM, TDMS, MDF4, MAT, HDF5, UFF 58), described in the TOML file beside it",
+        help="bearing forces of another program (CSV, LVM, TDMS, MDF4, MAT, HDF5, UFF 58), with a TOML file beside it",
     )
     run.set_defaults(action=commands.run)
 

@@ -7,6 +7,7 @@ import pytest
 
 import nvhchain as nvh
 from nvhchain.acoustics import modal_pressure, modal_transfer_vectors, radiate
+from nvhchain.case import housing as case_housing
 from nvhchain.case import housing_model
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError
@@ -114,7 +115,7 @@ def test_curve_and_structural_damping_of_a_housing_from_a_file_reach_its_reducti
     case = small(*text.split("\n"), CURVE, "structural_damping = true")
     asked = {}
     monkeypatch.setattr(housing_model.housing, "bearing_seats", lambda *_: ())
-    monkeypatch.setattr(housing_model.housing, "reduce_model", lambda *_, **how: asked.update(how) or plain[1].housing)
+    monkeypatch.setattr(case_housing, "reduce_model", lambda *_, **how: asked.update(how) or plain[1].housing)
     made = case.housing.reduce(case, (None, case.seats), 0.02, nvh.DRAFT.housing, None)
     assert asked["modal_damping"] == DampingCurve((2000.0, 4000.0), (0.01, 0.03))
     assert made.structural_damping is True

@@ -7,7 +7,7 @@ import pytest
 
 from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.housing import RadiatingFaces
-from nvhchain.housing.casting.mesh import boundary_faces, engine_plane_faces
+from nvhchain.housing.casting.mesh import boundary_faces
 from nvhchain.housing.exchange.casting_model import casting_model
 from nvhchain.housing.exchange.modal_model import modal_model
 from nvhchain.housing.imported.modal_results import (
@@ -20,8 +20,7 @@ from nvhchain.housing.imported.modal_results import (
 from nvhchain.housing.imported.seats import bearing_seats
 from nvhchain.housing.modes.engine_plane import EnginePlane
 from nvhchain.housing.modes.truncation import truncation_error
-from nvhchain.housing.reduction import reduce_mesh, seat_flexibility
-from nvhchain.housing.skin.normal_motion import normal_motion
+from nvhchain.housing.reduction import seat_flexibility
 from nvhchain.housing.skin.shell_sides import outward_sides, outward_skin
 from nvhchain.interop.modes.modal_uff import read_modal_uff
 from nvhchain.interop.modes.modal_uff_out import write_modal_uff
@@ -74,20 +73,14 @@ def test_faces_move_as_those_of_the_casting(from_file, reduced):
 
 
 def test_faces_move_to_six_digits_as_those_of_the_casting_where_edges_have_middles(
-    modes, mesh, casting, fidelity, surface, tmp_path
+    modes, mesh, reduced, casting, fidelity, surface, tmp_path
 ):
-    """A file of modes names no bolts: the walls of bolt holes, at rest, are part of its skin."""
-    faces = boundary_faces(mesh.elements)
-    curved = replace(modes, triangles=faces)
+    curved = replace(modes, triangles=boundary_faces(mesh.elements))
     found = housing(read_modal_uff(write_modal_uff(curved, tmp_path / "m.unv")), casting, fidelity, surface)
-    walls = faces[np.any([np.isin(faces, bolt).all(axis=1) for bolt in mesh.bolts], axis=0)]
-    skin = np.concatenate([mesh.skin, walls])
-    motion = normal_motion(mesh.nodes, skin, surface, engine_plane_faces(surface), fidelity.samples_per_face)
-    own = reduce_mesh(mesh, casting, surface, motion, 1.4 * F_MAX)
     count = len(found.natural_frequency)
-    sign = np.sign((found.seat_shapes * own.seat_shapes[:count]).sum(axis=(1, 2)))
-    largest = np.abs(own.normal_shapes).max()
-    assert found.normal_shapes * sign[:, None] == pytest.approx(own.normal_shapes[:count], abs=2e-5 * largest)
+    sign = np.sign((found.seat_shapes * reduced.seat_shapes[:count]).sum(axis=(1, 2)))
+    largest = np.abs(reduced.normal_shapes).max()
+    assert found.normal_shapes * sign[:, None] == pytest.approx(reduced.normal_shapes[:count], abs=2e-5 * largest)
 
 
 def test_triangles_turned_over_keep_the_middles_of_their_edges(modes, mesh):

@@ -90,9 +90,13 @@ def test_velocity_of_the_surface_is_that_of_the_whole_model(body, tmp_path):
     model, *_ = body
     seat = {"S": model.rigid_sets[1].reference}
     options = {"f_max": 5000.0, "faces": RadiatingFaces(0.02), "modal_damping": 0.02, "fidelity": DRAFT.housing}
-    whole = reduce_model(model, bearing_seats(model, seat), **options)
+    with pytest.warns(
+        AccuracyWarning, match="miss the sound power of the skin by -1"
+    ):  # edges of a slender box, rounded
+        whole = reduce_model(model, bearing_seats(model, seat), **options)
     modes = read_superelement(files_of("DMIG", body, tmp_path), units="mm-t-s")
-    with pytest.warns(AccuracyWarning, match="6 of 24 corners of the skin have no displacements"):
+    missed = pytest.warns(AccuracyWarning, match="miss the sound power of the skin by -1")
+    with missed, pytest.warns(AccuracyWarning, match="6 of 24 corners of the skin have no displacements"):
         matrices = housing_from_modes(modes, seat, residual_vectors=True, **options)
     lines = np.linspace(200.0, 5000.0, 97)
     force = np.tile(np.array([1.0, 2.0j, -0.5 + 0.3j]), (len(lines), 1))

@@ -302,7 +302,7 @@ def test_slices_of_faces_that_overlap_more_err_with_the_square_of_the_overlap(ca
 def test_a_sweep_that_does_not_tell_what_errors_grow_with_is_refused(case, two_stages):
     """No overlap counted as a spur gear would make slices of helical gears exact."""
     slices = replace(REFERENCE, gear=replace(REFERENCE.gear, slices=8))
-    with pytest.raises(InputError, match=r"tells wave, width of its case, not .*measure it again"):
+    with pytest.raises(InputError, match=r"states wave, width of its case, but .*measure it again"):
         growth(slices, REFERENCE, [two_stages], {"width": extent(case)["width"], "wave": 0.1116})
     with pytest.raises(InputError, match=r"measure it again"):
         growth(slices, REFERENCE, [two_stages], extent(case) | {"wave": "0.1116"})

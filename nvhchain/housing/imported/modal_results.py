@@ -33,6 +33,9 @@ Rounding is 1e-16 of the highest eigenvalue of a mesh. It gives free bodies natu
 _ROUNDED = 0.5
 """Largest frequency (Hz) of a rigid mode due to rounding."""
 
+_AT_REST = 1e-9
+"""Largest displacement of a node at rest over the largest of all."""
+
 _SPACINGS = 3.0
 """Largest gap between the last mode and f_max without a missing mode, in mean spacings of natural frequencies."""
 
@@ -128,8 +131,10 @@ def housing_from_modes(
         shells=shells,
     )
     facets = skin.facets[envelope.exposed]
+    moves = np.abs(model.shapes).max(axis=(0, 2)) > _AT_REST * np.abs(model.shapes).max()
+    moving = facets[moves[facets[:, :3]].any(axis=1)]  # walls of bolt holes do not move, and no bolt is named
     motion = skin.restrict(
-        normal_motion(skin.nodes, facets, envelope.surface, envelope.silent, fidelity.samples_per_face)
+        normal_motion(skin.nodes, moving, envelope.surface, envelope.silent, fidelity.samples_per_face)
     )
     at_seats = model.shapes[:, seats].reshape(len(frequency), -1)
     on_faces = (motion @ model.shapes.reshape(len(frequency), -1).T).T

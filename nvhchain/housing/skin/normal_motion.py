@@ -2,7 +2,8 @@
 
 A face moves as the skin nearest to its points does, along the face's own normal. This is smooth where wall and envelope
 are smooth. It misses a little volume where the envelope rounds edges, bosses and ribs. The missing volume of every face
-is spread over the faces around it. The volume velocity of the whole skin is preserved to rounding.
+is spread over the faces around it. The volume velocity of the whole skin is preserved to rounding. A face that consists
+of facets of the skin has exactly their mean motion.
 """
 
 from __future__ import annotations
@@ -19,6 +20,9 @@ _CANDIDATES = 16
 
 _EQUAL = 1e-9
 """Relative difference below which squared distances are equal."""
+
+_WHOLE = 1e-6
+"""Largest difference of areas, relative to a face, of the facets of which it consists."""
 
 _CHUNK = 100_000
 """Number of points whose candidates are held at once."""
@@ -40,8 +44,9 @@ def normal_motion(
     silent : (n_face,) bool, faces that stay at rest.
     samples_per_face : pieces per edge length of a typical radiating face.
     """
-    received = _received_volume(nodes, skin, surface, silent, samples_per_face)
-    followed = _followed_motion(nodes, skin, surface, silent, samples_per_face)
+    received, whole = _received_volume(nodes, skin, surface, silent, samples_per_face)
+    followed = sp.diags(1.0 - whole) @ _followed_motion(nodes, skin, surface, silent, samples_per_face)
+    followed = followed + sp.diags(whole / surface.areas) @ received
     missing = received - sp.diags(surface.areas) @ followed
     spread = _spreading(surface, silent)
     for _ in range(_SPREADS):
@@ -51,10 +56,11 @@ def normal_motion(
 
 def _received_volume(
     nodes: FloatArray, skin: IntArray, surface: Surface, silent: IntArray, samples_per_face: float
-) -> sp.csr_matrix:
-    """Return the operator (n_face, 3 n) from nodal displacements (m) to the volumes (m³) that the faces receive.
+) -> tuple[sp.csr_matrix, FloatArray]:
+    """Return the operator (n_face, 3 n) from nodal displacements (m) to the volumes (m³) received by the faces.
 
-    Every facet of the skin is cut into small pieces. Each gives its flux u·n dA to the nearest face.
+    Every facet of the skin is cut into small pieces. Each gives its flux u·n dA to the nearest face. The second value
+    (n_face,) is 1 for faces that consist of whole facets, else 0.
     """
     listening = np.flatnonzero(~silent)
     piece = float(np.sqrt(np.median(surface.areas[listening]))) / samples_per_face
@@ -82,7 +88,12 @@ def _received_volume(
         (np.repeat(area, 6, axis=0).ravel(), unknowns.ravel(), 3 * np.arange(skin.size + 1)),
         shape=(skin.size, nodes.size),
     )
-    return sp.csr_matrix(share @ flux)
+    part = share @ sp.kron(sp.identity(len(skin)), np.ones((6, 1)), format="csr")
+    given = part.multiply(part > 1.0 - _EQUAL) @ np.linalg.norm(area, axis=1)
+    whole = (np.abs(given / surface.areas - 1.0) < _WHOLE) & (
+        (part > 0).sum(axis=1) == (part > 1.0 - _EQUAL).sum(axis=1)
+    ).A1
+    return sp.csr_matrix(share @ flux), whole.astype(float)
 
 
 def _followed_motion(

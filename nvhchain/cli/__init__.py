@@ -41,7 +41,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     int
         Exit code.
     """
-    return reported(parser(), arguments)
+    try:
+        words = parser()
+    except KeyboardInterrupt:
+        show("nvhchain: interrupted", error=True)
+        return 130
+    return reported(words, arguments)
 
 
 def reported(words: ArgumentParser, arguments: Sequence[str] | None) -> int:

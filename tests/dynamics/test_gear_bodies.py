@@ -32,7 +32,7 @@ from nvhchain.errors import InputError
 from nvhchain.fem.constraints import rigid_map
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.gear import GearBody, GearGeometry, ThinRim
-from nvhchain.gear.compliance.body_modes import body_elements, body_modes
+from nvhchain.gear.compliance.body_modes import _waves, body_elements, body_modes
 from nvhchain.handoff import BodyModes, FloatArray
 from nvhchain.testing.two_stages import gearbox as two_stages
 from nvhchain.testing.two_stages import law, laws
@@ -306,3 +306,19 @@ def test_resistance_to_tilt_stays_that_of_the_law():
     assert part > 0.3
     wide, narrow = (each.contact[2, 8] - each.contact[0, 8] for each in (rigid, of))
     assert narrow == pytest.approx(wide * np.sqrt(1.0 - part))
+
+
+def test_wave_of_a_rigid_motion_in_the_plane_does_not_turn_with_the_body():
+    """Its Coriolis factor is 1: seen from the ground it has no gyroscopic term, at any speed."""
+    of = body_elements(thin_wheel(), FEW)
+    mass = of.mass
+    shapes = np.zeros((of.nodes.size, 2))
+    shapes[0::3, 0] = shapes[1::3, 1] = 1.0
+    shapes /= np.sqrt(shapes[:, 0] @ mass @ shapes[:, 0])
+    waves = _waves(np.array([900.0, 900.0]), shapes, of)
+    assert waves.diameters.tolist() == [1]
+    assert waves.coriolis == pytest.approx([1.0], abs=1e-6)
+    box = on_springs(thin_wheel(), 1.0)
+    body = VibratingBody("wheel", "B", WHEEL, waves, ((0, 1),), 0.0)
+    found = assemble(replace(box, gear_bodies=(body,)), [law(0)], None, input_speed=800.0)
+    assert np.abs(found.gyroscopic[found.waves, found.waves]).max() < 1e-6

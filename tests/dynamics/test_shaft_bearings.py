@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from nvhchain.bearings import Cylindrical, StiffnessMatrix, StiffnessTable, displacement
+from nvhchain.bearings.loaded import holds_tilt
 from nvhchain.case import load_case
 from nvhchain.case.rexs import import_rexs
 from nvhchain.dynamics import (
@@ -199,3 +200,12 @@ def test_concentric_shafts_on_rollers_balance_in_twenty_steps(case, share, clear
     # the linear gearbox at this load stays where it is, clearance and all; its forces are kept to 1e-6 N
     tilt = static_misalignment(found.gearbox, case.straight_laws, None, input_torque=60.0 * share)
     assert np.abs(tilt - found.misalignment).max() < 1e-5 * np.abs(tilt).max()
+
+
+def test_a_bearing_holds_a_shaft_alone_where_it_resists_both_tilts():
+    def matrix(*tilts):
+        return StiffnessMatrix(tuple(map(tuple, np.diag([1e8, 1e8, 1e7, *tilts]).tolist())))
+
+    assert holds_tilt(matrix(1e5, 1e5))
+    assert not holds_tilt(matrix(1e5, 0.0))
+    assert not holds_tilt(None)

@@ -2,7 +2,7 @@
 
 57 teeth each, module 2.6 mm, 23 mm wide, centres 150 mm apart.  The stated root diameter of 141.7 mm is that of no
 profile shift; tip diameter and contact ratio (1.4557) fit it.  Masses are stated, the dimensions of the blanks are not.
-Those below are one set that meets masses and, within 7 %, the mesh stiffness of table 3.2.  Chapter 4 takes the same
+Those below are one set that meets masses and, within 4 %, the mesh stiffness of table 3.2.  Chapter 4 takes the same
 gears: pair A the thin web, pair B the three slots.
 """
 
@@ -54,7 +54,7 @@ BLANKS: dict[str, Blank] = {
     "a": ThinRim(8.740e-3, hub_radius=45e-3, rim_radius=67.3e-3),
     "b": Holes(8, pitch_radius=51.6e-3, hole_radius=13.93e-3),
     "c": ThinRim(5.847e-3, hub_radius=48.5e-3, rim_radius=67.3e-3),
-    "d": Slots(3, inner_radius=45.4e-3, outer_radius=63.2e-3, angular_width=np.radians(101.6), fillet=4e-3),
+    "d": Slots(3, inner_radius=45.15e-3, outer_radius=63.2e-3, angular_width=np.radians(100.4), fillet=4e-3),
 }
 """Wheels of chapter 3; openings of b and d go through the full width."""
 

@@ -23,6 +23,7 @@ from nvhchain import __version__
 from nvhchain.conventions import Progress
 from nvhchain.errors import FileFormatError, concerning
 from nvhchain.files import hdf5
+from nvhchain.files.atomic_write import write_atomic
 from nvhchain.files.folder_lock import log_waiting, remove_abandoned
 from nvhchain.handoff import HandOff, warn_of
 
@@ -98,6 +99,18 @@ def key_in(path: Path) -> str | None:
         return None
 
 
+def common_folder() -> Path | None:
+    """Return the folder NVHCHAIN_CACHE, in which runs with other output folders share operators; None if it is unset.
+
+    Raises
+    ------
+    InputError
+        If no files can be written in it.
+    """
+    place = os.environ.get("NVHCHAIN_CACHE")
+    return hdf5.writable_folder(place, "NVHCHAIN_CACHE") if place else None
+
+
 _PATIENCE = 2.0
 """Time (s) before a waiting step logs that it waits for another process."""
 
@@ -142,6 +155,11 @@ def remove_abandoned_locks() -> None:
 
 def _own_prefix() -> str:
     return f"nvhchain-{_user()}"
+
+
+def _file(name: str, key: str) -> str:
+    """Return the file name of a step's result."""
+    return f"{name.replace('{key}', key[:10])}.h5"
 
 
 @runtime_checkable
@@ -237,7 +255,7 @@ class ResultCache:
         Notes
         -----
         A damaged file is computed again. If another process is computing the result, it is waited for. A cached result
-        repeats the warnings of its accuracy.
+        repeats the warnings of its accuracy. Variants (`{key}`) are also shared through `common_folder`.
         """
         version = code_version(package)
         key, stage, path = self._place(name, version, inputs, fidelity)
@@ -247,8 +265,16 @@ class ResultCache:
             "version": version,
             "fidelity": dataclasses.asdict(fidelity) if fidelity is not None else None,
         }
+        common = common_folder() if "{key}" in name else None
+        if common is not None:
+            path, common = path or common / _file(name, key), (common / _file(name, key) if path else None)
         with concerning(stage), _exclusive(path):
             there = cached_result(path, kind, key) if path else None
+            if there is None and path and common:
+                there = cached_result(common, kind, key)
+                if there is not None:
+                    path.parent.mkdir(parents=True, exist_ok=True)
+                    write_atomic(path, common.read_bytes())
             if there is None:
                 self.watcher.begin(stage)
                 _log.info("%s: begins", stage)
@@ -259,6 +285,8 @@ class ResultCache:
                 result: H = made.replace(provenance={**made.provenance, **provenance, "seconds": seconds})
                 if path is not None:
                     hdf5.save(result, path)
+                    if common is not None:
+                        write_atomic(common, path.read_bytes())
                 _log.info("%s: computed in %.1f s", stage, time.perf_counter() - started)
                 self.watcher.end(stage, "computed")
                 return result
@@ -291,5 +319,5 @@ class ResultCache:
     def _place(self, name: str, version: str, inputs: Sequence[Any], fidelity: Any) -> tuple[str, str, Path | None]:
         """Return (key, name, file) of a step."""
         key = fingerprint(name, version, fidelity, *inputs)
-        path = self.folder / f"{name.replace('{key}', key[:10])}.h5" if self.folder else None
+        path = self.folder / _file(name, key) if self.folder else None
         return key, name.split("-{key}")[0], path

@@ -181,3 +181,42 @@ def test_fingerprint_tells_structure_and_type_apart():
     values = [1, 1.0, "1", (1,), ((1,),), (1, 2), {"a": 1}, np.ones(1), np.ones((1, 1)), None]
     assert len({fingerprint(v) for v in values}) == len(values)
     assert fingerprint((1, 2), 3) != fingerprint((1, 2, 3))
+
+
+def _made(folder, calls, *, name="mesh_law-{key}"):
+    def compute(progress):
+        calls.append(name)
+        return FieldPressure([50.0], [[0.0, 0, 1]], [[1.0 + 1j]], accuracy=SoundAccuracy(interpolation_error=[0.01]))
+
+    return ResultCache(folder).cached(name, FieldPressure, "acoustics", (1.0,), compute, fidelity=None)
+
+
+def test_runs_into_several_folders_share_operators_through_a_common_one(tmp_path, monkeypatch):
+    monkeypatch.setenv("NVHCHAIN_CACHE", str(tmp_path / "common"))
+    calls = []
+    first = _made(tmp_path / "one", calls)
+    assert _made(tmp_path / "two", calls).content_hash == first.content_hash
+    assert _made(None, calls).content_hash == first.content_hash  # without a folder of its own, too
+    assert len(calls) == 1
+    (there,) = (tmp_path / "common").iterdir()
+    assert {path.name for path in (tmp_path / "two").iterdir()} == {there.name}  # folders stay complete
+    there.write_bytes(there.read_bytes()[:-9])
+    _made(tmp_path / "three", calls)
+    assert len(calls) == 2  # a damaged file is computed again, and replaced
+    _made(tmp_path / "four", calls)
+    assert len(calls) == 2
+
+
+def test_results_of_one_load_case_stay_in_their_folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("NVHCHAIN_CACHE", str(tmp_path / "common"))
+    calls = []
+    _made(tmp_path / "one", calls, name="pressure")
+    _made(tmp_path / "two", calls, name="pressure")
+    assert len(calls) == 2
+
+
+def test_a_common_folder_that_cannot_be_written_is_named(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("NVHCHAIN_CACHE", str(tmp_path / "file"))
+    with pytest.raises(InputError, match=r"NVHCHAIN_CACHE .*file"):
+        _made(tmp_path / "one", [])

@@ -28,13 +28,13 @@ Compliances = Callable[[Progress], tuple[Any, Any]]
 
 def compliances(case: GearboxCase, fidelity: Fidelity, shared: ResultCache) -> tuple[Compliances, ...]:
     """Flank compliances of every stage, for several steps; those of every gear body are kept in `shared`."""
-    flanks = partial(_kept_flanks, ResultCache(shared.folder))
+    flanks = partial(_kept_flanks, shared.unwatched)
     return tuple(_lazily(pair, fidelity, flanks) for pair in case.pairs)
 
 
 def gear_bodies(case: GearboxCase, fidelity: GearFidelity, shared: ResultCache) -> tuple[dynamics.VibratingBody, ...]:
     """Return the gears whose bodies vibrate in the band; the modes of every body are kept in `shared`."""
-    cache = ResultCache(shared.folder)
+    cache = shared.unwatched
 
     def modes(body: gear.GearBody, highest: float) -> BodyModes:
         made: BodyModes = cache.cached(

@@ -20,6 +20,9 @@ from nvhchain.scene.steps import HOUSING, Scene, Step
 
 H = TypeVar("H")
 
+OPERATORS = "operators"
+"""Folder of shared operators in that of a comparison or study."""
+
 
 @dataclass
 class Run:

@@ -83,7 +83,13 @@ def run_answer(result: Result, out: Path) -> dict[str, Any]:
 def plan_answer(plan: Plan) -> dict[str, Any]:
     """Return the steps of a plan with time and memory."""
     steps = [
-        {"name": step.name, "models": step.models, "seconds": step.seconds, "megabytes": step.megabytes}
+        {
+            "name": step.name,
+            "models": step.models,
+            "seconds": step.seconds,
+            "megabytes": step.megabytes,
+            "cached": step.result in plan.cached,
+        }
         for step in plan.steps
     ]
     own = {"case": plan.case, "fidelity": plan.fidelity, "seconds": plan.seconds, "megabytes": plan.megabytes}

@@ -325,6 +325,12 @@ def parser() -> argparse.ArgumentParser:
     plan = verbs.add_parser(
         "plan", parents=[one_case, common, answer], help="list modelled and skipped effects, seconds and memory"
     )
+    plan.add_argument(
+        "--out",
+        metavar="DIR",
+        type=folder,
+        help="folder of `run` or `compare`, for cached results (default: as theirs)",
+    )
     plan.set_defaults(action=commands.plan)
 
     check = verbs.add_parser("check", parents=[one_case, changes, answer], help="read and validate a case")

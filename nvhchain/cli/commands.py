@@ -271,8 +271,9 @@ def record(options: argparse.Namespace) -> int:
 def compare(options: argparse.Namespace) -> int:
     """Compute several cases and write their comparison."""
     from nvhchain.chain.prefetch import operators_ahead
+    from nvhchain.chain.running import OPERATORS
     from nvhchain.error_band import format_level
-    from nvhchain.report import OPERATORS, check_comparable, compare, verdict
+    from nvhchain.report import check_comparable, compare, verdict
 
     cases = [_case(options, path) for path in options.cases]
     check_comparable(cases)
@@ -406,12 +407,19 @@ def _variants(done: int, total: int) -> None:
 
 def plan(options: argparse.Namespace) -> int:
     """Print the planned work; refuse knobs that `run` would refuse."""
+    from nvhchain.chain.cached import cached_results
+    from nvhchain.chain.running import OPERATORS
     from nvhchain.scene import check_knobs, plan
 
     case = _case(options)
     fidelity = _fidelity(options, [case])
     check_knobs(case, fidelity)
-    planned = plan(case, fidelity=fidelity)
+    out, compared = _out(options, case), Path(options.out or "out")
+    operators = out
+    if (out / OPERATORS).is_dir() or (not out.is_dir() and (compared / OPERATORS).is_dir()):  # of `compare`
+        out, operators = compared / case.name, compared / OPERATORS
+    cached = cached_results(case, fidelity=fidelity, out=out, operators=operators)
+    planned = replace(plan(case, fidelity=fidelity), cached=frozenset(cached))
     options.answer = plan_answer(planned)
     show(planned)
     return 0

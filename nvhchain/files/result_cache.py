@@ -74,9 +74,9 @@ def code_version(package: str) -> str:
     return f"{__version__}+{fingerprint(hdf5.SCHEMA_VERSION, *(file.read_bytes() for file in files))[:12]}"
 
 
-def cached_result(path: Path, kind: type[H], key: str) -> H | None:
+def cached_result(path: Path | None, kind: type[H], key: str) -> H | None:
     """Return the hand-off in `path` if it is whole, of this kind and has this `key` in its provenance, else None."""
-    if not path.exists():
+    if path is None or not path.exists():
         return None
     try:
         hand_off = hdf5.load(path, kind)
@@ -99,16 +99,12 @@ def key_in(path: Path) -> str | None:
         return None
 
 
-def common_folder() -> Path | None:
-    """Return the folder NVHCHAIN_CACHE, in which runs with other output folders share operators; None if it is unset.
-
-    Raises
-    ------
-    InputError
-        If no files can be written in it.
-    """
+def _common(name: str, key: str) -> Path | None:
+    """Return the file of a variant in the folder NVHCHAIN_CACHE, which all runs share; None if it is unset."""
     place = os.environ.get("NVHCHAIN_CACHE")
-    return hdf5.writable_folder(place, "NVHCHAIN_CACHE") if place else None
+    if not place or "{key}" not in name:
+        return None
+    return hdf5.writable_folder(place, "NVHCHAIN_CACHE") / _file(name, key)
 
 
 _PATIENCE = 2.0
@@ -219,6 +215,11 @@ class ResultCache:
     folder: Path | None
     watcher: Watcher = dataclasses.field(default_factory=Unwatched)
 
+    @property
+    def unwatched(self) -> ResultCache:
+        """Same store without watcher."""
+        return dataclasses.replace(self, watcher=Unwatched())
+
     def cached(
         self,
         name: str,
@@ -255,7 +256,7 @@ class ResultCache:
         Notes
         -----
         A damaged file is computed again. If another process is computing the result, it is waited for. A cached result
-        repeats the warnings of its accuracy. Variants (`{key}`) are also shared through `common_folder`.
+        repeats the warnings of its accuracy. Variants (`{key}`) are also kept in NVHCHAIN_CACHE, if it is set.
         """
         version = code_version(package)
         key, stage, path = self._place(name, version, inputs, fidelity)
@@ -265,14 +266,12 @@ class ResultCache:
             "version": version,
             "fidelity": dataclasses.asdict(fidelity) if fidelity is not None else None,
         }
-        common = common_folder() if "{key}" in name else None
-        if common is not None:
-            path, common = path or common / _file(name, key), (common / _file(name, key) if path else None)
-        with concerning(stage), _exclusive(path):
-            there = cached_result(path, kind, key) if path else None
-            if there is None and path and common:
+        common = _common(name, key)
+        with concerning(stage), _exclusive(path or common):
+            there = cached_result(path, kind, key)
+            if there is None:
                 there = cached_result(common, kind, key)
-                if there is not None:
+                if there is not None and path and common:
                     path.parent.mkdir(parents=True, exist_ok=True)
                     write_atomic(path, common.read_bytes())
             if there is None:
@@ -283,10 +282,8 @@ class ResultCache:
                 made = compute(partial(self.watcher.step, stage))
                 seconds = round(time.perf_counter() - started, 3)
                 result: H = made.replace(provenance={**made.provenance, **provenance, "seconds": seconds})
-                if path is not None:
-                    hdf5.save(result, path)
-                    if common is not None:
-                        write_atomic(common, path.read_bytes())
+                for place in filter(None, (path, common)):
+                    hdf5.save(result, place)
                 _log.info("%s: computed in %.1f s", stage, time.perf_counter() - started)
                 self.watcher.end(stage, "computed")
                 return result
@@ -294,6 +291,12 @@ class ResultCache:
             self.watcher.end(stage, "cached")
             warn_of(there)
             return there
+
+    def find(self, name: str, kind: type[H], package: str, inputs: Sequence[Any], *, fidelity: Any) -> H | None:
+        """Return the result that `cached` would return without computing, or None."""
+        key, _, path = self._place(name, code_version(package), inputs, fidelity)
+        there = cached_result(path, kind, key)
+        return there if there is not None else cached_result(_common(name, key), kind, key)
 
     def cached_in_parts(
         self,

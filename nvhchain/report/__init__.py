@@ -2,7 +2,7 @@
 
 from nvhchain.report.case_record import recorded_case
 from nvhchain.report.causes.contributions import contributions
-from nvhchain.report.comparison import OPERATORS, check_comparable, compare, write_run
+from nvhchain.report.comparison import check_comparable, compare, write_run
 from nvhchain.report.drawing import draw
 from nvhchain.report.exchange import export_craig_bampton
 from nvhchain.report.gear_pictures import draw_case, loaded_gear
@@ -11,7 +11,6 @@ from nvhchain.report.system_modes import ModeReport, report_modes
 from nvhchain.report.verdict import verdict
 
 __all__ = [
-    "OPERATORS",
     "ModeReport",
     "check_comparable",
     "compare",

@@ -14,6 +14,7 @@ import numpy as np
 from nvhchain import chain, levels, plots
 from nvhchain.case import Case, GearboxCase
 from nvhchain.chain.result import Result
+from nvhchain.chain.running import OPERATORS
 from nvhchain.error_band import ErrorBand
 from nvhchain.errors import require
 from nvhchain.fidelity import STANDARD, Fidelity
@@ -34,9 +35,6 @@ from nvhchain.report.steady_states import steady_maps
 from nvhchain.report.summary import transmission_errors, write_summary
 from nvhchain.runtime.threads import one_blas_thread
 from nvhchain.scene import modelled_alike, preflight
-
-OPERATORS = "operators"
-"""Name of the folder of operators that the cases of a comparison share."""
 
 States = tuple[Sequence[float] | None, Sequence[float] | None]
 """Further steady speeds (rad/s) and torques (N m) of the input; None without, or for the torque of the case."""

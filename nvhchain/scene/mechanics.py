@@ -79,6 +79,7 @@ def mesh_law_steps(case: GearboxCase, fidelity: Fidelity) -> list[PlannedStep]:
                 _body_seconds(bodies, knobs) + _law_seconds(meshes, slices, knobs),
                 BASE_MEGABYTES + max(_gear_megabytes(body, knobs) for body in bodies),
                 {"teeth": sum(body.sector for body in bodies)},
+                MESH_LAWS.file_of(stage.name),
             )
         )
         planned += _deviated_law(case, stage, knobs)
@@ -98,7 +99,8 @@ def _deviated_law(case: GearboxCase, stage: Stage, knobs: GearFidelity) -> list[
     words = f"{meshes} meshes until the same teeth meet again"
     seconds = alone + _SECONDS_PER_DEVIATED * rows * size + 2 * angles * _lines_seconds(slices)
     megabytes = BASE_MEGABYTES + 1e-6 * 8 * rows * (_COPIES * size + 32 * slices)
-    return [PlannedStep(MESH_LAWS, f"deviated law {stage.name}", words, seconds, megabytes)]
+    result = f"deviated_{MESH_LAWS.file_of(stage.name)}"
+    return [PlannedStep(MESH_LAWS, f"deviated law {stage.name}", words, seconds, megabytes, result=result)]
 
 
 def load_distribution_steps(case: GearboxCase, fidelity: Fidelity, *, includes_compliance: bool) -> list[PlannedStep]:
@@ -117,7 +119,8 @@ def load_distribution_steps(case: GearboxCase, fidelity: Fidelity, *, includes_c
         if includes_compliance:
             seconds += _body_seconds(bodies, fidelity.gear)
             megabytes += max(_gear_megabytes(body, fidelity.gear) for body in bodies)
-        planned.append(PlannedStep(LOAD_DISTRIBUTIONS, f"load distribution {stage.name}", models, seconds, megabytes))
+        name, result = f"load distribution {stage.name}", LOAD_DISTRIBUTIONS.file_of(stage.name)
+        planned.append(PlannedStep(LOAD_DISTRIBUTIONS, name, models, seconds, megabytes, result=result))
     return planned
 
 

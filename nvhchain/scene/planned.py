@@ -32,6 +32,8 @@ class PlannedStep:
         Peak resident memory (MB).
     counts : mapping of str to float
         Estimated numbers of parts of the model.
+    result : str
+        Name of its result in the cache; empty for the name of the step.
     """
 
     step: Step[Any]
@@ -40,6 +42,11 @@ class PlannedStep:
     seconds: float
     megabytes: float
     counts: Mapping[str, float] = field(default_factory=dict)
+    result: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.result:
+            object.__setattr__(self, "result", self.step.file_of())
 
 
 @dataclass(frozen=True)
@@ -66,6 +73,8 @@ class Plan:
         Manufacturing deviations of the stages, and the lines that they ask for.
     inputs : tuple of str
         Effects of inputs that are rarely known, the largest first.
+    cached : frozenset of str
+        Names of results in the cache (`chain.cached_results`); their steps take no time.
     """
 
     case: str
@@ -77,22 +86,30 @@ class Plan:
     assumptions: tuple[str, ...] = ()
     deviations: tuple[str, ...] = ()
     inputs: tuple[str, ...] = ()
+    cached: frozenset[str] = frozenset()
+
+    @property
+    def remaining(self) -> tuple[PlannedStep, ...]:
+        """Steps whose results are not cached."""
+        return tuple(step for step in self.steps if step.result not in self.cached)
 
     @property
     def seconds(self) -> float:
-        """Estimated processor time (s) of all steps without cached results."""
-        return sum(step.seconds for step in self.steps)
+        """Estimated processor time (s) of the steps without cached results."""
+        return sum(step.seconds for step in self.remaining)
 
     @property
     def megabytes(self) -> float:
         """Estimated peak memory (MB) of the largest step."""
-        return max(step.megabytes for step in self.steps)
+        return max((step.megabytes for step in self.remaining), default=BASE_MEGABYTES)
 
     def __str__(self) -> str:
         width = max(len(step.name) for step in self.steps)
         lines = [f"{self.case} at fidelity {self.fidelity}", "modelled:"]
         lines += [
-            f"  {step.name:<{width}}  {step.seconds:6.0f} s {step.megabytes:7.0f} MB  {step.models}"
+            f"  {step.name:<{width}}  "
+            + (f"{step.seconds:6.0f} s {step.megabytes:7.0f} MB" if step in self.remaining else f"{'cached':>19}")
+            + f"  {step.models}"
             for step in self.steps
         ]
         lines += (

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from nvhchain.case import Case, load_case
+from nvhchain.chain.running import OPERATORS
 from nvhchain.errors import InputError, require
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.files.folder_lock import hold_folder
@@ -33,9 +34,6 @@ _OWN_CODE = ("study/measuring", "study/responses")
 
 _MISSPELT = ("unknown field", " no '", "must be of type", "must be a finite number")
 """Signs of a path or a value that no design can have; other designs that fail are rows with their reason."""
-
-OPERATORS = "operators"
-"""Name of the folder of mesh laws, housings and transfer vectors that designs share."""
 
 
 @checked

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from nvhchain.chain.running import OPERATORS
 from nvhchain.cli import main
-from nvhchain.report import OPERATORS, report_modes
+from nvhchain.report import report_modes
 
 pytestmark = pytest.mark.filterwarnings("ignore:housing elements of 40 mm:nvhchain.errors.AccuracyWarning")
 

@@ -76,7 +76,9 @@ def _field(name: str, hints: Mapping[str, Any], raw: Any, place: str, unit: str 
             unknown = f"{name.removeprefix(owner + '_')!r} is no unit of {owner!r}"
             raise InputError(f"{place}: {unknown}: write {' or '.join((owner, *units))} (SI without a unit)")
         close = difflib.get_close_matches(name, hints, n=1)
-        remedy = f"did you mean {close[0]!r}?" if close else f"known fields: {', '.join(hints)}"
+        fits = close and unit and si_unit(hints[close[0]]) == UNITS[unit][0]
+        meant = f"{close[0]}_{unit}" if fits else "".join(close)
+        remedy = f"did you mean {meant!r}?" if close else f"known fields: {', '.join(hints)}"
         raise InputError(f"{place}: unknown field; {remedy}")
     if unit is None:
         return convert(hints[name], raw, place)

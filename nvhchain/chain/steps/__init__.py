@@ -7,7 +7,7 @@ from typing import Any
 
 from nvhchain.chain.running import Run
 from nvhchain.chain.steps.dynamics import bearing_forces, force_spectrum, recording, reduced_housing, surface_velocity
-from nvhchain.chain.steps.gears import load_distributions, mesh_laws
+from nvhchain.chain.steps.gears import load_distributions, mesh_law, mesh_laws
 from nvhchain.chain.steps.kernels import compile_kernels
 from nvhchain.chain.steps.power import directivity, radiation_efficiency, radiation_resistance, sound_power
 from nvhchain.chain.steps.sound import (
@@ -38,4 +38,12 @@ MADE_BY: dict[Step[Any], Callable[[Run], Any]] = {
 }
 """Step of the table → the function that makes its hand-off."""
 
-__all__ = ["MADE_BY", "compile_kernels", "mesh_laws", "recording", "reduced_housing", "transfer_vectors_ahead"]
+__all__ = [
+    "MADE_BY",
+    "compile_kernels",
+    "mesh_law",
+    "mesh_laws",
+    "recording",
+    "reduced_housing",
+    "transfer_vectors_ahead",
+]

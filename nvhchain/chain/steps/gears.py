@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 from nvhchain import gear
-from nvhchain.chain.loaded import Compliances
 from nvhchain.chain.running import Run
-from nvhchain.conventions import Progress
 from nvhchain.handoff import LoadDistribution, MeshLaw, ToothPairs
 from nvhchain.scene.steps import LOAD_DISTRIBUTIONS, MESH_LAWS, Step
 
@@ -27,11 +24,17 @@ def mesh_laws(run: Run) -> tuple[MeshLaw, ...]:
     tuple of MeshLaw
         One per stage.
     """
-    laws: tuple[MeshLaw, ...] = _stage_hand_offs(run, MESH_LAWS, gear.mesh_law)
+    laws: tuple[MeshLaw, ...] = tuple(mesh_law(run, number) for number in range(len(run.loaded.stages)))
     if run.gearbox.options.tilt:
         tilts = (of.tilt_ratio for of in run[LOAD_DISTRIBUTIONS])
         laws = tuple(law.replace(tilt_ratio=tilt) for law, tilt in zip(laws, tilts, strict=True))
     return tuple(_deviated(run, number, law) for number, law in enumerate(laws))
+
+
+def mesh_law(run: Run, number: int) -> MeshLaw:
+    """Mesh law of a stage without deviations."""
+    made: MeshLaw = _stage_hand_off(run, MESH_LAWS, gear.mesh_law, number)
+    return made
 
 
 def _deviated(run: Run, number: int, law: MeshLaw) -> MeshLaw:
@@ -66,23 +69,23 @@ def _deviated(run: Run, number: int, law: MeshLaw) -> MeshLaw:
 
 def load_distributions(run: Run) -> tuple[LoadDistribution, ...]:
     """Load distribution along the flanks of every stage."""
-    return _stage_hand_offs(run, LOAD_DISTRIBUTIONS, gear.load_distribution)
+    stages = range(len(run.loaded.stages))
+    return tuple(_stage_hand_off(run, LOAD_DISTRIBUTIONS, gear.load_distribution, number) for number in stages)
 
 
-def _stage_hand_offs(run: Run, step: Step[Any], compute: Callable[..., Any]) -> tuple[Any, ...]:
-    case = run.loaded
-
-    def compute_pair(pair: gear.GearPair, force: float, once: Compliances, progress: Progress) -> Any:
-        return compute(
+def _stage_hand_off(run: Run, step: Step[Any], compute: Callable[..., Any], number: int) -> Any:
+    case, once = run.loaded, run.compliances[number]
+    pair, force = case.pairs[number], abs(case.mesh_forces[number])
+    return run.cached(
+        step,
+        (pair, force),
+        lambda progress: compute(
             pair,
             nominal_force=force,
             fidelity=run.fidelity.gear,
             compliances=once(progress),
             executor=run.executor,
             progress=progress,
-        )
-
-    return tuple(
-        run.cached(step, (pair, abs(force)), partial(compute_pair, pair, abs(force), once), gear_stage=stage.name)
-        for stage, pair, force, once in zip(case.stages, case.pairs, case.mesh_forces, run.compliances, strict=True)
+        ),
+        gear_stage=case.stages[number].name,
     )

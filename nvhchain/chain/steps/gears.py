@@ -32,7 +32,20 @@ def mesh_laws(run: Run) -> tuple[MeshLaw, ...]:
 
 
 def mesh_law(run: Run, number: int) -> MeshLaw:
-    """Mesh law of a stage without deviations."""
+    """Mesh law of a stage without deviations.
+
+    Parameters
+    ----------
+    run : Run
+        Run in progress.
+    number : int
+        Number of the stage, from 0.
+
+    Returns
+    -------
+    MeshLaw
+        Law of the pair as drawn.
+    """
     made: MeshLaw = _stage_hand_off(run, MESH_LAWS, gear.mesh_law, number)
     return made
 

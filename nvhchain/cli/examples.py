@@ -8,7 +8,6 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import nvhchain
-from nvhchain.case.options import DECIDABLE
 from nvhchain.errors import InputError
 from nvhchain.files.atomic_write import write_output
 
@@ -62,6 +61,8 @@ def copy_example(name: str, folder: Path) -> list[Path]:
 
 def _opened(text: str) -> str:
     """Return a case file whose options decide themselves."""
+    from nvhchain.case.options import DECIDABLE
+
     block = re.compile(r"^\[options\].*?\n\n", re.MULTILINE | re.DOTALL)
     values = "".join(f'{name} = "auto"\n' for name in DECIDABLE)
     title = "[options] # on, off, or `auto`: modelled where `nvhchain plan` finds that it matters\n"

@@ -24,7 +24,7 @@ def levels_over_speed(
     Parameters
     ----------
     profiles : mapping of str to mapping of str to (array, array)
-        Configuration → quantity with its unit → speed (n,) rad/s and level (n,) dB; the same quantities in all.
+        Configuration → quantity and, after a comma, its unit → speed (n,) rad/s and level (n,) dB; the same quantities in all.
     dynamic_range : float
         Range (dB) below the highest level of a panel.
     axes : sequence of Axes, optional
@@ -45,8 +45,9 @@ def levels_over_speed(
             ax.plot(60.0 / (2.0 * np.pi) * speed, level, color=colour(index), label=name)
             highest = max(highest, float(level.max()))
         ax.set_ylim(highest - dynamic_range, highest + 3.0)
-        ax.set_ylabel("level / dB")
-        ax.set_title(quantity, loc="left")
+        title, _, unit = quantity.rpartition(", ")
+        ax.set_ylabel(f"level / {unit}")
+        ax.set_title(title, loc="left")
     drawn[0].legend()
     drawn[-1].set_xlabel("input speed / rpm")
     return drawn

@@ -47,7 +47,7 @@ def steady_maps(
     if all(len(of.torque) == 1 for of in maps.values()):
         place = next(iter(results.values())).case.field_points[0].name
         profiles = {
-            name: {f"A-weighted sound pressure level at {place}, re 20 µPa": (of.speed, of.level[0, :, 0])}
+            name: {f"A-weighted sound pressure level at {place}, dB(A) re 20 µPa": (of.speed, of.level[0, :, 0])}
             for name, of in maps.items()
         }
         save(plots.levels_over_speed(profiles, dynamic_range=RANGE), out / FIGURE)

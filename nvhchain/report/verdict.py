@@ -44,7 +44,7 @@ def verdict(summary: Mapping[str, Any]) -> list[str]:
 
     Notes
     -----
-    Parts of lines add up to the difference; `causes` of a configuration name their modes and paths.
+    Parts of lines add up to the signed difference; `causes` of a configuration name their modes and paths.
     The limits of a difference are those of `nvhchain.error_band.difference_limits`. For run-ups they are those at which
     the errors of both levels add up.
     """
@@ -56,10 +56,10 @@ def verdict(summary: Mapping[str, Any]) -> list[str]:
     for name, configuration in others:
         sentences.append(_overall(name, configuration, base, first, point))
         if "over_speed" in configuration:
-            parts = _lines(name, configuration, base, first) if "causes" in configuration else []
-            sentences += [_over_speed(configuration, first), *parts, *_orders(configuration, first)]
+            parts = _lines(configuration, first) if "causes" in configuration else []
+            sentences += [_over_speed(configuration, first), *parts, *_orders(name, configuration, base, first)]
         else:
-            sentences += [*_lines(name, configuration, base, first), *_states(configuration, first)]
+            sentences += [*_states(configuration, first), *_lines(configuration, first)]
     return sentences + [line for name, of in summary["configurations"].items() for line in _limits(name, of)]
 
 
@@ -75,9 +75,11 @@ def _overall(name: str, other: Mapping[str, Any], base: str, first: Mapping[str,
     word = "louder" if difference > 0 else "quieter"
     if difference < 0:
         least, most = -most, -least
-    limits = f"{_number(least)}…{_number(most)} dB{how}"
+    limits = f"confidence limits {_number(least)}…{_number(most)} dB{how}"
     decided = "" if least > 0 else "; within these limits either may be the louder"
-    return f"{name} is {abs(difference):.1f} dB {word} than {base} at {point} ({limits}){decided}"
+    speeds = {round(float(of.get("input_speed_rpm") or 0.0), 3) for of in (other, first)}
+    speed = f" and {speeds.pop():g} rpm" if len(speeds) == 1 and "over_speed" not in other and any(speeds) else ""
+    return f"{name} is {abs(difference):.1f} dB {word} than {base} at {point}{speed} ({limits}){decided}"
 
 
 def _over_speed(other: Mapping[str, Any], first: Mapping[str, Any]) -> str:
@@ -90,8 +92,9 @@ def _over_speed(other: Mapping[str, Any], first: Mapping[str, Any]) -> str:
     speed, low, high = speed[chosen], int(difference.argmin()), int(difference.argmax())
     louder = np.count_nonzero(difference > 0)
     return (
-        f"  louder at {louder} of {len(speed)} speeds: {_number(difference[low])} dB at {speed[low]:.0f} rpm to "
-        f"{_number(difference[high])} dB at {speed[high]:.0f} rpm"
+        f"  from {speed[0]:.0f} to {speed[-1]:.0f} rpm louder at {louder} of {len(speed)} speeds: between "
+        f"{_signed(difference[low])} dB at {speed[low]:.0f} rpm and {_signed(difference[high])} dB at "
+        f"{speed[high]:.0f} rpm"
     )
 
 
@@ -107,24 +110,25 @@ def _states(other: Mapping[str, Any], first: Mapping[str, Any]) -> list[str]:
         return []
     ends = [np.unravel_index(at, level.shape) for at in (np.nanargmin(difference), np.nanargmax(difference))]
     at = [f"{speed[j]:.0f} rpm" + (f" and {torque[i]:g} N m" if len(torque) > 1 else "") for i, j in ends]
-    low, high = (_number(float(difference[place])) for place in ends)
+    low, high = (_signed(float(difference[place])) for place in ends)
     mean = [10.0 * np.log10(np.mean(10.0 ** (each[known] / 10.0))) for each in (level, base)]
     count = np.count_nonzero(difference[known] > 0)
+    what = "steady states" if len(torque) > 1 else "speeds"
     return [
-        f"  from {speed[0]:.0f} to {speed[-1]:.0f} rpm louder at {count} of {known.sum()} steady states: {low} dB at "
-        f"{at[0]} to {high} dB at {at[1]}; mean energy {_number(float(mean[0] - mean[1]))} dB"
+        f"  from {speed[0]:.0f} to {speed[-1]:.0f} rpm louder at {count} of {known.sum()} {what}: between {low} dB at "
+        f"{at[0]} and {high} dB at {at[1]}; in mean energy {_signed(float(mean[0] - mean[1]))} dB"
     ]
 
 
-def _orders(other: Mapping[str, Any], first: Mapping[str, Any]) -> list[str]:
+def _orders(of_name: str, other: Mapping[str, Any], base: str, first: Mapping[str, Any]) -> list[str]:
     """Return a line of text for each of the orders whose highest level changes most."""
     found, before = other.get("highest", {}), first.get("highest", {})
     common = [name for name in found if name in before and name.startswith("order")]
     common.sort(key=lambda name: -abs(found[name]["level_db"] - before[name]["level_db"]))
     return [
-        f"  {name.removesuffix(', dB')}, highest level: {_number(before[name]['level_db'])} dB at "
-        f"{before[name]['speed_rpm']:.0f} rpm → {_number(found[name]['level_db'])} dB at "
-        f"{found[name]['speed_rpm']:.0f} rpm"
+        f"  highest level of {name.removesuffix(', dB')}: {_number(before[name]['level_db'])} dB at "
+        f"{before[name]['speed_rpm']:.0f} rpm in {base}, {_number(found[name]['level_db'])} dB at "
+        f"{found[name]['speed_rpm']:.0f} rpm in {of_name}"
         for name in common[:LINES]
     ]
 
@@ -136,7 +140,7 @@ def _curve(rows: Sequence[Mapping[str, float]]) -> tuple[Any, Any]:
     return speed[order], level[order]
 
 
-def _lines(name: str, other: Mapping[str, Any], base: str, first: Mapping[str, Any]) -> list[str]:
+def _lines(other: Mapping[str, Any], first: Mapping[str, Any]) -> list[str]:
     """Return a line of text for each of the lines that make most of the difference."""
     if min(first["overall_dBA"], other["overall_dBA"]) <= SILENCE:
         return []
@@ -147,25 +151,31 @@ def _lines(name: str, other: Mapping[str, Any], base: str, first: Mapping[str, A
     lines = [of for of in other.get("causes") or _by_level(other, first) if of["order"] is not None]
     lines.sort(key=lambda of: -of["part_db"] / difference)
     return [
-        f"  {_number(part * np.sign(difference))} of {abs(difference):.1f} dB: "
-        f"{_line(of, _origin(of['order'], mesh, slots))}{_level(of['levels_dBA'][0])} → "
-        f"{_level(of['levels_dBA'][1])} dB(A){'' if number else f' from {base} to {name}'}"
-        f"{_reason(of, order_name(of['order'], mesh, slots))}"
-        for number, of in enumerate(lines[:LINES])
+        f"  {_signed(part)} dB: {_line(of, _origin(of['order'], mesh, slots))} {_change(*of['levels_dBA'])}{_reason(of)}"
+        for of in lines[:LINES]
         if (part := of["part_db"]) / difference >= LEAST_SHARE
     ] + [
-        f"  {_number(abs(of['part_db']))} of {abs(difference):.1f} dB: all other sound"
+        f"  {_signed(of['part_db'])} dB: all other sound"
         for of in other.get("causes", [])
         if of["order"] is None and of["part_db"] / difference >= MOST_SHARE
     ]
 
 
 def _line(cause: Mapping[str, Any], origin: str) -> str:
-    """Return the name of a line, with a comma at its end."""
+    """Return the name of a line."""
     order, frequency = cause["order"], cause["frequency_hz"]
     if frequency is None:
-        return f"order {order:g}{origin}, "
-    return f"{frequency:.0f} Hz, " if order == frequency else f"order {order:g} ({frequency:.0f} Hz{origin}), "
+        return f"order {order:g}{origin}"
+    return f"{frequency:.0f} Hz" if order == frequency else f"order {order:g} ({frequency:.0f} Hz{origin})"
+
+
+def _change(before: float | None, after: float | None) -> str:
+    """Return how the level of a line (dB(A)) changes."""
+    if before is None or before <= SILENCE:
+        return f"appears at {_level(after)} dB(A)"
+    if after is None or after <= SILENCE:
+        return f"disappears from {_level(before)} dB(A)"
+    return f"{'rises' if after > before else 'falls'} from {_level(before)} to {_level(after)} dB(A)"
 
 
 def _by_level(other: Mapping[str, Any], first: Mapping[str, Any]) -> list[dict[str, Any]]:
@@ -182,8 +192,8 @@ def _by_level(other: Mapping[str, Any], first: Mapping[str, Any]) -> list[dict[s
     return [of | {"part_db": scale * of["part_db"]} for of in found]
 
 
-def _reason(cause: Mapping[str, Any], origin: str) -> str:
-    """Return the mode and the path that make most of a line's part; empty without them."""
+def _reason(cause: Mapping[str, Any]) -> str:
+    """Return the mode and the path that have the largest share in a line's part; empty without them."""
     part = cause["part_db"]
     listed = [[of for of in cause.get(kind, []) if "pressure_Pa" in of] for kind in ("modes", "paths")]
     if not all(listed):
@@ -192,15 +202,11 @@ def _reason(cause: Mapping[str, Any], origin: str) -> str:
     if min(mode["part_db"] / part, path["part_db"] / part) <= 0:
         return ""
     frequency = mode["name"].partition(", ")[2]
-    what = f"the mode at {frequency}" if frequency else "motion outside the modes"
+    what = f"the housing mode at {frequency}" if frequency else "motion outside the housing modes"
     before, after = mode["pressure_Pa"]
     change = "in another phase" if abs(after - before) <= SAME * before else "more" if after > before else "less"
     bearing, _, axis = path["name"].rpartition(" ")
-    subject = origin if origin and " = " not in origin else "it"
-    return (
-        f", because {subject} excites {what} {change} ({_number(abs(mode['part_db']))} dB), "
-        f"most through bearing {bearing} in {axis}"
-    )
+    return f", because it excites {what} {change}; strongest path: bearing {bearing}, {axis}"
 
 
 def _origin(order: float, mesh: Mapping[str, float], slots: Mapping[str, float]) -> str:
@@ -228,6 +234,10 @@ def _ends(limits: Sequence[float | None]) -> tuple[float, float]:
     """Return limits in which an open end is infinite."""
     lower, upper = limits
     return -inf if lower is None else lower, inf if upper is None else upper
+
+
+def _signed(value: float) -> str:
+    return f"{value:+z.1f}".replace("-", "−")
 
 
 def _number(value: float) -> str:

@@ -117,7 +117,7 @@ def test_first_screen_names_the_louder_design_by_how_much_and_why(pair):
     page = read(write_page(pair))
     assert "holed is 20.0 dB louder than plain" in page.texts
     text = " ".join(page.texts)
-    assert "of 20.0 dB: order 20 (1000 Hz, stage1 × 1), 60.0 → 80.0 dB(A)" in text
+    assert "dB: order 20 (1000 Hz, stage1 × 1) rises from 60.0 to 80.0 dB(A)" in text
     assert "Not decided" not in text
     (levels,) = (of["data"] for name, of in page.figures.items() if name.endswith("levels"))
     assert [of["x"] for of in levels] == [[60.0], [80.0]]

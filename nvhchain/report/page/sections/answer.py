@@ -29,6 +29,9 @@ from nvhchain.report.verdict import SILENCE, verdict
 
 TITLE = "Verdict"
 
+HEIGHT = 225
+"""Height (pixels) of the figures over frequency and speed."""
+
 LOUDEST = 3
 """Number of lines named for a single run."""
 
@@ -40,10 +43,11 @@ def blocks(stored: Stored) -> list[Any]:
     """Return the first screen, and what an unfinished run has so far."""
     sentences = verdict(stored.summary) if stored.summary.get("field_point") else []
     doubt = any(sentence.endswith(DOUBT) for sentence in sentences)
+    headline = _headline(stored)
     hero = Hero(
-        headline=_headline(stored),
+        headline=headline,
         doubt="Not decided: within the confidence limits either may be the louder." if doubt else "",
-        sentences=([sentence.removesuffix(DOUBT) for sentence in sentences] or _single(stored))
+        sentences=([_shortened(sentence, headline) for sentence in sentences] or _single(stored))
         + _targets(stored)
         + _assumed(stored),
         levels=_levels(stored),
@@ -52,6 +56,12 @@ def blocks(stored: Stored) -> list[Any]:
         listen=_listen(stored),
     )
     return [hero] if stored.finished else [hero, _progress(stored)]
+
+
+def _shortened(sentence: str, headline: str) -> str:
+    """Return a sentence of the verdict without what the screen states above it."""
+    rest = sentence.removesuffix(DOUBT).removeprefix(headline + " ")
+    return rest[0].upper() + rest[1:] if rest != sentence.removesuffix(DOUBT) else rest
 
 
 def _targets(stored: Stored) -> list[str]:
@@ -63,7 +73,7 @@ def _steady_speeds(stored: Stored) -> Figure | None:
     """Return the levels over steady speeds, if there are more than one at one torque."""
     states = stored_states(stored)
     single = bool(states) and all(len(of["torque_Nm"]) == 1 and len(of["speed_rpm"]) > 1 for of in states.values())
-    return over_steady_speeds(stored) if single else None
+    return over_steady_speeds(stored, height=HEIGHT) if single else None
 
 
 def _assumed(stored: Stored) -> list[str]:
@@ -139,11 +149,11 @@ def _levels(stored: Stored) -> Figure | None:
                 "error_x": whiskers([(level, limits)], lowest, number, 2), "hoverinfo": "skip", "showlegend": False,
             }
         )  # fmt: skip
-    rows = {"type": "category", "range": [len(heard) - 0.5, -0.7]}
-    margin = {"l": 90, "r": 16, "t": 8, "b": 42}
+    rows = {"type": "category", "range": [len(heard) - 0.6, -0.8]}
+    margin = {"l": 90, "r": 16, "t": 2, "b": 40}
     layout = axes("overall level / dB(A) re 20 µPa", "", yaxis=rows, margin=margin)
     caption = f"Overall levels at {stored.microphone}, with their confidence limits."
-    return Figure(caption, traces, layout, height=70 + 52 * len(heard))
+    return Figure(caption, traces, layout, height=62 + 36 * len(heard))
 
 
 def _bands(stored: Stored) -> Figure | None:
@@ -166,7 +176,7 @@ def _bands(stored: Stored) -> Figure | None:
         for number, run, _ in steady
     ]
     layout = axes("third octave / Hz", "level / dB(A)", xaxis={"type": "category"}, bargap=0.25)
-    return Figure("A-weighted levels of third octaves.", traces, layout, height=260)
+    return Figure("A-weighted levels of third octaves.", traces, layout, height=HEIGHT)
 
 
 def _nominal(band: int) -> str:
@@ -182,7 +192,7 @@ def _over_speed(stored: Stored) -> Figure | None:
         return None
     layout = axes("input speed / rpm", "level / dB(A)", yaxis={"range": speed_range(stored.runs)})
     caption = "Overall level over the input speed. Shaded: confidence limits; open below where there is no lower limit."
-    return Figure(caption, traces, layout, height=300)
+    return Figure(caption, traces, layout, height=HEIGHT)
 
 
 def _listen(stored: Stored) -> str:

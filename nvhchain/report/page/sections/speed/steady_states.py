@@ -50,7 +50,7 @@ def stored_states(stored: Stored) -> dict[str, Any]:
     return {run.name: of for run in stored.runs if (of := run.summary.get("steady_states"))}
 
 
-def over_steady_speeds(stored: Stored) -> Figure:
+def over_steady_speeds(stored: Stored, *, height: int = 300) -> Figure:
     """Return the curves of all configurations at their first torque."""
     states = stored_states(stored)
     traces = [
@@ -62,7 +62,7 @@ def over_steady_speeds(stored: Stored) -> Figure:
     speed = stored.runs[0].pressure.input_speed * 30 / np.pi if stored.runs[0].pressure is not None else 0.0
     if speed:
         layout["shapes"] = [upright(round(speed, 1), "dot", "#8a929b")]
-    return Figure("Overall level over steady input speeds. Dotted: the speed of the case.", traces, layout, height=300)
+    return Figure("Overall level over steady input speeds. Dotted: the speed of the case.", traces, layout, height=height)
 
 
 def _levels(of: Any) -> FloatArray:

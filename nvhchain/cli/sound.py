@@ -33,7 +33,7 @@ def sound(options: argparse.Namespace) -> int:
     for path, made in written:
         level = 20 * log10(max(made.rms, 1e-300) / REFERENCE_PRESSURE)
         if options.uff:
-            show(f"{path.with_suffix('.unv')}: all microphones")
+            show(f"{path.with_suffix('.unv')}: all microphones; spectra of a steady sound in spectrum-*.unv")
         show(f"{path}: {made.seconds:.2f} s, {made.rms:.4g} Pa RMS, {level:.1f} dB re 20 µPa; sample 1.0 = 1 Pa")
     return 0
 
@@ -104,7 +104,11 @@ def add_commands(verbs: Any) -> None:
     listen.add_argument(
         "--seconds", metavar="S", type=float, default=4.0, help="duration of a steady sound (default: 4)"
     )
-    listen.add_argument("--uff", action="store_true", help="universal files (dataset 58) of all microphones, too")
+    listen.add_argument(
+        "--uff",
+        action="store_true",
+        help="universal files (dataset 58) of all microphones, too: signals and complex spectra",
+    )
     listen.set_defaults(action=sound)
 
     heard = verbs.add_parser(

@@ -3,7 +3,7 @@
 from nvhchain.interop.forces.channels import Record
 from nvhchain.interop.forces.force_channels import BearingChannels, ForceChannels
 from nvhchain.interop.forces.forces import read_bearing_forces, read_record, write_bearing_forces
-from nvhchain.interop.forces.uff58 import write_pressure_uff
+from nvhchain.interop.forces.uff58 import write_pressure_uff, write_spectrum_uff
 from nvhchain.interop.gltf_files import write_glb
 from nvhchain.interop.matrices.reduced import MatrixNames, SuperelementFiles, read_superelement
 from nvhchain.interop.models import read_modal_model, read_solid_model
@@ -46,6 +46,7 @@ __all__ = [
     "write_modes_vtkhdf",
     "write_nastran",
     "write_pressure_uff",
+    "write_spectrum_uff",
     "write_velocity_vtkhdf",
     "write_vtu",
 ]

@@ -24,7 +24,8 @@ def levels_over_speed(
     Parameters
     ----------
     profiles : mapping of str to mapping of str to (array, array)
-        Configuration → quantity and, after a comma, its unit → speed (n,) rad/s and level (n,) dB; the same quantities in all.
+        Configuration → quantity and, after a comma, its unit → speed (n,) rad/s and level (n,) dB. All have the same
+        quantities.
     dynamic_range : float
         Range (dB) below the highest level of a panel.
     axes : sequence of Axes, optional

@@ -59,7 +59,7 @@ def run_up_maps(history: PressureHistory, marks: OrderMarks, *, high: float) -> 
 
 def curves_of(maps: Mapping[str, tuple[Waterfall, Waterfall]], marks: OrderMarks) -> dict[str, list[Curve]]:
     """Return the curves over speed from the maps against frequency and order."""
-    orders = main_orders([of for _, of in maps.values()])
+    orders = _at_harmonics(main_orders([of for _, of in maps.values()]), marks)
     return {
         name: [_overall(in_frequency), *_cuts(in_orders, orders, marks)]
         for name, (in_frequency, in_orders) in maps.items()
@@ -83,6 +83,16 @@ def main_orders(maps: Sequence[Waterfall]) -> list[float]:
             break
         if energy[line] == energy[max(line - 2, 0) : line + 3].max():
             found.append(float(axis[line]))
+    return sorted(found)
+
+
+def _at_harmonics(orders: Sequence[float], marks: OrderMarks) -> list[float]:
+    """Return orders in which those within the resolution of a mesh harmonic are this harmonic."""
+    found = set()
+    for order in orders:
+        harmonics = [max(round(order / mesh), 1) * mesh for mesh in marks.mesh.values()]
+        nearest = min(harmonics, key=lambda harmonic: abs(harmonic - order), default=order)
+        found.add(nearest if abs(nearest - order) <= ORDER_RESOLUTION else order)
     return sorted(found)
 
 

@@ -57,7 +57,7 @@ def verdict(summary: Mapping[str, Any]) -> list[str]:
         sentences.append(_overall(name, configuration, base, first, point))
         if "over_speed" in configuration:
             parts = _lines(configuration, first) if "causes" in configuration else []
-            sentences += [_over_speed(configuration, first), *parts, *_orders(name, configuration, base, first)]
+            sentences += [_over_speed(configuration, first), *(parts or _orders(name, configuration, base, first))]
         else:
             sentences += [*_states(configuration, first), *_lines(configuration, first)]
     return sentences + [line for name, of in summary["configurations"].items() for line in _limits(name, of)]
@@ -75,7 +75,7 @@ def _overall(name: str, other: Mapping[str, Any], base: str, first: Mapping[str,
     word = "louder" if difference > 0 else "quieter"
     if difference < 0:
         least, most = -most, -least
-    limits = f"confidence limits {_number(least)}…{_number(most)} dB{how}"
+    limits = f"limits {_number(least)}…{_number(most)} dB{how}"
     decided = "" if least > 0 else "; within these limits either may be the louder"
     speeds = {round(float(of.get("input_speed_rpm") or 0.0), 3) for of in (other, first)}
     speed = f" and {speeds.pop():g} rpm" if len(speeds) == 1 and "over_speed" not in other and any(speeds) else ""
@@ -151,7 +151,8 @@ def _lines(other: Mapping[str, Any], first: Mapping[str, Any]) -> list[str]:
     lines = [of for of in other.get("causes") or _by_level(other, first) if of["order"] is not None]
     lines.sort(key=lambda of: -of["part_db"] / difference)
     return [
-        f"  {_signed(part)} dB: {_line(of, _origin(of['order'], mesh, slots))} {_change(*of['levels_dBA'])}{_reason(of)}"
+        f"  {_signed(part)} dB: {_line(of, _origin(of['order'], mesh, slots))} {_change(*of['levels_dBA'])}"
+        f"{_reason(of)}"
         for of in lines[:LINES]
         if (part := of["part_db"]) / difference >= LEAST_SHARE
     ] + [

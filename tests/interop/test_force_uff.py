@@ -7,7 +7,8 @@ import pytest
 import pyuff
 
 from nvhchain.errors import InputError
-from nvhchain.interop import read_bearing_forces, read_record, write_bearing_forces
+from nvhchain.handoff import FieldPressure
+from nvhchain.interop import read_bearing_forces, read_record, write_bearing_forces, write_spectrum_uff
 from nvhchain.testing.hand_offs import RATE
 
 
@@ -121,3 +122,15 @@ def test_uff_without_stated_rate_uses_its_own_axis(forces, tmp_path):
     path = tmp_path / "a.uff"
     channels = replace(write_bearing_forces(forces, path), sample_rate=None)
     assert read_bearing_forces(path, channels).sample_rate == pytest.approx(RATE, rel=1e-5)
+
+
+def test_complex_spectra_of_microphones_are_read_by_pyuff(tmp_path):
+    frequency = np.array([100.0, 150.5, 4999.25])  # unevenly spaced
+    pressure = np.array([[1 + 2j, 0.0], [-3e-5j, 1.0], [0.125, -7.0 - 1e-9j]])
+    path = write_spectrum_uff(FieldPressure(frequency, np.eye(3)[:2], pressure), tmp_path / "a.unv", names=["front"])
+    sets = [dict(each) for each in pyuff.UFF(str(path)).read_sets()]
+    assert [of["id1"].strip() for of in sets] == ["front", "microphone 2"]
+    for number, of in enumerate(sets):
+        assert (of["func_type"], of["ordinate_spec_data_type"], of["rsp_node"]) == (12, 15, number + 1)
+        np.testing.assert_allclose(of["x"], frequency, rtol=1e-6)
+        np.testing.assert_allclose(of["data"], pressure[:, number], rtol=1e-11)

@@ -28,13 +28,13 @@ def run(tmp_path_factory):
     stored = {"pressure": pressure, "surface_velocity": velocity, "force_spectrum": forces}
     for name, of in (stored | {"housing-1": housing, "transfer_vectors-1": vectors}).items():
         hdf5.save(of, folder / f"{name}.h5")
-    return folder, pressure, velocity, forces
+    return folder, pressure, ([vectors], [housing]), forces
 
 
 def test_paths_and_modes_add_up_to_the_pressure(run):
-    folder, pressure, velocity, forces = run
+    _, pressure, operators, forces = run
     lines = np.array([300.0, 1000.0, 1600.0])
-    paths, modes = stored_parts(pressure, velocity, forces, sorted(folder.glob("*.h5")), lines)
+    paths, modes = stored_parts(pressure, forces, operators, lines)
     rows = np.searchsorted(pressure.frequency, lines)
     for parts in (paths, modes):
         error = np.abs(parts.pressure.sum(axis=2) - pressure.pressure[rows])
@@ -45,10 +45,10 @@ def test_paths_and_modes_add_up_to_the_pressure(run):
 
 
 def test_operators_of_another_run_are_not_taken(run):
-    folder, pressure, velocity, forces = run
+    _, pressure, operators, forces = run
     doubled = pressure.replace(pressure=2.0 * pressure.pressure)
-    assert stored_parts(doubled, velocity, forces, sorted(folder.glob("*.h5")), np.array([1000.0])) is None
-    assert stored_parts(pressure, velocity, forces, [], np.array([1000.0])) is None
+    assert stored_parts(doubled, forces, operators, np.array([1000.0])) is None
+    assert stored_parts(pressure, forces, ([], []), np.array([1000.0])) is None
 
 
 def test_page_shows_paths_and_modes_of_the_loudest_lines(run):

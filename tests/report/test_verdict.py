@@ -29,27 +29,27 @@ def summary(**configurations):
 def test_difference_has_the_limits_of_both_levels_added():
     first, second = configuration({1: 60.0}, [59.0, 61.5]), configuration({1: 66.0}, [64.0, 67.0])
     assert verdict(summary(solid=first, slotted=second))[0] == (
-        "slotted is 6.0 dB louder than solid at microphone (confidence limits 2.5…8.0 dB if the errors of both levels add up)"
+        "slotted is 6.0 dB louder than solid at microphone (limits 2.5…8.0 dB if the errors of both levels add up)"
     )
     assert verdict(summary(slotted=second, solid=first))[0] == (
-        "solid is 6.0 dB quieter than slotted at microphone (confidence limits 2.5…8.0 dB if the errors of both levels add up)"
+        "solid is 6.0 dB quieter than slotted at microphone (limits 2.5…8.0 dB if the errors of both levels add up)"
     )
 
 
 def test_limits_of_the_difference_itself_are_taken_where_the_summary_has_them():
     first, second = configuration({1: 60.0}, [59.0, 61.5]), configuration({1: 66.0}, [64.0, 67.0])
     assert verdict(summary(solid=first, slotted=second | {"difference_limits_db": [5.5, 6.5]}))[0] == (
-        "slotted is 6.0 dB louder than solid at microphone (confidence limits 5.5…6.5 dB)"
+        "slotted is 6.0 dB louder than solid at microphone (limits 5.5…6.5 dB)"
     )
     assert verdict(summary(slotted=second, solid=first | {"difference_limits_db": [-6.5, None]}))[0] == (
-        "solid is 6.0 dB quieter than slotted at microphone (confidence limits −∞…6.5 dB); within these limits either may be the louder"
+        "solid is 6.0 dB quieter than slotted at microphone (limits −∞…6.5 dB); within these limits either may be the louder"
     )
 
 
 def test_limits_that_cross_zero_decide_nothing():
     first, second = configuration({1: 60.0}, [None, 63.0]), configuration({1: 62.0}, [59.0, 64.0])
     assert verdict(summary(a=first, b=second))[0].endswith(
-        "(confidence limits −4.0…∞ dB if the errors of both levels add up); within these limits either may be the louder"
+        "(limits −4.0…∞ dB if the errors of both levels add up); within these limits either may be the louder"
     )
 
 
@@ -81,7 +81,10 @@ def test_a_quieter_design_names_its_parts_with_their_sign_and_what_moves_less():
 
     cause = {"order": 100, "frequency_hz": 4000.0, "levels_dBA": [66.0, 55.0], "part_db": -4.6}
     cause |= {"modes": [part("mode 9, 4180 Hz", 2.0, 1.0)], "paths": [part("B2 z", 1.0, 0.5)]}
-    first, second = configuration({100: 66.0}, [65, 67], frequency=40), configuration({100: 60.9}, [60, 61], frequency=40)
+    first, second = (
+        configuration({100: 66.0}, [65, 67], frequency=40),
+        configuration({100: 60.9}, [60, 61], frequency=40),
+    )
     (line,) = verdict(summary(a=first, b=second | {"causes": [cause]}))[1:]
     assert line == (
         "  −4.6 dB: order 100 (4000 Hz) falls from 66.0 to 55.0 dB(A), because it excites the housing mode at 4180 Hz "

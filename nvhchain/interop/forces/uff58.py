@@ -1,4 +1,4 @@
-"""Universal file format, dataset 58 (function at nodal DOF): time histories of forces, read by pyuff and written.
+"""Universal file format, dataset 58 (function at nodal DOF): histories of forces read; histories and spectra written.
 
 Channels are called `node:x`, `node:y`, `node:z` by response node and direction, `node:rx` … about an axis and
 `node:scalar` without direction. A record along a negative direction changes sign, as the format defines it.
@@ -14,7 +14,7 @@ import numpy as np
 
 from nvhchain.errors import FileFormatError
 from nvhchain.files.atomic_write import write_output
-from nvhchain.handoff import BearingForces, FloatArray, PressureHistory
+from nvhchain.handoff import BearingForces, FieldPressure, FloatArray, PressureHistory
 from nvhchain.interop.forces.channel_units import TIME_UNITS, unit_called
 from nvhchain.interop.forces.channels import Record
 from nvhchain.interop.forces.force_channels import MESH_QUANTITIES, mesh_quantities
@@ -41,6 +41,10 @@ ORDINATES = {
 """Names of types of ordinates."""
 
 TIME_RESPONSE, TIME_AXIS, DOUBLE = 1, 17, 4
+"""Type of function, of its axis and of its values: real double precision."""
+
+SPECTRUM, FREQUENCY_AXIS, COMPLEX_DOUBLE = 12, 18, 6
+"""The same of a complex spectrum."""
 
 UNIT_CODES = {1: "N", 2: "lbf", 3: "kgf", 4: "pdl", 5: "mN", 6: "cN", 7: "lbf", 8: "kgf", 10: "N"}
 """Unit of force of dataset 164, by its code; 9 is the user's own."""
@@ -138,25 +142,73 @@ def write_pressure_uff(history: PressureHistory, path: str | Path, *, names: Seq
     return write_output(Path(path), sets)
 
 
+@checked
+def write_spectrum_uff(pressure: FieldPressure, path: str | Path, *, names: Sequence[str] = ()) -> Path:
+    """Write complex spectra of sound pressure for test systems.
+
+    Parameters
+    ----------
+    pressure : FieldPressure
+        Sound pressure at microphones.
+    path : str or Path
+        Universal file (.uff or .unv).
+    names : sequence of str
+        Names of the microphones; by default numbers.
+
+    Returns
+    -------
+    Path
+        Path of the file.
+
+    Notes
+    -----
+    The file holds datasets 58 as text: the spectrum (Pa) of microphone number i at node i + 1. Amplitudes are peaks
+    with the time factor exp(jωt). Lines may be spaced unevenly; the format keeps six digits of their frequency.
+    """
+    sets = []
+    for i, values in enumerate(pressure.pressure.T):
+        name = names[i] if i < len(names) else f"microphone {i + 1}"
+        data = f"{COMPLEX_DOUBLE:10d}{len(values):10d}{0:10d}{0:13.5e}{0:13.5e}{0:13.5e}"
+        axis = f"{FREQUENCY_AXIS:10d}{0:5d}{0:5d}{0:5d} {'frequency':20} {'Hz':20}"
+        head = _head(f"{58:6d}", name, (SPECTRUM, i + 1, 0), (data, axis, _ordinate(PRESSURE, "Pa")))
+        rows = [
+            f"{f:13.5e}{value.real:20.12e}{value.imag:20.12e}"
+            for f, value in zip(pressure.frequency, values, strict=True)
+        ]
+        sets.append("\n".join([*head, *rows, f"{-1:6d}", ""]).encode())
+    return write_output(Path(path), sets)
+
+
 def _function(
     time: FloatArray, values: FloatArray, node: int, direction: int, label: str, kind: int, unit: str
 ) -> bytes:
     """Return dataset 58b: little-endian doubles, evenly spaced, below its eleven records in fixed columns."""
+    title = f"{58:6d}b{1:6d}{2:6d}{11:12d}{8 * len(values):12d}{0:6d}{0:6d}{0:12d}{0:12d}"
+    data = f"{DOUBLE:10d}{len(values):10d}{1:10d}{time[0]:13.5e}{time[1] - time[0]:13.5e}{0:13.5e}"
+    axis = f"{TIME_AXIS:10d}{0:5d}{0:5d}{0:5d} {'time':20} {'s':20}"
+    head = _head(title, label, (TIME_RESPONSE, node, direction), (data, axis, _ordinate(kind, unit)))
+    return "\n".join([*head, ""]).encode() + np.asarray(values, dtype="<f8").tobytes() + f"{-1:6d}\n".encode()
+
+
+def _head(title: str, label: str, of: tuple[int, int, int], axes: tuple[str, str, str]) -> list[str]:
+    """Return the first lines of dataset 58; `of` has type of function, node and direction."""
     line = " ".join(label.split()) or "NONE"
+    function, node, direction = of
     none = f"{0:10d}{0:5d}{0:5d}{0:5d} {'NONE':20} {'NONE':20}"
-    head = [
+    return [
         f"{-1:6d}",
-        f"{58:6d}b{1:6d}{2:6d}{11:12d}{8 * len(values):12d}{0:6d}{0:6d}{0:12d}{0:12d}",
+        title,
         f"{line[:80]:80}",
         *[f"{'NONE':80}"] * 4,
-        f"{TIME_RESPONSE:5d}{0:10d}{0:5d}{0:10d} {line[:10]:>10}{node:10d}{direction:4d} {'NONE':>10}{0:10d}{0:4d}",
-        f"{DOUBLE:10d}{len(values):10d}{1:10d}{time[0]:13.5e}{time[1] - time[0]:13.5e}{0:13.5e}",
-        f"{TIME_AXIS:10d}{0:5d}{0:5d}{0:5d} {'time':20} {'s':20}",
-        f"{kind:10d}{0:5d}{0:5d}{0:5d} {'NONE':20} {unit:20}",
+        f"{function:5d}{0:10d}{0:5d}{0:10d} {line[:10]:>10}{node:10d}{direction:4d} {'NONE':>10}{0:10d}{0:4d}",
+        *axes,
         none,
         none,
     ]
-    return "\n".join([*head, ""]).encode() + np.asarray(values, dtype="<f8").tobytes() + f"{-1:6d}\n".encode()
+
+
+def _ordinate(kind: int, unit: str) -> str:
+    return f"{kind:10d}{0:5d}{0:5d}{0:5d} {'NONE':20} {unit:20}"
 
 
 def _named(functions: list[dict[str, Any]], path: Path) -> Iterator[tuple[str, float, dict[str, Any]]]:

@@ -19,7 +19,6 @@ from nvhchain.handoff import (
     ForceSpectrum,
     HandOff,
     ReducedHousing,
-    SurfaceVelocity,
     TransferVectors,
 )
 from nvhchain.housing.casting.contributions import Contributions, modal_contributions
@@ -32,25 +31,23 @@ SUM_ERROR = 1e-3
 
 def stored_parts(
     pressure: FieldPressure,
-    velocity: SurfaceVelocity,
     forces: ForceSpectrum,
-    operators: Sequence[Path],
+    operators: tuple[Sequence[TransferVectors], Sequence[ReducedHousing]],
     frequency: FloatArray,
 ) -> tuple[Contributions, Contributions] | None:
     """Return the pressure by path and by mode at single lines; None where no operators add up to the stored pressure.
 
     A path is a bearing and a direction: its force times its noise transfer function.
 
-    operators : files among which housing and transfer vectors are.
+    operators : transfer vectors and housings on the surface, among which those of the run are.
     frequency : (n,) lines of the run (Hz), rising.
     """
-    surface = velocity.surface.content_hash
     try:
         fidelity = AcousticsFidelity(**pressure.provenance["fidelity"])
     except (KeyError, TypeError, InputError):
         fidelity = STANDARD.acoustics
-    for vectors in radiating(operators, TransferVectors, surface):
-        for housing in radiating(operators, ReducedHousing, surface):
+    for vectors in operators[0]:
+        for housing in operators[1]:
             found = line_parts(pressure, forces, housing, vectors, frequency, fidelity=fidelity)
             if found is not None:
                 return found

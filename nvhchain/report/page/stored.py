@@ -15,6 +15,7 @@ from nvhchain.files import hdf5
 from nvhchain.handoff import FieldPressure, FloatArray, HandOff, PressureHistory
 from nvhchain.names import check_names
 from nvhchain.plots import OrderMarks
+from nvhchain.report.causes.paths import radiating
 from nvhchain.report.marks import order_name
 from nvhchain.report.run_up import run_up_maps, sample_rate
 from nvhchain.spectrum import Waterfall
@@ -86,6 +87,7 @@ class Stored:
     folder: Path
     summary: Mapping[str, Any]
     runs: tuple[StoredRun, ...]
+    _radiating: dict[tuple[str, str], list[Any]] = field(default_factory=dict, repr=False)
 
     @property
     def finished(self) -> bool:
@@ -133,6 +135,13 @@ class Stored:
         """All hand-offs of the runs and their shared operators."""
         folders = dict.fromkeys([*(run.folder for run in self.runs), self.folder / _SHARED])
         return [path for folder in folders for path in sorted(folder.glob("*.h5"))]
+
+    def radiating(self, kind: type[H], surface: str) -> list[H]:
+        """Return the hand-offs of a kind on a surface, by its content hash; each file is read once."""
+        key = (kind.__name__, surface)
+        if key not in self._radiating:
+            self._radiating[key] = radiating(self.hand_off_files, kind, surface)
+        return cast("list[H]", self._radiating[key])
 
 
 def stored_results(folder: Path) -> Stored:

@@ -34,6 +34,9 @@ TONES = 12
 LEAST_RANGE = 40.0
 """Range (dB) below the strongest tone within which tones are judged."""
 
+NO_NOISE = 100.0
+"""Ratio (dB) of tone to noise above which a background counts as silent in the critical band."""
+
 _LOUDEST = 1.0
 """Duration (s) of the loudest part of a run-up, whose loudness states the limits."""
 
@@ -69,11 +72,10 @@ def hearing_sentences(name: str, entry: Mapping[str, Any]) -> list[str]:
         f"roughness {entry['roughness_asper']:.2f} asper"
     ]
     prominent = [tone for tone in entry.get("tones", []) if tone["prominent"]]
-    told += [
-        f"  {tone['name']} ({tone['frequency_hz']:.0f} Hz) is prominent: {tone['tone_to_noise_dB']:.1f} dB over the "
-        "background in its critical band"
-        for tone in prominent
-    ]
+    for tone in prominent:
+        ratio = tone["tone_to_noise_dB"]
+        how = f"{ratio:.1f} dB over the background in" if ratio <= NO_NOISE else "the background has no energy in"
+        told.append(f"  {tone['name']} ({tone['frequency_hz']:.0f} Hz) is prominent: {how} its critical band")
     if entry.get("tones") and not prominent:
         told.append("  no tone is prominent before the background")
     return told

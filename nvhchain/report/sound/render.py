@@ -10,7 +10,7 @@ import numpy as np
 from nvhchain.case.checks.names import nearest
 from nvhchain.errors import require
 from nvhchain.handoff import FieldPressure, PressureHistory
-from nvhchain.interop import write_pressure_uff
+from nvhchain.interop import write_pressure_uff, write_spectrum_uff
 from nvhchain.report.page.stored import StoredRun, stored_results
 from nvhchain.report.sound.write import BACKGROUND
 from nvhchain.sound import (
@@ -66,6 +66,8 @@ def render_sounds(
         if universal:
             signals = [_filtered(run, at, only, without, seconds) for at in range(_microphones(run))]
             write_pressure_uff(_history(run, signals), path.with_suffix(".unv"), names=run.points)
+            if run.pressure is not None:
+                write_spectrum_uff(run.pressure, stored.folder / f"spectrum-{run.name}.unv", names=run.points)
     return found
 
 

@@ -47,7 +47,10 @@ def blocks(stored: Stored) -> list[Any]:
     hero = Hero(
         headline=headline,
         doubt="Not decided: within the confidence limits either may be the louder." if doubt else "",
-        sentences=([_shortened(sentence, headline) for sentence in sentences] or _single(stored))
+        sentences=(
+            [_shortened(of, headline) for of in sentences if doubt or not of.startswith("Limits of ")]
+            or _single(stored)
+        )
         + _targets(stored)
         + _assumed(stored),
         levels=_levels(stored),
@@ -65,8 +68,18 @@ def _shortened(sentence: str, headline: str) -> str:
 
 
 def _targets(stored: Stored) -> list[str]:
-    """Return a sentence on every target."""
-    return [target_sentence(run.name, target) for run in stored.runs for target in run.summary.get("targets", [])]
+    """Return a sentence on every target; with several targets, one sentence on each run."""
+    found = []
+    for run in stored.runs:
+        judged = run.summary.get("targets", [])
+        if len(judged) > 1:
+            passed = sum(bool(target["passed"]) for target in judged)
+            worst = min(judged, key=lambda target: target.get("confidence", 1.0))
+            found.append(f"{run.name} passes {passed} of {len(judged)} targets. Least certain: ")
+            found[-1] += target_sentence(run.name, worst).removeprefix(f"{run.name} ")
+        else:
+            found += [target_sentence(run.name, target) for target in judged]
+    return found
 
 
 def _steady_speeds(stored: Stored) -> Figure | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from typing import Any
 
 from nvhchain.report.page.blocks import Table, Text
@@ -28,7 +27,7 @@ def _options(stored: Stored) -> list[Any]:
             each["option"],
             "modelled" if each["modelled"] else "left out",
             "its estimate" if each["asked"] == "auto" else f"the case: {each['asked']}",
-            f"{each['level_db']:+z.1f}" if "level_db" in each else "",
+            f"{each['level_db']:+z.1f}".replace("-", "−") if "level_db" in each else "",
             f"{each['distance_db']:.1f}" if "distance_db" in each else each["note"],
         )
         for name, of in decisions.items()
@@ -41,12 +40,7 @@ def _options(stored: Stored) -> list[Any]:
         "is modelled."
     )
     head = ("configuration", "option", "outcome", "decided by", "level / dB", "orders / dB")
-    sentences = [Text("What was modelled, and why:"), *_sentences(decisions)]
-    return [*sentences, Table(head, rows, caption, numbers=4)]
-
-
-def _sentences(decisions: Mapping[str, Any]) -> list[Any]:
-    return [Text(f"{name}: {sentence}.") for name, of in decisions.items() for sentence in of["sentences"]]
+    return [Table(head, rows, caption, numbers=4)]
 
 
 def _values(stored: Stored) -> list[Any]:

@@ -11,8 +11,8 @@ from nvhchain import levels
 from nvhchain.acoustics import interpolate_vectors
 from nvhchain.conventions import REFERENCE_VELOCITY
 from nvhchain.errors import InputError
-from nvhchain.handoff import ComplexArray, FloatArray, SurfaceVelocity, TransferVectors
-from nvhchain.report.causes.paths import SUM_ERROR, radiating
+from nvhchain.handoff import ComplexArray, FloatArray, IntArray, SurfaceVelocity, TransferVectors
+from nvhchain.report.causes.paths import SUM_ERROR
 from nvhchain.report.page.moving import Colours, MovingBody, moving_bodies
 from nvhchain.report.page.stored import Stored, StoredRun
 
@@ -68,7 +68,15 @@ def _motion(of: SurfaceVelocity, frequencies: FloatArray) -> ComplexArray:
     """Return the normal velocity (n_line, n_face) at frequencies; zero where there is no such line."""
     nearest = np.abs(of.frequency[:, None] - frequencies).argmin(axis=0)
     found = np.abs(of.frequency[nearest] - frequencies) <= 1.0
-    return np.asarray(np.where(found[:, None], of.normal_velocity[nearest], 0.0))
+    rows, back = np.unique(nearest, return_inverse=True)
+    return np.asarray(np.where(found[:, None], at_lines(of, rows).normal_velocity[back], 0.0))
+
+
+def at_lines(of: SurfaceVelocity, rows: IntArray) -> SurfaceVelocity:
+    """Return the velocity at some lines, without computing the others."""
+    if of.coordinates is None:
+        return of.replace(frequency=of.frequency[rows], normal_velocity=of.normal_velocity[rows])
+    return of.replace(frequency=of.frequency[rows], coordinates=of.coordinates[rows])
 
 
 def _contribution(
@@ -80,7 +88,7 @@ def _contribution(
     nearest = np.abs(run.pressure.frequency[:, None] - frequencies).argmin(axis=0)
     present = np.abs(run.pressure.frequency[nearest] - frequencies) <= 1.0
     heard = np.where(present, run.pressure.pressure[nearest, 0], 0.0)
-    for vectors in radiating(stored.hand_off_files, TransferVectors, of.surface.content_hash):
+    for vectors in stored.radiating(TransferVectors, of.surface.content_hash):
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # the run has given them

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from nvhchain.handoff import ComplexArray, FloatArray, ReducedHousing, Surface, SurfaceVelocity
-from nvhchain.report.causes.paths import radiating
 from nvhchain.report.page.blocks import Figure, Table, colour, grid, label, panel, rounded, upright
 from nvhchain.report.page.moving import Colours, MovingBody, moving_bodies
 from nvhchain.report.page.stored import Stored, StoredRun
@@ -50,7 +49,7 @@ def _housings(stored: Stored) -> dict[str, ReducedHousing]:
     for run in stored.runs:
         velocity = run.hand_off("surface_velocity", SurfaceVelocity)
         if velocity is not None:
-            of = radiating(stored.hand_off_files, ReducedHousing, velocity.surface.content_hash)
+            of = stored.radiating(ReducedHousing, velocity.surface.content_hash)
             found |= {run.name: of[0]} if len(of) == 1 else {}
     return found
 
@@ -71,7 +70,7 @@ def _campbell(stored: Stored, recorded: Sequence[tuple[int, StoredRun, Mapping[s
                 {
                     "type": "scatter", "mode": "lines+text", "x": rounded([0.0, reach]),
                     "y": rounded([0.0, order * reach / 60.0]), "text": ["", label(name)],
-                    "textposition": "bottom left", "textfont": {"size": 10, "color": "#59636e"},
+                    "textposition": "top left", "textfont": {"size": 10, "color": "#59636e"},
                     "line": {"color": "#8a929b", "width": 1, "dash": "dot"}, "hoverinfo": "skip", **on,
                 }
             )  # fmt: skip

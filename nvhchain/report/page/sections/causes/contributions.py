@@ -9,7 +9,14 @@ import numpy as np
 
 from nvhchain import levels
 from nvhchain.errors import InputError
-from nvhchain.handoff import FieldPressure, FloatArray, ForceSpectrum, SurfaceVelocity
+from nvhchain.handoff import (
+    FieldPressure,
+    FloatArray,
+    ForceSpectrum,
+    ReducedHousing,
+    SurfaceVelocity,
+    TransferVectors,
+)
 from nvhchain.housing.casting.contributions import Contributions
 from nvhchain.report.causes.paths import stored_parts
 from nvhchain.report.page.blocks import Figure, Text, axes, bars, grid, label, panel, rounded
@@ -41,7 +48,9 @@ def _by_path_and_mode(stored: Stored) -> list[Any]:
         velocity = run.hand_off("surface_velocity", SurfaceVelocity)
         forces = run.hand_off("force_spectrum", ForceSpectrum)
         if velocity is not None and forces is not None and len(lines):
-            found = stored_parts(pressure, velocity, forces, stored.hand_off_files, lines)
+            surface = velocity.surface.content_hash
+            operators = (stored.radiating(TransferVectors, surface), stored.radiating(ReducedHousing, surface))
+            found = stored_parts(pressure, forces, operators, lines)
             parts |= {} if found is None else {number: found}
     if not parts:
         return []

@@ -6,6 +6,7 @@ from typing import Any
 
 from nvhchain.report.page.blocks import Figure, Table, Text, curve, grid, limits_text, packed
 from nvhchain.report.page.stored import Stored, StoredRun
+from nvhchain.report.sound.hearing import NO_NOISE
 
 TITLE = "Hearing"
 
@@ -45,8 +46,7 @@ def blocks(stored: Stored) -> list[Any]:
     tones = [
         (
             run.name, tone["name"], f"{tone['frequency_hz']:.0f}", f"{tone['level_dB']:.1f}",
-            f"{tone['tone_to_noise_dB']:.1f}".replace("-", "−"), limits_text(tone["tone_to_noise_limits_dB"]),
-            f"{tone['prominence_ratio_dB']:.1f}".replace("-", "−"), "prominent" if tone["prominent"] else "",
+            *_over_noise(tone), "prominent" if tone["prominent"] else "",
         )
         for _, run, of in heard
         for tone in of.get("tones", [])
@@ -56,6 +56,15 @@ def blocks(stored: Stored) -> list[Any]:
         caption = "Tones before the background in their critical bands (ECMA-418-1)."
         found.append(Table((*titles, "prominence ratio / dB", ""), tones, caption, numbers=2))
     return [*found, Text(EXPLANATION, style="small")]
+
+
+def _over_noise(tone: dict[str, Any]) -> tuple[str, str, str]:
+    """Return tone-to-noise ratio, its limits and prominence ratio; dashes where the background has no energy."""
+    ratio, prominence = tone["tone_to_noise_dB"], tone["prominence_ratio_dB"]
+    if ratio > NO_NOISE:
+        return ("no noise", "", "" if prominence > NO_NOISE else f"{prominence:.1f}".replace("-", "−"))
+    limits = limits_text(tone["tone_to_noise_limits_dB"]).replace("-", "−")
+    return (f"{ratio:.1f}".replace("-", "−"), limits, f"{prominence:.1f}".replace("-", "−"))
 
 
 def _row(name: str, of: dict[str, Any], masked: bool) -> list[str]:

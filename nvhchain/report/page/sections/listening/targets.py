@@ -65,6 +65,10 @@ def _row(name: str, target: Mapping[str, Any]) -> tuple[str, ...]:
     )
 
 
+def _limits(target: Mapping[str, Any]) -> list[tuple[float, float]]:
+    return [(point["axis"], point["target_dB"]) for point in target["points"]]
+
+
 def _level(point: Mapping[str, Any]) -> float:
     return -1000.0 if point["level_dB"] is None else float(point["level_dB"])
 
@@ -86,14 +90,14 @@ def _figure(judged: list[tuple[int, str, Mapping[str, Any]]]) -> Figure:
                 "hovertemplate": "%{x:.5g}: %{y:.1f} " + first["unit"] + "<extra>" + label(name) + "</extra>",
             }
         )  # fmt: skip
-        if number == judged[0][0] or target["points"] != first["points"]:
+        if number == judged[0][0] or _limits(target) != _limits(first):
             traces.append(
                 {
                     "type": "scatter", "mode": "lines",
-                    "name": label(f"target {target['name']}" + (f" of {name}" if len(judged) > 1 else "")),
+                    "name": label(f"target {target['name']}" + ("" if number == judged[0][0] else f" of {name}")),
                     "x": rounded((point["axis"] for point in target["points"]), 3),
                     "y": rounded(point["target_dB"] for point in target["points"]),
-                    "line": {"color": "#d55e00", "width": 2.5, "dash": dash(number), "shape": "linear"},
+                    "line": {"color": "#1d2329", "width": 2, "dash": dash(number), "shape": "linear"},
                 }
             )  # fmt: skip
     over_speed = first["axis"] == "speed_rpm"

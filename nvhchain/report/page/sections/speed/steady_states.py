@@ -62,7 +62,9 @@ def over_steady_speeds(stored: Stored, *, height: int = 300) -> Figure:
     speed = stored.runs[0].pressure.input_speed * 30 / np.pi if stored.runs[0].pressure is not None else 0.0
     if speed:
         layout["shapes"] = [upright(round(speed, 1), "dot", "#8a929b")]
-    return Figure("Overall level over steady input speeds. Dotted: the speed of the case.", traces, layout, height=height)
+    return Figure(
+        "Overall level over steady input speeds. Dotted: the speed of the case.", traces, layout, height=height
+    )
 
 
 def _levels(of: Any) -> FloatArray:

@@ -42,7 +42,8 @@ def test_limits_of_the_difference_itself_are_taken_where_the_summary_has_them():
         "slotted is 6.0 dB louder than solid at microphone (limits 5.5…6.5 dB)"
     )
     assert verdict(summary(slotted=second, solid=first | {"difference_limits_db": [-6.5, None]}))[0] == (
-        "solid is 6.0 dB quieter than slotted at microphone (limits −∞…6.5 dB); within these limits either may be the louder"
+        "solid is 6.0 dB quieter than slotted at microphone (limits −∞…6.5 dB)"
+        "; within these limits either may be the louder"
     )
 
 

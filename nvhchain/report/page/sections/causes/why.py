@@ -77,9 +77,11 @@ def _difference(stored: Stored, base: StoredRun, run: StoredRun) -> list[Any]:
         for kind in ("modes", "paths")
         for part in of.get(kind, [])
     ]
-    if not parts:
-        head, rows = head[:4], [row[:4] for row in rows]
-    table = Table(head, rows, "Strongest parts of each line." if parts else "Parts of each line.")
+    table = (
+        Table(head, rows, "Strongest parts of each line.")
+        if parts
+        else Table(head[:4], [row[:4] for row in rows], "Part of each line.")
+    )
     every = Table(("line", "kind", "part", "dB"), parts, "All parts", folded=True, numbers=3)
     return [Figure(caption, traces, layout, height=340), table, *([every] if parts else [])]
 

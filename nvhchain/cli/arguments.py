@@ -283,6 +283,14 @@ def parser() -> argparse.ArgumentParser:
 
     report = verbs.add_parser("report", help="write the page (HTML) of the results in a folder")
     report.add_argument("folder", metavar="DIR")
+    report.add_argument(
+        "--surface-pressure",
+        metavar="LINES",
+        type=int,
+        nargs="?",
+        const=6,
+        help="solve the sound pressure on the housing at its loudest lines (default: 6) and colour it on the page",
+    )
     report.set_defaults(action=commands.report)
     add_sound_commands(verbs)
 

@@ -370,6 +370,11 @@ def report(options: argparse.Namespace) -> int:
     """Write the page of a run or comparison, finished or not."""
     from nvhchain.report import write_page
 
+    if options.surface_pressure is not None:
+        from nvhchain.report.sound.surface_pressure import add_surface_pressure
+
+        for line in add_surface_pressure(options.folder, options.surface_pressure):
+            show(line)
     show(write_page(options.folder))
     return 0
 

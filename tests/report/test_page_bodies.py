@@ -1,16 +1,24 @@
 """Bodies of the page: shafts move as their cross-sections do; teeth mesh without cutting into each other."""
 
+import base64
 import json
 
 import numpy as np
 import pytest
 from matplotlib.path import Path as Outline
 
+from nvhchain.acoustics import sphere, transfer_vectors
 from nvhchain.case import load_case
+from nvhchain.errors import InputError
+from nvhchain.fidelity import DRAFT
+from nvhchain.files import hdf5
+from nvhchain.handoff import FieldPressure, SurfaceVelocity
 from nvhchain.report.gear_outlines import gear_outlines
 from nvhchain.report.page.sections.bodies.gears import _drawing, _turns
+from nvhchain.report.page.sections.bodies.housing import blocks as housing_blocks
 from nvhchain.report.page.sections.bodies.modes import _carried, _cylinder, blocks
-from nvhchain.report.page.stored import Stored, StoredRun
+from nvhchain.report.page.stored import Stored, StoredRun, stored_results
+from nvhchain.report.sound.surface_pressure import add_surface_pressure
 
 CYLINDER = {"rotor": "A", "axis": [0.1, 0.2], "ends": [0.0, 0.4], "radii": [0.02, 0.03], "teeth": 9}
 PLANES = [{"rotor": "A", "shaft": "A", "z": z} for z in (0.3, 0.1)]
@@ -57,3 +65,29 @@ def test_teeth_of_a_stage_lie_in_the_gaps_of_each_other(request):
     assert not Outline(teeth[0]).contains_points(teeth[1]).any()
     gap = np.linalg.norm(teeth[0][:, None] - teeth[1][None], axis=2).min()
     assert gap < 0.3e-3
+
+
+def test_pressure_on_the_housing_is_that_of_a_breathing_sphere(tmp_path):
+    frequency, radius, speed = np.array([300.0, 600.0]), 0.1, 1e-3
+    ball = sphere(radius, 2)
+    vectors = transfer_vectors(ball, [[0.0, 0.0, 1.0]], frequency, fidelity=DRAFT.acoustics)
+    velocity = SurfaceVelocity(frequency, np.full((2, len(ball.triangles)), speed), ball)
+    for name, of in {"surface_velocity": velocity, "transfer_vectors": vectors}.items():
+        hdf5.save(of, tmp_path / f"{name}.h5")
+    hdf5.save(FieldPressure(frequency, vectors.points, np.array([[1e-3], [1e-2]])), tmp_path / "pressure.h5")
+    (line,) = add_surface_pressure(tmp_path, 1)
+    assert "at 1 lines" in line
+    air = vectors.air
+    ka = 2 * np.pi * frequency[1] / air.speed_of_sound * radius
+    peak = air.density * air.speed_of_sound * speed * ka / np.hypot(1.0, ka)
+    stored = stored_results(tmp_path)
+    (drawn,) = housing_blocks(stored)
+    assert [of["title"] for of in drawn.data["colours"]] == ["Normal velocity", "Pressure"]
+    (run,) = drawn.data["runs"]
+    packed = run["values"]["Pressure"]
+    values = np.frombuffer(base64.b64decode(packed["values"]["bdata"]), dtype="i1").reshape(2, -1)
+    level = values * np.frombuffer(base64.b64decode(packed["step"]["bdata"]), dtype="<f4")[:, None]
+    assert (level[0] == 0).all()  # the fainter line was not solved
+    assert level[1] == pytest.approx(20 * np.log10(peak / np.sqrt(2) / 20e-6), abs=0.5)
+    with pytest.raises(InputError, match="ask for one or more"):
+        add_surface_pressure(tmp_path, 0)

@@ -42,10 +42,7 @@ def stored_parts(
     operators : transfer vectors and housings on the surface, among which those of the run are.
     frequency : (n,) lines of the run (Hz), rising.
     """
-    try:
-        fidelity = AcousticsFidelity(**pressure.provenance["fidelity"])
-    except (KeyError, TypeError, InputError):
-        fidelity = STANDARD.acoustics
+    fidelity = acoustics_fidelity(pressure)
     for vectors in operators[0]:
         for housing in operators[1]:
             found = line_parts(pressure, forces, housing, vectors, frequency, fidelity=fidelity)
@@ -87,6 +84,14 @@ def line_parts(
         return None
     names = tuple(f"{name} {axis}" for name in housing.names for axis in "xyz")
     return Contributions(lines, pressure.points, names, parts), modes
+
+
+def acoustics_fidelity(of: HandOff) -> AcousticsFidelity:
+    """Return the knobs with which a hand-off of sound was computed; those of `standard` where it does not name them."""
+    try:
+        return AcousticsFidelity(**of.provenance["fidelity"])
+    except (KeyError, TypeError, InputError):
+        return STANDARD.acoustics
 
 
 def radiating(files: Sequence[Path], kind: type[H], surface: str) -> list[H]:

@@ -25,8 +25,8 @@ VIEWS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (0.75, -0.6) for z in 
 class Colours:
     """Colours of the faces by kind.
 
-    `level`: dB of the motion re `reference` (RMS); `size`: motion relative to the largest; `signed`: values of the body
-    with this title.
+    `level`: dB of the motion re `reference` (RMS); `size`: motion relative to the largest; `signed` and `given`: values
+    of the body with this title, the latter levels in dB, all zero at a line without values.
     """
 
     title: str
@@ -40,7 +40,7 @@ class MovingBody:
     """Body with its motion at every line or mode.
 
     motion : (n_line, n_face) outward normal motion of the faces, or (n_line, n_vertex, 3) of the vertices.
-    values : title of `signed` colours → values of the faces (n_line, n_face).
+    values : title of `signed` or `given` colours → values of the faces (n_line, n_face).
     """
 
     name: str

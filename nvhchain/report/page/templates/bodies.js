@@ -151,15 +151,15 @@ const movingBodies = (place, { data }, height, choice) => {
     for (const run of runs) for (const part of ["re", "im"]) run.painter.load(part, expanded(run.body, run.motion[part]));
   };
   const tint = () => {
-    const { kind, reference, title, unit } = data.colours[state.colours];
+    const { kind, reference, title, unit } = data.colours[state.colours], inside = kind === "signed" || kind === "given";
     for (const run of runs) {
       const given = run.given[title], { re, im } = run.face;
-      run.shown = new Float32Array(run.body.faces).map((_, face) => kind === "signed" ? given.values[state.line * run.body.faces + face] * given.step[state.line] : Math.hypot(re[face], im[face]));
+      run.shown = new Float32Array(run.body.faces).map((_, face) => inside ? given.values[state.line * run.body.faces + face] * given.step[state.line] : Math.hypot(re[face], im[face]));
       if (kind === "level") run.shown = run.shown.map((v) => Math.max(20 * Math.log10(v / Math.SQRT2 / reference), -100));
     }
     const sorted = Float32Array.from(runs.flatMap((run) => [...run.shown])).map((v) => (kind === "signed" ? Math.abs(v) : v)).sort();
     const top = sorted[Math.floor(TOP * (sorted.length - 1))] || 1e-9;
-    const [low, high] = kind === "level" ? [Math.ceil(top) - RANGE, Math.ceil(top)] : kind === "signed" ? [-top, top] : [0, top];
+    const [low, high] = kind === "level" || kind === "given" ? [Math.ceil(top) - RANGE, Math.ceil(top)] : kind === "signed" ? [-top, top] : [0, top];
     const ramp = kind === "signed" ? SIGNED : RAMP, last = ramp.length - 1;
     for (const run of runs) {
       const found = new Uint8Array(9 * run.body.faces), { area, around } = run.body;
@@ -170,8 +170,9 @@ const movingBodies = (place, { data }, height, choice) => {
       });
       run.painter.load("tint", found, run.painter.bytes);
     }
-    const number = (value) => kind === "size" ? (value / (top || 1)).toFixed(1) : kind === "level" ? value.toFixed(0) : value.toPrecision(2);
+    const number = (value) => kind === "size" ? (value / (top || 1)).toFixed(1) : kind === "level" || kind === "given" ? value.toFixed(0) : value.toPrecision(2);
     key.innerHTML = "";
+    if (kind === "given" && runs.every((run) => run.given[title].step[state.line] === 0)) { key.append("not computed at this line"); return; }
     key.append(number(low), make("span", { className: "ramp" }), `${number(high)} ${unit}`);
     key.querySelector(".ramp").style.background = `linear-gradient(to right, ${ramp.map((of) => `rgb(${of})`).join(", ")})`;
   };

@@ -1,4 +1,4 @@
-"""Housing in three dimensions: its operating shape moves, coloured by normal velocity or contribution."""
+"""Housing in three dimensions: its operating shape moves, coloured by normal velocity, pressure or contribution."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from nvhchain import levels
 from nvhchain.acoustics import interpolate_vectors
 from nvhchain.conventions import REFERENCE_VELOCITY
 from nvhchain.errors import InputError
-from nvhchain.handoff import ComplexArray, FloatArray, IntArray, SurfaceVelocity, TransferVectors
+from nvhchain.handoff import ComplexArray, FloatArray, IntArray, SurfacePressure, SurfaceVelocity, TransferVectors
 from nvhchain.report.causes.paths import SUM_ERROR
 from nvhchain.report.page.moving import Colours, MovingBody, moving_bodies
 from nvhchain.report.page.stored import Stored, StoredRun
@@ -24,8 +24,11 @@ LINES = 64
 VALUES = 900_000
 """Largest number of contributions of all faces, lines and configurations; it bounds the size of the page."""
 
-CONTRIBUTION = "Contribution"
-"""Title of the colours by contribution."""
+CONTRIBUTION, PRESSURE = "Contribution", "Pressure"
+"""Titles of the colours by contribution and by surface pressure."""
+
+SURFACE_PRESSURE = "surface_pressure"
+"""Name of the hand-off that `nvhchain report --surface-pressure` adds."""
 
 
 def blocks(stored: Stored) -> list[Any]:
@@ -34,25 +37,30 @@ def blocks(stored: Stored) -> list[Any]:
     if not moving:
         return []
     faces = sum(len(of.surface.triangles) for _, of in moving)
-    frequencies = _loudest(moving, max(1, min(LINES, VALUES // faces)))
+    frequencies = loudest_lines(moving, max(1, min(LINES, VALUES // faces)))
     if not len(frequencies):
         return []
     bodies = []
     for run, of in moving:
         motion = _motion(of, frequencies)
-        contribution = _contribution(stored, run, of, frequencies, motion)
-        bodies.append(
-            MovingBody(run.name, of.surface, motion, {} if contribution is None else {CONTRIBUTION: contribution})
-        )
+        given = {
+            CONTRIBUTION: _contribution(stored, run, of, frequencies, motion),
+            PRESSURE: _surface_pressure(run, of, frequencies),
+        }
+        values = {title: found for title, found in given.items() if found is not None}
+        bodies.append(MovingBody(run.name, of.surface, motion, values))
     heard = [_weighted(run, of, frequencies) for run, of in moving]
     texts = [
         _text(stored, moving, float(f), [of[number] for of in heard]) for number, f in enumerate(frequencies.tolist())
     ]
     colours = [Colours("Normal velocity", "dB re 1 nm/s", "level", REFERENCE_VELOCITY)]
     added = ""
-    if all(body.values for body in bodies):
+    if all(PRESSURE in body.values for body in bodies):
+        colours.append(Colours(PRESSURE, "dB re 20 µPa", "given"))
+        added = " The pressure is that on the faces, at the lines for which it was solved."
+    if all(CONTRIBUTION in body.values for body in bodies):
         colours.append(Colours(CONTRIBUTION, "mPa/dm²", "signed"))
-        added = (
+        added += (
             f" Contributions are pressure at {stored.runs[0].point_name(0)} in phase with the sum, per area of the "
             "face; red adds, blue cancels."
         )
@@ -105,7 +113,18 @@ def _contribution(
     return None
 
 
-def _loudest(moving: list[tuple[StoredRun, SurfaceVelocity]], count: int) -> FloatArray:
+def _surface_pressure(run: StoredRun, of: SurfaceVelocity, frequencies: FloatArray) -> FloatArray | None:
+    """Return the pressure level on every face (n_line, n_face) dB: zero at unsolved lines, None without any."""
+    found = run.hand_off(SURFACE_PRESSURE, SurfacePressure)
+    if found is None or found.surface.content_hash != of.surface.content_hash:
+        return None
+    faces = found.pressure[:, of.surface.triangles].mean(axis=2)
+    nearest = np.abs(found.frequency[:, None] - frequencies).argmin(axis=0)
+    solved = np.abs(found.frequency[nearest] - frequencies) <= 1.0
+    return np.asarray(np.where(solved[:, None], levels.decibel(faces)[nearest], 0.0))
+
+
+def loudest_lines(moving: list[tuple[StoredRun, SurfaceVelocity]], count: int) -> FloatArray:
     """Return the frequencies (n,) Hz of the lines that are loudest in any configuration, in rising order."""
     level: dict[float, float] = {}
     for run, of in moving:

@@ -1,0 +1,54 @@
+"""Sound pressure on the housing of a finished run at its loudest lines, by boundary elements."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+from nvhchain import acoustics, levels
+from nvhchain.errors import AccuracyWarning, require
+from nvhchain.files import hdf5
+from nvhchain.handoff import SurfaceVelocity, TransferVectors
+from nvhchain.report.causes.paths import acoustics_fidelity
+from nvhchain.report.page.sections.bodies.housing import SURFACE_PRESSURE, at_lines, loudest_lines
+from nvhchain.report.page.stored import Stored, StoredRun, stored_results
+
+
+def add_surface_pressure(folder: str | Path, count: int) -> list[str]:
+    """Solve the exterior problem at the `count` loudest lines of any configuration, and write surface_pressure.h5.
+
+    Raises InputError if there is no motion of the housing, or no boundary elements.
+    """
+    require(count > 0, f"{count} lines of surface pressure: ask for one or more")
+    stored = stored_results(Path(folder))
+    moving = [(run, of) for run in stored.runs if (of := run.hand_off("surface_velocity", SurfaceVelocity))]
+    require(bool(moving), f"{folder} holds no motion of a housing at constant speed: run a case of constant speed")
+    frequencies = loudest_lines(moving, count)
+    return [_solved(stored, run, of, frequencies) for run, of in moving]
+
+
+def _solved(stored: Stored, run: StoredRun, velocity: SurfaceVelocity, frequencies: np.ndarray) -> str:
+    """Write the pressure of a configuration; return a sentence on it."""
+    vectors = stored.radiating(TransferVectors, velocity.surface.content_hash)
+    require(
+        bool(vectors),
+        f"{run.name} has no transfer vectors of boundary elements: ask for `pressure` at `radiation` = "
+        "boundary_elements, and run it again",
+    )
+    nearest = np.unique(np.abs(velocity.frequency[:, None] - frequencies).argmin(axis=0))
+    rows = nearest[np.abs(velocity.frequency[nearest, None] - frequencies).min(axis=1) <= 1.0]
+    fidelity = acoustics_fidelity(vectors[0])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AccuracyWarning)  # the run has given them
+        found = acoustics.surface_pressure(
+            at_lines(velocity, rows), air=vectors[0].air, plane=vectors[0].plane, fidelity=fidelity
+        )
+    hdf5.save(found, run.folder / f"{SURFACE_PRESSURE}.h5")
+    level = levels.decibel(found.pressure)
+    line, _ = np.unravel_index(level.argmax(), level.shape)
+    return (
+        f"{run.name}: pressure on the housing at {len(rows)} lines, at most {level.max():.1f} dB re 20 µPa at "
+        f"{found.frequency[line]:.0f} Hz"
+    )

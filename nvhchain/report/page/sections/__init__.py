@@ -5,7 +5,7 @@ from nvhchain.report.page.sections.bodies import gears, housing, modes
 from nvhchain.report.page.sections.causes import bearing_forces, contributions, transmission_errors, why
 from nvhchain.report.page.sections.lines import differences, history, levels, spectrum
 from nvhchain.report.page.sections.listening import hearing, microphones, sound, targets
-from nvhchain.report.page.sections.speed import run_up, steady_states
+from nvhchain.report.page.sections.speed import moving_housing, run_up, steady_states
 
 SECTIONS = (
     answer,
@@ -16,6 +16,7 @@ SECTIONS = (
     spectrum,
     steady_states,
     run_up,
+    moving_housing,
     differences,
     levels,
     microphones,

@@ -1,0 +1,129 @@
+"""Housing of a run-up in three dimensions: its operating shape at the loudest orders over speed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy.integrate import cumulative_trapezoid
+
+from nvhchain import levels
+from nvhchain.conventions import REFERENCE_VELOCITY
+from nvhchain.files import hdf5
+from nvhchain.handoff import BearingForces, ComplexArray, FloatArray, ForceSpectrum, ReducedHousing
+from nvhchain.housing import respond
+from nvhchain.report.page.moving import Colours, MovingBody, moving_bodies
+from nvhchain.report.page.stored import Stored, StoredRun
+from nvhchain.report.run_up import Curve, curves_of
+
+TITLE = "Housing over speed"
+
+ORDERS, SPEEDS = 2, 24
+"""Largest numbers of orders, and of speeds of each."""
+
+TURNS = 10.0
+"""Turns of the input in the window about a speed."""
+
+
+def blocks(stored: Stored) -> list[Any]:
+    """Return the bodies of all run-ups with a slider over orders and speeds."""
+    found = [
+        (run, forces, housing)
+        for _, run, _ in stored.having(lambda run: run.pressure_history)
+        if (forces := run.hand_off("bearing_forces", BearingForces)) and (housing := _housing(stored, run))
+    ]
+    if not found:
+        return []
+    curves = curves_of(stored.run_up_maps, stored.marks)
+    cuts = {run.name: curves[run.name][1:] for run, *_ in found}
+    places = _places(cuts, [forces for _, forces, _ in found], _highest(stored))
+    if not places:
+        return []
+    bodies = [MovingBody(run.name, of.surface, _motion(forces, of, places), {}) for run, forces, of in found]
+    heard = np.array([[_level(of, *place) for place in places] for of in cuts.values()])
+    texts = [_text(cuts, place, heard[:, number]) for number, place in enumerate(places)]
+    weight = [float(levels.a_weighting(order * speed / (2 * np.pi))) for order, speed in places]
+    caption = (
+        "Operating shape of the housing in the run-up. The slider runs over the speeds of the loudest orders, with "
+        "their levels, and starts at the loudest in dB(A). Drag to turn; scroll to zoom after a click."
+    )
+    colours = [Colours("Normal velocity", "dB re 1 nm/s", "level", REFERENCE_VELOCITY)]
+    return [
+        moving_bodies(bodies, texts, colours, caption, chosen=int((heard.max(axis=0) + weight).argmax()), what="speed")
+    ]
+
+
+def order_forces(forces: BearingForces, order: float, speeds: FloatArray) -> ComplexArray:
+    """Return the peak amplitude (n_speed, n_bearing, 3) N of an order of the input at speeds (rad/s).
+
+    Notes
+    -----
+    F = 2 ∫ w x exp(−j order θ) dθ / ∫ w dθ over `TURNS` turns about each speed, with a Hann window w in the angle θ of
+    the input and x without its mean.
+    """
+    angle = cumulative_trapezoid(forces.input_speed, forces.time, initial=0.0)
+    found = []
+    for speed in speeds:
+        middle = angle[np.abs(forces.input_speed - speed).argmin()]
+        start, end = np.searchsorted(angle, middle + np.array([-1.0, 1.0]) * np.pi * TURNS)
+        turned = angle[start:end] - middle
+        weight = (1.0 + np.cos(turned / TURNS)) * forces.input_speed[start:end]
+        weight /= weight.sum()
+        signal = forces.force[start:end]
+        signal = signal - np.tensordot(weight, signal, 1)
+        found.append(2.0 * np.tensordot(weight * np.exp(-1j * order * turned), signal, 1))
+    return np.array(found)
+
+
+def _housing(stored: Stored, run: StoredRun) -> ReducedHousing | None:
+    """Return the only housing of a run, or of all runs; None without one."""
+    own = sorted(run.folder.glob("housing*.h5"))
+    every = own or [path for path in stored.hand_off_files if path.name.startswith("housing")]
+    return hdf5.load(every[0], ReducedHousing) if len(every) == 1 else None
+
+
+def _highest(stored: Stored) -> float:
+    """Return the highest frequency (Hz) of the maps."""
+    return min(float(of.axis[-1]) for of, _ in stored.run_up_maps.values())
+
+
+def _places(cuts: dict[str, list[Curve]], forces: list[BearingForces], highest: float) -> list[tuple[float, float]]:
+    """Return order and speed (rad/s) of every place of the slider."""
+    slow = max(float(of.input_speed.min()) for of in forces)
+    fast = min(float(of.input_speed.max()) for of in forces)
+    speeds = np.linspace(max(slow, 0.05 * fast), fast, SPEEDS + 2)[1:-1]
+    first = next(iter(cuts.values()))
+    loud = {
+        of.order: max(
+            float(np.max(each[number].level + levels.a_weighting(of.order * each[number].speed / (2 * np.pi))))
+            for each in cuts.values()
+        )
+        for number, of in enumerate(first)
+        if of.order
+    }
+    chosen = sorted(sorted(loud, key=lambda order: -loud[order])[:ORDERS])
+    return [(order, float(n)) for order in chosen for n in speeds if order * n / (2 * np.pi) <= highest]
+
+
+def _motion(forces: BearingForces, housing: ReducedHousing, places: list[tuple[float, float]]) -> ComplexArray:
+    """Return the normal velocity (n_place, n_face) m/s."""
+    rows = []
+    for order in dict.fromkeys(order for order, _ in places):
+        speeds = np.array([speed for of, speed in places if of == order])
+        spectrum = ForceSpectrum(order * speeds / (2 * np.pi), order_forces(forces, order, speeds), forces.names)
+        rows.append(respond(housing, spectrum).normal_velocity)
+    return np.concatenate(rows)
+
+
+def _level(cuts: list[Curve], order: float, speed: float) -> float:
+    """Return the level (dB) of an order at a speed."""
+    of = next(cut for cut in cuts if cut.order == order)
+    rising = np.argsort(of.speed)
+    return float(np.interp(speed, of.speed[rising], of.level[rising]))
+
+
+def _text(cuts: dict[str, list[Curve]], place: tuple[float, float], heard: FloatArray) -> str:
+    order, speed = place
+    name = next(of.name for of in next(iter(cuts.values())) if of.order == order)
+    sound = ", ".join(f"{run} {level:.1f} dB" for run, level in zip(cuts, heard, strict=True))
+    return f"{name}, {30 * speed / np.pi:.0f} rpm ({order * speed / (2 * np.pi):.0f} Hz): {sound}"

@@ -90,9 +90,9 @@ def _over_speed(other: Mapping[str, Any], first: Mapping[str, Any]) -> str:
         return "  no speed is common to both"
     difference = level[chosen] - np.interp(speed[chosen], base_speed, base_level)
     speed, low, high = speed[chosen], int(difference.argmin()), int(difference.argmax())
-    louder = np.count_nonzero(difference > 0)
+    word, count = _majority(difference)
     return (
-        f"  from {speed[0]:.0f} to {speed[-1]:.0f} rpm louder at {louder} of {len(speed)} speeds: between "
+        f"  from {speed[0]:.0f} to {speed[-1]:.0f} rpm {word} at {count} of {len(speed)} speeds: between "
         f"{_signed(difference[low])} dB at {speed[low]:.0f} rpm and {_signed(difference[high])} dB at "
         f"{speed[high]:.0f} rpm"
     )
@@ -112,12 +112,18 @@ def _states(other: Mapping[str, Any], first: Mapping[str, Any]) -> list[str]:
     at = [f"{speed[j]:.0f} rpm" + (f" and {torque[i]:g} N m" if len(torque) > 1 else "") for i, j in ends]
     low, high = (_signed(float(difference[place])) for place in ends)
     mean = [10.0 * np.log10(np.mean(10.0 ** (each[known] / 10.0))) for each in (level, base)]
-    count = np.count_nonzero(difference[known] > 0)
+    word, count = _majority(difference[known])
     what = "steady states" if len(torque) > 1 else "speeds"
     return [
-        f"  from {speed[0]:.0f} to {speed[-1]:.0f} rpm louder at {count} of {known.sum()} {what}: between {low} dB at "
+        f"  from {speed[0]:.0f} to {speed[-1]:.0f} rpm {word} at {count} of {known.sum()} {what}: between {low} dB at "
         f"{at[0]} and {high} dB at {at[1]}; in mean energy {_signed(float(mean[0] - mean[1]))} dB"
     ]
+
+
+def _majority(difference: Any) -> tuple[str, int]:
+    """Return the word for most of the differences (dB), and the number of those."""
+    louder, quieter = int(np.count_nonzero(difference > 0)), int(np.count_nonzero(difference < 0))
+    return ("louder", louder) if louder >= quieter else ("quieter", quieter)
 
 
 def _orders(of_name: str, other: Mapping[str, Any], base: str, first: Mapping[str, Any]) -> list[str]:

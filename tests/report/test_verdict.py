@@ -72,7 +72,7 @@ def test_run_ups_are_compared_over_the_speeds_that_they_share():
 
     first, second = run_up([1000, 2000, 3000], [50, 60, 70]), run_up([3500, 2500, 1500, 1000], [90, 62, 58, 49])
     assert verdict(summary(a=first, b=second))[1] == (
-        "  from 1000 to 2500 rpm louder at 1 of 3 speeds: between −3.0 dB at 2500 rpm and +3.0 dB at 1500 rpm"
+        "  from 1000 to 2500 rpm quieter at 2 of 3 speeds: between −3.0 dB at 2500 rpm and +3.0 dB at 1500 rpm"
     )
 
 

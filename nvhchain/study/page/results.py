@@ -98,7 +98,17 @@ def unit_of(name: str) -> str:
     """Return the title of an axis of a response."""
     if name.startswith("level"):
         return f"{name} / dB(A)"
-    return f"{name} / dB" if name.startswith(("sound_power", "order ")) else name
+    if name.startswith(("sound_power", "order ")):
+        return f"{name} / dB"
+    for ending, unit in _ENDINGS.items():
+        head, found, rest = name.partition(ending)
+        if found:
+            return f"{head.replace('_', ' ')}{rest} / {unit}"
+    return name
+
+
+_ENDINGS = {"_kg_m2": "kg m²", "_kg": "kg", "_um": "µm", "_MPa": "MPa", "_sone": "sone"}
+"""Ending of a response's name → its unit on axes."""
 
 
 def design_text(row: Row) -> str:

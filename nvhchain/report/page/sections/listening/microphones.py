@@ -32,29 +32,40 @@ def blocks(stored: Stored) -> list[Any]:
     caption = "Microphones added from the spherical waves of the sound power, A-weighted levels re 20 µPa."
     head = ("configuration", "position / m", "level / dB(A)")
     found: list[Any] = [Table(head, rows, caption, folded=len(rows) > 12, numbers=2)] if rows else []
-    return found + [_balloon(run, of) for _, run, of in stored.having(lambda run: run.hand_off(BALLOON, FieldPressure))]
+    balloons = stored.having(lambda run: run.hand_off(BALLOON, FieldPressure))
+    tops = _tops([of for *_, of in balloons])
+    return found + [_balloon(run, of, tops) for _, run, of in balloons]
 
 
-def _balloon(run: StoredRun, pressure: FieldPressure) -> Figure:
-    """Return the balloon of the loudest lines, which a list chooses."""
+def _tops(balloons: list[FieldPressure]) -> dict[float, float]:
+    """Return frequency (Hz) → highest level (dB) of the lines that are loudest in dB(A) in any configuration."""
+    found: dict[float, float] = {}
+    for of in balloons:
+        for f, level in zip(of.frequency.tolist(), levels.decibel(of.pressure).max(axis=1).tolist(), strict=True):
+            if f > 0:
+                found[f] = max(found.get(f, level), level)
+    loudest = sorted(found, key=lambda f: -(found[f] + float(levels.a_weighting(f))))
+    return {f: found[f] for f in loudest[:LINES]}
+
+
+def _balloon(run: StoredRun, pressure: FieldPressure, tops: dict[float, float]) -> Figure:
+    """Return the balloon of the loudest lines, which a list chooses; `tops` sets the scale of each line."""
     shape = balloon_shape(pressure)
     level = levels.decibel(pressure.pressure)
-    heard = np.flatnonzero(pressure.frequency > 0)
-    weighted = (level.max(axis=1) + levels.a_weighting(pressure.frequency))[heard]
-    chosen = heard[np.argsort(-weighted)[:LINES]]
+    chosen = [line for f in tops for line in np.flatnonzero(pressure.frequency == f)]
     grid = pressure.points.reshape(*shape, 3)
     middle = 0.5 * (pressure.points.min(axis=0) + pressure.points.max(axis=0))
     unit = grid - middle
     unit = unit / np.linalg.norm(unit, axis=2, keepdims=True)
     traces = []
     for number, line in enumerate(chosen):
-        of = level[line].reshape(shape)
-        size = np.maximum(of - of.max() + RANGE, 0.0)
+        of, top = level[line].reshape(shape), tops[float(pressure.frequency[line])]
+        size = np.maximum(of - top + RANGE, 0.0)
         x, y, z = np.moveaxis(unit * size[:, :, None], 2, 0)
         traces.append(
             {
                 "type": "surface", "x": packed(x), "y": packed(y), "z": packed(z), "surfacecolor": packed(of),
-                "colorscale": "Viridis", "cmin": float(of.max() - RANGE), "cmax": float(of.max()),
+                "colorscale": "Viridis", "cmin": top - RANGE, "cmax": top,
                 "colorbar": {"title": {"text": "dB re<br>20 µPa"}, "thickness": 12}, "visible": number == 0,
                 "hovertemplate": "%{surfacecolor:.1f} dB<extra></extra>",
             }
@@ -80,6 +91,6 @@ def _balloon(run: StoredRun, pressure: FieldPressure) -> Figure:
     distance = float(np.linalg.norm(pressure.points - middle, axis=1).max())
     caption = (
         f"{label(run.name)}: levels in directions {distance:.3g} m from the middle, {RANGE:g} dB from the middle to "
-        "the loudest direction; the list chooses the line."
+        "the loudest direction of any design; the list chooses the line."
     )
     return Figure(caption, traces, layout, height=460)

@@ -107,7 +107,8 @@ def _along(
     """Return position, force and stiffness after a step along `way`, changed where its end is far from the minimum.
 
     A step is shortened where the force along it turns, and lengthened where most of it is left: a part that moves
-    freely within its clearance is held by the spring only.
+    freely within its clearance is held by the spring only. A shortened step that leaves most of the force is lengthened
+    again, as far as the force does not turn.
 
     first : work of the unbalanced force per step at its beginning, < 0.
     """
@@ -118,7 +119,7 @@ def _along(
         slope = float((force - load) @ way)
         if slope > -TURNED * first:
             high, at_high = reach, slope
-        elif slope < LEFT * first and reach >= 1.0 and reach < LONGEST:
+        elif slope < LEFT * first and reach < LONGEST:
             low, at_low = reach, slope
         else:
             break

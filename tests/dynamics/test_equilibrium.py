@@ -6,7 +6,15 @@ from math import pi
 import numpy as np
 import pytest
 
-from nvhchain.bearings import AngularContact, Cylindrical, DeepGroove, StiffnessMatrix, StiffnessTable, Tapered
+from nvhchain.bearings import (
+    AngularContact,
+    Cylindrical,
+    DeepGroove,
+    Spherical,
+    StiffnessMatrix,
+    StiffnessTable,
+    Tapered,
+)
 from nvhchain.dynamics import bearing_forces, equilibrium, run_up, static_bearing_forces, static_misalignment
 from nvhchain.dynamics.model.assembly import assemble
 from nvhchain.dynamics.model.mesh_rows import flank_normals
@@ -23,6 +31,14 @@ O_PAIR = AngularContact(
     **BODY, dynamic_load_rating=50e3, static_load_rating=32.5e3, contact_angle=0.7, arrangement="back_to_back",
     axial_clearance=10e-6,
 )  # fmt: skip
+SMALL_SPHERICAL = Spherical(
+    bore=50e-3, outer_diameter=90e-3, width=23e-3, dynamic_load_rating=104e3, static_load_rating=108e3,
+    load_ratio=0.24, clearance=30e-6,
+)  # fmt: skip
+LARGE_SPHERICAL = Spherical(
+    bore=100e-3, outer_diameter=180e-3, width=46e-3, dynamic_load_rating=425e3, static_load_rating=490e3,
+    load_ratio=0.24, clearance=60e-6,
+)  # fmt: skip
 
 ARRANGEMENTS = {
     "deep groove": (BALLS, BALLS),
@@ -31,6 +47,8 @@ ARRANGEMENTS = {
         Tapered(**TAPERED, thrust=-1, axial_clearance=-5e-6), Tapered(**TAPERED, thrust=1, axial_clearance=-5e-6),
     ),
     "pair and floating": (O_PAIR, ROLLERS),
+    "small spherical": (SMALL_SPHERICAL, SMALL_SPHERICAL),
+    "large spherical": (LARGE_SPHERICAL, LARGE_SPHERICAL),
     "table": (StiffnessTable((0.0, 2e3, 2e4), (1e8, 2e8, 4e8), (0.0, 5e3), (3e7, 6e7)),) * 2,
 }  # fmt: skip
 
@@ -67,7 +85,7 @@ def test_constants_give_the_linear_statics(make_gearbox, make_laws, make_housing
 @pytest.mark.parametrize("name", ARRANGEMENTS)
 def test_it_is_found_in_twenty_steps_and_balances(make_gearbox, make_laws, make_housing, name, share):
     gearbox, laws = on(make_gearbox(), name), make_laws()
-    for housing in (None, make_housing(gearbox, modes=10)):
+    for housing in (None, make_housing(gearbox, modes=10), make_housing(gearbox, modes=20)):
         found = equilibrium(gearbox, laws, housing, input_torque=250.0 * share)
         assert found.steps <= 20
         assert found.residual <= 1e-11

@@ -106,6 +106,24 @@ def responses_of(rows: Sequence[Row]) -> list[str]:
     return list(dict.fromkeys(name for row in rows for name in row.responses))
 
 
+def lacking(rows: Sequence[Row], response: str) -> int:
+    """Return the number of rows without a response.
+
+    Parameters
+    ----------
+    rows : sequence of Row
+        Rows of runs, refused ones excluded.
+    response : str
+        Name.
+
+    Returns
+    -------
+    int
+        Number.
+    """
+    return sum(response not in row.responses for row in rows)
+
+
 def main_response(rows: Sequence[Row]) -> str | None:
     """Return the response of first rank: level, sound power, or the first one; None where all runs failed.
 
@@ -240,7 +258,7 @@ def sensitivity(study: Study, rows: Sequence[Row]) -> list[SobolIndex]:
     Returns
     -------
     list of SobolIndex
-        Indices of every parameter, by response.
+        Indices of every parameter, by response; none of a response that a design lacks, or that no parameter changes.
 
     Raises
     ------
@@ -252,10 +270,13 @@ def sensitivity(study: Study, rows: Sequence[Row]) -> list[SobolIndex]:
     require(not refused, f"{len(refused)} refused designs leave no Sobol indices: narrow the distributions")
     names = [parameter.name for parameter in study.parameters]
     found = []
-    for response in responses_of(rows):
-        worst = np.array([row.responses[response] for row in sorted(worst_rows(rows), key=lambda row: row.design)])
-        if np.ptp(worst) > 1e-12 * max(1.0, float(np.abs(worst).max())):
-            found += indices_from(names, response, worst, study.designs)
+    worst = sorted(worst_rows(rows), key=lambda row: row.design)
+    for response in responses_of(worst):
+        if lacking(worst, response):
+            continue
+        values = np.array([row.responses[response] for row in worst])
+        if np.ptp(values) > 1e-12 * max(1.0, float(np.abs(values).max())):
+            found += indices_from(names, response, values, study.designs)
     return found
 
 

@@ -17,6 +17,7 @@ from nvhchain.study.analysis import (
     Effect,
     best_designs,
     idle_parameters,
+    lacking,
     main_effects,
     main_response,
     pareto_pair,
@@ -80,6 +81,14 @@ def write_study(study: Study, rows: Sequence[Row], out: str | Path) -> list[str]
             for index in indices
             if index.response == main
         ]
+        worst = worst_rows(rows)
+        lines += [
+            f"{name}: no Sobol indices, {lacking(worst, name)} of {len(worst)} designs lack it"
+            for name in responses_of(worst)
+            if lacking(worst, name)
+        ]
+    elif study.plan == "sensitivity":
+        lines.append("Refused designs leave no Sobol indices: narrow the distributions")
     pair = study.pareto or (None if study.plan in DRAWN else pareto_pair(rows))
     if pair:
         worst = worst_rows(rows)

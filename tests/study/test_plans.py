@@ -2,12 +2,14 @@
 
 import re
 from concurrent.futures import BrokenExecutor, Executor, Future
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import nvhchain as nvh
 from nvhchain.cli import main
+from nvhchain.errors import InputError
 from nvhchain.study import (
     Goal,
     Parameter,
@@ -92,6 +94,25 @@ def test_a_search_keeps_to_its_targets():
     best = best_score(study, optimise.search(study, nvh.load_case("cases/sphere/pulsating.toml"), evaluate))
     assert best.responses["mass"] <= 6.5
     assert best.responses["level"] == pytest.approx(60.36, abs=0.1)
+
+
+def test_a_search_goes_past_designs_that_lack_the_response():
+    study = Study("c.toml", AXES, plan="optimise", designs=40, goal=Goal(), targets={"mass": 9.5})
+    full, _ = valley(study, {"x": 2.9, "y": 0.7})
+
+    def evaluate(designs):
+        rows = full(designs)
+        for row in rows:
+            if row.values["x"] > 3.0:
+                del row.responses["mass"]
+        return rows
+
+    rows = optimise.search(study, nvh.load_case("cases/sphere/pulsating.toml"), evaluate)
+    lacking = [score for score in scores(study, rows) if score.values["x"] > 3.0]
+    assert {score.refused for score in lacking} == {"this design has no response 'mass'"}
+    assert best_score(study, rows).values["x"] < 3.0
+    with pytest.raises(InputError, match="optimise: no response 'noise': choose among level, mass"):
+        optimise.search(replace(study, targets={"noise": 1.0}), nvh.load_case("cases/sphere/pulsating.toml"), evaluate)
 
 
 def test_a_search_among_values_ends_when_all_are_known():

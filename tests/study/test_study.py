@@ -26,6 +26,7 @@ from nvhchain.study import (
     main_effects,
     rows_csv,
     run_study,
+    sensitivity,
     spreading,
     worst_rows,
     write_study,
@@ -184,6 +185,21 @@ def test_sobol_indices_of_the_ishigami_function_lie_within_their_limits():
         assert index.first_limits[0] < first < index.first_limits[1]
         assert index.total_limits[0] < total < index.total_limits[1]
         assert index.total == pytest.approx(total, abs=0.05)
+
+
+def test_indices_leave_out_a_response_that_some_designs_lack(tmp_path):
+    """A linear response: each share is that of the squared coefficient."""
+    angles = tuple(Parameter(f"x{i}", (f"a.x{i}",), low=0.0, high=1.0) for i in range(2))
+    study = Study("case.toml", angles, plan="sensitivity", designs=256)
+    rows = [
+        Row(number, design, responses={"level": design["x0"] + 2.0 * design["x1"], "order 3": design["x0"]})
+        for number, design in enumerate(list_designs(study))
+    ]
+    del rows[5].responses["order 3"]
+    found = sensitivity(study, rows)
+    assert {index.response for index in found} == {"level"}
+    assert [index.first for index in found] == [pytest.approx(0.2, abs=0.02), pytest.approx(0.8, abs=0.02)]
+    assert f"order 3: no Sobol indices, 1 of {len(rows)} designs lack it" in write_study(study, rows, tmp_path)
 
 
 def row(design, **responses):

@@ -56,7 +56,7 @@ class Score:
     excess : float
         Sum of the relative excesses over targets; 0 for a design that meets them.
     refused : str, optional
-        Reason why a run of the design failed.
+        Reason why a run of the design failed, or the response that it lacks.
     """
 
     design: int
@@ -98,12 +98,7 @@ def scores(study: Study, rows: Sequence[Row]) -> list[Score]:
     Returns
     -------
     list of Score
-        Scores in the order of the designs.
-
-    Raises
-    ------
-    InputError
-        If a design has no such response as the goal or a target.
+        Scores in the order of the designs. One without the response of the goal or a target counts as refused.
     """
     assert study.goal is not None
     found = []
@@ -115,13 +110,21 @@ def scores(study: Study, rows: Sequence[Row]) -> list[Score]:
             found.append(Score(design, values, {}, inf, reasons[0]))
             continue
         responses = {name: _included(some, name, study.goal.percent) for name in responses_of(some)}
-        for name in (study.goal.response, *study.targets):
-            require(name in responses, f"optimise: no response {name!r}: choose among {', '.join(responses)}")
+        missing = [name for name in _counted(study) if name not in responses]
+        if missing:
+            found.append(Score(design, values, {}, inf, f"this design has no response {missing[0]!r}"))
+            continue
         excess = sum(
             max(0.0, responses[name] - target) / max(abs(target), 1e-12) for name, target in study.targets.items()
         )
         found.append(Score(design, values, responses, excess))
     return found
+
+
+def _counted(study: Study) -> tuple[str, ...]:
+    """Return the response of the goal, and those with a target."""
+    assert study.goal is not None
+    return (study.goal.response, *study.targets)
 
 
 def best_score(study: Study, rows: Sequence[Row]) -> Score | None:
@@ -213,6 +216,9 @@ class _Search:
             first = len(self.known)
             rows = self.evaluate([(first + number, design) for number, (_, design) in enumerate(used)])
             self.rows += rows
+            known = responses_of(self.rows)
+            for name in _counted(self.study) if known else ():
+                require(name in known, f"optimise: no response {name!r}: choose among {', '.join(known)}")
             for (key, _), score in zip(used, scores(self.study, rows), strict=True):
                 self.known[key] = self._value(score)
         if len(used) < len(new):

@@ -49,21 +49,18 @@ def _executor(options: argparse.Namespace) -> AbstractContextManager[Executor | 
 
 
 def _print_plan(path: Path, fidelity: Fidelity) -> int:
-    """Print designs, runs, time between shared and separate operators, and memory."""
-    from nvhchain.case import load_case
-    from nvhchain.scene import plan
-    from nvhchain.study import check_parameters, count_designs, load_study, operating_points
+    """Print designs, runs, time and memory of every step."""
+    from nvhchain.study import check_parameters, costs, count_designs, load_study, operating_points
 
     study = load_study(path)
     designs, points = count_designs(study), operating_points(study)
     check_parameters(study)
-    planned = plan(load_case(study.case), fidelity=fidelity).steps
-    runs, whole = designs * len(points), sum(step.seconds for step in planned)
-    operators = ("mesh law", "housing", "transfer vectors")
-    each = sum(step.seconds for step in planned if not step.name.startswith(operators))
-    show(f"{path.name}: {designs} designs at {len(points)} operating points, {runs} runs")
+    steps = costs(study, fidelity)
+    show(f"{path.name}: {designs} designs at {len(points)} operating points, {designs * len(points)} runs")
+    for step in steps:
+        show(f"  {step.name:24s} {step.times:5d} x {step.seconds:6.1f} s  {step.megabytes:6.0f} MB")
     show(
-        f"Processor time {whole + (runs - 1) * each:.0f} s where all share gears and housing, {runs * whole:.0f} s "
-        f"where none do; memory {max(step.megabytes for step in planned):.0f} MB a process"
+        f"Processor time about {sum(step.times * step.seconds for step in steps):.0f} s; memory "
+        f"{max(step.megabytes for step in steps):.0f} MB a process"
     )
     return 0

@@ -15,6 +15,7 @@ from nvhchain.study.definition import Goal, Study, load_study
 from nvhchain.study.differences import Difference, differences, level_difference
 from nvhchain.study.measuring import measure, measure_drawn
 from nvhchain.study.parameter import Parameter
+from nvhchain.study.plans.costs import Cost, costs
 from nvhchain.study.plans.designs import Design, count_designs, list_designs
 from nvhchain.study.plans.gradient import Slope, slopes
 from nvhchain.study.plans.optimise import Score, best_score, scores
@@ -24,6 +25,7 @@ from nvhchain.study.running import check_parameters, run_study
 from nvhchain.study.tables import rows_csv, write_study
 
 __all__ = [
+    "Cost",
     "Design",
     "Difference",
     "Effect",
@@ -41,6 +43,7 @@ __all__ = [
     "best_designs",
     "best_score",
     "check_parameters",
+    "costs",
     "count_designs",
     "differences",
     "failed_shares",

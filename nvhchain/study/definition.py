@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
+from nvhchain.case.checks.names import nearest
 from nvhchain.case.toml.read import read_toml
 from nvhchain.errors import InputError, Mistakes, mistakes, require
 from nvhchain.kinds import check_fields
@@ -208,13 +209,10 @@ def load_study(path: str | Path) -> Study:
     require(goal is None or isinstance(goal, dict), f"{path}: optimise must be a table: write [optimise]")
     require(goal is not None or not scatter, f"{path}: [[scatter]] belongs to [optimise]: use [[parameters]]")
     known = [*Study.__dataclass_fields__.keys() - {"goal"}, "optimise", "scatter"]
-    wrong += [
-        f"unknown field {name!r}; known fields: {', '.join(sorted(known))}" for name in sorted(set(table) - set(known))
-    ]
+    wrong += [f"unknown field {name!r}: {nearest(name, sorted(known))}" for name in sorted(set(table) - set(known))]
     own = set(Goal.__dataclass_fields__) - {"scatter"}
     wrong += [
-        f"optimise: unknown field {name!r}; known fields: {', '.join(sorted(own))}"
-        for name in sorted(set(goal or ()) - own)
+        f"optimise: unknown field {name!r}: {nearest(name, sorted(own))}" for name in sorted(set(goal or ()) - own)
     ]
     require(isinstance(table.get("case"), str), f"{path}: case is missing: name the file of the base case")
     if wrong:

@@ -12,6 +12,7 @@ from typing import Any
 from scipy.stats import norm
 
 from nvhchain.case import Case
+from nvhchain.case.checks.names import nearest
 from nvhchain.case.load import parse_change
 from nvhchain.dimensions import UNITS
 from nvhchain.errors import require
@@ -93,7 +94,7 @@ class Parameter:
             require(self.low < self.high, f"{self.name}: low = {self.low:g} must be below high = {self.high:g}")
         if self.deviation is not None:
             require(self.deviation > 0, f"{self.name}: deviation = {self.deviation:g} must be positive")
-        for path in self.paths or [path for _, changes in self.variants for path in changes]:
+        for path in self.given_paths:
             parse_change(f"{path} = 0")
 
     @property
@@ -116,8 +117,12 @@ class Parameter:
     @property
     def is_scatter(self) -> bool:
         """True where only deviations of gears, tolerances of axes, and damping vary."""
-        paths = self.paths or tuple(path for _, changes in self.variants for path in changes)
-        return all(_SCATTER.search(path) for path in paths)
+        return all(_SCATTER.search(path) for path in self.given_paths)
+
+    @property
+    def given_paths(self) -> tuple[str, ...]:
+        """Places of the case that it changes."""
+        return self.paths or tuple(path for _, changes in self.variants for path in changes)
 
     @property
     def span(self) -> tuple[float, float]:
@@ -194,11 +199,12 @@ def parameter_from(table: Mapping[str, Any], place: str) -> Parameter:
     require(isinstance(name, str) and bool(name), f"{place}: name is missing: give a text")
     known = ("name", "path", "paths", "values", "variants", "low", "high", "mean", "deviation", "draw")
     for key in table:
-        require(key in known, f"{name}: unknown field {key!r}; known fields: {', '.join(known)}")
+        require(key in known, f"{name}: unknown field {key!r}: {nearest(key, known)}")
     paths = table.get("paths", [table["path"]] if "path" in table else [])
     values, variants = table.get("values", []), table.get("variants", {})
     require(isinstance(paths, list) and all(isinstance(path, str) for path in paths), f"{name}: paths must be texts")
     require(isinstance(values, list), f"{name}: values = {values!r} must be a list")
+    require(values != [] or "values" not in table, f"{name}: values = [] is empty: give two values or more")
     require(
         isinstance(variants, dict) and all(isinstance(one, dict) for one in variants.values()),
         f"{name}: variants must be tables of path = value",

@@ -7,17 +7,20 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from difflib import get_close_matches
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from nvhchain.case import Case, load_case
 from nvhchain.chain.running import OPERATORS
-from nvhchain.errors import InputError, require
+from nvhchain.errors import InputError, check_all, require
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.files.folder_lock import hold_folder
 from nvhchain.files.hdf5 import writable_folder, write_text
 from nvhchain.files.result_cache import code_version, fingerprint
 from nvhchain.kinds import checked
+from nvhchain.report.case_record import case_values
 from nvhchain.study.analysis import responses_of
 from nvhchain.study.definition import PAIRED, Study
 from nvhchain.study.measuring import can_be_drawn
@@ -106,22 +109,35 @@ def check_parameters(study: Study) -> None:
         If the base case cannot be read, a parameter fits no place of it, or all its values give the same case.
     """
     for point in operating_points(study):
-        load_case(study.case, changes=point.changes)
-    for parameter in study.varied:
-        ends = parameter.levels or (parameter.value_at(0.02), parameter.value_at(0.98))
-        reasons, cases = [], []
-        for value in ends:
-            try:
-                cases.append(load_case(study.case, changes=parameter.changes(value)))
-            except InputError as error:
-                reasons.append(str(error))
-        misspelt = [reason for reason in reasons if any(sign in reason for sign in _MISSPELT)]
-        if misspelt or not cases:
-            raise InputError(f"{parameter.name}: does not fit {Path(study.case).name}: {(misspelt or reasons)[0]}")
-        require(
-            len(cases) < len(ends) or len(ends) < 2 or len({fingerprint(case) for case in cases}) > 1,
-            f"{parameter.name}: all values give the same case: leave it out, or correct its path",
-        )
+        base = load_case(study.case, changes=point.changes)
+    check_all(*(partial(_check_parameter, study, parameter, base) for parameter in study.varied))
+
+
+def _check_parameter(study: Study, parameter: Parameter, base: Case) -> None:
+    """Refuse a parameter that fits no place of the case, or that changes nothing."""
+    ends = parameter.levels or (parameter.value_at(0.02), parameter.value_at(0.98))
+    reasons, cases = [], []
+    for value in ends:
+        try:
+            cases.append(load_case(study.case, changes=parameter.changes(value)))
+        except InputError as error:
+            reasons.append(str(error))
+    misspelt = [reason for reason in reasons if any(sign in reason for sign in _MISSPELT)]
+    if misspelt or not cases:
+        reason = (misspelt or reasons)[0]
+        near = _nearest_path(parameter, base) if "unknown field" in reason and "did you mean" not in reason else ""
+        raise InputError(f"{parameter.name}: does not fit {Path(study.case).name}: {reason}{near}")
+    require(
+        len(cases) < len(ends) or len(ends) < 2 or len({fingerprint(case) for case in cases}) > 1,
+        f"{parameter.name}: all values give the same case: leave it out, or correct its path",
+    )
+
+
+def _nearest_path(parameter: Parameter, base: Case) -> str:
+    """Return the paths of the case that are nearest to those of a parameter, in words."""
+    known = [path for path, _ in case_values(base)]
+    close = [near for path in parameter.given_paths for near in get_close_matches(path, known, 1)]
+    return f"; nearest path: {', '.join(close)}" if close else ""
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ import sys
 import threading
 from concurrent.futures import BrokenExecutor, Future
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from nvhchain.study import (
     Row,
     Study,
     best_designs,
+    costs,
     idle_parameters,
     indices_from,
     list_designs,
@@ -258,7 +260,9 @@ def test_tables_are_ascii_with_empty_cells():
     [
         ("", "a study without parameters has one design"),
         (RADII.replace("radius_mm", "radios_mm"), "radius: does not fit ball.toml.*did you mean 'radius'"),
-        (RADII.replace("[5, 10, 20]", "[]"), "radius: give one of values, variants, low and high, mean and deviation"),
+        (RADII.replace("[5, 10, 20]", "[]"), "radius: values = .. is empty: give two values or more"),
+        (RADII.replace("body.radius_mm", "radius_mm"), "unknown field.*; nearest path: body.radius_mm"),
+        (RADII.replace("mm", "m_") + SPEEDS.replace("pulsation", "pulse"), "radius: does not(.|\n)*velocity: does not"),
         (RADII + "low = 1\nhigh = 2\n", "not values and low and high"),
         (RADII.replace("values = [5, 10, 20]", "low = 3\nhigh = 1"), "low = 3 must be below high = 1"),
         (RADII.replace("[5, 10, 20]", "[5, 5.0]"), "all values give the same case"),
@@ -338,6 +342,25 @@ def test_workers_give_the_rows_of_one_process(sphere, tmp_path):
         for text in ((tmp_path / name / "study.csv").read_text() for name in ("one", "two"))
     )
     assert one == two
+
+
+def test_a_plan_counts_shared_operators_once(sphere, tmp_path):
+    found = {cost.name: cost.times for cost in costs(load_study(written(tmp_path, RADII + SPEEDS)), nvh.DRAFT)}
+    assert found == {"surface": 6, "transfer vectors": 3}
+    path = tmp_path / "stage.toml"
+    path.write_text(
+        f'case = "{Path("cases/small/single_stage.toml").resolve()}"\nspeeds_rpm = [1500, 1800]\n[[parameters]]\n'
+        'name = "holes"\n[parameters.variants.none]\n[parameters.variants.six]\n'
+        '"gears.wheel.blank" = { type = "holes", count = 6, hole_radius_mm = 5, pitch_radius_mm = 26 }\n'
+    )
+    found = {cost.name: cost.times for cost in costs(load_study(path), nvh.DRAFT)}
+    assert found == {
+        "housing": 1,
+        "mesh law stage": 2,
+        "bearing forces": 4,
+        "transfer vectors": 1,
+        "velocity, pressure": 4,
+    }
 
 
 def test_no_workers_are_refused(sphere, tmp_path, capsys):

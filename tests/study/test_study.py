@@ -259,7 +259,7 @@ def test_tables_are_ascii_with_empty_cells():
     ("text", "said"),
     [
         ("", "a study without parameters has one design"),
-        (RADII.replace("radius_mm", "radios_mm"), "radius: does not fit ball.toml.*did you mean 'radius'"),
+        (RADII.replace("radius_mm", "radios_mm"), "radius: does not fit ball.toml.*did you mean 'radius_mm'"),
         (RADII.replace("[5, 10, 20]", "[]"), "radius: values = .. is empty: give two values or more"),
         (RADII.replace("body.radius_mm", "radius_mm"), "unknown field.*; nearest path: body.radius_mm"),
         (RADII.replace("mm", "m_") + SPEEDS.replace("pulsation", "pulse"), "radius: does not(.|\n)*velocity: does not"),

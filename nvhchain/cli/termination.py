@@ -1,6 +1,8 @@
 """SIGTERM as an interruption: it ends a command as Ctrl-C does, with its children and its temporary files.
 
-Python drops exceptions raised while it deletes an object; an interruption is raised again.
+Python runs handlers of signals between any two of its operations. It drops an exception raised while it deletes an
+object, or in a function that C code has called. A dropped interruption is raised again. It comes too late where the C
+code goes on without the result of that function: an interruption waits there.
 """
 
 from __future__ import annotations
@@ -8,13 +10,21 @@ from __future__ import annotations
 import signal
 import sys
 import threading
-from _thread import interrupt_main
+import time
+from _thread import interrupt_main, start_new_thread
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Any
 
 import psutil
+
+_CALLED_BY_C = ("_raw_object_cache_getbuffer", "_raw_object_cache_notify")
+"""Functions whose results C code uses without a check.
+
+By the first LLVM asks llvmlite for a kernel from the cache. Without an answer it compiles an empty module, and the call
+of the kernel is a segmentation fault.
+"""
 
 
 class Terminated(KeyboardInterrupt):
@@ -23,21 +33,28 @@ class Terminated(KeyboardInterrupt):
 
 @contextmanager
 def termination_interrupts() -> Iterator[None]:
-    """Let SIGTERM end child processes, which Ctrl-C reaches through the terminal, and raise Terminated."""
+    """Let SIGTERM end child processes, which Ctrl-C reaches through the terminal, and raise Terminated.
+
+    Neither interrupts functions of `_CALLED_BY_C`. Handlers of Ctrl-C that a program has set remain.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before, hook = signal.signal(signal.SIGTERM, _interrupt), sys.unraisablehook
+    numbers = [signal.SIGTERM]
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        numbers.append(signal.SIGINT)
+    before, hook = [signal.signal(number, _interrupt) for number in numbers], sys.unraisablehook
     sys.unraisablehook = _raised_again
     try:
         yield
     finally:
         sys.unraisablehook = hook
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in zip(numbers, before, strict=True):
+            signal.signal(number, handler)
 
 
 _AGAIN = 0.02
-"""Time (s) after which a dropped interruption is raised again, once the object is deleted."""
+"""Time (s) after which a dropped or deferred interruption is raised again."""
 
 
 def _raised_again(dropped: Any) -> None:
@@ -49,14 +66,35 @@ def _raised_again(dropped: Any) -> None:
     if issubclass(dropped.exc_type, Terminated):
         number = signal.SIGTERM
         signal.signal(number, _interrupt)
-    timer = threading.Timer(_AGAIN, interrupt_main, (number,))
-    timer.daemon = True
-    timer.start()
+    _send_again(number)
+
+
+def _send_again(number: int) -> None:
+    """Signal this process after a while, from a thread without locks of Python, which the main thread may hold."""
+
+    def send() -> None:
+        time.sleep(_AGAIN)
+        interrupt_main(number)
+
+    with suppress(RuntimeError):  # Python is ending
+        start_new_thread(send, ())
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:
+    if _in_call_by_c(frame):
+        _send_again(number)
+        return
+    if number == signal.SIGINT:
+        raise KeyboardInterrupt
     signal.signal(signal.SIGTERM, signal.SIG_IGN)  # a second one does not disturb the end
     for child in psutil.Process().children(recursive=True):
         with suppress(psutil.Error):
             child.terminate()
     raise Terminated
+
+
+def _in_call_by_c(frame: FrameType | None) -> bool:
+    """Return True if one of the callers is among `_CALLED_BY_C`."""
+    while frame is not None and frame.f_code.co_name not in _CALLED_BY_C:
+        frame = frame.f_back
+    return frame is not None

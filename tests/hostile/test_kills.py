@@ -110,6 +110,43 @@ def test_an_interruption_while_an_object_is_deleted_is_not_lost(name, raised):
     assert (done.stdout, done.stderr) == (f"{raised}\n", "")
 
 
+LOADED = """
+import os, runpy, signal, sys, time
+from pathlib import Path
+from numba.core.registry import cpu_target
+from nvhchain.cli.termination import termination_interrupts
+kernel = Path(sys.argv[1]) / "kernel.py"
+kernel.write_text("import numba\\n@numba.njit('f8(f8)', cache=True)\\ndef double(x):\\n    return 2 * x\\n")
+if not os.fork():
+    runpy.run_path(str(kernel))  # compiles it, and keeps it
+    os._exit(0)
+os.wait()
+engine = cpu_target.target_context.codegen()._engine._ee
+kept = engine._object_cache_getbuffer
+def asked_by_llvm(module):
+    os.kill(os.getpid(), signal.{name})
+    return kept(module)
+try:
+    with termination_interrupts():
+        engine._object_cache_getbuffer = asked_by_llvm
+        double = runpy.run_path(str(kernel))["double"]
+        engine._object_cache_getbuffer = kept
+        print(double.stats.cache_hits.total(), double(2.0), flush=True)
+        time.sleep(60)
+except KeyboardInterrupt as error:
+    print(type(error).__name__)
+"""
+
+
+@pytest.mark.parametrize(("name", "raised"), [("SIGINT", "KeyboardInterrupt"), ("SIGTERM", "Terminated")])
+def test_an_interruption_while_llvm_loads_a_kernel_comes_after_the_kernel(name, raised, tmp_path):
+    """Without its content LLVM compiles an empty module, and the call ends by a segmentation fault."""
+    done = subprocess.run(
+        [sys.executable, "-c", LOADED.format(name=name), str(tmp_path)], capture_output=True, text=True
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, f"1 4.0\n{raised}\n", "")
+
+
 @pytest.mark.slow
 def test_spheres_survive_random_signals(tmp_path):
     """In a process of its own, as it is copied for every command; until each signal has come before the end."""

@@ -28,7 +28,7 @@ from benchmarks.publish import publish
 
 SIGNALS = (SIGINT, SIGTERM, SIGKILL)
 PATIENCE = 10.0
-"""s after the end of a command in which its processes end, too; of the processor where the machine has other work."""
+"""s after the end of a command in which its processes end, too, on a machine without other work."""
 
 CODES = {SIGINT: 130, SIGTERM: 143, SIGKILL: -SIGKILL}
 LEFT_TO_DASK = {"dask-scratch-space", "purge.lock", "global.lock"}
@@ -60,6 +60,11 @@ def undisturbed(chosen: dict[str, Command], folder: Path) -> dict[str, Undisturb
     return found
 
 
+def patience() -> float:
+    """`PATIENCE`, longer where more processes want a processor than there are."""
+    return PATIENCE * max(1.0, os.getloadavg()[0] / len(os.sched_getaffinity(0)))
+
+
 class Clock:
     """Times at which a command is at work: nearer where it had ended before its signal, later where it had not."""
 
@@ -87,9 +92,9 @@ def attempt(
         receiver = _signal(started, signal, delay, to_child, usual.seconds)
         clock.heed(name, share, ended=receiver.startswith("nobody"))
         kind = f"{Signals(signal).name} to {receiver}"
-        ended = started.wait(PATIENCE if receiver == "the command" else 600.0)
+        ended = started.wait(patience() if receiver == "the command" else 600.0)
         if ended is None:
-            return kind, "does not end", [f"at work {PATIENCE:g} s later"]
+            return kind, "does not end", [f"at work {patience():.0f} s later"]
         faults = _faults_of_end(ended, signal, receiver, usual, command, out)
         faults += _processes_left(started)
         killed = ended.code == -SIGKILL
@@ -165,7 +170,7 @@ def _faults_of_end(
 
 
 def _processes_left(started: Started) -> list[str]:
-    end = time.monotonic() + PATIENCE
+    end = time.monotonic() + patience()
     while (left := started.family()) and time.monotonic() < end:
         time.sleep(0.05)
     return [f"process left: {' '.join(process.cmdline())[:200]}" for process in left if process.is_running()]

@@ -94,6 +94,8 @@ def read_wav(path: str | Path, *, full_scale: float = 1.0) -> Sound:
             rate, samples = wavfile.read(path)
     except FileNotFoundError:
         raise InputError(f"{path} does not exist: give a WAV file") from None
+    except OSError as error:  # a folder, or a file of another user
+        raise InputError(f"{path} cannot be read ({error.strerror or error}): give a WAV file") from None
     except wavfile.WavFileWarning as error:
         raise InputError(f"{path} is cut off or damaged ({error}): give the whole file") from None
     except UnboundLocalError:  # scipy's, where no samples follow the header

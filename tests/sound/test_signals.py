@@ -125,6 +125,8 @@ def test_unusable_background_is_refused_with_a_remedy(tmp_path):
         read_wav(tmp_path / "no.wav")
     with pytest.raises(InputError, match="does not exist: give a WAV file"):
         read_wav(tmp_path / "none.wav")
+    with pytest.raises(InputError, match=r"cannot be read .*: give a WAV file"):
+        read_wav(tmp_path)  # a folder
     write_wav(background_sound(Background(np.array([100.0]), np.array([70.0]))), tmp_path / "whole.wav")
     whole = (tmp_path / "whole.wav").read_bytes()
     (tmp_path / "cut.wav").write_bytes(whole[:9000])

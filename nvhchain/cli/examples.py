@@ -64,6 +64,8 @@ def _opened(text: str) -> str:
     from nvhchain.case.options import DECIDABLE
 
     block = re.compile(r"^\[options\].*?\n\n", re.MULTILINE | re.DOTALL)
+    from nvhchain.case.options import DECIDABLE  # with numba, which the command line begins without
+
     values = "".join(f'{name} = "auto"\n' for name in DECIDABLE)
     title = "[options] # on, off, or `auto`: modelled where `nvhchain plan` finds that it matters\n"
     return block.sub(f"{title}{values}\n", text)

@@ -107,6 +107,17 @@ def test_impossible_numbers_of_threads_are_one_line(capsys, monkeypatch, threads
     assert main(["check", str(SPHERE)]) == 0
 
 
+def test_numba_is_imported_only_once_the_number_of_threads_is_checked():
+    done = subprocess.run(
+        [sys.executable, "-m", "nvhchain", "check", str(SPHERE)],
+        env={**os.environ, "NUMBA_NUM_THREADS": "0"},
+        capture_output=True,
+        text=True,
+    )
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
+    assert done.stderr.startswith("nvhchain: NUMBA_NUM_THREADS = 0 must be")
+
+
 def test_names_too_long_for_a_file_are_one_line(capsys):
     name = "x" * 256
     for arguments, code in (

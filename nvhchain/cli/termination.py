@@ -69,7 +69,7 @@ def _raised_again(dropped: Any) -> None:
     _send_again(number)
 
 
-def _send_again(number: int) -> None:
+def _send_again(number: signal.Signals) -> None:
     """Signal this process after a while, from a thread without locks of Python, which the main thread may hold."""
 
     def send() -> None:
@@ -82,7 +82,7 @@ def _send_again(number: int) -> None:
 
 def _interrupt(number: int, frame: FrameType | None) -> None:
     if _in_call_by_c(frame):
-        _send_again(number)
+        _send_again(signal.Signals(number))
         return
     if number == signal.SIGINT:
         raise KeyboardInterrupt

@@ -111,10 +111,12 @@ def test_an_interruption_while_an_object_is_deleted_is_not_lost(name, raised):
 
 
 LOADED = """
-import os, runpy, signal, sys, time
+import os, runpy, signal, sys
 from pathlib import Path
 from numba.core.registry import cpu_target
-from nvhchain.cli.termination import termination_interrupts
+from nvhchain.cli import termination
+later = []
+termination._send_again = later.append
 kernel = Path(sys.argv[1]) / "kernel.py"
 kernel.write_text("import numba\\n@numba.njit('f8(f8)', cache=True)\\ndef double(x):\\n    return 2 * x\\n")
 if not os.fork():
@@ -127,12 +129,12 @@ def asked_by_llvm(module):
     os.kill(os.getpid(), signal.{name})
     return kept(module)
 try:
-    with termination_interrupts():
+    with termination.termination_interrupts():
         engine._object_cache_getbuffer = asked_by_llvm
         double = runpy.run_path(str(kernel))["double"]
         engine._object_cache_getbuffer = kept
         print(double.stats.cache_hits.total(), double(2.0), flush=True)
-        time.sleep(60)
+        signal.raise_signal(later[0])
 except KeyboardInterrupt as error:
     print(type(error).__name__)
 """

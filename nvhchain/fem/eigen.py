@@ -47,7 +47,9 @@ It is the error of a shape beside modes that are well separated from it. The err
 """
 
 
-def lowest_modes(K: Any, M: Any, f_max: float, *, factor: Factor | None = None) -> tuple[FloatArray, FloatArray]:
+def lowest_modes(
+    K: Any, M: Any, f_max: float, *, factor: Factor | None = None, count: int | None = None
+) -> tuple[FloatArray, FloatArray]:
     """Return natural frequencies up to f_max and mass-normalised shapes.
 
     Parameters
@@ -58,6 +60,8 @@ def lowest_modes(K: Any, M: Any, f_max: float, *, factor: Factor | None = None) 
         Highest frequency (Hz), > 0.
     factor : Factor, optional
         Factor of K itself, for a structure without rigid modes. By default K is shifted and factored here.
+    count : int, optional
+        `modes_below(K, M, f_max)`, if it was counted before. The memory of its factor is then not needed beside another.
 
     Returns
     -------
@@ -76,7 +80,7 @@ def lowest_modes(K: Any, M: Any, f_max: float, *, factor: Factor | None = None) 
     if K.shape[0] <= _DENSE:
         values, shapes = scipy.linalg.eigh(K.toarray(), M.toarray(), subset_by_value=(-np.inf, limit))
         return _finished(K, values, shapes)
-    expected = modes_below(K, M, f_max)
+    expected = modes_below(K, M, f_max) if count is None else count
     if expected == 0:
         return np.empty(0), np.empty((K.shape[0], 0))
     shift = 0.0

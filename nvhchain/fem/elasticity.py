@@ -59,7 +59,7 @@ def stiffness_and_mass(
         f"elements refer to nodes {elements.min()}…{elements.max()}, but there are {len(nodes)}",
     )
     pattern = _Pattern(elements, len(nodes))
-    stiffness = np.zeros((pattern.pairs, 3, 3))
+    stiffness = np.zeros((3, 3, pattern.pairs))  # each sum by itself in memory
     inertia = np.zeros(pattern.pairs) if mass else None
     chunk = max(1, _CHUNK_BYTES // (8 * (3 * count) ** 2))
     for start in range(0, len(elements), chunk):
@@ -71,13 +71,20 @@ def stiffness_and_mass(
             inertia += np.bincount(
                 where.ravel(), _mass_blocks(corners, reference, material.density, start).ravel(), pattern.pairs
             )
-    K = sp.bsr_matrix((stiffness, pattern.column, pattern.start)).tocsr()
-    if inertia is None:
-        return K, None
-    blocks = inertia[:, None, None] * np.eye(3)
-    M = sp.bsr_matrix((blocks, pattern.column, pattern.start)).tocsr()
-    M.eliminate_zeros()
-    return K, M
+    blocks = np.ascontiguousarray(stiffness.transpose(2, 0, 1))
+    del stiffness
+    K = sp.bsr_matrix((blocks, pattern.column, pattern.start)).tocsr()
+    return K, None if inertia is None else _alike_along_axes(inertia, pattern.column, pattern.start)
+
+
+def _alike_along_axes(values: FloatArray, column: IntArray, start: IntArray) -> sp.csr_matrix:
+    """Return the matrix (3 n, 3 n) of nodal values (row by row) that hold for each axis and couple none with another."""
+    nodes = len(start) - 1
+    rows = sp.csr_matrix((values, column, start), shape=(nodes, nodes))[np.repeat(np.arange(nodes), 3)]
+    axis = np.repeat(np.tile(np.arange(3), nodes), np.diff(rows.indptr))
+    found = sp.csr_matrix((rows.data, 3 * rows.indices + axis, rows.indptr), shape=(3 * nodes, 3 * nodes))
+    found.eliminate_zeros()
+    return found
 
 
 class _Pattern:
@@ -125,13 +132,13 @@ def _add_stiffness(
     flat = slope.reshape(m, q, 3 * n)
     product = np.matmul(flat.transpose(0, 2, 1), flat).reshape(m, n, 3, n, 3)
     trace = shear * np.einsum("miaja->mij", product)
-    slots, pairs = where.ravel(), len(total)
+    slots, pairs = where.ravel(), total.shape[2]
     for a in range(3):
         for b in range(3):
             block = lame * product[:, :, a, :, b] + shear * product[:, :, b, :, a]
             if a == b:
                 block = block + trace
-            total[:, a, b] += np.bincount(slots, block.ravel(), pairs)
+            total[a, b] += np.bincount(slots, block.ravel(), pairs)
 
 
 def _mass_blocks(corners: FloatArray, reference: ReferenceElement, density: float, first: int) -> FloatArray:

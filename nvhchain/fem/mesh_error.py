@@ -17,10 +17,10 @@ from nvhchain.conventions import Material
 from nvhchain.fem.elements import tet10_shape
 from nvhchain.handoff import FloatArray, IntArray
 
-_CHUNK = 2048
+_CHUNK = 512
 """Elements whose stresses are held at once."""
 
-_MODES = 32
+_MODES = 128
 """Modes whose mean stresses are held at once."""
 
 
@@ -78,8 +78,9 @@ def _jumps(nodes: FloatArray, elements: IntArray, material: Material, shapes: Fl
     mean = np.zeros((len(corners), 6 * shapes.shape[2]))
     for part in parts:
         stress = _stresses(edges[part], elements[part], material, shapes).reshape(4 * len(edges[part]), -1)
+        near, local = np.unique(place[part], return_inverse=True)
         share = np.repeat(volume[part], 4) / total[place[part].ravel()]
-        mean += sp.csr_matrix((share, (place[part].ravel(), np.arange(len(share)))), (len(mean), len(share))) @ stress
+        mean[near] += sp.csr_matrix((share, (local.ravel(), np.arange(len(share)))), (len(near), len(share))) @ stress
     energy = np.zeros(shapes.shape[2])
     for part in parts:
         jump = _stresses(edges[part], elements[part], material, shapes)

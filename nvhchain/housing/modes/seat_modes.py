@@ -16,7 +16,7 @@ import scipy.linalg
 import scipy.sparse as sp
 
 from nvhchain.errors import SolverError
-from nvhchain.fem import Factor, factorize, lowest_modes
+from nvhchain.fem import Factor, factorize, lowest_modes, modes_below
 from nvhchain.handoff import FloatArray, IntArray
 
 RIGID = 1e-5
@@ -53,15 +53,16 @@ def seat_modes(K: sp.csr_matrix, M: sp.csr_matrix, count: int, f_top: float) -> 
     seats = seat_unknowns(K.shape[0], count)
     load = np.zeros((K.shape[0], len(seats)))
     load[seats, np.arange(len(seats))] = 1.0
+    below = modes_below(K, M, f_top)  # before the factors of K: one of the two is in memory at a time
     held, factor = False, _factored(K)
     if factor is not None:
         with factor:
             static = factor.solve(load)
             held = _slowest(K, M, static) > RIGID * f_top
             if held:
-                frequency, shapes = lowest_modes(K, M, f_top, factor=factor)
+                frequency, shapes = lowest_modes(K, M, f_top, factor=factor, count=below)
     if not held:
-        frequency, shapes = lowest_modes(K, M, f_top)
+        frequency, shapes = lowest_modes(K, M, f_top, count=below)
         frequency = np.where(frequency < RIGID * f_top, 0.0, frequency)
         static = _inertia_relief(K, M, shapes[:, frequency == 0], load)
     elastic = shapes[:, frequency > 0]

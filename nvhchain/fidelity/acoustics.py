@@ -41,7 +41,8 @@ class AcousticsFidelity(Knobs, package="acoustics"):
         meaning="triangles longer than this multiple of their height take twice singular_order, beyond its square "
                 "thrice. Needles that meet at their tips and point apart, as in a fan, are excepted")
     precision: str = knob("double", choices=("double", "single"), sweep=("single",),
-        meaning="number format of the matrices and of well separated pairs: `double` or `single` (half the memory)")
+        meaning="number format of the matrices and of well separated pairs: `double`, or `single` (half the memory; "
+                "double for a band that holds a matrix singular to it)")
     field_near_ratio: float = knob(0.5, low=0.01, high=2.0, sweep=(2.0,),
         meaning="a triangle longer than this multiple of its distance from a field point is subdivided")
     coarsest_elements_per_wavelength: float = knob(2.0, low=1.0, high=100.0,

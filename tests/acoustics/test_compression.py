@@ -305,7 +305,7 @@ def test_systems_are_batched_by_the_smaller_of_the_callers_memory_and_the_worker
 
 def test_a_resonating_cavity_is_solved_by_matrices_of_single_precision(air):
     """Nearly singular (a reciprocal condition of 3e-5): residuals of single precision stagnated at 5e-5, however many
-    iterations were allowed.  Factors of single precision are refused."""
+    iterations were allowed.  Factors of single precision are refused: double ones take their place."""
     body, points, resonance = bodies.resonator(), [[0.0, 0.0, 1.0]], [257.0]
     exact = AcousticsFidelity(elements_per_wavelength=3.0, masters=4, solver="direct")
     truth = transfer_vectors(body, points, resonance, air=air, fidelity=exact).vectors
@@ -313,5 +313,5 @@ def test_a_resonating_cavity_is_solved_by_matrices_of_single_precision(air):
         found = transfer_vectors(body, points, resonance, air=air, fidelity=replace(exact, **knobs))
         assert found.provenance["solver_residual"] <= found.provenance["solver_tolerance"] == pytest.approx(1e-6)
         assert np.abs(found.vectors - truth).max() < 1e-3 * np.abs(truth).max()
-    with pytest.raises(SolverError, match=r"3.8e-05 at least\): choose precision = 'double', or look for"):
-        transfer_vectors(body, points, resonance, air=air, fidelity=replace(exact, precision="single"))
+    in_double = transfer_vectors(body, points, resonance, air=air, fidelity=replace(exact, precision="single"))
+    assert np.abs(in_double.vectors - truth).max() < 1e-9 * np.abs(truth).max()

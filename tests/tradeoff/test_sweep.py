@@ -44,6 +44,7 @@ from nvhchain.tradeoff.worker import _clocks
 pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
 
 KNOBS = ["acoustics.precision", "acoustics.radiation"]
+BASE = replace(nvh.DRAFT, acoustics=replace(nvh.DRAFT.acoustics, precision="double"))  # so that there is one to turn
 
 
 class Record:
@@ -77,7 +78,7 @@ def here(monkeypatch):
 def swept(sphere, tmp_path_factory):
     """(folder, sweep, record)."""
     out, record = tmp_path_factory.mktemp("sweep"), Record()
-    return out, tradeoff(sphere, out=out, fidelity=nvh.DRAFT, knobs=KNOBS, watcher=record), record
+    return out, tradeoff(sphere, out=out, fidelity=BASE, knobs=KNOBS, watcher=record), record
 
 
 def test_rows_are_the_base_and_every_value(swept):
@@ -111,7 +112,7 @@ def test_a_second_sweep_computes_nothing_and_says_the_same(swept, sphere, here):
     here()
     out, first, _ = swept
     record = Record()
-    second = tradeoff(sphere, out=out, fidelity=nvh.DRAFT, knobs=KNOBS, watcher=record)
+    second = tradeoff(sphere, out=out, fidelity=BASE, knobs=KNOBS, watcher=record)
     assert record.computed == []
     assert second == first
 
@@ -128,9 +129,9 @@ def test_an_interrupted_sweep_goes_on_where_it_was(sphere, tmp_path, here):
     knobs = ["acoustics.precision"]
     first, second = Interrupt(), Record()
     with pytest.raises(KeyboardInterrupt):
-        tradeoff(sphere, out=tmp_path, fidelity=nvh.DRAFT, knobs=knobs, watcher=first)
+        tradeoff(sphere, out=tmp_path, fidelity=BASE, knobs=knobs, watcher=first)
     here()
-    sweep = tradeoff(sphere, out=tmp_path, fidelity=nvh.DRAFT, knobs=knobs, watcher=second)
+    sweep = tradeoff(sphere, out=tmp_path, fidelity=BASE, knobs=knobs, watcher=second)
     assert first.computed == ["transfer_vectors", "pressure"] * 2
     assert second.computed == ["pressure"]
     assert set(sweep.measurements[1].stages) == {"transfer_vectors", "pressure"}
@@ -141,10 +142,10 @@ def test_stages_whose_cost_is_lost_are_not_counted_as_free(swept, sphere, tmp_pa
     shutil.copytree(swept[0], tmp_path, dirs_exist_ok=True)
     (tmp_path / "costs.json").unlink()
     with pytest.raises(InputError, match=r"costs\.json has no cost of transfer_vectors, pressure, cached"):
-        tradeoff(sphere, out=tmp_path, fidelity=nvh.DRAFT, knobs=KNOBS)
+        tradeoff(sphere, out=tmp_path, fidelity=BASE, knobs=KNOBS)
     (tmp_path / "costs.json").write_text("{garbage")
     with pytest.raises(InputError, match=r"costs\.json: not what stages took .* measure again"):
-        tradeoff(sphere, out=tmp_path, fidelity=nvh.DRAFT, knobs=KNOBS)
+        tradeoff(sphere, out=tmp_path, fidelity=BASE, knobs=KNOBS)
 
 
 def test_what_a_sweep_left_without_its_cost_is_measured_again(swept, sphere, tmp_path, here):
@@ -159,7 +160,7 @@ def test_what_a_sweep_left_without_its_cost_is_measured_again(swept, sphere, tmp
     part.parent.mkdir()
     part.touch()
     record = Record()
-    again = tradeoff(sphere, out=tmp_path, fidelity=nvh.DRAFT, knobs=["acoustics.precision"], watcher=record)
+    again = tradeoff(sphere, out=tmp_path, fidelity=BASE, knobs=["acoustics.precision"], watcher=record)
     assert not part.exists()
     assert record.computed[0] == "transfer_vectors"
     assert [row.value for row in again.measurements] == ["draft", "single"]
@@ -191,7 +192,7 @@ def test_a_damaged_row_is_measured_again(swept, sphere, tmp_path, here, left):
     for row in (tmp_path / "rows").iterdir():
         row.write_text(left)
     record = Record()
-    again = tradeoff(sphere, out=tmp_path, fidelity=nvh.DRAFT, knobs=["acoustics.precision"], watcher=record)
+    again = tradeoff(sphere, out=tmp_path, fidelity=BASE, knobs=["acoustics.precision"], watcher=record)
     assert record.computed == ["pressure"]
     assert [row.value for row in again.measurements] == ["draft", "single"]
 
@@ -199,14 +200,14 @@ def test_a_damaged_row_is_measured_again(swept, sphere, tmp_path, here, left):
 def test_a_file_in_place_of_the_folder_is_refused(sphere, tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(InputError, match=r"out = .*file' cannot take files \(File exists\): name another folder"):
-        tradeoff(sphere, out=tmp_path / "file", fidelity=nvh.DRAFT, knobs=KNOBS)
+        tradeoff(sphere, out=tmp_path / "file", fidelity=BASE, knobs=KNOBS)
 
 
 def test_rows_of_other_code_are_measured_again(swept, sphere, monkeypatch, here):
     here()
     monkeypatch.setattr(sweeping, "code_version", lambda package: f"other {package}")
     record = Record()
-    tradeoff(sphere, out=swept[0], fidelity=nvh.DRAFT, knobs=["acoustics.precision"], watcher=record)
+    tradeoff(sphere, out=swept[0], fidelity=BASE, knobs=["acoustics.precision"], watcher=record)
     assert record.computed == ["pressure", "pressure"]  # operators are found: the cache has the true version
 
 
@@ -293,11 +294,11 @@ def test_a_variant_that_the_system_ends_is_a_row_that_is_tried_again(sphere, tmp
                         child.kill()
 
     knobs = ["acoustics.precision"]
-    killed = tradeoff(sphere, out=tmp_path, fidelity=nvh.DRAFT, knobs=knobs, watcher=Kill()).measurements[1]
+    killed = tradeoff(sphere, out=tmp_path, fidelity=BASE, knobs=knobs, watcher=Kill()).measurements[1]
     assert killed.refused == "killed by signal 9"
     assert not list(temporary.glob("*.lock"))
     here()
-    assert tradeoff(sphere, out=tmp_path, fidelity=nvh.DRAFT, knobs=knobs).measurements[1].refused is None
+    assert tradeoff(sphere, out=tmp_path, fidelity=BASE, knobs=knobs).measurements[1].refused is None
 
 
 def test_a_case_without_pressure_has_no_error_to_measure(gearbox, tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
@@ -10,8 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from nvhchain.acoustics.surfaces.surface import real_numbers
 from nvhchain.acoustics.systems.engines import solve_each, systems
 from nvhchain.acoustics.systems.frequency_blocks import Solved
-from nvhchain.acoustics.systems.linear_system import System
+from nvhchain.acoustics.systems.linear_system import SinglePrecisionError, System
 from nvhchain.errors import require
+from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray
 
 if TYPE_CHECKING:
@@ -74,7 +76,10 @@ def check_frequencies(frequencies: ArrayLike) -> FloatArray:
 def band_values(
     frequency: FloatArray, *rows: ComplexArray, problem: ExteriorProblem, quantity: Quantity, task: tuple[int, float]
 ) -> Solved:
-    """Return values of one band and their solver record; `task` holds bytes for systems and the quadrature error."""
+    """Return values of one band and their solver record; `task` holds bytes for systems and the quadrature error.
+
+    A band with a matrix that is singular to single precision is solved in double precision.
+    """
     memory, quadrature_error = task
     values = np.zeros((len(frequency), *quantity.shape), dtype=complex)
     omega = 2 * np.pi * frequency
@@ -86,5 +91,11 @@ def band_values(
         line = Line(omega[at], float(wavenumbers[number]), quadrature_error)
         values[at] = quantity.values(system, line, *(row[at] for row in rows))
 
-    batches = systems(problem.engine, problem.surface, wavenumbers, problem.fidelity, problem.plane, memory)
-    return Solved(values, solve_each(batches, solve))
+    def solved_by(fidelity: AcousticsFidelity) -> Solved:
+        batches = systems(problem.engine, problem.surface, wavenumbers, fidelity, problem.plane, memory)
+        return Solved(values, solve_each(batches, solve))
+
+    try:
+        return solved_by(problem.fidelity)
+    except SinglePrecisionError:
+        return solved_by(replace(problem.fidelity, precision="double"))

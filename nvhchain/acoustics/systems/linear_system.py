@@ -18,6 +18,10 @@ THREAD_ENTRIES = 3_000_000
 """Entries of a matrix for which a separate thread pays; limiting its BLAS to one thread takes a few milliseconds."""
 
 
+class SinglePrecisionError(SolverError):
+    """Matrix in single precision that is singular to it and perhaps not to double precision."""
+
+
 class Matrix(Protocol):
     """Product with a matrix (n_row, n_column) in any storage, for one column or several.
 
@@ -57,10 +61,10 @@ def _product(matrix: ComplexArray, x: ComplexArray, exact: bool) -> ComplexArray
     if exact and matrix.dtype == np.complex64:
         rows = max(1, THREAD_ENTRIES // matrix.shape[1])
         return np.concatenate([matrix[i : i + rows].astype(complex) @ x for i in range(0, len(matrix), rows)])
-    x = x.astype(matrix.dtype)
+    x, size = _scaled(x, matrix.dtype)
     count = min(threads(), matrix.size // THREAD_ENTRIES)
     if count < 2:
-        return np.asarray((x.T @ matrix.T).T, dtype=complex)
+        return size * np.asarray((x.T @ matrix.T).T, dtype=complex)
     y = np.empty((len(matrix), *x.shape[1:]), dtype=complex)
     limits = np.linspace(0, len(matrix), count + 1).astype(int)
 
@@ -70,7 +74,16 @@ def _product(matrix: ComplexArray, x: ComplexArray, exact: bool) -> ComplexArray
 
     with ThreadPoolExecutor(count) as pool:
         list(pool.map(some, limits[:-1], limits[1:]))
-    return y
+    return size * y
+
+
+def _scaled(x: ComplexArray, kind: np.dtype[Any]) -> tuple[ComplexArray, Any]:
+    """Return columns (n, …) in a precision and their sizes (…): single precision holds 1e-38 … 1e38 alone."""
+    if kind != np.complex64:
+        return x.astype(kind), 1.0
+    size = np.abs(x).max(axis=0, initial=0.0)
+    size = np.where(size > 0, size, 1.0)
+    return (x / size).astype(kind), size
 
 
 class System(Protocol):
@@ -121,11 +134,11 @@ class DirectSystem:
         reciprocal_condition = float(condition(lu, norm)[0]) if info == 0 else 0.0
         least = len(matrix) * float(np.finfo(matrix.real.dtype).eps)
         if reciprocal_condition < least:
-            single = "choose precision = 'double', or " if matrix.dtype == np.complex64 else ""
-            raise SolverError(
+            refused = SinglePrecisionError if matrix.dtype == np.complex64 else SolverError
+            raise refused(
                 f"boundary element matrix of {len(matrix)} unknowns is singular to working precision (reciprocal "
-                f"condition number {reciprocal_condition:.2g}, {least:.2g} at least): {single}look for coinciding "
-                "surfaces, very thin gaps and cavities that resonate"
+                f"condition number {reciprocal_condition:.2g}, {least:.2g} at least): look for coinciding surfaces, "
+                "very thin gaps and cavities that resonate"
             )
         self.record += SolverRecord(condition=reciprocal_condition)
         return substitute, lu, pivots
@@ -150,7 +163,8 @@ class DirectSystem:
     def _substituted(self, rhs: ComplexArray, transposed: int) -> ComplexArray:
         """Return the solution (n,) or (n, m); the factors are those of Aᵀ."""
         substitute, lu, pivots = self.factors
-        x, _ = substitute(lu, pivots, rhs.astype(lu.dtype), trans=transposed)
+        scaled, size = _scaled(rhs, lu.dtype)
+        x, _ = substitute(lu, pivots, scaled, trans=transposed)
         if not np.isfinite(x).all():
             raise SolverError("boundary element solution holds values that are not finite: check the right-hand side")
-        return np.ascontiguousarray(x, dtype=complex)
+        return np.ascontiguousarray(size * x, dtype=complex)

@@ -61,7 +61,7 @@ def lowest_modes(
     factor : Factor, optional
         Factor of K itself, for a structure without rigid modes. By default K is shifted and factored here.
     count : int, optional
-        `modes_below(K, M, f_max)`, if it was counted before. The memory of its factor is then not needed beside another.
+        `modes_below(K, M, f_max)`, if counted before. The memory of its factor is then not needed beside another.
 
     Returns
     -------

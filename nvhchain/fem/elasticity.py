@@ -78,7 +78,7 @@ def stiffness_and_mass(
 
 
 def _alike_along_axes(values: FloatArray, column: IntArray, start: IntArray) -> sp.csr_matrix:
-    """Return the matrix (3 n, 3 n) of nodal values (row by row) that hold for each axis and couple none with another."""
+    """Return the matrix (3 n, 3 n) of nodal values, row by row, that hold for each axis and couple no two axes."""
     nodes = len(start) - 1
     rows = sp.csr_matrix((values, column, start), shape=(nodes, nodes))[np.repeat(np.arange(nodes), 3)]
     axis = np.repeat(np.tile(np.arange(3), nodes), np.diff(rows.indptr))

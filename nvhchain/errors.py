@@ -169,6 +169,24 @@ def _is_printable(letter: str) -> bool:
     return letter.isprintable() or letter in "\n\t" or unicodedata.category(letter) == "Zs"
 
 
+def counted(number: int, noun: str) -> str:
+    """Return a number with its noun: "1 line", "2 lines".
+
+    Parameters
+    ----------
+    number : int
+        Number of things.
+    noun : str
+        Noun in the singular, whose plural takes an s.
+
+    Returns
+    -------
+    str
+        Number and noun.
+    """
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
 def require(condition: bool, message: str) -> None:
     """Raise `InputError` unless a condition holds.
 

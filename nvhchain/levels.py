@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from scipy.fft import dct
 
 from nvhchain.conventions import REFERENCE_POWER, REFERENCE_PRESSURE
-from nvhchain.errors import require
+from nvhchain.errors import counted, require
 from nvhchain.handoff import ComplexArray, FloatArray
 from nvhchain.kinds import checked
 
@@ -101,7 +101,10 @@ def overall(frequency: FloatArray, pressure: ComplexArray, *, weighted: bool = T
     InputError
         If the numbers of frequencies and lines differ.
     """
-    require(len(frequency) == len(pressure), f"{len(frequency)} frequencies for {len(pressure)} lines of pressure")
+    require(
+        len(frequency) == len(pressure),
+        f"{len(frequency)} frequencies for {counted(len(pressure), 'line')} of pressure",
+    )
     return _energy_sum(frequency, decibel(pressure), weighted)
 
 
@@ -128,7 +131,7 @@ def overall_power(frequency: FloatArray, power: FloatArray, *, weighted: bool = 
     InputError
         If the numbers of frequencies and lines differ.
     """
-    require(len(frequency) == len(power), f"{len(frequency)} frequencies for {len(power)} lines of power")
+    require(len(frequency) == len(power), f"{len(frequency)} frequencies for {counted(len(power), 'line')} of power")
     return _energy_sum(frequency, power_level(power), weighted)
 
 

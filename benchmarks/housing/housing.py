@@ -38,7 +38,7 @@ from nvhchain.fem import factorize
 from nvhchain.handoff import ComplexArray, FloatArray, ReducedHousing, Surface
 from nvhchain.housing import CraigBampton, DampingCurve, craig_bampton, reduce_housing, truncation_error
 from nvhchain.housing.casting.casting import Casting
-from nvhchain.housing.casting.mesh import HousingMesh, engine_plane_faces, mesh_casting, radiating_surface
+from nvhchain.housing.casting.mesh import HousingMesh, mesh_casting, mounting_plane_faces, radiating_surface
 from nvhchain.housing.modes.response import face_displacement
 from nvhchain.housing.modes.seat_modes import seat_modes, seat_unknowns
 from nvhchain.housing.modes.truncation import exclude_modes
@@ -261,7 +261,7 @@ def on_error_mesh() -> tuple[HousingMesh, Casting, Surface, sp.csr_matrix, float
     """A coarse mesh, its casting, a radiating surface, the map onto it, and the upper band limit (Hz)."""
     mesh, casting = meshed(ERROR_SIZE)
     surface = radiating_surface(casting, 0.03)
-    motion = normal_motion(mesh.nodes, mesh.skin, surface, engine_plane_faces(surface), 6.0)
+    motion = normal_motion(mesh.nodes, mesh.skin, surface, mounting_plane_faces(surface), 6.0)
     return mesh, casting, surface, motion, case().band.high
 
 

@@ -54,7 +54,7 @@ class BallRow:
     The groove centres at azimuth ψ lie a = axial + z + R (θx sin ψ − θy cos ψ) apart along the shaft and b = radial +
     x cos ψ + y sin ψ across it. The ball is compressed by √(a² + b²) − A along the line between them. The lever R is
     the pitch radius: with it, both the first order of the tilt and the shortening of a tilted ring are right
-    (docs/bearings.md).
+    (docs/reference/bearings.md).
     """
 
     count: int

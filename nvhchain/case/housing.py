@@ -102,7 +102,7 @@ def reduce_elements(
     reduced = reduce_model(
         *parts,
         f_max=case.band.high,
-        faces=RadiatingFaces(face_size, engine_plane=given.engine_plane, opening=given.opening),
+        faces=RadiatingFaces(face_size, mounting_plane=given.mounting_plane, opening=given.opening),
         modal_damping=given.modal_damping,
         fidelity=knobs,
         progress=progress,

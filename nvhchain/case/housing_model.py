@@ -16,7 +16,7 @@ from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fem.solid_model import SolidModel
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import ReducedHousing
-from nvhchain.housing import DampingCurve, EnginePlane
+from nvhchain.housing import DampingCurve, MountingPlane
 from nvhchain.housing.modes.damping import check_modal_damping, damping_of_modes
 from nvhchain.names import check_names
 
@@ -53,7 +53,7 @@ class HousingModel(Housing):
         Units of the file.
     modal_damping : float or DampingCurve
         Fraction of critical damping of every mode, or a curve over its natural frequency.
-    engine_plane : EnginePlane, optional
+    mounting_plane : MountingPlane, optional
         Rigid plane that closes the housing; None for a closed one.
     opening : float, optional
         Diameter (m) of the largest hole in the radiating surface that counts as closed; None: one radiating face.
@@ -70,7 +70,7 @@ class HousingModel(Housing):
     file: str
     units: Literal["m-kg-s", "mm-t-s", "mm-kg-ms", "mm-kg-s", "in-lbf-s"]
     modal_damping: float | DampingCurve = 0.01
-    engine_plane: EnginePlane | None = None
+    mounting_plane: MountingPlane | None = None
     opening: Length | None = None
     seats: tuple[Seat, ...] = ()
     structural_damping: bool = False
@@ -148,7 +148,7 @@ class HousingModes(Housing):
         Damping in place of the file's, as in `HousingModel`.
     structural_damping : bool
         As in `HousingModel`.
-    engine_plane : EnginePlane, optional
+    mounting_plane : MountingPlane, optional
         As in `HousingModel`.
     opening : float, optional
         As in `HousingModel`.
@@ -162,7 +162,7 @@ class HousingModes(Housing):
     surface: SurfaceFile | None = None
     modal_damping: float | DampingCurve | None = None
     structural_damping: bool = False
-    engine_plane: EnginePlane | None = None
+    mounting_plane: MountingPlane | None = None
     opening: Length | None = None
     deck: str | None = None
 
@@ -229,7 +229,7 @@ class HousingModes(Housing):
             seats,
             f_max=case.band.high,
             faces=housing.RadiatingFaces(
-                face_size, engine_plane=self.engine_plane, opening=self.opening, surface=surface
+                face_size, mounting_plane=self.mounting_plane, opening=self.opening, surface=surface
             ),
             fidelity=knobs,
             labels=self._nodes,

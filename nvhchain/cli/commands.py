@@ -16,7 +16,7 @@ from nvhchain.cli.answers import doctor_answer, plan_answer, run_answer
 from nvhchain.cli.console import Console
 from nvhchain.cli.output import show
 from nvhchain.cli.sound import check_enforced, show_targets
-from nvhchain.errors import InputError, require
+from nvhchain.errors import InputError, counted, require
 from nvhchain.fidelity import PRESETS, Fidelity
 
 if TYPE_CHECKING:
@@ -362,7 +362,7 @@ def craig_bampton(options: argparse.Namespace) -> int:
 
     case = _case(options)
     made = export_craig_bampton(case, options.out, fidelity=_fidelity(options, [case]), modes_to=options.modes_to)
-    show(f"{options.out}: {len(made.names)} seats, {len(made.interface_frequency)} modes")
+    show(f"{options.out}: {counted(len(made.names), 'seat')}, {counted(len(made.interface_frequency), 'mode')}")
     return 0
 
 

@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
 from nvhchain.cli.output import show
-from nvhchain.errors import require
+from nvhchain.errors import counted, require
 from nvhchain.fidelity import PRESETS, Fidelity
 from nvhchain.runtime.processes import process_pool
 
@@ -55,8 +55,8 @@ def _print_plan(path: Path, fidelity: Fidelity) -> int:
     study = load_study(path)
     designs, points = count_designs(study), operating_points(study)
     check_parameters(study)
-    steps = costs(study, fidelity)
-    show(f"{path.name}: {designs} designs at {len(points)} operating points, {designs * len(points)} runs")
+    steps, at = costs(study, fidelity), counted(len(points), "operating point")
+    show(f"{path.name}: {counted(designs, 'design')} at {at}, {counted(designs * len(points), 'run')}")
     for step in steps:
         show(f"  {step.name:24s} {step.times:5d} x {step.seconds:6.1f} s  {step.megabytes:6.0f} MB")
     show(

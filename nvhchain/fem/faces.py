@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import scipy.sparse as sp
 
-from nvhchain.errors import require
+from nvhchain.errors import counted, require
 from nvhchain.fem.solid_model import CORNERS, EDGES, FACES
 from nvhchain.handoff import IntArray
 
@@ -55,7 +55,7 @@ def boundary_rows(faces: IntArray, labels: IntArray, subject: str) -> IntArray:
     _, first, sides = np.unique(key, axis=0, return_index=True, return_counts=True)
     require(
         bool((sides <= 2).all()),
-        f"{subject}: {int((sides > 2).sum())} faces belong to more than two elements, first at nodes "
+        f"{subject}: {counted(int((sides > 2).sum()), 'face')} shared by more than two elements, first at nodes "
         f"{labels[key[first[sides > 2]][:1, 1:]].ravel()}: elements overlap; remove those that are twice",
     )
     return np.sort(first[sides == 1])

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from nvhchain.errors import warn_caller
+from nvhchain.errors import counted, warn_caller
 from nvhchain.handoff.base import Accuracy, Doubt, FloatArray, HandOff
 from nvhchain.handoff.declared import Label, array, value
 
@@ -338,7 +338,8 @@ class SoundAccuracy(Accuracy):
                 "resonances in openings",
                 f"the air in openings of the body resonates, and the mesh misses by how much: expect errors up to "
                 f"{self.resonance_error_db:.2g} dB, at {self.resonance_frequency:.4g} Hz, and more than "
-                f"{self.asked_error_db:.2g} dB at {self.resonance_lines} lines; refine the surface in its openings",
+                f"{self.asked_error_db:.2g} dB at {counted(self.resonance_lines, 'line')}; "
+                "refine the surface in its openings",
             )
 
     def _line_doubts(self) -> Iterator[Doubt]:
@@ -357,8 +358,9 @@ class SoundAccuracy(Accuracy):
             yield Doubt(
                 "cancelling motion",
                 f"the parts of the motion cancel each other, or the mesh is coarse for waves on the walls, at "
-                f"{self.cancellation_lines} lines: expect errors up to {self.cancellation_error_db:.2g} dB, at "
-                f"{self.cancellation_frequency:.4g} Hz; refine the mesh or raise the lower frequency",
+                f"{counted(self.cancellation_lines, 'line')}: expect errors up to "
+                f"{self.cancellation_error_db:.2g} dB, at {self.cancellation_frequency:.4g} Hz; "
+                "refine the mesh or raise the lower frequency",
             )
 
     def _level_doubts(self) -> Iterator[Doubt]:

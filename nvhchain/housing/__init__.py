@@ -15,7 +15,7 @@ from nvhchain.housing.imported.seats import bearing_seats, seat_rows
 from nvhchain.housing.imported.shape import model_shape, modes_shape
 from nvhchain.housing.imported.solid_model import model_extent, reduce_model
 from nvhchain.housing.modes.damping import DampingCurve
-from nvhchain.housing.modes.engine_plane import EnginePlane
+from nvhchain.housing.modes.mounting_plane import MountingPlane
 from nvhchain.housing.modes.response import respond
 from nvhchain.housing.modes.truncation import TruncationError, truncation_error, truncation_errors
 from nvhchain.housing.reduction import reduce_housing
@@ -33,10 +33,10 @@ __all__ = [
     "DrawnCasting",
     "DrawnDisc",
     "DrawnSeat",
-    "EnginePlane",
     "GearSpace",
     "HousingShape",
     "InnerWall",
+    "MountingPlane",
     "RadiatingFaces",
     "TruncationError",
     "bearing_seats",

@@ -21,7 +21,7 @@ from nvhchain.fem import frequency_errors, rigid_map, stiffness_and_mass
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, HousingAccuracy, ReducedHousing, Surface, warn_of
 from nvhchain.housing.casting.casting import Casting
-from nvhchain.housing.casting.mesh import HousingMesh, engine_plane_faces, mesh_casting, radiating_surface
+from nvhchain.housing.casting.mesh import HousingMesh, mesh_casting, mounting_plane_faces, radiating_surface
 from nvhchain.housing.modes.damping import damping_of_modes
 from nvhchain.housing.modes.seat_modes import seat_modes
 from nvhchain.housing.modes.seat_modes import seat_unknowns as seat_unknowns
@@ -66,7 +66,7 @@ def reduce_housing(
     fidelity: HousingFidelity,
     progress: Progress | None = None,
 ) -> ReducedHousing:
-    """Reduce the casting, bolted to a rigid engine, to modes and residual flexibility; without bolts it is free.
+    """Reduce the casting, bolted to a rigid plane, to modes and residual flexibility; without bolts it is free.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def reduce_housing(
         mesh = mesh_casting(casting, fidelity)
         tell(1, _STEPS)
         surface = enveloped.result()
-    silent = engine_plane_faces(surface)
+    silent = mounting_plane_faces(surface)
     motion = normal_motion(mesh.nodes, mesh.skin, surface, silent, fidelity.samples_per_face)
     tell(2, _STEPS)
     reduce_to = partial(reduce_mesh, mesh, casting, surface, motion, f_max=f_max, report=lambda n: tell(n + 2, _STEPS))

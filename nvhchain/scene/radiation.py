@@ -10,6 +10,7 @@ from nvhchain import acoustics
 from nvhchain.acoustics.accuracy.mesh_error import needle_seconds
 from nvhchain.acoustics.fused.quadrature import quadrature_order
 from nvhchain.case import Case, Extent, GearboxCase
+from nvhchain.errors import counted
 from nvhchain.fidelity import AcousticsFidelity, Fidelity
 from nvhchain.runtime.memory import free_memory
 from nvhchain.scene.mechanics import recorded_outputs, recorded_samples
@@ -110,7 +111,7 @@ def sound_power_step(case: Case, fidelity: Fidelity, extent: Extent) -> PlannedS
         models = f"about {extent.triangles} triangles, {knobs.radiation}"
         return PlannedStep(SOUND_POWER, "sound power", models, SECONDS_PER_STEP, BASE_MEGABYTES)
     lines = int(case.line_count)
-    return _solved(case, knobs, extent, f"{lines} lines", lines, 1.0)
+    return _solved(case, knobs, extent, counted(lines, "line"), lines, 1.0)
 
 
 def _solved(
@@ -232,7 +233,8 @@ def motion_step(case: GearboxCase, fidelity: Fidelity, extent: Extent, *, pressu
     return PlannedStep(
         SURFACE_VELOCITY,
         "velocity, pressure" if pressure_wanted else "velocity",
-        f"about {lines:.0f} lines from {low:g} to {high:g} Hz, forced response{' and dot products' * pressure_wanted}",
+        f"about {counted(round(lines), 'line')} from {low:g} to {high:g} Hz, forced response"
+        f"{' and dot products' * pressure_wanted}",
         SECONDS_PER_STEP + lines * faces * (_SECONDS_PER_LINE_AND_FACE + _SECONDS_PER_DOT_PRODUCT * points),
         BASE_MEGABYTES
         + _MEGABYTES_PER_LINE_AND_FACE * lines * faces

@@ -129,7 +129,7 @@ def test_lines_without_velocity_or_power_and_other_lines_are_refused(air):
     with pytest.raises(InputError, match="same lines"):
         radiation_efficiency(SoundPower(FREQUENCY[:2], np.ones(2)), velocity, air)
     field = equivalent_pressure(still, [[1.0, 0, 0]], air)
-    with pytest.raises(InputError, match="nothing is radiated at 1 lines"):
+    with pytest.raises(InputError, match="nothing is radiated at 1 line:"):
         directivity_index(field, power, (0, 0, 0), air)
     with pytest.raises(InputError, match="behind"):
         equivalent_pressure(velocity, [[0, 0, -1.0]], air, plane=RigidPlane((0, 0, -0.2), (0, 0, 1)))
@@ -154,7 +154,7 @@ def test_points_of_a_spread_power_are_checked(air):
     for bad in ([0.0, np.nan, 0.0], [0.0, 1.0], points[:2]):
         with pytest.raises(InputError, match="centre"):
             spread_power(power, points, bad, air)
-    with pytest.raises(InputError, match="negative at 1 lines"):
+    with pytest.raises(InputError, match="negative at 1 line:"):
         spread_power(SoundPower(FREQUENCY, [1.0, -1e-9, 1.0]), points, centre, air)
 
 

@@ -77,7 +77,7 @@ def test_only_lines_with_force_are_returned_and_need_an_operator(reduced, modal)
     assert partial.frequency.tolist() == [*LINES[:3], *LINES[9:]]
     whole = modal_pressure(modal, reduced, cases.forces(LINES).replace(force=load.force[:-1]))
     assert partial.pressure[3:] == pytest.approx(whole.pressure[9:])
-    with pytest.raises(InputError, match=r"1 lines with force \(9000"):
+    with pytest.raises(InputError, match=r"1 line with force \(9000"):
         modal_pressure(modal, reduced, load)
 
 

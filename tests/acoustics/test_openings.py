@@ -105,7 +105,7 @@ def test_a_direct_solution_states_it_from_one_more_solution_beside_the_line(air,
     """Nearly as much as from twelve masters; nothing was said but by how much the resonance is missed."""
     surface, lines = resonator(1), LINES[[0, 220, 400]]
     velocity = SurfaceVelocity(lines, np.tile(bottom(surface), (3, 1)), surface)
-    with pytest.warns(AccuracyWarning, match=r"the air in openings of the body resonates, .* at 252 Hz, .* at 1 lines"):
+    with pytest.warns(AccuracyWarning, match=r"the air in openings of the body resonates, .* at 252 Hz, .* at 1 line;"):
         direct = solve_direct(velocity, bodies.shell(10, 0.5), air=air, fidelity=FIDELITY)
     stated, coarse, fine = direct.accuracy.resonance_error_db, *(levels(pressure)[220] for pressure in heard)
     assert direct.accuracy.resonance_frequency == lines[1]

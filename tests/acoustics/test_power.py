@@ -274,7 +274,7 @@ def test_motions_that_cancel_come_with_their_error(air, coarse, way):
         found = radiation_resistance(halves, [1.0, 70.0, 130.0, 200.0], air=air, fidelity=coarse)
         return power_from_waves(found, lines, np.ones((2, 2), dtype=complex), fidelity=coarse)
 
-    with pytest.warns(AccuracyWarning, match=r"cancel each other, .* at 1 lines: expect errors .* at 1 Hz"):
+    with pytest.warns(AccuracyWarning, match=r"cancel each other, .* at 1 line: expect errors .* at 1 Hz"):
         exact, got = (power(*one) for one in bodies.rotating_ellipsoids())
     error = abs(decibel(got.power / exact.power))
     assert error[1] < 1.0 < error[0] < got.accuracy.cancellation_error_db < 20.0

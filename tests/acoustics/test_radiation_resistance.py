@@ -230,7 +230,7 @@ def test_silent_lines_and_0_hz_have_no_power(resistance, coarse):
 
 def test_what_does_not_belong_together_is_refused(ball, resistance, air, coarse, monkeypatch):
     velocity = random_velocity(LINES, 9)
-    with pytest.raises(InputError, match=r"1 lines \(2500…2500 Hz\) lie outside the master frequencies 100…2000 Hz"):
+    with pytest.raises(InputError, match=r"1 line \(2500…2500 Hz\) outside the master frequencies 100…2000 Hz"):
         power_from_waves(resistance, np.append(LINES, 2500.0), random_velocity(range(24), 9), fidelity=coarse)
     with pytest.raises(InputError, match=r"\(23, 9\) is needed"):
         power_from_waves(resistance, LINES, velocity[:, :5], fidelity=coarse)

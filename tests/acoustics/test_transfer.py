@@ -133,7 +133,7 @@ def test_lines_that_are_not_equally_spaced_and_silent_lines_are_right(small_body
 def test_no_line_is_extrapolated_beyond_the_masters(small_body):
     surface, _, fidelity, atv, _ = small_body
     for outside in (20.0, 5000.1):
-        with pytest.raises(InputError, match=r"1 lines .* outside the master frequencies 50…5000 Hz: widen"):
+        with pytest.raises(InputError, match=r"1 line .* outside the master frequencies 50…5000 Hz: widen"):
             radiate(atv, random_velocity(surface, np.sort([outside, 500.0])), fidelity=fidelity)
     quiet = SurfaceVelocity([0.0, 500.0], np.ones((2, len(surface.triangles))), surface)
     assert radiate(atv, quiet, fidelity=fidelity).pressure[0, 0] == 0

@@ -36,7 +36,7 @@ def folder(request, tmp_path_factory):
     (folder / "case.toml").write_text(
         f'base = "{base}"\nquantities = ["surface_velocity"]\n[band]\nhigh = 1500\n'
         '[housing]\ntype = "housing_model"\nfile = "housing.bdf"\nunits = "mm-t-s"\n'
-        "engine_plane = { point = [0, 0, 0], normal = [0, 0, -1] }\n"
+        "mounting_plane = { point = [0, 0, 0], normal = [0, 0, -1] }\n"
     )
     return folder
 
@@ -86,7 +86,7 @@ def modal_results(folder, coarse):
         (folder / f"{ending}.toml").write_text(
             f'base = "case.toml"\nquantities = ["pressure"]\n[band]\nhigh = {MODAL_BAND}\n'
             f'[housing]\ntype = "modal_results"\nfile = "modes.{ending}"\nresidual_vectors = true\n{surface}\n'
-            f"seats = [{named}]\nengine_plane = {{ point = [0, 0, 0], normal = [0, 0, -1] }}\n"
+            f"seats = [{named}]\nmounting_plane = {{ point = [0, 0, 0], normal = [0, 0, -1] }}\n"
         )
     return fidelity, result, folder
 

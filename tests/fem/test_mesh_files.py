@@ -183,7 +183,7 @@ def test_damaged_files_end_in_one_line_or_in_a_mesh(folder, tmp_path, capfd):
         ),
         ("a.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n", r"does not end with 'endsolid'"),
         ("a.off", "OFF\n30000001 1 0\n", r"line 2: the number of points is 30000001, 0…30000000"),
-        ("a.off", "OFF\n3 1 0\n0 0 0\n1 0 nan\n0 1 0\n3 0 1 2\n", r"1 points are not finite, first point 2"),
+        ("a.off", "OFF\n3 1 0\n0 0 0\n1 0 nan\n0 1 0\n3 0 1 2\n", r"1 point not finite, first point 2"),
         ("a.inp", "*NODE\n1, 0, 0, 0\n1, 1, 0, 0\n*ELEMENT, TYPE=S3\n1, 1, 1, 1\n", r"1 node numbers are given twice"),
         ("a.inp", "*NODE\n1, 0, 0, 0\n*ELEMENT, TYPE=S3\n1, 1, 1, 7\n", r"refer to node 7, which is not in the file"),
         ("a.inp", "*INCLUDE, INPUT=a.inp\n", r"includes itself"),

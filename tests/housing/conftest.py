@@ -7,7 +7,7 @@ from nvhchain.fem import lowest_modes
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.housing import Bore, Casting, GearSpace
-from nvhchain.housing.casting.mesh import boundary_faces, engine_plane_faces, mesh_casting, radiating_surface
+from nvhchain.housing.casting.mesh import boundary_faces, mesh_casting, mounting_plane_faces, radiating_surface
 from nvhchain.housing.reduction import held_matrices, reduce_mesh
 from nvhchain.housing.skin.normal_motion import normal_motion
 
@@ -44,7 +44,7 @@ def surface(casting):
 
 @pytest.fixture(scope="session")
 def motion(mesh, surface, fidelity):
-    return normal_motion(mesh.nodes, mesh.skin, surface, engine_plane_faces(surface), fidelity.samples_per_face)
+    return normal_motion(mesh.nodes, mesh.skin, surface, mounting_plane_faces(surface), fidelity.samples_per_face)
 
 
 F_MAX = 4000.0

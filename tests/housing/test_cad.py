@@ -138,7 +138,7 @@ def test_all_missing_seats_are_named_with_the_cylinders_there(case):
 
 
 def test_unknown_bolt_diameter_lists_the_holes(case):
-    with pytest.raises(InputError, match=r"bolt_diameter = 12 mm at the engine plane; there are 6 of 10 mm"):
+    with pytest.raises(InputError, match=r"bolt_diameter = 12 mm at the mounting plane; there are 6 of 10 mm"):
         survey(replace(case.housing, bolt_diameter=0.012), CASE.parent, case.seats, COARSE)
 
 

@@ -13,7 +13,7 @@ from nvhchain.fem.solid_model import ElementBlock, SolidModel
 from nvhchain.handoff import Surface
 from nvhchain.housing.imported.modal_results import modal_skin
 from nvhchain.housing.imported.repair import raised, sound_mesh
-from nvhchain.housing.modes.engine_plane import EnginePlane
+from nvhchain.housing.modes.mounting_plane import MountingPlane
 from nvhchain.housing.skin.envelope import RadiatingFaces, outer_envelope
 from nvhchain.housing.skin.mapping_error import facet_flux, gathered, mapping_error, source_power
 from nvhchain.housing.skin.normal_motion import normal_motion
@@ -187,21 +187,21 @@ def test_surface_that_lost_the_body_or_has_another_unit_is_refused():
         envelope(skin, surface=Surface(1e3 * own.vertices, own.triangles))
 
 
-def test_engine_plane_closes_the_open_side_and_is_silent():
+def test_mounting_plane_closes_the_open_side_and_is_silent():
     skin = hollow(bottom=False)
-    made = envelope(skin, engine_plane=EnginePlane((0.0, 0.0, 0.0), (0.0, 0.0, -1.0)))
+    made = envelope(skin, mounting_plane=MountingPlane((0.0, 0.0, 0.0), (0.0, 0.0, -1.0)))
     assert area(skin, made.exposed) == pytest.approx(OUTSIDE - 0.4 * 0.3, rel=1e-9)
     assert made.surface.areas[made.silent].sum() == pytest.approx(0.4 * 0.3, rel=0.03)
     assert np.abs(made.surface.vertices[made.surface.triangles[made.silent], 2]).max() < 1e-12
     assert made.surface.volume == pytest.approx(0.4 * 0.3 * 0.2, rel=0.03)
 
 
-def test_engine_plane_may_lie_anyhow():
+def test_mounting_plane_may_lie_anyhow():
     skin = hollow(bottom=False)
     turn = np.linalg.qr(np.random.default_rng(4).standard_normal((3, 3)))[0]
     turn *= np.sign(np.linalg.det(turn))
     moved = replace(skin, nodes=skin.nodes @ turn.T + [1.0, -2.0, 0.5])
-    made = envelope(moved, engine_plane=EnginePlane((1.0, -2.0, 0.5), tuple(turn @ [0.0, 0.0, -1.0])))
+    made = envelope(moved, mounting_plane=MountingPlane((1.0, -2.0, 0.5), tuple(turn @ [0.0, 0.0, -1.0])))
     assert made.surface.volume == pytest.approx(0.4 * 0.3 * 0.2, rel=0.03)
     assert area(moved, made.exposed) == pytest.approx(OUTSIDE - 0.4 * 0.3, rel=1e-9)
 

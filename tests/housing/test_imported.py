@@ -19,12 +19,12 @@ from nvhchain.housing.imported.repair import sound_mesh
 from nvhchain.housing.imported.seats import bearing_seats
 from nvhchain.housing.imported.solid_model import constrained, reduce_model
 from nvhchain.housing.modes.damping import DampingCurve
-from nvhchain.housing.modes.engine_plane import EnginePlane
+from nvhchain.housing.modes.mounting_plane import MountingPlane
 from nvhchain.housing.skin.skin import solid_skin
 from nvhchain.interop import read_nastran, write_nastran
 from nvhchain.testing.elements import held_box
 
-ENGINE = EnginePlane((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
+ENGINE = MountingPlane((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
 F_MAX = 4000.0
 
 
@@ -38,7 +38,7 @@ def foreign(mesh, casting, fidelity, surface, tmp_path_factory):
         model,
         seats,
         f_max=F_MAX,
-        faces=RadiatingFaces(0.022, engine_plane=ENGINE, surface=surface),
+        faces=RadiatingFaces(0.022, mounting_plane=ENGINE, surface=surface),
         modal_damping=casting.modal_damping,
         fidelity=fidelity,
     )

@@ -96,7 +96,7 @@ def test_overlapping_elements_are_refused_by_their_nodes():
     third = ElementBlock("tet4", brick[[0, 1, 3, 5]][None], sound.blocks[0].material, np.array([902]), "X")
     model = replace(sound, blocks=(sound.blocks[0], wedge, inner, third))
     with pytest.raises(
-        InputError, match=r"1 faces belong to more than two elements, first at nodes .*: elements overlap"
+        InputError, match=r"1 face shared by more than two elements, first at nodes .*: elements overlap"
     ):
         sound_mesh(model)
 

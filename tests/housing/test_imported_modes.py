@@ -18,14 +18,14 @@ from nvhchain.housing.imported.modal_results import (
     modal_skin,
 )
 from nvhchain.housing.imported.seats import bearing_seats
-from nvhchain.housing.modes.engine_plane import EnginePlane
+from nvhchain.housing.modes.mounting_plane import MountingPlane
 from nvhchain.housing.modes.truncation import truncation_error
 from nvhchain.housing.reduction import seat_flexibility
 from nvhchain.housing.skin.shell_sides import outward_sides, outward_skin
 from nvhchain.interop.modes.modal_uff import read_modal_uff
 from nvhchain.interop.modes.modal_uff_out import write_modal_uff
 
-ENGINE = EnginePlane((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
+ENGINE = MountingPlane((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
 F_MAX = 3000.0
 
 
@@ -35,7 +35,7 @@ def housing(model, casting, fidelity, surface, **options):
             model,
             {bore.name: bore.centre for bore in casting.bores},
             f_max=F_MAX,
-            faces=RadiatingFaces(0.022, engine_plane=ENGINE, surface=surface),
+            faces=RadiatingFaces(0.022, mounting_plane=ENGINE, surface=surface),
             fidelity=fidelity,
             **options,
         )
@@ -124,7 +124,7 @@ def test_residual_vectors_carry_the_whole_residual_flexibility(with_vectors, red
         with_vectors,
         at,
         f_max=4000.0,
-        faces=RadiatingFaces(0.022, engine_plane=ENGINE, surface=surface),
+        faces=RadiatingFaces(0.022, mounting_plane=ENGINE, surface=surface),
         fidelity=fidelity,
         residual_vectors=True,
     )
@@ -155,7 +155,7 @@ def test_modes_that_end_below_the_band_before_the_residual_vectors_are_warned_of
             model,
             {bore.name: bore.centre for bore in casting.bores},
             f_max=f_max,
-            faces=RadiatingFaces(0.022, engine_plane=ENGINE, surface=surface),
+            faces=RadiatingFaces(0.022, mounting_plane=ENGINE, surface=surface),
             fidelity=replace(fidelity, mode_ratio=1.0),
             residual_vectors=True,
         )

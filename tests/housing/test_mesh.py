@@ -13,8 +13,8 @@ from nvhchain.fem import mesher, stiffness_and_mass
 from nvhchain.housing.casting import _gmsh
 from nvhchain.housing.casting.mesh import (
     boundary_faces,
-    engine_plane_faces,
     mesh_casting,
+    mounting_plane_faces,
     radiating_surface,
     straightened,
 )
@@ -65,7 +65,7 @@ def test_skin_is_the_outside_only(casting, mesh):
     assert not (centre[:, 2] < 1e-6).any()
     rear = centre[:, 2] > casting.depth + 1e-3
     assert rear.any()
-    # closed up to the engine plane: the projected areas cancel in x and y, and in z the covered plane is missing
+    # closed up to the mounting plane: the projected areas cancel in x and y, and in z the covered plane is missing
     total = outward.sum(axis=0) / 2
     area = np.linalg.norm(outward, axis=1).sum() / 2
     covered = stadium_area(casting)
@@ -89,7 +89,7 @@ def test_radiating_surface_has_well_shaped_triangles_of_the_size_asked_for(casti
     squares = ((corners - np.roll(corners, 1, axis=1)) ** 2).sum(axis=(1, 2))
     assert (quality / squares).min() > 0.2
     assert np.median(quality / squares) > 0.9
-    plane = engine_plane_faces(surface)
+    plane = mounting_plane_faces(surface)
     assert surface.areas[plane].sum() == pytest.approx(stadium_area(casting), rel=0.02)
 
 

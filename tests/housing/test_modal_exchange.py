@@ -9,14 +9,14 @@ from nvhchain.errors import FileFormatError, InputError
 from nvhchain.fem.faces import boundary_faces
 from nvhchain.fem.solid_model import CORNERS
 from nvhchain.handoff import HousingAccuracy
-from nvhchain.housing import EnginePlane, RadiatingFaces, exported_modes, housing_from_modes
+from nvhchain.housing import MountingPlane, RadiatingFaces, exported_modes, housing_from_modes
 from nvhchain.housing.imported.modal_results import modal_skin
 from nvhchain.housing.imported.repair import sound_mesh
 from nvhchain.interop import read_modal_hdf5, read_modal_uff, write_modal_hdf5, write_modal_uff
 from nvhchain.interop.notation.surface_motion import vertex_motion
 from nvhchain.testing.elements import held_box
 
-ENGINE = EnginePlane((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
+ENGINE = MountingPlane((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
 F_MAX = 4000.0
 
 
@@ -40,7 +40,7 @@ def test_reduced_housing_comes_back_from_a_file(through, digits, exported, reduc
         through(exported, tmp_path),
         dict(zip(reduced.names, reduced.positions, strict=True)),
         f_max=F_MAX,
-        faces=RadiatingFaces(0.022, engine_plane=ENGINE, surface=reduced.surface),
+        faces=RadiatingFaces(0.022, mounting_plane=ENGINE, surface=reduced.surface),
         fidelity=fidelity,
         residual_vectors=True,
     )
@@ -393,7 +393,7 @@ INSIDE = np.array([[0.15, 0, 0], [0.15, 0.1, 0], [0.15, 0.1, 0.1], [0.15, 0, 0.1
 
 def test_solids_that_overlap_are_refused():
     rows = np.hstack([[[0, 1, 2, 3], [0, 2, 1, 4], [0, 2, 1, 5]], np.full((3, 6), -1)])
-    match = r"box: 1 faces belong to more than two elements, first at nodes \[ 0 10 20\]: elements overlap"
+    match = r"box: 1 face shared by more than two elements, first at nodes \[ 0 10 20\]: elements overlap"
     with pytest.raises(InputError, match=match):
         boundary_faces([("tet", rows)], 10 * np.arange(6), "box")
 

@@ -10,7 +10,7 @@ from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.fem import factorize
 from nvhchain.fidelity import DRAFT, STANDARD, HousingFidelity
 from nvhchain.housing import Casting, reduce_housing
-from nvhchain.housing.casting.mesh import engine_plane_faces
+from nvhchain.housing.casting.mesh import mounting_plane_faces
 from nvhchain.housing.modes.response import face_displacement, seat_displacement
 from nvhchain.housing.modes.seat_modes import seat_unknowns
 from nvhchain.housing.reduction import (
@@ -53,7 +53,7 @@ def full_response(K, M, seats, force, frequency, loss_factor):
 def test_forced_response_of_reduced_and_full_housing_agree_within_one_percent(full, casting, motion, reduced):
     K, M, T, seats = full
     rng = np.random.default_rng(8)
-    faces = rng.choice(np.flatnonzero(~engine_plane_faces(reduced.surface)), 40, replace=False)
+    faces = rng.choice(np.flatnonzero(~mounting_plane_faces(reduced.surface)), 40, replace=False)
     frequency = np.linspace(0.08, 1.0, 12) * F_MAX
     force = rng.standard_normal((12, len(seats))) + 1j * rng.standard_normal((12, len(seats)))
     at_seats = seat_displacement(reduced, frequency, force, structural=True)

@@ -117,12 +117,12 @@ def test_response_that_does_not_fit_into_memory_is_refused(housing, monkeypatch)
 
 
 def test_faces_at_rest_stay_at_rest(reduced):
-    from nvhchain.housing.casting.mesh import engine_plane_faces
+    from nvhchain.housing.casting.mesh import mounting_plane_faces
 
     names = reduced.names
     velocity = respond(reduced, spectrum([1000.0], np.ones((1, len(names), 3)), names=names))
-    assert not velocity.normal_velocity[0, engine_plane_faces(reduced.surface)].any()
-    assert velocity.normal_velocity[0, ~engine_plane_faces(reduced.surface)].all()
+    assert not velocity.normal_velocity[0, mounting_plane_faces(reduced.surface)].any()
+    assert velocity.normal_velocity[0, ~mounting_plane_faces(reduced.surface)].all()
 
 
 def test_case_data_are_not_changed_by_the_reduction(casting):

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from nvhchain.housing import bearing_seats, reduce_model
-from nvhchain.housing.casting.mesh import engine_plane_faces, radiating_surface
+from nvhchain.housing.casting.mesh import mounting_plane_faces, radiating_surface
 from nvhchain.housing.exchange.casting_model import casting_model
-from nvhchain.housing.modes.engine_plane import EnginePlane
+from nvhchain.housing.modes.mounting_plane import MountingPlane
 from nvhchain.housing.modes.response import face_displacement
 from nvhchain.housing.reduction import reduce_mesh, seat_flexibility
 from nvhchain.housing.skin.envelope import RadiatingFaces, outer_envelope
@@ -39,7 +39,7 @@ def imported(request, mesh, casting, fidelity, tmp_path_factory):
         model,
         bearing_seats(model, {bore.name: bore.centre for bore in casting.bores}),
         f_max=F_MAX,
-        faces=RadiatingFaces(0.022, engine_plane=EnginePlane((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))),
+        faces=RadiatingFaces(0.022, mounting_plane=MountingPlane((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))),
         modal_damping=casting.modal_damping,
         fidelity=fidelity,
     )
@@ -59,7 +59,7 @@ def test_deck_of_a_casting_is_the_casting(imported, reduced):
 
 def test_power_is_that_of_faces_half_as_long_and_of_the_skin(mesh, casting, surface, motion, reduced, fidelity):
     fine = radiating_surface(casting, 0.011)
-    moved = normal_motion(mesh.nodes, mesh.skin, fine, engine_plane_faces(fine), fidelity.samples_per_face)
+    moved = normal_motion(mesh.nodes, mesh.skin, fine, mounting_plane_faces(fine), fidelity.samples_per_face)
     halved = reduce_mesh(mesh, casting, fine, moved, fidelity.mode_ratio * F_MAX)
     lines = np.geomspace(F_MAX / 16, F_MAX, 9)
     assert np.abs(10 * np.log10(power(reduced, lines) / power(halved, lines))).max() < 0.3
@@ -71,11 +71,11 @@ def test_faces_at_edges_move_as_their_neighbours_do(mesh, casting):
     """Even and waved motion of the casting: each face of its envelope moves as the wall there along its normal."""
     model = casting_model(mesh, casting)
     skin, _ = model_skin(model)
-    plane = EnginePlane((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
+    plane = MountingPlane((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
     made = outer_envelope(
         skin,
         [rigid.nodes for rigid in model.rigid_sets],
-        RadiatingFaces(0.022, engine_plane=plane),
+        RadiatingFaces(0.022, mounting_plane=plane),
         voxels_per_face=5.0,
     )
     surface, loud = made.surface, ~made.silent

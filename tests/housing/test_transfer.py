@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from nvhchain.fem.triangles import squared_distance
 from nvhchain.handoff import Surface
-from nvhchain.housing.casting.mesh import boundary_faces, engine_plane_faces
+from nvhchain.housing.casting.mesh import boundary_faces, mounting_plane_faces
 from nvhchain.housing.skin.normal_motion import _nearest, _pieces, normal_motion
 
 
@@ -89,8 +89,8 @@ def test_more_samples_bring_the_map_closer(ball):
     assert error[1] < 0.5 * error[0]
 
 
-def test_engine_side_is_silent_and_every_other_face_listens(mesh, surface, motion):
-    silent = engine_plane_faces(surface)
+def test_mounting_side_is_silent_and_every_other_face_listens(mesh, surface, motion):
+    silent = mounting_plane_faces(surface)
     counts = np.diff(motion.indptr)
     assert silent.any()
     assert (counts[silent] == 0).all()
@@ -104,7 +104,7 @@ def test_volume_velocity_of_the_casting_is_preserved(mesh, surface, motion):
 
 
 def test_translation_of_the_casting_is_mapped_to_the_normals(mesh, surface, motion):
-    loud = ~engine_plane_faces(surface)
+    loud = ~mounting_plane_faces(surface)
     normal, weight = surface.normals[loud], surface.areas[loud]
     for axis in range(3):
         u = np.zeros((len(mesh.nodes), 3))
@@ -150,7 +150,7 @@ def test_turned_casting_moves_its_faces_alike(mesh, surface, motion, fidelity):
     u = np.random.default_rng(1).standard_normal(mesh.nodes.shape)
     moved = surface.replace(vertices=surface.vertices @ turn.T)
     again = (
-        normal_motion(mesh.nodes @ turn.T, mesh.skin, moved, engine_plane_faces(surface), fidelity.samples_per_face)
+        normal_motion(mesh.nodes @ turn.T, mesh.skin, moved, mounting_plane_faces(surface), fidelity.samples_per_face)
         @ (u @ turn.T).ravel()
     )
     exact = motion @ u.ravel()

@@ -10,7 +10,7 @@ import numpy as np
 
 from nvhchain.acoustics.interpolation.paths import Paths, paths_about
 from nvhchain.acoustics.interpolation.rational import Window, window
-from nvhchain.errors import require
+from nvhchain.errors import counted, require
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, TransferVectors
 
@@ -314,8 +314,8 @@ def check_lines(masters: FloatArray, frequency: FloatArray) -> None:
     outside = frequency[(frequency < masters[0] - slack) | (frequency > masters[-1] + slack)]
     require(
         len(outside) == 0,
-        f"{len(outside)} lines ({outside.min(initial=np.inf):.6g}…{outside.max(initial=0.0):.6g} Hz) lie outside the "
-        f"master frequencies {masters[0]:.6g}…{masters[-1]:.6g} Hz: widen the masters or cut the band",
+        f"{counted(len(outside), 'line')} ({outside.min(initial=np.inf):.6g}…{outside.max(initial=0.0):.6g} Hz) "
+        f"outside the master frequencies {masters[0]:.6g}…{masters[-1]:.6g} Hz: widen the masters or cut the band",
     )
 
 

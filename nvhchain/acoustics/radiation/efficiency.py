@@ -9,7 +9,7 @@ from nvhchain.acoustics.accuracy.radiation_levels import level_accuracy
 from nvhchain.acoustics.surfaces.reflecting_plane import check_above, check_plane
 from nvhchain.acoustics.surfaces.surface import check_points, real_numbers
 from nvhchain.conventions import Air
-from nvhchain.errors import InputError, is_whole, require
+from nvhchain.errors import InputError, counted, is_whole, require
 from nvhchain.handoff import FieldPressure, FloatArray, RadiationEfficiency, RigidPlane, SoundPower, SurfaceVelocity
 from nvhchain.kinds import checked
 
@@ -104,7 +104,7 @@ def spread_power(
     negative = np.flatnonzero(power.power < 0)
     require(
         len(negative) == 0,
-        f"sound power is negative at {len(negative)} lines: no source radiates it; take it from sound_power",
+        f"sound power is negative at {counted(len(negative), 'line')}: no source radiates it; take it from sound_power",
     )
     mean_square = air.impedance * power.power[:, None] / (_solid_angle(plane) * r**2)
     return FieldPressure(
@@ -259,7 +259,7 @@ def directivity_index(
     _same_lines(power, pressure.frequency)
     silent = np.flatnonzero(power.power <= 0)
     require(
-        len(silent) == 0, f"nothing is radiated at {len(silent)} lines: directivity needs a power; drop these lines"
+        len(silent) == 0, f"nothing is radiated at {counted(len(silent), 'line')}: directivity needs a power; drop them"
     )
     even = spread_power(power, pressure.points, centre, air, plane=plane).pressure
     amplitude = np.abs(pressure.pressure)
@@ -331,6 +331,6 @@ def _solid_angle(plane: RigidPlane | None) -> float:
 def _same_lines(power: SoundPower, frequency: FloatArray) -> None:
     require(
         len(power.frequency) == len(frequency) and bool(np.allclose(power.frequency, frequency, rtol=1e-9, atol=0)),
-        f"sound power has {len(power.frequency)} lines, the other quantity {len(frequency)}, or at other frequencies: "
-        "take both at the same lines",
+        f"sound power has {counted(len(power.frequency), 'line')}, the other quantity {len(frequency)}, or at other "
+        "frequencies: take both at the same lines",
     )

@@ -11,7 +11,7 @@ from nvhchain.acoustics.radiation.modal_power import loaded_lines, modal_motion
 from nvhchain.acoustics.radiation.projection import products
 from nvhchain.acoustics.surfaces.surface import frequency_lines
 from nvhchain.conventions import Progress
-from nvhchain.errors import InputError, require
+from nvhchain.errors import InputError, counted, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import (
     ComplexArray,
@@ -220,8 +220,8 @@ def _loaded(
     missing = wanted[np.abs(lines[rows] - wanted) > _SAME_LINE * wanted[-1]]
     require(
         len(missing) == 0,
-        f"{len(missing)} lines with force ({missing.min(initial=np.inf):.6g}…{missing.max(initial=0.0):.6g} Hz) "
-        f"are not among the operator's {len(lines)} lines ({lines[0]:.6g}…{lines[-1]:.6g} Hz): "
+        f"{counted(len(missing), 'line')} with force ({missing.min(initial=np.inf):.6g}…{missing.max(initial=0.0):.6g} "
+        f"Hz) missing among the operator's {counted(len(lines), 'line')} ({lines[0]:.6g}…{lines[-1]:.6g} Hz): "
         "make it at the lines of the load",
     )
     whole = np.array_equal(rows, np.arange(len(lines)))

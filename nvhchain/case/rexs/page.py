@@ -7,6 +7,7 @@ from math import degrees, pi
 
 from nvhchain.case.gearbox import USUAL_DAMPING
 from nvhchain.case.rexs.model import ImportedCase, Support
+from nvhchain.errors import counted
 from nvhchain.interop.rexs import Finding
 
 _TITLES = {
@@ -42,8 +43,8 @@ def import_lines(case: ImportedCase) -> list[str]:
     """Return the short form of the page for a terminal."""
     unit, record = case.unit, case.unit.findings
     parts = (
-        f"{len(unit.shafts)} shafts, {len(unit.gears)} gears, {len(unit.stages)} stages, "
-        f"{len(case.supports) + len(case.links)} bearings"
+        f"{counted(len(unit.shafts), 'shaft')}, {counted(len(unit.gears), 'gear')}, "
+        f"{counted(len(unit.stages), 'stage')}, {counted(len(case.supports) + len(case.links), 'bearing')}"
     )
     load = unit.loads[0]
     where = f"load case {load.name} of {len(unit.loads)}: " if load.name else ""
@@ -135,7 +136,7 @@ def _findings(case: ImportedCase, kind: str) -> list[str]:
     if kind == "assumed":
         count = len(case.supports) + len(case.links)
         source = "E. Krämer, Dynamics of Rotors and Foundations, 1993: (0.25…2.5)e-5 s"
-        rows.append((f"{count} bearings", "damping over stiffness", f"{USUAL_DAMPING:g} s", source))
+        rows.append((counted(count, "bearing"), "damping over stiffness", f"{USUAL_DAMPING:g} s", source))
     if not rows:
         return []
     return [f"## {title}", intro, _table(("part", "quantity", "value", "why"), rows)]

@@ -12,6 +12,7 @@ from nvhchain.case.options import DECIDABLE
 from nvhchain.case.rexs.model import ImportedCase, Support, microphone
 from nvhchain.case.rexs.rolling import RollingModel
 from nvhchain.case.toml.meanings import type_name
+from nvhchain.errors import counted
 from nvhchain.gear import GearGeometry
 from nvhchain.gear.drawing.micro_geometry import Flank
 from nvhchain.housing import InnerWall
@@ -72,7 +73,7 @@ def _head(case: ImportedCase, name: str, source: str, *, rigid: bool) -> str:
     chosen = f" # load case {unit.loads[0].name} of the file" if unit.loads[0].name else ""
     lines = [
         f"# {_comment(source)}: REXS {unit.version} written by {_comment(unit.application)}.",
-        f"# {assumed} values are assumed: import.md beside this file lists them with their sources.",
+        f"# {counted(assumed, 'value')} assumed: import.md beside this file has the list with their sources.",
         "# Frame: z along the shafts, x and y the v and w axes of the file; z = u + "
         f"{_mm(case.drawn.shift)} mm, so that the casting stands on z = 0.",
         'kind = "gearbox"',

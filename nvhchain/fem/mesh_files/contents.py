@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from nvhchain.errors import FileFormatError
+from nvhchain.errors import FileFormatError, counted
 from nvhchain.handoff import FloatArray, IntArray
 
 NODES = {
@@ -70,7 +70,9 @@ class MeshFile:
         ):
             if bad.any():
                 first = int(np.argmax(bad))
-                raise Damaged(f"{int(bad.sum())} points are {row}, first point {first + 1}: {self.points[first]}")
+                raise Damaged(
+                    f"{counted(int(bad.sum()), 'point')} {row}, first point {first + 1}: {self.points[first]}"
+                )
         self.cells = [(kind, np.asarray(nodes)) for kind, nodes in self.cells if len(nodes)]
         for kind, nodes in self.cells:
             check_indices(nodes, len(self.points), f"cells of kind {kind}")

@@ -224,7 +224,7 @@ def _listed(cylinders: Iterable[Cylinder], place: FloatArray) -> str:
 
 
 def find_bolts(part: CadPart, found: Sequence[Cylinder], seats: Iterable[Cylinder]) -> tuple[Cylinder, ...]:
-    """Return the bolt holes: the named ones, and those of `bolt_diameter` that end at the engine plane.
+    """Return the bolt holes: the named ones, and those of `bolt_diameter` that end at the mounting plane.
 
     Raises InputError for a named bolt without a hole, and for a diameter that no hole has.
     """
@@ -234,7 +234,7 @@ def find_bolts(part: CadPart, found: Sequence[Cylinder], seats: Iterable[Cylinde
     of_seats = {seat.faces for seat in seats}
     possible = [c for c in found if c.faces not in of_seats and c.angle > _FULL and _at_plane(part, c)]
     fitting = [c for c in possible if abs(2 * c.radius - part.bolt_diameter) < 2 * AXIS_TOLERANCE]
-    where = "at the engine plane" if part.engine_plane else "in the part"
+    where = "at the mounting plane" if part.mounting_plane else "in the part"
     sizes, counts = np.unique(np.round([2e3 * c.radius for c in possible], 3), return_counts=True)
     listed = ", ".join(f"{count} of {size:g} mm" for size, count in zip(sizes, counts, strict=True))
     require(
@@ -246,9 +246,9 @@ def find_bolts(part: CadPart, found: Sequence[Cylinder], seats: Iterable[Cylinde
 
 
 def _at_plane(part: CadPart, cylinder: Cylinder) -> bool:
-    """Return True for a hole along the normal of the engine plane that ends there, a chamfer apart."""
-    if part.engine_plane is None:
+    """Return True for a hole along the normal of the mounting plane that ends there, a chamfer apart."""
+    if part.mounting_plane is None:
         return True
-    point, normal = part.engine_plane.arrays
+    point, normal = part.mounting_plane.arrays
     nearest = float(np.abs((cylinder.ends - point) @ normal).min())
     return bool(abs(float(cylinder.axis @ normal)) > _PARALLEL and nearest <= cylinder.radius)

@@ -12,7 +12,7 @@ from nvhchain.dimensions import Length
 from nvhchain.errors import check_all, require
 from nvhchain.handoff import FloatArray
 from nvhchain.housing.modes.damping import DampingCurve, check_modal_damping
-from nvhchain.housing.modes.engine_plane import EnginePlane
+from nvhchain.housing.modes.mounting_plane import MountingPlane
 from nvhchain.names import check_names
 
 _LARGEST_HOLE = 1.0
@@ -82,8 +82,8 @@ class CadPart:
     bolts : tuple of CadBolt
         Bolt holes, which are held.
     bolt_diameter : float, optional
-        Diameter (m) of the bolt holes to be found: those that end at the engine plane, or all where there is none.
-    engine_plane : EnginePlane, optional
+        Diameter (m) of the bolt holes to be found: those that end at the mounting plane, or all where there is none.
+    mounting_plane : MountingPlane, optional
         Rigid plane that the housing is bolted to and that closes it; None for a closed one.
     opening : float, optional
         Diameter (m) of the largest hole in the radiating surface that counts as closed; None: one radiating face.
@@ -107,7 +107,7 @@ class CadPart:
     seats: tuple[CadSeat, ...] = ()
     bolts: tuple[CadBolt, ...] = ()
     bolt_diameter: Length | None = None
-    engine_plane: EnginePlane | None = None
+    mounting_plane: MountingPlane | None = None
     opening: Length | None = None
     smallest_feature: Length = 0.0
     scale: float = 1.0

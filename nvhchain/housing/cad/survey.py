@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from nvhchain.errors import InputError, require
+from nvhchain.errors import InputError, counted, require
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, IntArray
 from nvhchain.housing.cad import _gmsh
@@ -36,7 +36,7 @@ _SMOOTH = 40.0
 """Triangles around a full circle in pictures."""
 
 _UNKNOWNS_PER_TRIANGLE = 9.0
-"""Displacement unknowns of quadratic tetrahedra per triangle of the skin, from the meshes in docs/housings.md."""
+"""Displacement unknowns of quadratic tetrahedra per triangle of the skin, from the meshes in docs/howto/housings.md."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +133,7 @@ def notes_of(part: CadPart, made: Mapping[str, Any]) -> tuple[str, ...]:
     notes = [str(note) for note in made["notes"]]
     removed, solids = int(made["removed"]), int(made["solids"])
     if removed:
-        notes.append(f"{removed} faces smaller than {1e3 * part.smallest_feature:g} mm removed")
+        notes.append(f"{counted(removed, 'face')} smaller than {1e3 * part.smallest_feature:g} mm removed")
     if solids > 1:
         notes.append(f"{solids} solids bonded where they touch")
     return tuple(notes)

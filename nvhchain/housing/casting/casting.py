@@ -1,7 +1,8 @@
-"""Case data of the gearbox casting: a thin-walled bell and gear case around parallel shafts, bolted to a rigid engine.
+"""Case data of the gearbox casting: a thin-walled bell and gear case around parallel shafts, bolted to a rigid plane.
 
-The engine plane is z = 0. The open bell stands on it with a flange and lugs. An engine-side wall closes the gear case
-at `bell_depth`, a rear wall at `depth`. Each end wall carries one bearing seat per shaft; the rear seats are blind.
+The mounting plane is z = 0. The open bell stands on it with a flange and lugs. A mounting-side wall closes the gear
+case at `bell_depth`, a rear wall at `depth`. Each end wall carries one bearing seat
+per shaft; the rear seats are blind.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from nvhchain.errors import check_all, require
 from nvhchain.housing.modes.damping import DampingCurve, check_modal_damping
 from nvhchain.names import check_name, check_names
 
-ENGINE_SIDE, REAR = 0, 1
+MOUNTING_SIDE, REAR = 0, 1
 """Numbers of the end walls; the inner walls follow."""
 
 LARGEST = 5.0
@@ -126,7 +127,7 @@ class Casting:
     depth : float
         z of the rear wall's outside (m).
     bell_depth : float
-        z of the engine-side wall's engine face (m).
+        z of the mounting-side wall's face towards the mounting plane (m).
     draft : float
         Growth of the outline from the rear to the flange (m).
     chamfer : float
@@ -136,7 +137,7 @@ class Casting:
     cover_thickness : float
         Thickness of the closed end behind a rear seat (m).
     flange_width, flange_thickness, bolts, bolt_radius, lug_radius : float
-        Bolted joint with the engine (m; number of bolts); without bolts the casting is free.
+        Bolted joint at the mounting plane (m; number of bolts); without bolts the casting is free.
     rib_height, rib_thickness : float
         Height and thickness of the ribs on end walls and sides (m).
     spokes : int
@@ -210,7 +211,7 @@ class Casting:
         )
 
     def wall_of(self, bore: Bore) -> int:
-        """Return the wall that a bore sits in, the nearest: 0 engine side, 1 rear, then the inner walls."""
+        """Return the wall that a bore sits in, the nearest: 0 mounting side, 1 rear, then the inner walls."""
         places = (self.bell_depth, self.depth, *(wall.z for wall in self.inner_walls))
         return min(range(len(places)), key=lambda number: (abs(bore.centre[2] - places[number]), -number))
 
@@ -220,7 +221,7 @@ class Casting:
 
     def wall_span(self, wall: int) -> tuple[float, float]:
         """Return the lower and upper face (m) of a wall, by its number."""
-        if wall == ENGINE_SIDE:
+        if wall == MOUNTING_SIDE:
             return self.bell_depth, self.bell_depth + self.end_wall
         if wall == REAR:
             return self.depth - self.end_wall, self.depth

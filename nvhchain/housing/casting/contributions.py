@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from nvhchain.errors import require
+from nvhchain.errors import counted, require
 from nvhchain.handoff import (
     ComplexArray,
     FieldPressure,
@@ -21,7 +21,7 @@ from nvhchain.handoff import (
     SurfaceVelocity,
 )
 from nvhchain.housing.casting.casting import REAR, Casting
-from nvhchain.housing.casting.mesh import engine_plane_faces
+from nvhchain.housing.casting.mesh import mounting_plane_faces
 from nvhchain.housing.modes.response import modal_displacement
 
 
@@ -69,7 +69,8 @@ def modal_contributions(
     lines = force_spectrum.frequency
     require(
         len(lines) == len(modal.frequency) and np.allclose(lines, modal.frequency, rtol=1e-9),
-        f"the load has {len(lines)} lines, the modal transfer vectors {len(modal.frequency)}: make them at its lines",
+        f"the load has {counted(len(lines), 'line')}, the modal transfer vectors {len(modal.frequency)}: "
+        "make them at its lines",
     )
     force = force_spectrum.sort_bearings(housing.names)
     rate = 2j * np.pi * lines[:, None]
@@ -119,16 +120,16 @@ class Panels:
 
 
 def casting_panels(casting: Casting, surface: Surface) -> Panels:
-    """Return rear bosses by bearing, rear wall, flange, engine side, and the side wall by its direction."""
+    """Return rear bosses by bearing, rear wall, flange, mounting side, and the side wall by its direction."""
     centre, normal = surface.centroids, surface.normals
-    names = ["side wall +x", "side wall −x", "side wall +y", "side wall −y", "rear wall", "flange", "engine side"]
+    names = ["side wall +x", "side wall −x", "side wall +y", "side wall −y", "rear wall", "flange", "mounting side"]
     along_x = np.abs(normal[:, 0]) >= np.abs(normal[:, 1])
     part = np.where(along_x, np.where(normal[:, 0] >= 0, 0, 1), np.where(normal[:, 1] >= 0, 2, 3))
     edge = surface.areas.mean() ** 0.5
     part[centre[:, 2] > casting.depth - casting.chamfer] = 4
     part[(centre[:, 2] < casting.flange_thickness + 0.25 * edge) & (np.abs(normal[:, 2]) > 0.5)] = 5
     part[centre[:, 2] < 0.9 * casting.flange_thickness] = 5
-    part[engine_plane_faces(surface)] = 6
+    part[mounting_plane_faces(surface)] = 6
     for bore in casting.bores_in(REAR):
         reach = bore.radius + casting.boss_thickness + 0.1 * edge
         distance = np.hypot(centre[:, 0] - bore.centre[0], centre[:, 1] - bore.centre[1])

@@ -77,7 +77,7 @@ class DrawnCasting:
     Parameters
     ----------
     casting : Casting
-        Casting in its own frame, engine plane at z = 0.
+        Casting in its own frame, mounting plane at z = 0.
     shift : float
         Length (m) that takes z of the unit to z of the casting.
     rules : tuple of (str, str, str)
@@ -192,7 +192,7 @@ _Group = tuple[float, list[DrawnSeat]]
 def _placed(
     groups: list[list[DrawnSeat]], gears: Sequence[DrawnDisc], axial: float, end_wall: float
 ) -> tuple[_Group, _Group, list[_Group]]:
-    """Return the middle (m) and the bearings of the engine-side wall, the rear wall and the inner walls.
+    """Return the middle (m) and the bearings of the mounting-side wall, the rear wall and the inner walls.
 
     An end wall without bearings closes the case where gears overhang.
     """

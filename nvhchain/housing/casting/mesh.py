@@ -101,7 +101,7 @@ def boundary_faces(elements: IntArray) -> IntArray:
 
 
 def radiating_surface(casting: Casting, element_size: float) -> Surface:
-    """Return the closed triangulation (edges of `element_size`, m) of the filled outer body with the engine plane."""
+    """Return the closed triangulation (edges of `element_size`, m) of the filled outer body with the mounting plane."""
     raw = _gmsh.mesh(envelope_recipe(casting, element_size))
     triangles = _turned_alike(raw["elements"])
     surface_sign = np.einsum(
@@ -110,8 +110,8 @@ def radiating_surface(casting: Casting, element_size: float) -> Surface:
     return Surface(raw["nodes"], triangles if surface_sign > 0 else triangles[:, ::-1])
 
 
-def engine_plane_faces(surface: Surface) -> IntArray:
-    """Return the faces (n_face,) bool of the radiating surface that close the engine side: rigid and silent."""
+def mounting_plane_faces(surface: Surface) -> IntArray:
+    """Return the faces (n_face,) bool of the radiating surface that close the mounting side: rigid and silent."""
     return (np.abs(surface.vertices[surface.triangles, 2]) < _TOUCH).all(axis=1)
 
 
@@ -145,7 +145,7 @@ def _components(faces: IntArray) -> IntArray:
 
 
 def _outermost(nodes: FloatArray, faces: IntArray) -> IntArray:
-    """Return the connected patch that reaches furthest from the engine, without the insides of gear case and bell."""
+    """Return the connected patch that reaches furthest from the mounting plane, without the insides."""
     label = _components(faces[:, :3])
     furthest = int(nodes[faces[:, :3], 2].max(axis=1).argmax())
     return faces[label == label[furthest]]

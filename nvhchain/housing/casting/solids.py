@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from nvhchain.handoff import FloatArray
-from nvhchain.housing.casting.casting import ENGINE_SIDE, REAR, Bore, Casting
+from nvhchain.housing.casting.casting import MOUNTING_SIDE, REAR, Bore, Casting
 from nvhchain.housing.casting.outline import Arc, hull, inner_distance, stations
 
 Solid = dict[str, Any]
@@ -34,7 +34,7 @@ def casting_recipe(casting: Casting, size: float, elements_per_turn: float) -> d
     elements_per_turn : elements around round edges.
     """
     size = min(size, _longest(casting))
-    rear, engine = casting.bores_in(REAR), casting.bores_in(ENGINE_SIDE)
+    rear, engine = casting.bores_in(REAR), casting.bores_in(MOUNTING_SIDE)
     outside = [_shell(casting), _flange(casting), *_lugs(casting)]
     outside += [_boss(casting, bore) for bore in rear]
     outside += _end_ribs(casting, rear) + _side_ribs(casting)
@@ -90,9 +90,9 @@ def seat_range(bore: Bore) -> tuple[float, float]:
 
 
 def _bore_range(casting: Casting, bore: Bore) -> tuple[float, float]:
-    """Return the lower and upper z (m) of the hole; an engine-side bore also cuts the ribs that meet at its boss."""
+    """Return the lower and upper z (m) of the hole; a mounting-side bore also cuts the ribs that meet at its boss."""
     low, high = seat_range(bore)
-    if casting.wall_of(bore) == ENGINE_SIDE:
+    if casting.wall_of(bore) == MOUNTING_SIDE:
         low = min(low, casting.bell_depth - casting.rib_height)
     return low, high
 
@@ -146,7 +146,7 @@ def _cavity(casting: Casting) -> Solid:
 
 
 def _recess(casting: Casting) -> Solid:
-    below = -0.01  # cut past the engine plane
+    below = -0.01  # cut past the mounting plane
     return _loft(casting, [(z, _growth(casting, z)) for z in (below, casting.bell_depth)])
 
 
@@ -223,7 +223,7 @@ def _end_ribs(casting: Casting, bores: Sequence[Bore]) -> list[Solid]:
     """Return ribs on the outside of an end wall: from boss to boss, and spokes from each boss to the side wall."""
     if casting.rib_height == 0 or not bores:
         return []
-    if casting.wall_of(bores[0]) == ENGINE_SIDE:
+    if casting.wall_of(bores[0]) == MOUNTING_SIDE:
         low, high = casting.bell_depth - casting.rib_height, casting.bell_depth + casting.end_wall / 2
         border = outline_at(casting, _rib_end(casting, low))
     else:
@@ -251,7 +251,7 @@ def _end_ribs(casting: Casting, bores: Sequence[Bore]) -> list[Solid]:
 
 
 def _rib_end(casting: Casting, low: float) -> float:
-    """Return the offset (m) of the outline at which engine-side ribs end: half the wall, or within the drafted wall.
+    """Return the offset (m) of the outline at which mounting-side ribs end: half the wall, or within the drafted wall.
 
     low : lower end (m) of the ribs. Ends that just reach the inside of the wall leave the mesher a crack.
     """

@@ -19,7 +19,7 @@ from nvhchain.fem.solid_model import RigidSet, SolidModel
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray
 from nvhchain.housing.casting.casting import Casting
-from nvhchain.housing.casting.mesh import engine_plane_faces, mesh_casting, radiating_surface
+from nvhchain.housing.casting.mesh import mesh_casting, mounting_plane_faces, radiating_surface
 from nvhchain.housing.imported.repair import sound_mesh
 from nvhchain.housing.imported.solid_model import append_seats, constrained
 from nvhchain.housing.reduction import check_bending_resolution, held_matrices
@@ -107,7 +107,7 @@ def exchange_casting(
     check_bending_resolution(casting, f_max, fidelity)
     mesh = mesh_casting(casting, fidelity)
     surface = radiating_surface(casting, surface_size)
-    motion = normal_motion(mesh.nodes, mesh.skin, surface, engine_plane_faces(surface), fidelity.samples_per_face)
+    motion = normal_motion(mesh.nodes, mesh.skin, surface, mounting_plane_faces(surface), fidelity.samples_per_face)
     K, M, T = held_matrices(mesh, casting)
     return craig_bampton(
         K,

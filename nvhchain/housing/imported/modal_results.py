@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from nvhchain.errors import require
+from nvhchain.errors import counted, require
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, HousingAccuracy, IntArray, ReducedHousing
@@ -105,8 +105,9 @@ def housing_from_modes(
     static = int((~keep).sum())
     require(
         not residual_vectors or static >= 3 * len(positions),
-        f"{model.source}: residual_vectors are stated, but {static} modes lie above {fidelity.mode_ratio * f_max:g} "
-        f"Hz, three per seat are needed, {3 * len(positions)}: export them, or leave residual_vectors out",
+        f"{model.source}: residual_vectors are stated, but {counted(static, 'mode')} above "
+        f"{fidelity.mode_ratio * f_max:g} Hz, three per seat are needed, {3 * len(positions)}: "
+        "export them, or leave residual_vectors out",
     )
     elastic = frequency[: -3 * len(positions)]
     elastic = elastic[elastic > 0]

@@ -12,7 +12,7 @@ from itertools import combinations
 
 import numpy as np
 
-from nvhchain.errors import InputError, require
+from nvhchain.errors import InputError, counted, require
 from nvhchain.fem.elements import reference_element
 from nvhchain.fem.solid_model import CORNERS, EDGES, ElementBlock, RigidSet, SolidModel
 from nvhchain.fem.structural.model import Tie
@@ -171,7 +171,7 @@ def _compact(model: SolidModel, notes: list[str]) -> SolidModel:
     loose = np.setdiff1d(np.arange(len(model.nodes)), used)
     strangers = [int(label) for label in model.labels[loose] if int(label) not in references]
     if strangers:
-        notes.append(f"{len(strangers)} nodes without elements left out, first {strangers[0]}")
+        notes.append(f"{counted(len(strangers), 'node')} without elements left out, first {strangers[0]}")
     rigid_sets = []
     for rigid in model.rigid_sets:
         members = row[rigid.nodes]

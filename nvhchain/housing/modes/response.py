@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from nvhchain.errors import ResourceError
+from nvhchain.errors import ResourceError, counted
 from nvhchain.handoff import ComplexArray, FloatArray, ForceSpectrum, ReducedHousing, SurfaceVelocity
 from nvhchain.handoff.housing import LINES_PER_PRODUCT, times_real
 from nvhchain.housing.modes.damping import DampingCurve
@@ -50,7 +50,7 @@ def respond(
     need, free = 16.0 * loaded.size * faces * 2, free_memory()
     if need > free:
         raise ResourceError(
-            f"surface velocity of {loaded.size} lines on {faces} faces needs {need / 1e9:.1f} GB, "
+            f"surface velocity of {counted(loaded.size, 'line')} on {faces} faces needs {need / 1e9:.1f} GB, "
             f"{free / 1e9:.1f} GB are free: narrow the band or coarsen the radiating surface"
         )
     frequency, force = force_spectrum.frequency[loaded], force[loaded]

@@ -22,7 +22,7 @@ from nvhchain.errors import InputError, require
 from nvhchain.fem.faces import flat_triangles
 from nvhchain.handoff import FloatArray, IntArray, Surface
 from nvhchain.handoff.surface import body_numbers
-from nvhchain.housing.modes.engine_plane import EnginePlane
+from nvhchain.housing.modes.mounting_plane import MountingPlane
 from nvhchain.housing.skin.regions import CAVITY, EXTERIOR, PLUG, WALL, Regions, regions, samples
 from nvhchain.housing.skin.skin import Skin
 from nvhchain.housing.skin.surface_nets import relaxed, split, surface_nets, well_composed
@@ -61,7 +61,7 @@ class RadiatingFaces:
     ----------
     size : float
         Edge length (m).
-    engine_plane : EnginePlane, optional
+    mounting_plane : MountingPlane, optional
         Rigid plane that closes the housing; None for a closed housing.
     opening : float, optional
         Diameter (m) of the largest hole that counts as closed; `size` by default.
@@ -75,7 +75,7 @@ class RadiatingFaces:
     """
 
     size: float
-    engine_plane: EnginePlane | None = None
+    mounting_plane: MountingPlane | None = None
     opening: float | None = None
     surface: Surface | None = None
 
@@ -94,7 +94,7 @@ class Envelope:
     Parameters
     ----------
     surface : closed outward surface.
-    silent : (n_face,) bool, faces on the engine's plane.
+    silent : (n_face,) bool, faces on the mounting plane.
     exposed : (k,) bool, facets of the skin in contact with the air.
     notes : findings in words.
     """
@@ -123,7 +123,7 @@ def outer_envelope(
     """
     surface, lengths = faces.surface, np.sort(np.ptp(skin.nodes[np.unique(skin.facets)], axis=0))
     face_size = min(faces.size, float(lengths[1]) / _FACES_ACROSS) if surface is None else faces.size
-    floor = None if faces.engine_plane is None else faces.engine_plane.arrays
+    floor = None if faces.mounting_plane is None else faces.mounting_plane.arrays
     size = face_size / voxels_per_face
     extent = float(lengths[2])
     opening = min(faces.size, extent) if faces.opening is None else faces.opening
@@ -183,7 +183,7 @@ def _exposed(
 
 
 def _plane_faces(surface: Surface, floor: tuple[FloatArray, FloatArray] | None) -> IntArray:
-    """Return the faces (n_face,) bool of a supplied surface that lie on the engine's plane."""
+    """Return the faces (n_face,) bool of a supplied surface that lie on the mounting plane."""
     if floor is None:
         return np.zeros(len(surface.areas), dtype=bool)
     height = np.abs((surface.vertices - floor[0]) @ floor[1])
@@ -362,7 +362,7 @@ def _narrow(space: Regions, opening: float) -> tuple[str, ...]:
 def _notes(skin: Skin, space: Regions, surface: Surface, exposed: IntArray) -> tuple[str, ...]:
     corners = skin.nodes[skin.facets[:, :3]]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
-    require(bool(exposed.any()), "no facet of the skin touches the outside: is the engine's plane on the right side?")
+    require(bool(exposed.any()), "no facet of the skin touches the outside: is the mounting plane on the right side?")
     cavity = _cavity(space, corners[~np.broadcast_to(skin.sheets, len(corners))])
     closed = f" with {1e3 * cavity:.3g} litres of cavity closed off" if cavity else ""
     bodies = 1 + int(body_numbers(surface.triangles).max())

@@ -44,7 +44,7 @@ class Regions:
     origin : centre of the first voxel (m).
     axes : (3, 3) columns are the grid's axes in space.
     size : edge of a voxel (m).
-    has_floor : True if the grid ends at the engine's plane, half a voxel below its first layer.
+    has_floor : True if the grid ends at the mounting plane, half a voxel below its first layer.
     narrow : for every smaller ball that found cavities, their volume (m³) and the ball's diameter (m).
     """
 
@@ -74,7 +74,7 @@ def regions(
     nodes : (n, 3) nodes (m).
     triangles : (k, 3) triangles of its whole boundary.
     plugs : node sets whose hull is filled (bores, bolts).
-    floor : point (3,) m and outward unit normal (3,) of the plane that closes the engine side.
+    floor : point (3,) m and outward unit normal (3,) of the plane that closes the mounting side.
     opening : diameter (m) of the largest hole that counts as closed.
     """
     axes = _frame(floor)
@@ -109,7 +109,7 @@ def _frame(floor: tuple[FloatArray, FloatArray] | None) -> FloatArray:
     if floor is None:
         return np.eye(3)
     up = -np.asarray(floor[1], dtype=float)
-    require(abs(float(np.linalg.norm(up)) - 1) < 1e-6, f"engine plane: normal {floor[1]} must have length 1")
+    require(abs(float(np.linalg.norm(up)) - 1) < 1e-6, f"mounting plane: normal {floor[1]} must have length 1")
     helper = np.eye(3)[int(np.abs(up).argmin())]
     first = np.cross(helper, up)
     first /= np.linalg.norm(first)

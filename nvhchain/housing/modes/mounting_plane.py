@@ -1,4 +1,4 @@
-"""Rigid plane of the engine that an imported housing is bolted to."""
+"""Rigid plane that an imported housing is bolted to."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from nvhchain.handoff import FloatArray
 
 
 @dataclass(frozen=True)
-class EnginePlane:
+class MountingPlane:
     """Rigid plane that closes a housing.
 
     Parameters
@@ -20,7 +20,7 @@ class EnginePlane:
     point : (float, float, float)
         Point on the plane (m).
     normal : (float, float, float)
-        Unit vector towards the engine.
+        Unit vector out of the housing.
     """
 
     point: tuple[Length, Length, Length]
@@ -28,7 +28,7 @@ class EnginePlane:
 
     def __post_init__(self) -> None:
         length = float(np.linalg.norm(self.normal))
-        require(abs(length - 1) < 1e-6, f"EnginePlane normal = {self.normal} has length {length:g}: make it 1")
+        require(abs(length - 1) < 1e-6, f"MountingPlane normal = {self.normal} has length {length:g}: make it 1")
 
     @property
     def arrays(self) -> tuple[FloatArray, FloatArray]:

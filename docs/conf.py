@@ -18,6 +18,8 @@ extensions = [
     "sphinx.ext.mathjax",
     "plain_docstrings",
     "field_tables",
+    "case_drawings",
+    "command_line",
     "api_pages",
     "rooms",
 ]

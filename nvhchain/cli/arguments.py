@@ -9,12 +9,22 @@ from typing import NoReturn
 
 from nvhchain import __version__
 from nvhchain.cli import commands
-from nvhchain.cli.examples import EXAMPLES
+from nvhchain.cli.examples import COMMANDS, EXAMPLES
 from nvhchain.cli.modes import modes_command
 from nvhchain.cli.sound import add_commands as add_sound_commands
 from nvhchain.cli.study import study_command
 from nvhchain.fidelity import PRESETS
 from nvhchain.names import printable
+
+
+EXIT_CODES = {
+    "0": "everything asked for was produced",
+    "1": "the system refused, such as a full disk, or a solver failed",
+    "2": "input that is missing or cannot be used; one line on standard error for every mistake",
+    "3": "a target of a case is failed, with `--enforce`",
+    "130, 143": "stopped by Ctrl-C or SIGTERM; finished steps are cached",
+}
+"""Exit code → its meaning."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -84,6 +94,7 @@ def parser() -> argparse.ArgumentParser:
     top = Parser(
         prog="nvhchain",
         description="Predict the sound of a gearbox. Begin with: nvhchain new gearbox mine",
+        epilog="Exit codes: " + "; ".join(f"{code}: {meaning}" for code, meaning in EXIT_CODES.items()),
     )
     top.add_argument("--version", action="version", version=f"nvhchain {__version__}")
     verbs = top.add_subparsers(required=True, metavar="COMMAND")
@@ -355,7 +366,8 @@ def parser() -> argparse.ArgumentParser:
     completion.add_argument("shell", choices=["bash", "zsh", "tcsh"], help="shell of the script")
     completion.set_defaults(action=commands.completion)
 
-    for verb in verbs.choices.values():
+    for name, verb in verbs.choices.items():
+        verb.epilog = f"Example: {COMMANDS[name]}" + (f". {verb.epilog}" if verb.epilog else "")
         verb.add_argument("-v", "--verbose", action="count", default=0, help="log steps on stderr; -vv: details")
         verb.add_argument("--log-file", metavar="FILE", type=Path, help="file for the log, with all details")
     return top

@@ -28,6 +28,35 @@ OF_ONES_OWN = ("single-stage", "rattle", "bearings", "cad")
 """Examples to change into a gearbox of one's own: their options decide themselves. Others keep their assumptions."""
 
 
+COMMANDS = {
+    "new": "nvhchain new single-stage mine",
+    "import": "nvhchain import unit.rexs --out unit",
+    "export": "nvhchain export mine/single_stage.toml --out unit.rexs",
+    "run": "nvhchain run mine/single_stage.toml --fidelity draft --out out/mine",
+    "record": 'nvhchain record mine/single_stage.toml --set "operation.ramp={end_speed_rpm=2000, duration=0.5}" '
+    "--fidelity draft --out out/record",
+    "compare": "nvhchain compare mine/single_stage.toml mine/wider.toml --fidelity draft --speeds 1200:2400:300",
+    "plot": "nvhchain plot out/mine/pressure.h5 --out spectrum.png",
+    "gear-field": "nvhchain gear-field mine/single_stage.toml --gear pinion --fidelity draft --out pinion.h5",
+    "modes": "nvhchain modes mine/single_stage.toml --fidelity draft --out out/mine",
+    "contributions": "nvhchain contributions mine/single_stage.toml --fidelity draft --out out/mine",
+    "craig-bampton": "nvhchain craig-bampton mine/single_stage.toml --fidelity draft --modes-to 16000 --out case.bdf",
+    "report": "nvhchain report out/mine",
+    "sound": "nvhchain sound out/mine --without 20 40",
+    "hearing": "nvhchain hearing out/mine",
+    "microphones": "nvhchain microphones out/mine --iso3744",
+    "tables": "nvhchain tables out/mine --out mine.xlsx",
+    "tradeoff": "nvhchain tradeoff mine/single_stage.toml --fidelity draft --knob gear.slices --out out/tradeoff",
+    "study": "nvhchain study blanks.toml --plan",
+    "plan": "nvhchain plan mine/single_stage.toml --fidelity draft",
+    "check": "nvhchain check mine/single_stage.toml --set operation.input_speed_rpm=1500",
+    "schema": "nvhchain schema --out case.schema.json",
+    "doctor": "nvhchain doctor",
+    "completion": "nvhchain completion bash",
+}
+"""Command → a line to copy, which its help and the reference print and the tests run."""
+
+
 def copy_example(name: str, folder: Path) -> list[Path]:
     """Copy an example and the files that it is based on, and write the schema to which they refer.
 

@@ -14,7 +14,7 @@ DRAWN, PLAIN = ROOT / "cases/small/drawn_gears.toml", ROOT / "cases/small/single
 
 
 def test_the_page_shows_the_sizes_that_check_prints_and_its_script_runs(capsys):
-    page = (ROOT / "docs/drawings.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs/howto/drawings.md").read_text(encoding="utf-8")
     assert main(["check", str(DRAWN)]) == 0
     (shown,) = re.findall(r"```text\n(.*?)```", page, re.DOTALL)
     assert shown in capsys.readouterr().out

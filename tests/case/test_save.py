@@ -97,7 +97,7 @@ def test_a_case_built_in_python_by_the_page_is_the_example(tmp_path, monkeypatch
     script = re.search(r"```python\n(.*?)```", page.partition("## Cases in Python")[2], re.S)[1]
     names: dict = {}
     monkeypatch.chdir(tmp_path)
-    exec(compile(script, "docs/cases.md", "exec"), names)
+    exec(compile(script, "docs/reference/cases.md", "exec"), names)
     built = names["case"]
     assert nvh.load_case("python-built.toml") == built
     example = nvh.load_case(ROOT / "cases/small/single_stage.toml")

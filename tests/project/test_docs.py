@@ -16,7 +16,7 @@ import pytest
 
 import nvhchain
 from nvhchain.chain import Result
-from nvhchain.cli import parser
+from nvhchain.cli import main, parser
 from nvhchain.fidelity import PRESETS
 
 ROOT = Path(__file__).parents[2]
@@ -39,7 +39,7 @@ def rows_of(page):
 
 @pytest.mark.slow
 def test_every_fidelity_knob_is_listed_with_its_three_values(pages):
-    rows = {row[0].strip('"'): row[1:] for row in rows_of(pages["fidelity"])}
+    rows = {row[0].strip('"'): row[1:] for row in rows_of(pages["reference/fidelity"])}
     draft = PRESETS["draft"]
     stages = [part for field in fields(draft) if is_dataclass(part := getattr(draft, field.name))]
     assert len(stages) == 4
@@ -50,7 +50,9 @@ def test_every_fidelity_knob_is_listed_with_its_three_values(pages):
 @pytest.mark.slow
 def test_every_field_of_a_case_is_listed_with_its_meaning(pages):
     rows = [
-        row for row in rows_of(pages["cases"].split("\nFields\n")[-1]) if len(row) > 3 and re.match(r'"[a-z]', row[0])
+        row
+        for row in rows_of(pages["reference/cases"].split("\nFields\n")[-1])
+        if len(row) > 3 and re.match(r'"[a-z]', row[0])
     ]
     assert len(rows) > 150
     assert [row[0] for row in rows if not row[3]] == []
@@ -128,6 +130,68 @@ def test_command_lines_of_the_pages_are_understood_and_their_cases_exist():
             pytest.fail(f"{page}: {line}")
         missing = [word for word in words if word.startswith("cases/") and not (ROOT / word).exists()]
         assert not missing, f"{page}: {line}"
+
+
+CHECKED = ("new", "check", "plan", "schema", "export")
+LONGER = ("housings.md", "own_housing.md")
+"""Pages whose STEP part is surveyed; the second has a test of its own."""
+
+
+def lines_of(page):
+    """Command lines of a page, each as its words."""
+    text = page.read_text(encoding="utf-8")
+    found = [line for block in re.findall(r"^```sh\n(.*?)^```", text, re.S | re.M) for line in block.splitlines()]
+    return [shlex.split(line, comments=True)[1:] for line in found if line.startswith("nvhchain ")]
+
+
+def prepared(page, folder):
+    """Put the files of a page into a folder: named extracts, examples of the repository, and those of `new`."""
+    (folder / "cases").symlink_to(ROOT / "cases")
+    for case in (ROOT / "cases" / "small").iterdir():
+        (folder / case.name).write_bytes(case.read_bytes())
+    if any(words[0] == "import" for words in lines_of(page)):
+        assert main(["export", "cases/small/single_stage.toml", "--out", "unit.rexs"]) == 0
+    for extract in re.findall(r"^```toml\n(.*?)^```", page.read_text(encoding="utf-8"), re.S | re.M):
+        if named := re.match(r"# (\w+\.toml)", extract):
+            (folder / named[1]).write_text(extract, encoding="utf-8")
+
+
+def outcomes(page, folder, commands):
+    """Exit codes of the lines of a page with these commands."""
+    prepared(page, folder)
+    done = {}
+    for words in lines_of(page):
+        if words[0] == "new":
+            for case in (ROOT / "cases" / "small").iterdir():
+                if words[-1] == ".":
+                    (folder / case.name).unlink(missing_ok=True)
+        if words[0] in commands:
+            done[" ".join(words)] = main(words)
+    return done
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if page.name not in LONGER], ids=lambda page: page.name)
+def test_lines_that_check_and_plan_end_well(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    done = outcomes(page, tmp_path, CHECKED)
+    assert {code for code in done.values()} <= {0}, done
+
+
+@pytest.mark.slow
+def test_lines_that_check_and_plan_a_step_part_end_well(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    done = outcomes(ROOT / "docs" / "howto" / "housings.md", tmp_path, CHECKED)
+    assert done
+    assert {code for code in done.values()} <= {0}, done
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", ["rattle", "deviations", "rexs"])
+def test_lines_that_run_small_cases_end_well(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    done = outcomes(ROOT / "docs" / "howto" / f"{page}.md", tmp_path, ("run", "import"))
+    assert done
+    assert {code for code in done.values()} <= {0}, done
 
 
 def test_scripts_of_the_pages_compile_and_import_names_that_exist():

@@ -35,7 +35,7 @@ def installed(tmp_path_factory):
 
 
 def test_following_the_page_ends_with_its_answer(installed, tmp_path):
-    page = (ROOT / "docs" / "first_gearbox.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "tutorials" / "first_gearbox.md").read_text(encoding="utf-8")
     commands = [line for block in re.findall(r"```sh\n(.*?)```", page, re.S) for line in block.splitlines()]
     second = re.search(r"```toml\n(.*?)```", page, re.S)[1]
     environment = {**os.environ, "PYTHONPATH": str(installed)}

@@ -88,7 +88,7 @@ def test_no_tolerance_finer_than_the_reference_is_known_is_promised(case, sweep)
 
 @pytest.mark.parametrize("name", ["slotted", "run_up_slotted"])
 def test_a_decibel_is_planned_for_in_the_gearbox_of_the_examples(request, sweep, name):
-    """The commands of docs/accuracy.md."""
+    """The commands of docs/explanation/accuracy.md."""
     case = nvh.load_case(request.config.rootpath / "cases" / "gearbox" / f"{name}.toml")
     choice = cheapest(case, 1.0)
     assert not choice.same_case

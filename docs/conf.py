@@ -22,6 +22,7 @@ extensions = [
     "command_line",
     "api_pages",
     "rooms",
+    "validation",
 ]
 myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "colon_fence"]
 myst_heading_anchors = 3

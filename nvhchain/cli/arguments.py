@@ -16,7 +16,6 @@ from nvhchain.cli.study import study_command
 from nvhchain.fidelity import PRESETS
 from nvhchain.names import printable
 
-
 EXIT_CODES = {
     "0": "everything asked for was produced",
     "1": "the system refused, such as a full disk, or a solver failed",

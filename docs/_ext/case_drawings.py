@@ -66,7 +66,7 @@ def casting(figure):
     for step in casting_recipe(body, 0.01, 8)["steps"]:
         part = np.any([inside(solid, x, z) for solid in step["solids"]], axis=0)
         metal = metal | part if step["op"] == "fuse" else metal & ~part
-    ax, view = figure.subplots(1, 2, width_ratios=(1.25, 1))
+    ax, view = figure.subplots(2, 1, height_ratios=(1, 1.1))
     ax.contourf(MM * x, MM * z, metal.astype(float), levels=[0.5, 1.5], colors=[METAL])
     ax.contour(MM * x, MM * z, metal.astype(float), levels=[0.5], colors=EDGE, linewidths=0.8)
     right = MM * max(space.centre[0] + space.radius for space in body.gear_spaces)
@@ -254,7 +254,7 @@ def frames(figure):
 
 PICTURES = {
     "frames": (frames, (9, 5), "Frame of the case: z along the shafts, mounting plane at z = 0"),
-    "casting": (casting, (11, 5), "Section and view of a casting with the names of its fields"),
+    "casting": (casting, (9, 11), "Section and view of a casting with the names of its fields"),
     "blanks": (blanks, (11, 4.2), "Thin rim, holes and slots with the names of their fields"),
     "micro_geometry": (micro_geometry, (10, 4.2), "Material removed by the modifications of a flank"),
 }

@@ -71,7 +71,7 @@ def test_collapsed_elements_and_loose_nodes_are_left_out_and_reported():
         held=np.vstack([sound.held, [[False] * 3]]),
     )
     repaired, notes = sound_mesh(model)
-    assert "1 elements collapsed" in notes[0]
+    assert "1 element collapsed" in notes[0]
     assert "1 node without elements left out, first 777" in notes[1]
     assert frequencies(repaired) == pytest.approx(frequencies(sound_mesh(sound)[0]), rel=1e-9)
 

@@ -118,7 +118,7 @@ def _drop_collapsed(model: SolidModel, notes: list[str]) -> SolidModel:
         if not nothing.all():
             blocks.append(replace(block, nodes=block.nodes[~nothing], labels=block.labels[~nothing]))
     if dropped:
-        notes.append(f"{dropped} elements collapsed to a face, an edge or a point left out")
+        notes.append(f"{counted(dropped, 'element')} collapsed to a face, an edge or a point left out")
     return replace(model, blocks=tuple(blocks))
 
 

@@ -90,8 +90,6 @@ def copy_example(name: str, folder: Path) -> list[Path]:
 
 def _opened(text: str) -> str:
     """Return a case file whose options decide themselves."""
-    from nvhchain.case.options import DECIDABLE
-
     block = re.compile(r"^\[options\].*?\n\n", re.MULTILINE | re.DOTALL)
     from nvhchain.case.options import DECIDABLE  # with numba, which the command line begins without
 

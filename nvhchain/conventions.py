@@ -14,6 +14,8 @@ from math import isfinite
 from nvhchain.dimensions import Modulus
 from nvhchain.errors import require
 
+__all__ = ["STEEL", "Air", "Material"]
+
 REFERENCE_PRESSURE = 20e-6
 """Pressure of 0 dB sound pressure level (Pa, RMS), ISO 1683."""
 

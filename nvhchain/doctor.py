@@ -25,6 +25,8 @@ from packaging.requirements import Requirement
 from nvhchain.runtime import processes
 from nvhchain.runtime.extras import installed, remedy
 
+__all__: list[str] = []
+
 GMSH_PACKAGES = "libgl1 libglu1-mesa libxcursor1 libxft2 libxinerama1 libgomp1"
 """Debian packages with the libraries that gmsh's wheel needs."""
 

@@ -14,6 +14,8 @@ from contextvars import ContextVar
 from numbers import Real
 from typing import Any, TypeVar
 
+__all__ = ["AccuracyWarning", "FileFormatError", "InputError", "ResourceError", "SolverError"]
+
 T = TypeVar("T")
 
 

@@ -14,6 +14,8 @@ from nvhchain.errors import counted, require
 from nvhchain.handoff import ComplexArray, FloatArray
 from nvhchain.kinds import checked
 
+__all__ = ["a_weighting", "decibel", "overall", "overall_power"]
+
 _FLOOR = 1e-300
 """Least argument of a logarithm; keeps the level of an exact zero finite."""
 

@@ -17,6 +17,8 @@ from nvhchain.errors import InputError, require
 from nvhchain.handoff import BearingForces, ComplexArray, FloatArray, ForceSpectrum
 from nvhchain.kinds import checked
 
+__all__ = ["force_spectrum", "order_cut", "sweep_waterfall", "waterfall"]
+
 BAND_MARGIN = 2.56
 """Smallest ratio of sampling rate to highest frequency.
 

@@ -6,7 +6,6 @@ their private names, and takes a dataclass for a class without parameters.
 
 import importlib
 import inspect
-import pkgutil
 import sys
 from collections.abc import Iterator
 from dataclasses import is_dataclass
@@ -17,23 +16,17 @@ from numpydoc.docscrape import get_doc_object
 from numpydoc.hooks.validate_docstrings import parse_config
 from numpydoc.validate import Validator, validate
 
-import nvhchain
 from nvhchain.handoff import HandOff
 
 ROOT = Path(__file__).parents[1]
 
 
 def public() -> Iterator[tuple[str, Any]]:
-    """Yield every function and class in `__all__` of a package, or defined in a module with a page in docs/api."""
-    pages = {f"nvhchain.{path.stem}" for path in (ROOT / "docs" / "api").glob("*.rst")}
-    found = pkgutil.walk_packages(nvhchain.__path__, "nvhchain.")
-    seen = set()
-    for name in ["nvhchain", *(module.name for module in found if module.ispkg or module.name in pages)]:
-        module = importlib.import_module(name)
-        own = [key for key, v in vars(module).items() if key[0] != "_" and getattr(v, "__module__", "") == name]
-        for value in (getattr(module, key) for key in getattr(module, "__all__", own if name in pages else ())):
-            if (inspect.isclass(value) or inspect.isroutine(value)) and id(value) not in seen:
-                seen.add(id(value))
+    """Yield every function and class in `__all__` of a package or module with a page in docs/api."""
+    for path in sorted((ROOT / "docs" / "api").glob("*.rst")):
+        module = importlib.import_module("nvhchain" if path.stem == "nvhchain" else f"nvhchain.{path.stem}")
+        for value in (getattr(module, key) for key in module.__all__):
+            if inspect.isclass(value) or inspect.isroutine(value):
                 yield f"{value.__module__}.{value.__qualname__}", value
 
 

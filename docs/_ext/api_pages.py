@@ -1,10 +1,11 @@
-"""Directive `package-api`: documents the names that a package offers in `__all__`, or those that a module defines."""
+"""Directive `package-api`: documents the names that a package offers in `__all__`, each with a link to an example."""
 
 import importlib
 import inspect
 
 from docutils import nodes
 from docutils.statemachine import StringList
+from examples import example
 from sphinx.util.docutils import SphinxDirective
 
 
@@ -15,12 +16,13 @@ def kind(value):
     return "function" if callable(value) else "data"
 
 
-def documented(package, name, value):
-    """Directive that documents a name; a reference where the package of its definition offers it, too."""
-    home = ".".join(getattr(value, "__module__", package).split(".")[:2])
-    if inspect.isclass(value) and home != package and name in getattr(importlib.import_module(home), "__all__", []):
-        return f"``{package}.{name}``: see :class:`{home}.{name}`."
-    return f".. auto{kind(value)}:: {package}.{name}"
+def linked(package, name, value):
+    """Line that leads to an example; none where the docstring holds it."""
+    path = example(package, name, value)
+    if path in (None, "docstring"):
+        return []
+    page, mark, _ = path.removeprefix("docs/").partition(".md")
+    return ["", f"   Example: :doc:`/{page}`" if mark else f"   Example: :download:`{path} </../{path}>`"]
 
 
 class PackageApi(SphinxDirective):
@@ -32,10 +34,10 @@ class PackageApi(SphinxDirective):
         name = self.arguments[0]
         module = importlib.import_module(name)
         self.env.note_dependency(module.__file__)
-        offered = getattr(module, "__all__", [])
-        lines = [f".. automodule:: {name}", *(["   :no-members:"] if offered else []), ""]
-        for one in offered:
-            lines += [documented(name, one, getattr(module, one)), ""]
+        lines = [f".. automodule:: {name}", "   :no-members:", ""]
+        for one in module.__all__:
+            value = getattr(module, one)
+            lines += [f".. auto{kind(value)}:: {name}.{one}", *linked(name, one, value), ""]
         content = nodes.Element()
         self.state.nested_parse(StringList(lines, source=name), 0, content)
         return content.children

@@ -19,7 +19,6 @@ from nvhchain.acoustics.radiation.modal_power import (
     modal_power,
     power_from_waves,
     radiation_modes,
-    resistance_matrices,
 )
 from nvhchain.acoustics.radiation.modal_transfer import (
     modal_pressure,
@@ -41,74 +40,28 @@ from nvhchain.acoustics.solutions.functions import (
 )
 from nvhchain.acoustics.solutions.quantities import SurfaceShapes, housing_shapes
 from nvhchain.acoustics.solutions.work import Adaptive, Work
-from nvhchain.acoustics.surfaces.needles import Remeshed, remesh_needles
+from nvhchain.acoustics.surfaces.needles import remesh_needles
 from nvhchain.acoustics.surfaces.reflecting_plane import RigidPlane
 from nvhchain.acoustics.surfaces.surface import check_mesh, check_points, required_element_size, sphere
 from nvhchain.acoustics.surfaces.velocity_mapping import map_velocity
 from nvhchain.acoustics.systems.engines import ENGINES, Bempp, Engine, Fused, compile_kernels, estimate_memory
-from nvhchain.acoustics.waves.incident import IncidentField, PlaneWave, PointSource
-from nvhchain.handoff import RadiationResistance, SoundPower, SurfacePressure
+from nvhchain.acoustics.waves.incident import PlaneWave, PointSource
 
 __all__ = [
     "ENGINES",
-    "Adaptive",
-    "Bempp",
     "Engine",
     "ExteriorProblem",
-    "Fused",
-    "IncidentField",
     "PlaneWave",
     "PointSource",
-    "RadiationResistance",
-    "Remeshed",
     "RigidPlane",
-    "SoundPower",
-    "SurfacePressure",
-    "SurfaceShapes",
     "Work",
-    "array_points",
-    "array_power",
-    "check_mesh",
-    "check_points",
-    "circle_points",
-    "compile_kernels",
-    "convolution_lines",
-    "decay_time",
     "directivity",
-    "directivity_index",
-    "enclosing_sphere",
-    "equivalent_pressure",
-    "equivalent_radiated_power",
-    "estimate_memory",
-    "expected_radiation_error",
-    "housing_shapes",
-    "interpolate_vectors",
-    "interpolation_error",
-    "loaded_bearings",
-    "map_velocity",
-    "mean_square_velocity",
-    "modal_efficiency",
-    "modal_power",
     "modal_pressure",
     "modal_transfer_vectors",
     "noise_transfer_functions",
-    "power_from_waves",
-    "project",
     "radiate",
-    "radiation_efficiency",
-    "radiation_modes",
-    "radiation_resistance",
-    "remesh_needles",
-    "required_element_size",
-    "resistance_matrices",
-    "run_up_pressure",
     "solve_direct",
     "sound_power",
     "sphere",
-    "spread_power",
-    "surface_efficiency",
-    "surface_pressure",
-    "transfer_pressure",
     "transfer_vectors",
-    "wave_pressure",
 ]

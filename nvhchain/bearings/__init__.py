@@ -6,14 +6,4 @@ from nvhchain.bearings.loaded import displacement
 from nvhchain.bearings.rollers import Cylindrical, Spherical, Tapered
 from nvhchain.bearings.springs import StiffnessMatrix, StiffnessTable
 
-__all__ = [
-    "AngularContact",
-    "Cylindrical",
-    "DeepGroove",
-    "Internal",
-    "Spherical",
-    "StiffnessMatrix",
-    "StiffnessTable",
-    "Tapered",
-    "displacement",
-]
+__all__ = ["AngularContact", "Cylindrical", "DeepGroove", "Spherical", "StiffnessMatrix", "Tapered"]

@@ -4,4 +4,4 @@ from nvhchain.chain.order import record, run, system_modes
 from nvhchain.chain.result import Result
 from nvhchain.chain.steady_map import SteadyMap, check_states, steady_map
 
-__all__ = ["Result", "SteadyMap", "check_states", "record", "run", "steady_map", "system_modes"]
+__all__ = ["Result", "steady_map"]

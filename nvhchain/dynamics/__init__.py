@@ -14,9 +14,9 @@ from nvhchain.dynamics.model.parts import (
     VibratingBody,
 )
 from nvhchain.dynamics.model.rigid_train import run_up_time
-from nvhchain.dynamics.model.train import Train, train
+from nvhchain.dynamics.model.train import train
 from nvhchain.dynamics.runs.linear import body_compliance, flank_transfer
-from nvhchain.dynamics.runs.mesh_orders import OrderForces, order_forces
+from nvhchain.dynamics.runs.mesh_orders import order_forces
 from nvhchain.dynamics.runs.recording import Recording, record_run_up
 from nvhchain.dynamics.runs.run_up_record import run_up, run_up_with_error
 from nvhchain.dynamics.runs.steady import bearing_forces, steady_sweep
@@ -26,39 +26,4 @@ from nvhchain.dynamics.time_loop.mesh_levels import ContactForce
 from nvhchain.dynamics.time_loop.quasi_static import static_bearing_forces, static_misalignment
 from nvhchain.dynamics.time_loop.simulation import compile_time_loop
 
-__all__ = [
-    "Bearing",
-    "ContactForce",
-    "Cylinder",
-    "Equilibrium",
-    "Fluctuation",
-    "Gearbox",
-    "Harmonic",
-    "LoadCentre",
-    "LooseGear",
-    "Mesh",
-    "MeshFriction",
-    "OrderForces",
-    "Recording",
-    "RigidBody",
-    "Shaft",
-    "ShaftBearing",
-    "SystemModes",
-    "Train",
-    "VibratingBody",
-    "bearing_forces",
-    "body_compliance",
-    "compile_time_loop",
-    "equilibrium",
-    "flank_transfer",
-    "order_forces",
-    "record_run_up",
-    "run_up",
-    "run_up_time",
-    "run_up_with_error",
-    "static_bearing_forces",
-    "static_misalignment",
-    "steady_sweep",
-    "system_modes",
-    "train",
-]
+__all__ = ["Bearing", "Cylinder", "Shaft"]

@@ -27,23 +27,4 @@ from nvhchain.error_band.quantities import Origin, error_band, force_band, power
 from nvhchain.error_band.run_bands import BANDS
 from nvhchain.error_band.run_up import RunUpBand, run_up_band, run_up_force_band
 
-__all__ = [
-    "BANDS",
-    "COVERAGE",
-    "SHARED",
-    "ErrorBand",
-    "Origin",
-    "RunUpBand",
-    "difference_limits",
-    "error_band",
-    "force_band",
-    "format_level",
-    "format_limits",
-    "format_parts",
-    "pass_probability",
-    "power_band",
-    "run_up_band",
-    "run_up_force_band",
-    "save_error_bands",
-    "velocity_band",
-]
+__all__ = ["ErrorBand", "format_limits"]

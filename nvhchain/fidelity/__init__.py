@@ -7,25 +7,8 @@ from nvhchain.fidelity.acoustics import AcousticsFidelity
 from nvhchain.fidelity.dynamics import DynamicsFidelity
 from nvhchain.fidelity.gear import GearFidelity
 from nvhchain.fidelity.housing import HousingFidelity
-from nvhchain.fidelity.knob import Declared, Knobs, Sweep, declared, knob
+from nvhchain.fidelity.knob import Knobs, Sweep, declared, knob
 from nvhchain.fidelity.lumped import LUMPED, LumpedFidelity
 from nvhchain.fidelity.presets import DRAFT, PRESETS, REFERENCE, STANDARD, Fidelity
 
-__all__ = [
-    "DRAFT",
-    "LUMPED",
-    "PRESETS",
-    "REFERENCE",
-    "STANDARD",
-    "AcousticsFidelity",
-    "Declared",
-    "DynamicsFidelity",
-    "Fidelity",
-    "GearFidelity",
-    "HousingFidelity",
-    "Knobs",
-    "LumpedFidelity",
-    "Sweep",
-    "declared",
-    "knob",
-]
+__all__ = ["Fidelity"]

@@ -24,6 +24,8 @@ from nvhchain.handoff import HAND_OFFS, Accuracy, HandOff
 from nvhchain.handoff.base import Declared
 from nvhchain.handoff.declared import LABELS, Quantity
 
+__all__ = ["load", "save"]
+
 SCHEMA_VERSION = 3
 """Version of the file layout."""
 CONVENTIONS = "e^{+j omega t}; outward normals; single-sided peak amplitudes; SI; frequency axes in Hz"

@@ -1,7 +1,7 @@
 """Gears: drawings, finite elements, compliance, contact, mesh laws, root strain, displacement and stress."""
 
 from nvhchain.gear.compliance.analytic import SliceCompliance, slice_compliance
-from nvhchain.gear.compliance.body_modes import COARSE, FINE, body_modes
+from nvhchain.gear.compliance.body_modes import COARSE, body_modes
 from nvhchain.gear.compliance.flank_compliance import (
     FlankCompliance,
     compliance_at_points,
@@ -18,9 +18,9 @@ from nvhchain.gear.deviations.pairs import PairDeviations
 from nvhchain.gear.deviations.tolerances import FlankTolerances, flank_tolerances, standard_tolerance
 from nvhchain.gear.drawing.backlash import normal_backlash, set_backlash
 from nvhchain.gear.drawing.blank import SOLID, Blank, Differential, Holes, Slots, Solid, ThinRim
-from nvhchain.gear.drawing.body import GearBody, MassProperties, mass_properties
+from nvhchain.gear.drawing.body import GearBody, mass_properties
 from nvhchain.gear.drawing.geometry import GearGeometry
-from nvhchain.gear.drawing.measures import ToothSizes, base_tangent_length, dimension_over_balls, sizes
+from nvhchain.gear.drawing.measures import base_tangent_length, dimension_over_balls, sizes
 from nvhchain.gear.drawing.micro_geometry import Flank, MicroGeometry, Relief
 from nvhchain.gear.drawing.misalignment import Misalignment
 from nvhchain.gear.drawing.pair import GearPair, nominal_centre_distance
@@ -32,7 +32,7 @@ from nvhchain.gear.elements.mesh_files import read_gear_mesh, write_gear_mesh
 from nvhchain.gear.elements.whole_mesh import whole_mesh
 from nvhchain.gear.field.gear_field import gear_field
 from nvhchain.gear.laws.deviated_law import deviated_mesh_law
-from nvhchain.gear.laws.iso6336 import IsoStiffness, iso_stiffness
+from nvhchain.gear.laws.iso6336 import iso_stiffness
 from nvhchain.gear.laws.load_distribution import MeshPeriod, load_distribution, mesh_period
 from nvhchain.gear.laws.mesh_law import engaged, mesh_law, pair_compliances, tabulated
 from nvhchain.gear.laws.tooth_pairs import tooth_pairs
@@ -43,90 +43,27 @@ from nvhchain.gear.laws.transmission_error import (
     loaded_transmission_error,
     quasi_static_transmission_error,
 )
-from nvhchain.gear.root_strain.modes import PINION, WHEEL, RootStrainModes, nodal_force_strain, root_strain_modes
-from nvhchain.gear.root_strain.places import RootElement, RootPlace, StrainGauge, von_mises
+from nvhchain.gear.root_strain.modes import PINION, WHEEL, nodal_force_strain, root_strain_modes
+from nvhchain.gear.root_strain.places import RootElement, StrainGauge, von_mises
 
 __all__ = [
-    "COARSE",
-    "FINE",
-    "PINION",
-    "SOLID",
-    "WHEEL",
-    "Blank",
-    "ContactLines",
-    "Differential",
-    "Engagement",
     "Flank",
-    "FlankCompliance",
-    "FlankTolerances",
     "GearBody",
-    "GearDeviations",
     "GearGeometry",
     "GearPair",
-    "Ghost",
     "Holes",
-    "IsoStiffness",
-    "LoadedMesh",
-    "MassProperties",
     "MeasuredThickness",
-    "MeshPeriod",
     "MicroGeometry",
-    "Misalignment",
-    "PairDeviations",
     "Protuberance",
     "Relief",
-    "RootElement",
-    "RootPlace",
-    "RootStrainModes",
-    "SliceCompliance",
     "Slots",
     "Solid",
-    "StrainGauge",
     "ThinRim",
-    "ToothFlanks",
-    "ToothSizes",
-    "VolumeMesh",
-    "base_tangent_length",
-    "body_modes",
-    "bricks_over_even",
-    "close_edges",
-    "compliance_at_points",
-    "contact_lines",
-    "deflection_at_force",
-    "deviated_mesh_law",
-    "dimension_over_balls",
-    "drawn_deviations",
-    "engaged",
-    "engaged_reach",
-    "flank_compliance",
-    "flank_flexibility",
-    "flank_tolerances",
     "gear_field",
-    "iso_stiffness",
-    "lever_arms",
-    "load_distribution",
-    "loaded_mesh",
-    "loaded_transmission_error",
-    "mass_properties",
     "mesh_law",
-    "mesh_period",
-    "nodal_force_strain",
     "nominal_centre_distance",
-    "normal_backlash",
-    "pair_compliances",
-    "pitch_deviations",
     "quasi_static_transmission_error",
-    "read_gear_mesh",
-    "root_strain_modes",
     "set_backlash",
     "sizes",
-    "slice_compliance",
-    "slice_count",
-    "sliding_sense",
-    "standard_tolerance",
-    "tabulated",
-    "tooth_pairs",
-    "von_mises",
-    "whole_mesh",
     "write_gear_mesh",
 ]

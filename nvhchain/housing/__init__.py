@@ -17,52 +17,9 @@ from nvhchain.housing.imported.solid_model import model_extent, reduce_model
 from nvhchain.housing.modes.damping import DampingCurve
 from nvhchain.housing.modes.mounting_plane import MountingPlane
 from nvhchain.housing.modes.response import respond
-from nvhchain.housing.modes.truncation import TruncationError, truncation_error, truncation_errors
+from nvhchain.housing.modes.truncation import truncation_error, truncation_errors
 from nvhchain.housing.reduction import reduce_housing
 from nvhchain.housing.skin.envelope import RadiatingFaces
 from nvhchain.housing.skin.shape import HousingShape
 
-__all__ = [
-    "Bore",
-    "CadBolt",
-    "CadPart",
-    "CadSeat",
-    "Casting",
-    "CraigBampton",
-    "DampingCurve",
-    "DrawnCasting",
-    "DrawnDisc",
-    "DrawnSeat",
-    "GearSpace",
-    "HousingShape",
-    "InnerWall",
-    "MountingPlane",
-    "RadiatingFaces",
-    "TruncationError",
-    "bearing_seats",
-    "cad_model",
-    "cad_shape",
-    "casting_shape",
-    "check_modes",
-    "craig_bampton",
-    "draw_casting",
-    "encloses",
-    "envelope_area",
-    "exported_modes",
-    "face_size",
-    "has_rigid_motion",
-    "housing_from_modes",
-    "modal_extent",
-    "modal_model",
-    "model_extent",
-    "model_shape",
-    "modes_shape",
-    "reduce_housing",
-    "reduce_model",
-    "respond",
-    "room_around",
-    "seat_rows",
-    "survey",
-    "truncation_error",
-    "truncation_errors",
-]
+__all__ = ["Bore", "DampingCurve", "GearSpace", "bearing_seats", "modal_model"]

@@ -11,7 +11,7 @@ from nvhchain.interop.modes.modal_hdf5 import read_modal_hdf5, write_modal_hdf5
 from nvhchain.interop.modes.modal_uff import read_modal_uff
 from nvhchain.interop.modes.modal_uff_out import write_modal_uff
 from nvhchain.interop.notation.units import UNIT_SYSTEMS
-from nvhchain.interop.rexs import GearUnit, read_rexs
+from nvhchain.interop.rexs import read_rexs
 from nvhchain.interop.solids.abaqus import read_abaqus
 from nvhchain.interop.solids.nastran import read_nastran
 from nvhchain.interop.solids.writers import write_abaqus, write_nastran
@@ -19,34 +19,13 @@ from nvhchain.interop.superelement import write_craig_bampton
 from nvhchain.interop.vtk_files import write_gear_field_vtu, write_modes_vtkhdf, write_velocity_vtkhdf, write_vtu
 
 __all__ = [
-    "UNIT_SYSTEMS",
-    "BearingChannels",
-    "ForceChannels",
-    "GearUnit",
-    "MatrixNames",
-    "Record",
-    "SuperelementFiles",
-    "read_abaqus",
     "read_bearing_forces",
-    "read_modal_hdf5",
     "read_modal_model",
-    "read_modal_uff",
-    "read_nastran",
     "read_record",
     "read_rexs",
     "read_solid_model",
-    "read_superelement",
     "write_abaqus",
     "write_bearing_forces",
-    "write_craig_bampton",
-    "write_gear_field_vtu",
-    "write_glb",
-    "write_modal_hdf5",
     "write_modal_uff",
-    "write_modes_vtkhdf",
-    "write_nastran",
-    "write_pressure_uff",
-    "write_spectrum_uff",
-    "write_velocity_vtkhdf",
     "write_vtu",
 ]

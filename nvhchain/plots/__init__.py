@@ -4,7 +4,6 @@ from nvhchain.plots._style import COLOURS
 from nvhchain.plots.bodies.gear_field import gear_field
 from nvhchain.plots.bodies.gearbox import gearbox
 from nvhchain.plots.bodies.gears import gear_mesh, gear_pair
-from nvhchain.plots.bodies.scene import View
 from nvhchain.plots.bodies.shapes import animate, mode_shapes, operating_shape
 from nvhchain.plots.bodies.surface import rendered_surface, strongest_line, surface_velocity
 from nvhchain.plots.contributions import contribution_bars, modal_assurance_table
@@ -18,39 +17,11 @@ from nvhchain.plots.speed import campbell, levels_over_speed
 from nvhchain.plots.waterfall import OrderMarks, waterfall_maps
 
 __all__ = [
-    "COLOURS",
     "OrderMarks",
-    "Table",
-    "View",
-    "animate",
     "backbone_curves",
-    "bearing_force_spectra",
-    "campbell",
-    "contribution_bars",
-    "difference_table",
-    "directivity_polar",
-    "directivity_spectrum",
-    "efficiency_spectrum",
-    "gear_field",
-    "gear_mesh",
-    "gear_pair",
-    "gearbox",
-    "levels_over_speed",
-    "mesh_law_map",
-    "mesh_names",
-    "modal_assurance_table",
-    "mode_shapes",
-    "operating_shape",
-    "order_spectra",
-    "power_spectrum",
     "pressure_history",
     "pressure_spectrum",
-    "rendered_surface",
-    "rig_responses",
-    "strongest_line",
     "surface_velocity",
-    "sweep_responses",
-    "transmission_error_history",
     "transmission_errors",
     "waterfall_maps",
 ]

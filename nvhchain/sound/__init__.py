@@ -2,29 +2,9 @@
 
 from nvhchain.sound.background import Background, background_sound, recorded_background
 from nvhchain.sound.hearing import Hearing, hearing, loudness_at, loudness_level
-from nvhchain.sound.orders import OrderTrack, filter_orders, order_track
+from nvhchain.sound.orders import filter_orders, order_track
 from nvhchain.sound.signals import Loop, Sound, run_up_sound, steady_loop, steady_sound
-from nvhchain.sound.tonality import ToneProminence, tone_prominence
+from nvhchain.sound.tonality import tone_prominence
 from nvhchain.sound.wav import read_wav, write_wav
 
-__all__ = [
-    "Background",
-    "Hearing",
-    "Loop",
-    "OrderTrack",
-    "Sound",
-    "ToneProminence",
-    "background_sound",
-    "filter_orders",
-    "hearing",
-    "loudness_at",
-    "loudness_level",
-    "order_track",
-    "read_wav",
-    "recorded_background",
-    "run_up_sound",
-    "steady_loop",
-    "steady_sound",
-    "tone_prominence",
-    "write_wav",
-]
+__all__ = ["Sound", "steady_sound", "write_wav"]

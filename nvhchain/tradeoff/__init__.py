@@ -3,30 +3,9 @@
 from nvhchain.tradeoff.deviation import Deviation, deviation, deviation_in_time
 from nvhchain.tradeoff.files import save_tradeoff
 from nvhchain.tradeoff.knobs import KNOBS, NOT_SWEPT, Knob, knobs_of, records, variants
-from nvhchain.tradeoff.planner import Choice, cheapest
+from nvhchain.tradeoff.planner import cheapest
 from nvhchain.tradeoff.shipped import shipped_sweep
 from nvhchain.tradeoff.sweep import Measurement, Tradeoff, tradeoff
 from nvhchain.tradeoff.table import as_json, comma_separated, from_json, markdown
 
-__all__ = [
-    "KNOBS",
-    "NOT_SWEPT",
-    "Choice",
-    "Deviation",
-    "Knob",
-    "Measurement",
-    "Tradeoff",
-    "as_json",
-    "cheapest",
-    "comma_separated",
-    "deviation",
-    "deviation_in_time",
-    "from_json",
-    "knobs_of",
-    "markdown",
-    "records",
-    "save_tradeoff",
-    "shipped_sweep",
-    "tradeoff",
-    "variants",
-]
+__all__ = ["cheapest", "from_json"]

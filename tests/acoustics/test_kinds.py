@@ -18,7 +18,7 @@ BODY = sphere(0.1, 1)
 AT_REST = SurfaceVelocity([100.0], np.zeros((1, 80)), BODY)
 AIR = Air(343.0, 1.21)
 VECTORS = TransferVectors([100.0, 200.0], [[0.0, 0.0, 1.0]], np.ones((2, 1, 80)), BODY, AIR)
-FUNCTIONS = {name: one for name in acoustics.__all__ if inspect.isfunction(one := getattr(acoustics, name))}
+FUNCTIONS = {name: one for name, one in vars(acoustics).items() if inspect.isfunction(one)}
 CASES = [
     (name, argument)
     for name, function in FUNCTIONS.items()

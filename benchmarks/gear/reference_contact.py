@@ -22,6 +22,16 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from benchmarks.gear.reference import (
+    Carried,
+    TouchingTeeth,
+    carried,
+    coarse_gear,
+    pair_compliance,
+    realigned,
+    reference_mesh,
+    touching_teeth,
+)
 from benchmarks.gear.reference_contact_studies import (
     CONVERGENCE,
     CORNER_GAPS,
@@ -44,16 +54,6 @@ from nvhchain.gear import (
     engaged_reach,
     flank_compliance,
     loaded_mesh,
-)
-from nvhchain.gear.reference import (
-    Carried,
-    TouchingTeeth,
-    carried,
-    coarse_gear,
-    pair_compliance,
-    realigned,
-    reference_mesh,
-    touching_teeth,
 )
 
 

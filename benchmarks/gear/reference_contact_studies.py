@@ -11,6 +11,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 import nvhchain as nvh
+from benchmarks.gear.reference import ReferenceResolution
 from nvhchain.case import GearboxCase
 from nvhchain.fidelity import STANDARD, GearFidelity
 from nvhchain.gear import (
@@ -28,7 +29,6 @@ from nvhchain.gear import (
     ThinRim,
     mass_properties,
 )
-from nvhchain.gear.reference import ReferenceResolution
 
 ALIGNED = Misalignment()
 ROOT = Path(__file__).parents[2]

@@ -15,11 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.publish import publish
-from nvhchain.fidelity import STANDARD
-from nvhchain.gallery.gears import BLANKS, CENTRE_DISTANCE, SPUR
-from nvhchain.gear import Engagement, GearBody, GearPair, engaged_reach, flank_compliance, loaded_mesh
-from nvhchain.gear.reference import (
+from benchmarks.gear.reference import (
     ReferenceResolution,
     carried,
     coarse_gear,
@@ -27,6 +23,10 @@ from nvhchain.gear.reference import (
     reference_mesh,
     touching_teeth,
 )
+from benchmarks.publish import publish
+from nvhchain.fidelity import STANDARD
+from nvhchain.gallery.gears import BLANKS, CENTRE_DISTANCE, SPUR
+from nvhchain.gear import Engagement, GearBody, GearPair, engaged_reach, flank_compliance, loaded_mesh
 from nvhchain.handoff import FloatArray
 
 ANGLES = 12

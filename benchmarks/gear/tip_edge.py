@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 import scipy.sparse.linalg as sl
 
+from benchmarks.gear.reference import pressed
 from benchmarks.publish import publish
 from nvhchain.conventions import STEEL
 from nvhchain.gear import GearGeometry
 from nvhchain.gear.contact.flattening import half_space_compliance
 from nvhchain.gear.contact.local_law import local_law
 from nvhchain.gear.contact.tip_edge import TipEdges, held_excess, wedge_excess
-from nvhchain.gear.reference import pressed
 from nvhchain.handoff import FloatArray, IntArray
 
 if TYPE_CHECKING:

@@ -7,6 +7,7 @@ import meshio
 import numpy as np
 import pytest
 
+from benchmarks.gear.reference import coarse_gear
 from nvhchain.errors import FileFormatError, InputError
 from nvhchain.fem.elements import HEX20_EDGES, HEX_CORNERS, hex20_shape
 from nvhchain.fidelity import DRAFT
@@ -28,7 +29,6 @@ from nvhchain.gear import (
     whole_mesh,
     write_gear_mesh,
 )
-from nvhchain.gear.reference import coarse_gear
 
 FIDELITY = dataclasses.replace(
     DRAFT.gear,

@@ -7,14 +7,14 @@ are sectors of rings of bricks, held at the inner circle, one layer thick and he
 import numpy as np
 import pytest
 
+from benchmarks.gear.reference import pressed
+from benchmarks.gear.reference.patch import cell_loads, cells
+from benchmarks.gear.reference.tooth_mesh import quadratic_grid, stacked
 from nvhchain.conventions import Material
 from nvhchain.errors import SolverError
 from nvhchain.fem._sparse import factorize
 from nvhchain.gear.compliance.tooth_compliance import cylindrical_stiffness, unknowns
 from nvhchain.gear.elements.grading import Grading, insert_middles
-from nvhchain.gear.reference import pressed
-from nvhchain.gear.reference.patch import cell_loads, cells
-from nvhchain.gear.reference.tooth_mesh import quadratic_grid, stacked
 
 WIDTH = 0.02
 STEEL = Material(young=210e9, poisson=0.3, density=7850.0)
@@ -128,7 +128,7 @@ def test_rough_surfaces_touch_in_strips_without_pull_or_overlap(cylinders):
 
 
 def test_contact_that_does_not_settle_is_an_error(cylinders, monkeypatch):
-    import nvhchain.gear.reference.pressure as module
+    import benchmarks.gear.reference.pressure as module
 
     monkeypatch.setattr(module, "_ROUNDS", 1)
     at = cylinders[2][0][3]

@@ -5,11 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from nvhchain.errors import InputError, SolverError
-from nvhchain.fidelity import DRAFT
-from nvhchain.gear import Flank, MicroGeometry, Misalignment, ThinRim
-from nvhchain.gear.drawing.tip_edge_gap import edge_gap
-from nvhchain.gear.reference import (
+from benchmarks.gear.reference import (
     ReferenceResolution,
     carried,
     coarse_gear,
@@ -18,8 +14,12 @@ from nvhchain.gear.reference import (
     reference_mesh,
     touching_teeth,
 )
-from nvhchain.gear.reference.contact_cells import symmetric
-from nvhchain.gear.reference.flanks import gap, rolled_length, section, transverse_position
+from benchmarks.gear.reference.contact_cells import symmetric
+from benchmarks.gear.reference.flanks import gap, rolled_length, section, transverse_position
+from nvhchain.errors import InputError, SolverError
+from nvhchain.fidelity import DRAFT
+from nvhchain.gear import Flank, MicroGeometry, Misalignment, ThinRim
+from nvhchain.gear.drawing.tip_edge_gap import edge_gap
 
 COARSE = dataclasses.replace(DRAFT.gear, profile_elements=3, width_layers=2)
 ROUGH = ReferenceResolution(contact_element=60e-6, growth=0.8, root_rows=3, space_columns=3, rim_rows=3)

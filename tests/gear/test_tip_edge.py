@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from benchmarks.gear.reference import pressed
 from nvhchain.conventions import STEEL
 from nvhchain.fidelity import DRAFT
 from nvhchain.gear import Engagement, slice_compliance
@@ -21,7 +22,6 @@ from nvhchain.gear.contact.tip_edge import (
     wedge_excess,
     wedge_factor,
 )
-from nvhchain.gear.reference import pressed
 
 PAIR = (STEEL, STEEL)
 A = 2 * half_space_compliance(STEEL)

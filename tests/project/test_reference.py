@@ -25,7 +25,8 @@ def test_every_name_in_the_reference_leads_to_an_example():
 
 
 def test_an_example_uses_the_name_of_its_package():
-    script = "from nvhchain.gear import Slots\nfrom nvhchain import plots\nSlots(5)\nplots.pressure_spectrum(nvh.run(case))\n"
+    script = "from nvhchain.gear import Slots\nfrom nvhchain import plots\n"
+    script += "Slots(5)\nplots.pressure_spectrum(nvh.run(case))\n"
     names = {"nvhchain.gear.Slots", "nvhchain.plots.pressure_spectrum", "nvhchain.run"}
     assert names <= examples.used(script)
     assert "nvhchain.gear.Slots" not in examples.used("from nvhchain.dynamics import Slots")

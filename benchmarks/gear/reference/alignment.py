@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from benchmarks.gear.reference.contact_cells import TouchingTeeth, symmetric
+from benchmarks.gear.reference.flanks import opened
 from nvhchain.errors import require
 from nvhchain.gear.drawing.pair import GearPair
-from nvhchain.gear.reference.contact_cells import TouchingTeeth, symmetric
-from nvhchain.gear.reference.flanks import opened
 
 
 def realigned(touching: TouchingTeeth, pair: GearPair, other: GearPair) -> TouchingTeeth:

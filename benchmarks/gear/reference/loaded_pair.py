@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from benchmarks.gear.reference.contact_cells import CoarseGear, TouchingTeeth
+from benchmarks.gear.reference.pressure import pressed
+from benchmarks.gear.reference.resolution import ReferenceResolution
 from nvhchain.conventions import Progress
 from nvhchain.errors import SolverError
 from nvhchain.gear.compliance.body_flexibility import body_flexibility
 from nvhchain.gear.compliance.flank_compliance import load_patterns
 from nvhchain.gear.drawing.pair import GearPair
-from nvhchain.gear.reference.contact_cells import CoarseGear, TouchingTeeth
-from nvhchain.gear.reference.pressure import pressed
-from nvhchain.gear.reference.resolution import ReferenceResolution
 from nvhchain.handoff import FloatArray
 
 

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from benchmarks.gear.reference.resolution import ReferenceResolution
 from nvhchain.gear.drawing.geometry import GearGeometry
 from nvhchain.gear.elements.gear_mesh import SolidMesh
 from nvhchain.gear.elements.grading import Grading, insert_middles
-from nvhchain.gear.reference.resolution import ReferenceResolution
 from nvhchain.handoff import FloatArray, IntArray
 
 _SPLIT = 0.45

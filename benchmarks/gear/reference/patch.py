@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
+from benchmarks.gear.reference.tooth_mesh import RefinedPitch
 from nvhchain.conventions import Material
 from nvhchain.fem._sparse import factorize
 from nvhchain.gear.compliance.tooth_compliance import CondensedTooth, cylindrical_stiffness, unknowns
 from nvhchain.gear.elements.gear_mesh import GearMesh, SolidMesh
-from nvhchain.gear.reference.tooth_mesh import RefinedPitch
 from nvhchain.handoff import FloatArray, IntArray
 
 _FACE = np.array([[-1, -1], [0, -1], [1, -1], [-1, 0], [1, 0], [-1, 1], [0, 1], [1, 1]], dtype=float)

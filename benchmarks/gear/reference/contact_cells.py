@@ -7,6 +7,10 @@ from math import ceil, floor
 
 import numpy as np
 
+from benchmarks.gear.reference.flanks import Section, gap, move_onto_flank, opened, rolled_length, section
+from benchmarks.gear.reference.patch import RefinedTooth, cell_loads, cells, refined_tooth
+from benchmarks.gear.reference.resolution import ReferenceResolution
+from benchmarks.gear.reference.tooth_mesh import RefinedPitch, refined_pitch
 from nvhchain.errors import require
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.compliance.tooth_compliance import CondensedTooth, condensed_tooth
@@ -17,10 +21,6 @@ from nvhchain.gear.elements.blank_mesh import innermost_solid
 from nvhchain.gear.elements.gear_mesh import GearMesh, gear_mesh
 from nvhchain.gear.elements.grading import Grading, insert_middles
 from nvhchain.gear.elements.plane_mesh import BoolArray
-from nvhchain.gear.reference.flanks import Section, gap, move_onto_flank, opened, rolled_length, section
-from nvhchain.gear.reference.patch import RefinedTooth, cell_loads, cells, refined_tooth
-from nvhchain.gear.reference.resolution import ReferenceResolution
-from nvhchain.gear.reference.tooth_mesh import RefinedPitch, refined_pitch
 from nvhchain.handoff import FloatArray, IntArray
 
 _SIMPSON = np.array([1.0, 4.0, 1.0]) / 6

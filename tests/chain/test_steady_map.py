@@ -9,8 +9,8 @@ import pytest
 
 import nvhchain as nvh
 from nvhchain.chain import steady_map
+from nvhchain.chain.running import OPERATORS
 from nvhchain.cli import main
-from nvhchain.report import OPERATORS
 from nvhchain.report.steady_states import steady_maps
 from nvhchain.report.verdict import verdict
 

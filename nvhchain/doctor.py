@@ -94,10 +94,7 @@ class Finding:
 def diagnose() -> list[Finding]:
     """Try everything that the chain relies on; takes about ten seconds.
 
-    Returns
-    -------
-    list of Finding
-        One line per trial.
+    Returns one line per trial.
     """
     findings = [check() for check in CHECKS]
     return [replace(finding, remedy="") if finding.ok else finding for finding in findings]
@@ -106,10 +103,7 @@ def diagnose() -> list[Finding]:
 def diagnose_acoustics() -> list[Finding]:
     """Compare both boundary element engines with closed forms and with each other on a sphere; takes 1 to 3 minutes.
 
-    Returns
-    -------
-    list of Finding
-        One line per engine, and one for their difference.
+    Returns one line per engine, and one for their difference.
     """
     findings, pressures = [], {}
     for engine in ("fused", "bempp"):
@@ -142,23 +136,11 @@ def diagnose_acoustics() -> list[Finding]:
 def engine_trial(engine: str) -> dict[str, Any]:
     """Try a boundary element engine on a sphere at an ordinary and an irregular frequency.
 
-    Parameters
-    ----------
-    engine : str
-        `fused` or `bempp`.
+    Returns errors, times and pressures: - `pulsating`: error for a sphere that pulsates at 1 m/s, relative to the
+    peak; - `interior`: error for a sphere with the velocity of a point source inside, relative to the peak; - `first`,
+    `again`: times (s) with and without compilation; - `real`, `imaginary`: pressures (2, n_f, n_point) relative to the
+    peak.
 
-    Returns
-    -------
-    dict
-        Errors, times and pressures:
-
-        - `pulsating`: error for a sphere that pulsates at 1 m/s, relative to the peak;
-        - `interior`: error for a sphere with the velocity of a point source inside, relative to the peak;
-        - `first`, `again`: times (s) with and without compilation;
-        - `real`, `imaginary`: pressures (2, n_f, n_point) relative to the peak.
-
-    Notes
-    -----
     The pressure of the pulsating sphere is p = jωρ a² e^{−jk(r−a)} / ((1 + jka) r) (Pierce, Acoustics, 4-1).
     """
     from nvhchain.acoustics import transfer_vectors
@@ -237,13 +219,7 @@ def _gmsh() -> Finding:
 
 
 def missing_libraries() -> list[str]:
-    """Find system libraries that gmsh's shared library needs and the dynamic linker does not find.
-
-    Returns
-    -------
-    list of str
-        Names of the libraries.
-    """
+    """Find system libraries that gmsh's shared library needs and the dynamic linker does not find."""
     missing: list[str] = []
     for library in sorted(Path(sys.prefix, "lib").glob("libgmsh.so*")):
         done = processes.run(["ldd", str(library)], seconds=SECONDS, environment={"LC_ALL": "C"})

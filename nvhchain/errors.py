@@ -113,15 +113,7 @@ _CONCERNED: ContextVar[tuple[str, ...]] = ContextVar("concerned", default=())
 def concerning(name: str) -> Iterator[None]:
     """Add a name to the subject of warnings, such as that of a case and, inside, that of a step.
 
-    Parameters
-    ----------
-    name : str
-        Case or step in progress.
-
-    Yields
-    ------
-    None
-        Warnings inside the context carry the name.
+    Yields warnings inside the context carry the name.
     """
     token = _CONCERNED.set((*_CONCERNED.get(), name))
     try:
@@ -131,17 +123,7 @@ def concerning(name: str) -> Iterator[None]:
 
 
 def warn_caller(message: str, category: type[Warning] = AccuracyWarning, *, kind: str = "") -> None:
-    """Issue a warning that points at the first caller outside this package.
-
-    Parameters
-    ----------
-    message : str
-        Text of the warning.
-    category : type
-        Class of the warning.
-    kind : str, optional
-        Kind of an AccuracyWarning.
-    """
+    """Issue a warning that points at the first caller outside this package."""
     warning = AccuracyWarning(message, kind) if category is AccuracyWarning else category(message)
     level, frame = 2, sys._getframe(1)
     while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == __package__:
@@ -150,18 +132,7 @@ def warn_caller(message: str, category: type[Warning] = AccuracyWarning, *, kind
 
 
 def printable(text: str) -> str:
-    """Escape characters that move a cursor or reverse the reading direction; line ends and tabs stay.
-
-    Parameters
-    ----------
-    text : str
-        Text from anywhere.
-
-    Returns
-    -------
-    str
-        Text that a terminal prints safely.
-    """
+    """Escape characters that move a cursor or reverse the reading direction; line ends and tabs stay."""
     if text.isprintable():
         return text
     return "".join(letter if _is_printable(letter) else letter.encode("unicode_escape").decode() for letter in text)
@@ -174,60 +145,19 @@ def _is_printable(letter: str) -> bool:
 def counted(number: int, noun: str) -> str:
     """Return a number with its noun: "1 line", "2 lines".
 
-    Parameters
-    ----------
-    number : int
-        Number of things.
-    noun : str
-        Noun in the singular, whose plural takes an s.
-
-    Returns
-    -------
-    str
-        Number and noun.
+    noun: noun in the singular, whose plural takes an s.
     """
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
 def require(condition: bool, message: str) -> None:
-    """Raise `InputError` unless a condition holds.
-
-    Parameters
-    ----------
-    condition : bool
-        Condition.
-    message : str
-        Text of the error.
-
-    Raises
-    ------
-    InputError
-        If the condition does not hold.
-    """
+    """Raise `InputError` unless a condition holds."""
     if not condition:
         raise InputError(message)
 
 
 def required(value: T | None, message: str) -> T:
-    """Return a value that is not None; else raise `InputError`.
-
-    Parameters
-    ----------
-    value : object
-        Value.
-    message : str
-        Text of the error.
-
-    Returns
-    -------
-    object
-        Value.
-
-    Raises
-    ------
-    InputError
-        If the value is None.
-    """
+    """Return a value that is not None; else raise `InputError`."""
     if value is None:
         raise InputError(message)
     return value
@@ -236,32 +166,13 @@ def required(value: T | None, message: str) -> T:
 def mistakes(error: InputError) -> list[str]:
     """Return the text of every mistake of an error.
 
-    Parameters
-    ----------
-    error : InputError
-        Error, for one mistake or several.
-
-    Returns
-    -------
-    list of str
-        One text per mistake.
+    Returns one text per mistake.
     """
     return error.each if isinstance(error, Mistakes) else [str(error)]
 
 
 def require_all(wrong: Iterable[str]) -> None:
-    """Raise one error for all mistakes.
-
-    Parameters
-    ----------
-    wrong : iterable of str
-        Text of every mistake.
-
-    Raises
-    ------
-    Mistakes
-        If there is any text.
-    """
+    """Raise one error for all mistakes."""
     each = list(wrong)
     if each:
         raise Mistakes(each)
@@ -270,32 +181,13 @@ def require_all(wrong: Iterable[str]) -> None:
 def require_each(*claims: tuple[bool, str]) -> None:
     """Raise one error for all conditions that do not hold.
 
-    Parameters
-    ----------
-    *claims : tuple of (bool, str)
-        Condition and text of its error.
-
-    Raises
-    ------
-    Mistakes
-        If any condition does not hold.
+    *claims tuple of (bool, str): condition and text of its error.
     """
     require_all(message for condition, message in claims if not condition)
 
 
 def check_all(*checks: Callable[[], object]) -> None:
-    """Run independent checks and raise one error for all of their mistakes.
-
-    Parameters
-    ----------
-    *checks : callable
-        Functions that raise InputError.
-
-    Raises
-    ------
-    Mistakes
-        If any check raises.
-    """
+    """Run independent checks and raise one error for all of their mistakes."""
     wrong: list[str] = []
     for check in checks:
         try:
@@ -308,14 +200,6 @@ def check_all(*checks: Callable[[], object]) -> None:
 def is_whole(value: object) -> bool:
     """Return True for a whole number of any numeric type.
 
-    Parameters
-    ----------
-    value : object
-        Value to check.
-
-    Returns
-    -------
-    bool
-        False for other numbers and other kinds of values.
+    Returns False for other numbers and other kinds of values.
     """
     return isinstance(value, Real) and float(value).is_integer()

@@ -41,15 +41,8 @@ def decibel(amplitude: ArrayLike, reference: float = REFERENCE_PRESSURE) -> Floa
 def power_level(power: ArrayLike) -> FloatArray:
     """Return the sound power level: 10 log10(P / 1 pW).
 
-    Parameters
-    ----------
-    power : array_like
-        Powers (W).
-
-    Returns
-    -------
-    array
-        Levels (dB re 1 pW), shape of `power`.
+    power: powers (W).
+    Returns levels (dB re 1 pW), shape of `power`.
     """
     return np.asarray(10.0 * np.log10(np.maximum(power, _FLOOR) / REFERENCE_POWER))
 
@@ -150,27 +143,10 @@ def _energy_sum(frequency: FloatArray, level: FloatArray, weighted: bool) -> Flo
 def equivalent(signal: FloatArray, *, sample_rate: float, weighted: bool = True) -> FloatArray:
     """Return the equivalent continuous level of records, from their mean square.
 
-    Parameters
-    ----------
-    signal : (n_t, …) array
-        Sound pressure (Pa).
-    sample_rate : float
-        Sampling rate (Hz).
-    weighted : bool
-        Apply A-weighting.
+    signal (n_t, …): sound pressure (Pa).
+    sample_rate: sampling rate (Hz).
+    Returns (…): level in dB(A), or in dB if not `weighted`.
 
-    Returns
-    -------
-    (…) array
-        Level in dB(A), or in dB if not `weighted`.
-
-    Raises
-    ------
-    InputError
-        If the signal is empty, or the sampling rate is not positive and finite.
-
-    Notes
-    -----
     The weighting is applied in the frequency domain to the record and its mirror image, which follow each other without
     a jump. The mean square is that of the record (Parseval). A tone of 31.7 Hz that is cut off anywhere is up to 0.4 dB
     off in a record of 1 s, and 0.1 dB in 5 s. Without the mirror it is 9 and 5 dB, since the jump sounds at all
@@ -221,29 +197,11 @@ def octave_bands(
 ) -> OctaveBands:
     """Return the levels of octaves, third octaves or other parts from the lines in them.
 
-    Parameters
-    ----------
-    frequency : (n_f,) array
-        Frequencies (Hz); a line at 0 Hz is in no band.
-    pressure : (n_f, …) complex array
-        Peak amplitudes (Pa).
-    fraction : int
-        Bands in an octave, 1 to 48.
-    weighted : bool
-        Apply A-weighting.
+    frequency (n_f,): frequencies (Hz); a line at 0 Hz is in no band.
+    pressure (n_f, …) complex array: peak amplitudes (Pa).
+    fraction: bands in an octave, 1 to 48.
+    Returns bands from the lowest to the highest line; a band without lines has the level of silence.
 
-    Returns
-    -------
-    OctaveBands
-        Bands from the lowest to the highest line; a band without lines has the level of silence.
-
-    Raises
-    ------
-    InputError
-        If there are no lines above 0 Hz, or `fraction` is outside its limits.
-
-    Notes
-    -----
     IEC 61260-1: middles G^(x/b) · 1 kHz, or G^((2x+1)/(2b)) · 1 kHz for even b, with G = 10^(3/10) and b bands in an
     octave.
     """
@@ -268,26 +226,11 @@ def record_octave_bands(
 ) -> OctaveBands:
     """Return the equivalent continuous levels of the octaves, or parts of them, of records.
 
-    Parameters
-    ----------
-    signal : (n_t, …) array
-        Sound pressure (Pa).
-    sample_rate : float
-        Sampling rate (Hz).
-    fraction : int
-        Bands in an octave, 1 to 48.
-    weighted : bool
-        Apply A-weighting.
-
-    Returns
-    -------
-    OctaveBands
-        Levels, whose energies add up to that of `equivalent`. Filters with the edges of IEC 61260-1 and no transition.
-
-    Raises
-    ------
-    InputError
-        As for `equivalent` and `octave_bands`.
+    signal (n_t, …): sound pressure (Pa).
+    sample_rate: sampling rate (Hz).
+    fraction: bands in an octave, 1 to 48.
+    Returns levels, whose energies add up to that of `equivalent`. Filters with the edges of IEC 61260-1 and no
+    transition.
     """
     frequency, line = _record_lines(signal, sample_rate)
     return octave_bands(frequency, line, fraction=fraction, weighted=weighted)
@@ -297,26 +240,10 @@ def record_octave_bands(
 def time_history(frequency: FloatArray, pressure: ComplexArray, *, sample_rate: float) -> tuple[FloatArray, FloatArray]:
     """Return one period of the signal of harmonic lines: p(t) = Re Σ p_n e^{jω_n t}, by inverse FFT.
 
-    Parameters
-    ----------
-    frequency : (n_f,) array
-        Frequencies (Hz), rising, whole multiples of one spacing.
-    pressure : (n_f, …) complex array
-        Peak amplitudes (Pa).
-    sample_rate : float
-        Lower bound of the sampling rate (Hz), above twice the highest frequency.
-
-    Returns
-    -------
-    time : (n_t,) array
-        Times (s).
-    signal : (n_t, …) array
-        Signal (Pa).
-
-    Raises
-    ------
-    InputError
-        If the lines are not harmonic or the sampling rate is too low.
+    frequency (n_f,): frequencies (Hz), rising, whole multiples of one spacing.
+    pressure (n_f, …) complex array: peak amplitudes (Pa).
+    sample_rate: lower bound of the sampling rate (Hz), above twice the highest frequency.
+    Returns time (n_t,): times (s). signal (n_t, …): signal (Pa).
     """
     frequency, pressure = np.asarray(frequency, dtype=float), np.asarray(pressure, dtype=complex)
     require(

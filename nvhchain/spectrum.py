@@ -44,30 +44,12 @@ No aliasing occurs while the input speed stays above half its mean over the wind
 def amplitude_spectrum(signal: FloatArray, sample_rate: float, *, periodic: bool) -> tuple[FloatArray, ComplexArray]:
     """Return single-sided complex peak amplitudes of a signal.
 
-    Parameters
-    ----------
-    signal : (n_t, …) array
-        Samples at equal times, any unit.
-    sample_rate : float
-        Sampling rate (Hz).
-    periodic : bool
-        True if the record covers whole periods; selects the rectangular window.  Otherwise the mean is removed and a
-        Hann window applied, amplitude-corrected by its mean.
+    signal (n_t, …): samples at equal times, any unit.
+    sample_rate: sampling rate (Hz).
+    periodic: True if the record covers whole periods; selects the rectangular window. Otherwise the mean is removed
+    and a Hann window applied, amplitude-corrected by its mean.
+    Returns frequency (n_f,): frequencies (Hz). amplitude (n_f, …) complex array: peak amplitudes, unit of `signal`.
 
-    Returns
-    -------
-    frequency : (n_f,) array
-        Frequencies (Hz).
-    amplitude : (n_f, …) complex array
-        Peak amplitudes, unit of `signal`.
-
-    Raises
-    ------
-    InputError
-        If the signal is empty.
-
-    Notes
-    -----
     The line at 0 Hz is the mean value.  It is not doubled, nor is the line at half the sampling rate, which exists for
     an even number of samples.
     """
@@ -287,25 +269,10 @@ def waterfall(signal: FloatArray, **record: Unpack[WindowedRecord]) -> Waterfall
 def order_waterfall(signal: FloatArray, **record: Unpack[WindowedRecord]) -> Waterfall:
     """Return short-angle spectra against order of the input (computed order tracking).
 
-    Parameters
-    ----------
-    signal : (n_t, …) array
-        Samples at equal times.
-    **record : WindowedRecord
-        Sampling rate, input speed (not negative), resolution and last line (orders), overlap.
+    signal (n_t, …): samples at equal times.
+    **record: sampling rate, input speed (not negative), resolution and last line (orders), overlap.
+    Returns one spectrum per window; windows last 1.5 / resolution turns of the input.
 
-    Returns
-    -------
-    Waterfall
-        One spectrum per window; windows last 1.5 / resolution turns of the input.
-
-    Raises
-    ------
-    InputError
-        If the input turns backwards or by less than a window.
-
-    Notes
-    -----
     The signal is interpolated to equal angles, so that an order stays on its line at any speed.  The angle is the
     integral of the input speed.  Lines above the band of the record (sampling rate / 2.56) are set to 0.
 

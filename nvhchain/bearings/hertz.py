@@ -53,23 +53,8 @@ class Ellipse:
 def ellipse(difference: float) -> Ellipse:
     """Return the constants of a contact by Hertz's elliptic integrals.
 
-    Parameters
-    ----------
-    difference : float
-        Relative difference F(ρ) of the curvatures, 0 (circle) … below 1 (line).
+    difference: relative difference F(ρ) of the curvatures, 0 (circle) … below 1 (line).
 
-    Returns
-    -------
-    Ellipse
-        Constants.
-
-    Raises
-    ------
-    InputError
-        If the difference is outside 0…1 − 1e-9.
-
-    Notes
-    -----
     κ solves F = ((κ² + 1) E − 2K)/((κ² − 1) E) with the complete integrals K and E of the parameter 1 − 1/κ².
     a* = (2κ²E/π)^(1/3), b* = a*/κ, δ* = (2K/π) (π/(2κ²E))^(1/3). Source: T. A. Harris and M. N. Kotzalas,
     Essential Concepts of Bearing Technology, 5th ed., ch. 6; ISO/TS 16281, 4.2.
@@ -140,14 +125,6 @@ class Groove:
 def ball_stiffness(inner: Groove, outer: Groove) -> float:
     """Return K (N/m^(3/2)) of a ball between two raceways, Q = K δ^(3/2).
 
-    Parameters
-    ----------
-    inner, outer : Groove
-        Contacts with the raceways.
-
-    Returns
-    -------
-    float
-        Load per deflection to the power of 3/2.
+    Returns load per deflection to the power of 3/2.
     """
     return (inner.compliance + outer.compliance) ** -1.5

@@ -139,23 +139,6 @@ class Given:
 def ball_geometry(given: Given) -> Internal:
     """Return the internal geometry of a ball bearing.
 
-    Parameters
-    ----------
-    given : Given
-        Catalogue data.
-
-    Returns
-    -------
-    Internal
-        Geometry.
-
-    Raises
-    ------
-    InputError
-        If neither geometry nor ratings are complete, or if they contradict each other.
-
-    Notes
-    -----
     For every number of balls, C_0r of ISO 76 gives their diameter. The number has a diameter closest to 0.6 of the
     section height and a C_r of ISO 281 closest to the catalogue's. Both differences count relative to their scatter.
     """
@@ -197,29 +180,10 @@ def ball_geometry(given: Given) -> Internal:
 def roller_geometry(given: Given, *, share: float, fill: float, b_m: float) -> Internal:
     """Return the internal geometry of a roller bearing.
 
-    Parameters
-    ----------
-    given : Given
-        Catalogue data.
-    share : float
-        Usual roller diameter relative to the section height.
-    fill : float
-        Usual share of the pitch circle that the rollers fill.
-    b_m : float
-        Rating factor of ISO 281.
+    share: usual roller diameter relative to the section height.
+    fill: usual share of the pitch circle that the rollers fill.
+    b_m: rating factor of ISO 281.
 
-    Returns
-    -------
-    Internal
-        Geometry.
-
-    Raises
-    ------
-    InputError
-        If neither geometry nor ratings are complete, or if they contradict each other.
-
-    Notes
-    -----
     For every roller diameter, `fill` gives the number and C_0r of ISO 76 the length. The diameter is closest to `share`
     of the section height, with a C_r of ISO 281 closest to the catalogue's. Both differences count relative to their
     scatter.

@@ -29,20 +29,8 @@ class Supporting(Protocol):
 def usual_stiffness(bearing: Supporting) -> tuple[FloatArray, float]:
     """Return the mean stiffness of a bearing pressed in all directions, and by how much it is pressed.
 
-    Parameters
-    ----------
-    bearing : Supporting
-        Bearing.
+    Returns stiffness (5, 5): stiffness (N/m, N, N m). reach: displacement (m).
 
-    Returns
-    -------
-    stiffness : (5, 5) array
-        Stiffness (N/m, N, N m).
-    reach : float
-        Displacement (m).
-
-    Notes
-    -----
     The displacement grows from `SMALL` until the bearing carries in every direction of the translations.
     """
     for growth in range(8):
@@ -68,26 +56,9 @@ def load_surplus(moved: FloatArray, reach: float) -> float:
 def displacement(bearing: Supporting, load: FloatArray, *, tilts: bool = True) -> FloatArray:
     """Return the displacement of a bearing under a load.
 
-    Parameters
-    ----------
-    bearing : Supporting
-        Bearing.
-    load : (5,) array
-        Force of the shaft along x, y, z (N) and moment about x and y (N m).
-    tilts : bool
-        False holds the tilts at 0; their moments then follow.
-
-    Returns
-    -------
-    (5,) array
-        Displacement along x, y, z (m) and tilts about x and y (rad).
-
-    Raises
-    ------
-    InputError
-        If the load is 0 or not finite.
-    SolverError
-        If the bearing cannot carry the load.
+    load (5,): force of the shaft along x, y, z (N) and moment about x and y (N m).
+    tilts: False holds the tilts at 0; their moments then follow.
+    Returns (5,): displacement along x, y, z (m) and tilts about x and y (rad).
     """
     load = np.asarray(load, dtype=float)
     require(

@@ -45,33 +45,13 @@ def settle(
 ) -> Settled:
     """Return the position at which elastic forces balance a load, from the position 0.
 
-    Parameters
-    ----------
-    forces : callable
-        Gradient (n,) and second derivative (n, n) of a convex energy.
-    load : (n,) array
-        Load.
-    spring : (n, n) array
-        Stiffness of the usual size, which holds what has no contact yet.
-    size : (n,) array
-        Usual force of every unknown, > 0.
-    tolerance : float
-        Largest residual relative to `size`, in the largest entry.
-    surplus : float
-        Factor ≥ 1 of the load with which the search begins.
+    forces: gradient (n,) and second derivative (n, n) of a convex energy.
+    load (n,).
+    spring (n, n): stiffness of the usual size, which holds what has no contact yet.
+    size (n,): usual force of every unknown, > 0.
+    tolerance: largest residual relative to `size`, in the largest entry.
+    surplus: factor ≥ 1 of the load with which the search begins.
 
-    Returns
-    -------
-    Settled
-        Position, steps and residual.
-
-    Raises
-    ------
-    SolverError
-        If the forces do not balance within `STEPS` steps.
-
-    Notes
-    -----
     The spring is scaled by the square of the residual, at most 1e-2. Convergence is therefore quadratic at the end. A
     step is shortened, by the rule of false position, to where the force along it vanishes. Under a load that is small
     against the stiffness times the clearance, contacts are few and hard to find. The search therefore begins with a

@@ -173,18 +173,9 @@ class RollerRow:
 def logarithmic_profile(diameter: float, length: float) -> FloatArray:
     """Return the relief (m) of a roller against both raceways, 2 P(x) of ISO/TS 16281.
 
-    Parameters
-    ----------
-    diameter, length : float
-        Diameter D_we and effective length L_we of the roller (m).
+    diameter, length: diameter D_we and effective length L_we of the roller (m).
+    Returns (n_lamina,): relief (m).
 
-    Returns
-    -------
-    (n_lamina,) array
-        Relief (m).
-
-    Notes
-    -----
     P = 0.00035 D_we ln(1/(1 − (2x/L_we)²)). For rollers longer than 2.5 D_we, it is 0.0005 D_we
     ln(1/(1 − ((2|x| − (L_we − 2.5 D_we))/(2.5 D_we))²)) beyond a straight middle.
     """
@@ -197,17 +188,9 @@ def logarithmic_profile(diameter: float, length: float) -> FloatArray:
 def crowned_profile(radius_difference: float, length: float) -> FloatArray:
     """Return the relief (m) of a roller of circular profile against both raceways.
 
-    Parameters
-    ----------
-    radius_difference : float
-        Difference of the curvatures 1/R_roller − 1/R_raceway (1/m), alike at both raceways.
-    length : float
-        Effective length (m).
-
-    Returns
-    -------
-    (n_lamina,) array
-        Relief (m), x² (1/R_roller − 1/R_raceway).
+    radius_difference: difference of the curvatures 1/R_roller − 1/R_raceway (1/m), alike at both raceways.
+    length: effective length (m).
+    Returns (n_lamina,): relief (m), x² (1/R_roller − 1/R_raceway).
     """
     x = length * ((np.arange(LAMINAE) + 0.5) / LAMINAE - 0.5)
     return np.asarray(x**2 * radius_difference)

@@ -197,22 +197,7 @@ class Deviations:
     def gear_deviations(self, geometry: GearGeometry, *, drives: bool) -> GearDeviations:
         """Return the deviations of a gear.
 
-        Parameters
-        ----------
-        geometry : GearGeometry
-            Teeth.
-        drives : bool
-            True for the pinion of a stage.
-
-        Returns
-        -------
-        GearDeviations
-            Deviations of every tooth.
-
-        Raises
-        ------
-        InputError
-            If the class does not cover the gear, or lists do not fit its teeth.
+        drives: True for the pinion of a stage.
         """
         drawn = drawn_deviations(
             geometry, self.limits(geometry), seed=self.seed, drives=drives, angle=self.run_out_phase

@@ -27,23 +27,7 @@ NAMES[RadiatorCase] = "a RadiatorCase, as load_case returns them"
 
 
 def load_channels(path: str | Path) -> ForceChannels:
-    """Read the meaning of the channels of an imported record of bearing forces (TOML).
-
-    Parameters
-    ----------
-    path : str or Path
-        TOML file.
-
-    Returns
-    -------
-    ForceChannels
-        Meaning of every channel.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be used; the message states file, field, value, limit and remedy.
-    """
+    """Read the meaning of the channels of an imported record of bearing forces (TOML)."""
     path = Path(path)
     return build(ForceChannels, _read(path, ()), str(path))
 

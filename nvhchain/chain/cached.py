@@ -58,21 +58,9 @@ class _Looking(Run):
 def cached_results(case: Case, *, fidelity: Fidelity, out: str | Path, operators: str | Path | None = None) -> set[str]:
     """Return the names of the results that a run would take from the cache.
 
-    Parameters
-    ----------
-    case : Case
-        Case of the run.
-    fidelity : Fidelity
-        Fidelity of the run.
-    out : str or Path
-        Folder of the run. Nothing is written in it.
-    operators : str or Path, optional
-        Folder of the shared operators, if it is another.
-
-    Returns
-    -------
-    set of str
-        Names of files without key and suffix, such as `mesh_law_stage1`.
+    out: folder of the run. Nothing is written in it.
+    operators: folder of the shared operators, if it is another.
+    Returns names of files without key and suffix, such as `mesh_law_stage1`.
     """
     found = _Found()
     spine, shared = (_Reading(Path(folder), found) for folder in (out, operators or out))

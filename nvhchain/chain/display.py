@@ -31,22 +31,7 @@ class ResultPlots:
     def spectrum(self, *, point: int = 0, axes: Sequence[Axes] | None = None) -> list[Axes]:
         """Draw the level of the sound pressure over frequency, with confidence limits.
 
-        Parameters
-        ----------
-        point : int
-            Index of the field point.
-        axes : sequence of Axes, optional
-            Two axes; those of a new figure by default.
-
-        Returns
-        -------
-        list of Axes
-            Unweighted and A-weighted level.
-
-        Raises
-        ------
-        InputError
-            If the result has no spectrum of sound pressure.
+        axes: two axes; those of a new figure by default.
         """
         from nvhchain import plots
         from nvhchain.error_band import ErrorBand

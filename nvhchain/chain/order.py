@@ -154,34 +154,9 @@ def system_modes(
 ) -> tuple[SystemModes, ...]:
     """Compute the modes of shafts, meshes, bearings and housing under the torque of a case.
 
-    Parameters
-    ----------
-    case : GearboxCase
-        Gearbox.
-    speeds : sequence of float
-        Speeds of the input (rad/s). Modes change with it only by gyroscopic terms.
-    fidelity : Fidelity
-        Knobs of all steps.
-    out : str or Path, optional
-        Folder for the hand-offs.
-    operators : str or Path, optional
-        As in `run`.
-    damped : bool
-        False leaves all damping out.
-    watcher : Watcher, optional
-        As in `run`.
-
-    Returns
-    -------
-    tuple of SystemModes
-        One per speed. Their planes are those of the gears, then of the bearings.
-
-    Raises
-    ------
-    InputError
-        If the case is no gearbox, or the input cannot be used.
-    SolverError
-        If a step does not reach its residual.
+    speeds: speeds of the input (rad/s). Modes change with it only by gyroscopic terms.
+    damped: False leaves all damping out.
+    Returns one per speed. Their planes are those of the gears, then of the bearings.
     """
     if not isinstance(case, GearboxCase):
         raise InputError(f"{case.name} is a radiator: it has no shafts and meshes; `plot` draws the modes of a housing")

@@ -56,24 +56,10 @@ def operators_ahead(
 ) -> Iterator[None]:
     """Compute housings, mesh laws and transfer vectors of `cases` in advance, and compile the code of the next steps.
 
-    Parameters
-    ----------
-    cases : sequence of Case
-        Cases that will run with the same operators.
-    fidelity : Fidelity
-        Fidelity of the runs.
-    operators : Path
-        Folder of the shared operators.
-    watcher : Watcher, optional
-        Receives the progress of the housings and transfer vectors.
+    cases: cases that will run with the same operators.
+    operators: folder of the shared operators.
+    watcher: receives the progress of the housings and transfer vectors.
 
-    Raises
-    ------
-    InputError, ResourceError
-        If a run would be refused.
-
-    Notes
-    -----
     A run inside this context waits at the cache for a law that the other process has begun. It computes the others
     itself. Nothing is done in advance with one core, or with too little work or memory for two processes. The same
     holds for options whose laws need more than the gears.

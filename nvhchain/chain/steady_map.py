@@ -137,20 +137,8 @@ def steady_map(
 def check_states(case: Case, speeds: ArrayLike, torques: ArrayLike | None = None) -> None:
     """Refuse states that `steady_map` cannot compute, before anything long is computed.
 
-    Parameters
-    ----------
-    case : Case
-        Case of the run.
-    speeds : (n_speed,) array_like
-        Speeds of the input (rad/s).
-    torques : (n_torque,) array_like, optional
-        Torques of the input (N m).
-
-    Raises
-    ------
-    InputError
-        If the case is no gearbox at constant speed with sound pressure, a speed is not positive, or the states are too
-        many.
+    speeds (n_speed,) array_like: speeds of the input (rad/s).
+    torques (n_torque,) array_like: torques of the input (N m).
     """
     if not isinstance(case, GearboxCase) or case.running_up or "pressure" not in case.quantities:
         raise InputError(f"{case.name}: speeds need a gearbox at constant speed that asks for `pressure`")

@@ -31,15 +31,7 @@ __all__ = ["Console", "main", "parser", "reported"]
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line.
 
-    Parameters
-    ----------
-    arguments : sequence of str, optional
-        Arguments; those of the process by default.
-
-    Returns
-    -------
-    int
-        Exit code.
+    arguments: arguments; those of the process by default.
     """
     try:
         words = parser()
@@ -52,17 +44,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def reported(words: ArgumentParser, arguments: Sequence[str] | None) -> int:
     """Run the action of a parser's options and print a failure as one line, several mistakes as one line each.
 
-    Parameters
-    ----------
-    words : ArgumentParser
-        Parser; its options have an `action`, which takes them and returns an exit code.
-    arguments : sequence of str, optional
-        Arguments; those of the process by default.
-
-    Returns
-    -------
-    int
-        Exit code.
+    words: parser; its options have an `action`, which takes them and returns an exit code.
+    arguments: arguments; those of the process by default.
     """
     with standard_streams():
         return _reported(words, sys.argv[1:] if arguments is None else arguments)

@@ -85,10 +85,7 @@ def _degrees(text: str) -> float:
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the command line.
 
-    Returns
-    -------
-    ArgumentParser
-        Parser; every command names its function in `commands`.
+    Returns parser; every command names its function in `commands`.
     """
     top = Parser(
         prog="nvhchain",

@@ -153,16 +153,10 @@ class ErrorBand:
 def format_parts(parts: Sequence[tuple[str, float, float]]) -> str:
     """Return the largest parts of confidence limits as text.
 
-    Parameters
-    ----------
-    parts : sequence of (str, float, float)
-        Source, share and frequency (Hz) of its largest line; the largest part first.
-
-    Returns
-    -------
-    str
-        Text such as "71 % from housing (most at 4833 Hz), 12 % from gear.slices (most at 1667 Hz)"; empty without
-        parts of at least a tenth.
+    parts sequence of (str, float, float): source, share and frequency (Hz) of its largest line; the largest part
+    first.
+    Returns text such as "71 % from housing (most at 4833 Hz), 12 % from gear.slices (most at 1667 Hz)"; empty without
+    parts of at least a tenth.
     """
     return ", ".join(
         f"{100 * share:.0f} % from {source} (most at {frequency:.0f} Hz)"
@@ -174,19 +168,10 @@ def format_parts(parts: Sequence[tuple[str, float, float]]) -> str:
 def format_level(level: float, unit: str, limits: Sequence[float | None]) -> str:
     """Return a level and its limits as text.
 
-    Parameters
-    ----------
-    level : float
-        Level (dB); `SILENT_LEVEL` or less is silence.
-    unit : str
-        Unit of the level, such as "dB(A)".
-    limits : sequence of float or None
-        Lower and upper limit.
-
-    Returns
-    -------
-    str
-        Text such as "65.2 dB(A) (63.0…67.1)".
+    level: level (dB); `SILENT_LEVEL` or less is silence.
+    unit: unit of the level, such as "dB(A)".
+    limits: lower and upper limit.
+    Returns text such as "65.2 dB(A) (63.0…67.1)".
     """
     if level > SILENT_LEVEL:
         return f"{level:.1f} {unit} ({format_limits(limits)})"

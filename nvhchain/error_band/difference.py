@@ -18,26 +18,11 @@ SHARED = frozenset({"housing", "modes left out", "surface mesh", "radiation", "q
 def difference_limits(first: ErrorBand, second: ErrorBand, shared: Collection[str] = ()) -> FloatArray:
     """Return the limits of the second overall level less the first one.
 
-    Parameters
-    ----------
-    first, second : ErrorBand
-        Bands of both levels, at the same places.
-    shared : collection of str
-        Sources that have the same relative error in both runs at a line, such as `SHARED` for two gears in one
-        housing.
+    first, second: bands of both levels, at the same places.
+    shared: sources that have the same relative error in both runs at a line, such as `SHARED` for two gears in one
+    housing.
+    Returns (n_place, 2): limits in dB; −inf and inf where an error exceeds the sound.
 
-    Returns
-    -------
-    (n_place, 2) array
-        Limits in dB; −inf and inf where an error exceeds the sound.
-
-    Raises
-    ------
-    InputError
-        If the bands have different places.
-
-    Notes
-    -----
     A line l has the share a_l of the first energy and b_l of the second. A shared relative error ε_l changes the
     difference by 20 lg(e) (b_l − a_l) ε_l. Changes of the lines of a source add up; those of `housing` add in
     quadrature, as in `ErrorBand.overall`. Other sources change both levels independently. All sources add in
@@ -83,27 +68,11 @@ def _sum(changes: FloatArray, name: str) -> FloatArray:
 def pass_probability(level: float, limits: Sequence[float | None], target: float) -> float:
     """Return the probability that a level is at most a target.
 
-    Parameters
-    ----------
-    level : float
-        Level (dB).
-    limits : sequence of float or None
-        Lower and upper confidence limit (dB); a lower limit of −inf or None is none.
-    target : float
-        Largest admissible level (dB).
+    level: level (dB).
+    limits: lower and upper confidence limit (dB); a lower limit of −inf or None is none.
+    target: largest admissible level (dB).
+    Returns probability between 0 and 1; 0 or 1 for limits without width.
 
-    Returns
-    -------
-    float
-        Probability between 0 and 1; 0 or 1 for limits without width.
-
-    Raises
-    ------
-    InputError
-        Without an upper limit.
-
-    Notes
-    -----
     The limits lie `COVERAGE` = 2 standard deviations from the amplitude, so that about 95 % of normally distributed
     errors lie between them. The error of the amplitude counts as normally distributed, with the deviation of the side
     on which the target lies. Where there is no lower limit, the deviation is at least half of the amplitude. The limits

@@ -18,12 +18,7 @@ from nvhchain.levels import decibel
 def save_error_bands(bands: Mapping[str, ErrorBand | RunUpBand], out: str | Path) -> None:
     """Write `error_bands.json`: every band (`band_record`) by the name of its quantity.
 
-    Parameters
-    ----------
-    bands : mapping of str to ErrorBand or RunUpBand
-        Quantity → band.
-    out : str or Path
-        Folder of the file; created if needed.
+    out: folder of the file; created if needed.
     """
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)

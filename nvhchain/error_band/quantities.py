@@ -77,26 +77,7 @@ def error_band(
 ) -> ErrorBand:
     """Return the error band of a sound pressure at its lines.
 
-    Parameters
-    ----------
-    origin : Origin
-        Hand-offs that it was computed from.
-    pressure : FieldPressure
-        Pressure at the field points.
-    velocity : SurfaceVelocity
-        Surface velocity that the pressure was computed from.
-    transfer_vectors : TransferVectors, optional
-        Transfer vectors of the pressure.
-
-    Returns
-    -------
-    ErrorBand
-        Limits at the field points.
-
-    Raises
-    ------
-    InputError
-        If pressure and velocity have different lines.
+    velocity: surface velocity that the pressure was computed from.
     """
     case, fidelity, housing, force_spectrum = origin.case, origin.fidelity, origin.housing, origin.force_spectrum
     lines, size = pressure.frequency, np.abs(pressure.pressure)
@@ -126,21 +107,10 @@ def force_band(
 ) -> ErrorBand:
     """Return the error band of the bearing forces: every bearing's resultant amplitude √(Σ|F_i|²).
 
-    Parameters
-    ----------
-    origin : Origin
-        Hand-offs that it was computed from.
-    force_spectrum : ForceSpectrum
-        Bearing forces (N).
-    width : float or (n_f,) array
-        Width of a line on either side (orders of the input), for a changing speed.
-    change : ForceChange, optional
-        `force_change`, if already computed.
-
-    Returns
-    -------
-    ErrorBand
-        Limits (n_f, n_bearing), dB re 1 µN.
+    force_spectrum: bearing forces (N).
+    width: width of a line on either side (orders of the input), for a changing speed.
+    change: `force_change`, if already computed.
+    Returns limits (n_f, n_bearing), dB re 1 µN.
     """
     case, fidelity, housing = origin.case, origin.fidelity, origin.housing
     assert isinstance(case, GearboxCase)
@@ -160,17 +130,8 @@ def force_band(
 def velocity_band(origin: Origin, velocity: SurfaceVelocity) -> ErrorBand:
     """Return the error band of the surface velocity: its root mean square over the surface.
 
-    Parameters
-    ----------
-    origin
-        As in `error_band`.
-    velocity : SurfaceVelocity
-        Surface velocity (m/s).
-
-    Returns
-    -------
-    ErrorBand
-        Limits (n_f, 1), dB re 1 nm/s.
+    velocity: surface velocity (m/s).
+    Returns limits (n_f, 1), dB re 1 nm/s.
     """
     case, fidelity, housing, force_spectrum = origin.case, origin.fidelity, origin.housing, origin.force_spectrum
     share = velocity.surface.areas / velocity.surface.areas.sum()
@@ -201,23 +162,10 @@ def power_band(
 ) -> ErrorBand:
     """Return the error band of the sound power, as that of a pressure of the same level.
 
-    Parameters
-    ----------
-    origin : Origin
-        Hand-offs that it was computed from.
-    power : SoundPower
-        Sound power.
-    velocity : SurfaceVelocity, optional
-        Surface velocity that the power was computed from.
-    radiation_resistance : RadiationResistance, optional
-        Radiation resistance that the power was computed from, instead of `velocity`.
-    surface : Surface, optional
-        Radiating surface; needed if neither `velocity` nor `housing` holds it.
-
-    Returns
-    -------
-    ErrorBand
-        Limits (n_f, 1); 0 dB is 1 pW.
+    velocity: surface velocity that the power was computed from.
+    radiation_resistance: radiation resistance that the power was computed from, instead of `velocity`.
+    surface: radiating surface; needed if neither `velocity` nor `housing` holds it.
+    Returns limits (n_f, 1); 0 dB is 1 pW.
     """
     case, fidelity, housing, force_spectrum = origin.case, origin.fidelity, origin.housing, origin.force_spectrum
     lines = power.frequency

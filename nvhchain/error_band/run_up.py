@@ -51,20 +51,7 @@ class RunUpBand:
     bands: tuple[ErrorBand, ...]
 
     def widened(self, source: str, relative: float) -> RunUpBand:
-        """Return the band with one more source of error, relative to the amplitudes at all speeds.
-
-        Parameters
-        ----------
-        source : str
-            Name of the source.
-        relative : float
-            Relative error.
-
-        Returns
-        -------
-        RunUpBand
-            Wider band.
-        """
+        """Return the band with one more source of error, relative to the amplitudes at all speeds."""
         bands = tuple(band.widened(source, relative) for band in self.bands)
         before, after = (np.array([band.overall for band in of]) for of in (self.bands, bands))
         known = np.isfinite(before)
@@ -101,22 +88,7 @@ class _Instant:
 def run_up_force_band(origin: Origin, bearing_forces: BearingForces) -> RunUpBand:
     """Return the error band of the bearing forces: the level of every bearing's resultant in the band of the case.
 
-    Parameters
-    ----------
-    origin : Origin
-        Hand-offs that it was computed from.
-    bearing_forces : BearingForces
-        Record of the bearing forces.
-
-    Returns
-    -------
-    RunUpBand
-        Limits (n, n_bearing, 2), dB re 1 µN.
-
-    Raises
-    ------
-    InputError
-        If the record is too short for the band.
+    Returns limits (n, n_bearing, 2), dB re 1 µN.
     """
     case, housing = origin.case, origin.housing
     assert isinstance(case, GearboxCase)
@@ -141,31 +113,10 @@ def run_up_band(
 ) -> RunUpBand:
     """Return the error band of the sound pressure of a run-up.
 
-    Parameters
-    ----------
-    origin : Origin
-        Hand-offs that it was computed from.
-    history : PressureHistory
-        Sound pressure over time.
-    bearing_forces : BearingForces
-        Record that the pressure was computed from.
-    transfer_vectors : TransferVectors
-        Transfer vectors of the pressure.
-    housing : ReducedHousing
-        Housing of the run; exact if the origin has none.
+    bearing_forces: record that the pressure was computed from.
+    housing: housing of the run; exact if the origin has none.
+    Returns limits (n, n_point, 2), dB(A).
 
-    Returns
-    -------
-    RunUpBand
-        Limits (n, n_point, 2), dB(A).
-
-    Raises
-    ------
-    InputError
-        If the record is too short for the band.
-
-    Notes
-    -----
     The sources are those of a steady run at the lines of each instant.
     """
     case, fidelity = origin.case, origin.fidelity

@@ -75,29 +75,11 @@ def factorize(
 ) -> Factor:
     """Factor a real symmetric or complex Hermitian sparse matrix.
 
-    Parameters
-    ----------
-    matrix : (n, n) sparse matrix
-        Matrix, or its upper triangle.
-    symmetric_positive_definite : bool
-        True for Cholesky; complex matrices are taken as such. Otherwise LDLᵀ with pivoting, whose `negative` counts
-        the negative eigenvalues (Sturm sequence property).
-    engine : {"auto", "pardiso", "superlu"}
-        Solver; auto takes pardiso where it exists.
-    upper : bool
-        True if `matrix` is the upper triangle alone.
-
-    Returns
-    -------
-    Factor
-        Factored matrix.
-
-    Raises
-    ------
-    SolverError
-        If the matrix is singular or, with `symmetric_positive_definite`, not positive definite.
-    ResourceError
-        If the factor does not fit into the available memory, or the system is too large for SuperLU.
+    matrix (n, n) sparse matrix: matrix, or its upper triangle.
+    symmetric_positive_definite: True for Cholesky; complex matrices are taken as such. Otherwise LDLᵀ with pivoting,
+    whose `negative` counts the negative eigenvalues (Sturm sequence property).
+    engine {"auto", "pardiso", "superlu"}: solver; auto takes pardiso where it exists.
+    upper: True if `matrix` is the upper triangle alone.
     """
     require(matrix.ndim == 2 and matrix.shape[0] == matrix.shape[1], f"matrix of shape {matrix.shape} is not square")
     require(engine in ("auto", "pardiso", "superlu"), f"engine {engine!r} is none of auto, pardiso, superlu")

@@ -19,23 +19,12 @@ RigidSet = tuple[IntArray, FloatArray | None]
 def rigid_map(nodes: FloatArray, sets: Sequence[RigidSet]) -> sp.csr_matrix:
     """Return the map T of rigid node sets, with u = T u_reduced and K_reduced = Tᵀ K T.
 
-    Parameters
-    ----------
-    nodes : (n, 3) array
-        Nodes (m).
-    sets : sequence of (array, array or None)
-        Node numbers and reference point (3,) (m) of each set; None for fixed nodes.
-
-    Returns
-    -------
-    (3 n, n_reduced) sparse matrix
-        Map T. u_reduced holds the free nodes in node order. Then each reference point has three translations (m) and
-        three rotations (rad) about x, y, z, in the order of `sets`. Fixed sets have none.
-
-    Raises
-    ------
-    InputError
-        For an empty set, an unknown node, or a node in two sets.
+    nodes (n, 3): nodes (m).
+    sets sequence of (array, array or None): node numbers and reference point (3,) (m) of each set; None for fixed
+    nodes.
+    Returns (3 n, n_reduced) sparse matrix: map T. u_reduced holds the free nodes in node order. Then each reference
+    point has three translations (m) and three rotations (rad) about x, y, z, in the order of `sets`. Fixed sets have
+    none.
     """
     nodes = np.asarray(nodes, dtype=float)
     owner = np.full(len(nodes), -1)

@@ -52,28 +52,12 @@ def lowest_modes(
 ) -> tuple[FloatArray, FloatArray]:
     """Return natural frequencies up to f_max and mass-normalised shapes.
 
-    Parameters
-    ----------
-    K, M : (n, n) sparse matrices
-        Symmetric stiffness and mass; K semidefinite, M positive definite.
-    f_max : float
-        Highest frequency (Hz), > 0.
-    factor : Factor, optional
-        Factor of K itself, for a structure without rigid modes. By default K is shifted and factored here.
-    count : int, optional
-        `modes_below(K, M, f_max)`, if counted before. The memory of its factor is then not needed beside another.
-
-    Returns
-    -------
-    frequency : (m,) array
-        Natural frequencies (Hz); a rigid mode, zero up to rounding, has 0.
-    shapes : (n, m) array
-        Shapes (kg^-½), with a positive largest component.
-
-    Raises
-    ------
-    SolverError
-        If a mode does not converge or the count disagrees.
+    K, M (n, n) sparse matrices: symmetric stiffness and mass; K semidefinite, M positive definite.
+    f_max: highest frequency (Hz), > 0.
+    factor: factor of K itself, for a structure without rigid modes. By default K is shifted and factored here.
+    count: `modes_below(K, M, f_max)`, if counted before. The memory of its factor is then not needed beside another.
+    Returns frequency (m,): natural frequencies (Hz); a rigid mode, zero up to rounding, has 0. shapes (n, m): shapes
+    (kg^-½), with a positive largest component.
     """
     require(np.isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
     limit = (2 * np.pi * f_max) ** 2
@@ -96,17 +80,9 @@ def lowest_modes(
 def modes_below(K: Any, M: Any, frequency: float) -> int:
     """Return the number of natural frequencies below a frequency.
 
-    Parameters
-    ----------
-    K, M : (n, n) sparse matrices
-        Symmetric stiffness and mass.
-    frequency : float
-        Frequency (Hz).
-
-    Returns
-    -------
-    int
-        Number of negative eigenvalues of K − ω²M (Sylvester).
+    K, M (n, n) sparse matrices: symmetric stiffness and mass.
+    frequency: frequency (Hz).
+    Returns number of negative eigenvalues of K − ω²M (Sylvester).
     """
     with factorize(sp.csr_matrix(K - (2 * np.pi * frequency) ** 2 * M), symmetric_positive_definite=False) as factor:
         return factor.negative

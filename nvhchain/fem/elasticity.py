@@ -23,30 +23,12 @@ def stiffness_and_mass(
 ) -> tuple[sp.csr_matrix, sp.csr_matrix | None]:
     """Return the stiffness and consistent mass matrices of a solid.
 
-    Parameters
-    ----------
-    nodes : (n, 3) array
-        Nodes (m).
-    elements : (m, k) array
-        Node numbers in the order of VTK.
-    kind : {"tet10", "hex20", "wedge15"}
-        Kind of the elements.
-    material : Material
-        Isotropic material.
-    mass : bool
-        False omits the mass.
-
-    Returns
-    -------
-    K : (3 n, 3 n) sparse matrix
-        Stiffness (N/m).
-    M : (3 n, 3 n) sparse matrix or None
-        Mass (kg); None without `mass`.
-
-    Raises
-    ------
-    InputError
-        For an inverted element (Jacobian not positive at a quadrature point).
+    nodes (n, 3): nodes (m).
+    elements (m, k): node numbers in the order of VTK.
+    kind {"tet10", "hex20", "wedge15"}: kind of the elements.
+    mass: False omits the mass.
+    Returns K (3 n, 3 n) sparse matrix: stiffness (N/m). M (3 n, 3 n) sparse matrix or None: mass (kg); None without
+    `mass`.
     """
     nodes = np.ascontiguousarray(nodes, dtype=float)
     elements = np.ascontiguousarray(elements, dtype=np.int64)

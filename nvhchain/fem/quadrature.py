@@ -95,17 +95,7 @@ _TETRAHEDRON: dict[int, tuple[tuple[float, tuple[float, ...]], ...]] = {
 def triangle_rule(degree: int) -> tuple[FloatArray, FloatArray]:
     """Return the rule of fewest points that is exact to `degree`, with positive weights.
 
-    Returns
-    -------
-    points : (3, n) array
-        Barycentric coordinates.
-    weights : (n,) array
-        Weights, adding up to one.
-
-    Raises
-    ------
-    InputError
-        For a degree beyond `HIGHEST_DEGREE`.
+    Returns points (3, n): barycentric coordinates. weights (n,): weights, adding up to one.
     """
     require(degree <= HIGHEST_DEGREE, f"quadrature order {degree} of a triangle is too high: {HIGHEST_DEGREE} at most")
     orbits = _TRIANGLE[min(known for known in _TRIANGLE if known >= degree)]

@@ -20,31 +20,12 @@ def nodal_stress(
 ) -> FloatArray:
     """Return the stress at all nodes, recovered and averaged.
 
-    Parameters
-    ----------
-    nodes : (n, 3) array
-        Nodes (m).
-    elements : (m, k) array
-        Node numbers in the order of VTK.
-    kind : {"hex20", "tet10"}
-        Kind of the elements.
-    material : Material
-        Isotropic material.
-    displacement : (n, 3) array
-        Displacement of the nodes (m).
+    nodes (n, 3): nodes (m).
+    elements (m, k): node numbers in the order of VTK.
+    kind {"hex20", "tet10"}: kind of the elements.
+    displacement (n, 3): displacement of the nodes (m).
+    Returns (n, 6): σ_x, σ_y, σ_z, τ_yz, τ_zx, τ_xy (Pa).
 
-    Returns
-    -------
-    (n, 6) array
-        σ_x, σ_y, σ_z, τ_yz, τ_zx, τ_xy (Pa).
-
-    Raises
-    ------
-    InputError
-        For another kind of element.
-
-    Notes
-    -----
     Stress is evaluated at the 2 × 2 × 2 Gauss points of a brick, or at the four of a tetrahedron.  It is one order more
     accurate there than elsewhere (Barlow, Int. J. Numer. Meth. Eng. 10, 1976).  It is extrapolated linearly along each
     axis to the nodes, and averaged over the elements that share a node.

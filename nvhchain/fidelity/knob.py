@@ -95,27 +95,13 @@ def knob(
 ) -> Any:
     """Declare a knob: a field of a class of `Knobs`.
 
-    Parameters
-    ----------
-    default : object
-        Default value; presets must give the value of a knob without one.
-    meaning : str
-        One or two sentences for the documentation.
-    low, high : float
-        Limits, in `unit`. Switches and tuples are not checked.
-    unit : str
-        Unit.
-    choices : tuple of str
-        Names that a text may be, in place of limits.
-    step : str
-        Part of the computation that uses the knob, by default that of its class.
-    sweep : tuple, Sweep or str
-        Values of a sweep, cheapest first, or the reason for their absence.
-
-    Returns
-    -------
-    dataclasses.Field
-        Field with the declaration in its metadata.
+    default: default value; presets must give the value of a knob without one.
+    meaning: one or two sentences for the documentation.
+    low, high: limits, in `unit`. Switches and tuples are not checked.
+    choices: names that a text may be, in place of limits.
+    step: part of the computation that uses the knob, by default that of its class.
+    sweep tuple, Sweep or str: values of a sweep, cheapest first, or the reason for their absence.
+    Returns field with the declaration in its metadata.
     """
     tried = Sweep(sweep) if isinstance(sweep, tuple) else sweep
     return field(default=default, metadata={"knob": Declared(meaning, low, high, unit, choices, step, tried)})
@@ -124,15 +110,7 @@ def knob(
 def declared(field: Field[Any]) -> Declared:
     """Return the declaration of a knob's field.
 
-    Parameters
-    ----------
-    field : dataclasses.Field
-        Field made by `knob`.
-
-    Returns
-    -------
-    Declared
-        Its declaration.
+    Returns its declaration.
     """
     found: Declared = field.metadata["knob"]
     return found

@@ -42,22 +42,7 @@ A = TypeVar("A", bound=Accuracy)
 def writable_folder(folder: str | Path, name: str) -> Path:
     """Return a folder for files, made if it is missing.
 
-    Parameters
-    ----------
-    folder : str or Path
-        Folder.
-    name : str
-        Name of the argument in the message.
-
-    Returns
-    -------
-    Path
-        Same folder.
-
-    Raises
-    ------
-    InputError
-        If no files can be written in it; it is raised before any work.
+    name: name of the argument in the message.
     """
     place = Path(folder)
     try:
@@ -71,15 +56,7 @@ def writable_folder(folder: str | Path, name: str) -> Path:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write text as UTF-8, whole or not at all.
-
-    Parameters
-    ----------
-    path : Path
-        File.
-    text : str
-        Content.
-    """
+    """Write text as UTF-8, whole or not at all."""
     write_atomic(path, text.encode())
 
 
@@ -166,26 +143,7 @@ def load(path: str | Path, kind: type[H] = HandOff) -> H:  # type: ignore[assign
 def stated(path: str | Path, kind: type[HandOff], stated_class: type[A]) -> A:
     """Return the accuracy of the hand-off in a file, without its arrays.
 
-    Parameters
-    ----------
-    path : str or Path
-        HDF5 file.
-    kind : type of HandOff
-        Required class of the hand-off.
-    stated_class : type of Accuracy
-        Class of its accuracy.
-
-    Returns
-    -------
-    Accuracy
-        Accuracy of this class.
-
-    Raises
-    ------
-    InputError
-        If the file holds another kind of hand-off.
-    FileFormatError
-        If the file is no whole hand-off of this version.
+    path: HDF5 file.
     """
     path = Path(path)
     require(record(path)[0] == kind.__name__, f"{path}: holds no {kind.__name__}")
@@ -196,22 +154,7 @@ def stated(path: str | Path, kind: type[HandOff], stated_class: type[A]) -> A:
 def record(path: str | Path) -> tuple[str, dict[str, Any]]:
     """Return kind and provenance of the hand-off in a file.
 
-    Parameters
-    ----------
-    path : str or Path
-        HDF5 file.
-
-    Returns
-    -------
-    kind : str
-        Name of its class.
-    provenance : dict
-        Record of its making.
-
-    Raises
-    ------
-    FileFormatError
-        If the file is no whole hand-off.
+    path: HDF5 file.
     """
     _check_bytes(Path(path))
     try:

@@ -232,29 +232,11 @@ class ResultCache:
     ) -> H:
         """Return the result of a step: cached if inputs, fidelity and code are unchanged, else computed and kept.
 
-        Parameters
-        ----------
-        name : str
-            File name without suffix. `{key}` in it is replaced by the hash of the inputs, so that several variants
-            coexist.
-        kind : type of HandOff
-            Class of the result.
-        package : str
-            Package whose code makes the result.
-        inputs : sequence
-            Inputs of the step.
-        compute : callable
-            Function of a progress callback that returns the result.
-        fidelity : dataclass, optional
-            Knobs of the step.
+        name: file name without suffix. `{key}` in it is replaced by the hash of the inputs, so that several variants
+        coexist.
+        compute: function of a progress callback that returns the result.
+        Returns result with key, step, version, knobs and seconds of its making in its provenance.
 
-        Returns
-        -------
-        HandOff
-            Result with key, step, version, knobs and seconds of its making in its provenance.
-
-        Notes
-        -----
         A damaged file is computed again. If another process is computing the result, it is waited for. A cached result
         repeats the warnings of its accuracy. Variants (`{key}`) are also kept in NVHCHAIN_CACHE, if it is set.
         """

@@ -163,14 +163,8 @@ def jumps(rms: FloatArray) -> FloatArray:
 def study(place: Place, rows: Sequence[Harmonics], varied: int) -> Numbers:
     """Sweep pairs with given harmonics of the static transmission error up and down.
 
-    Parameters
-    ----------
-    place : Place
-        Folders.
-    rows : sequence of tuple
-        STE_av, STE_m and STE_h of each pair (µm).
-    varied : int
-        Place in the rows of the amplitude that is varied.
+    rows: STE_av, STE_m and STE_h of each pair (µm).
+    varied: place in the rows of the amplitude that is varied.
     """
     pairs = [study_pair(row) for row in rows]
     up, down = steady_sweep(pairs, STUDIED), steady_sweep(pairs, STUDIED[::-1])

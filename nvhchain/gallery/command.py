@@ -16,15 +16,7 @@ from nvhchain.fidelity import PRESETS
 def main(arguments: Sequence[str] | None = None) -> int:
     """Make figures and tables of the thesis.
 
-    Parameters
-    ----------
-    arguments : sequence of str, optional
-        Arguments; those of the process by default.
-
-    Returns
-    -------
-    int
-        Exit code, as for `nvhchain.cli.main`.
+    arguments: arguments; those of the process by default.
     """
     return reported(_parser(), arguments)
 

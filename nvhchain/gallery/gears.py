@@ -71,16 +71,7 @@ def engagement(
 ) -> Engagement:
     """Return the engagement of a solid gear with a lightweight one.
 
-    Parameters
-    ----------
-    driving, driven : GearGeometry
-        Teeth of both gears.
-    blank : Blank
-        Blank of the driven gear.
-    fidelity : GearFidelity
-        Finite elements and slices.
-    friction : bool
-        True for friction that bends the teeth.
+    friction: True for friction that bends the teeth.
     """
     pair = GearPair(GearBody(driving), GearBody(driven, blank), CENTRE_DISTANCE)
     # edges come into contact in some of the uses: the same reach serves all

@@ -71,25 +71,8 @@ def made_items(
 
     An item that fails does not stop the others.
 
-    Parameters
-    ----------
-    items : sequence of Item
-        Figures and tables.
-    out : Path
-        Folder of the gallery.
-    fidelity : Fidelity
-        Fidelity of gears and gearboxes.
-    cases : Path
-        Folder of the gearbox cases.
-    wanted : collection of str, optional
-        Numbers of the items to make; the others are taken if they are there. By default all are made.
-    progress : callable, optional
-        Receives a line for each item that is wanted.
-
-    Returns
-    -------
-    list of Made
-        All items.
+    wanted: numbers of the items to make; the others are taken if they are there. By default all are made.
+    progress: receives a line for each item that is wanted.
     """
     out = writable_folder(out, "out")
     shared = writable_folder(out / SHARED, "out")

@@ -23,33 +23,14 @@ td + td {{ text-align: right }} img {{ max-width: 100% }}
 
 
 def write_pages(made: Sequence[Made], out: Path) -> tuple[Path, Path]:
-    """Write index.md and index.html.
-
-    Parameters
-    ----------
-    made : sequence of Made
-        Items.
-    out : Path
-        Folder of the gallery.
-
-    Returns
-    -------
-    tuple of Path
-        Both pages.
-    """
+    """Write index.md and index.html."""
     write_text(out / "index.md", _markdown(made))
     write_text(out / "index.html", _html(made))
     return out / "index.md", out / "index.html"
 
 
 def verdicts(made: Sequence[Made]) -> str:
-    """Return the table of verdicts (Markdown), with the thesis's numbers beside ours.
-
-    Parameters
-    ----------
-    made : sequence of Made
-        Items.
-    """
+    """Return the table of verdicts (Markdown), with the thesis's numbers beside ours."""
     lines = ["| number | content | thesis / ours | verdict |", "|---|---|---|---|"]
     for each in made:
         claimed = {name.removesuffix(" / yes") for name in each.item.ours}

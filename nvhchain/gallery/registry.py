@@ -50,20 +50,8 @@ ITEMS: tuple[Item, ...] = tuple(
 def chosen(numbers: Sequence[str]) -> list[Item]:
     """Return the items of figures and tables.
 
-    Parameters
-    ----------
-    numbers : sequence of str
-        Numbers such as "5.7" or "table 3.2"; all items if there are none.
-
-    Returns
-    -------
-    list of Item
-        Items in the order of the thesis.
-
-    Raises
-    ------
-    InputError
-        If the gallery has no such number.
+    numbers: numbers such as "5.7" or "table 3.2"; all items if there are none.
+    Returns items in the order of the thesis.
     """
     for number in numbers:
         if not any(item.answers(number) for item in ITEMS):

@@ -22,15 +22,7 @@ CONTACT_LOSS = "contact loss"
 def warn_of(stated: Accuracy | HandOff) -> None:
     """Issue the warnings of a stated accuracy.
 
-    Parameters
-    ----------
-    stated : Accuracy or HandOff
-        Accuracy, or a hand-off, whose accuracies and those of hand-offs inside count.
-
-    Warns
-    -----
-    AccuracyWarning
-        One for each of its `doubts`, with value, limit and remedy.
+    stated: accuracy, or a hand-off, whose accuracies and those of hand-offs inside count.
     """
     for accuracy in stated.accuracies() if isinstance(stated, HandOff) else (stated,):
         for doubt in accuracy.doubts():

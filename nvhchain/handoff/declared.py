@@ -102,17 +102,7 @@ class Quantity:
     def checked(self, value: Any, sizes: Sizes) -> Any:
         """Return the value in its stored form.
 
-        Parameters
-        ----------
-        value : object
-            Value given to the hand-off.
-        sizes : dict of str to int
-            Known lengths of axes; those that this field sets are added.
-
-        Raises
-        ------
-        InputError
-            If the value has another kind or shape, is not finite, or lies below the limit.
+        sizes: known lengths of axes; those that this field sets are added.
         """
         called = f"{self.owner}.{self.name}"
         if self.dtype is not None:
@@ -186,25 +176,14 @@ def array(
 ) -> Any:
     """Declare a field with axes: a tuple, or an array whose element type is in the annotation.
 
-    Parameters
-    ----------
-    unit : str
-        Unit as stored: "Hz"; "1" for ratios and counts, "" where none applies.
-    axes : str
-        Names of the axes, separated by commas. An axis has one length in all fields of a hand-off and of those inside
-        it. `loaded_bearing=bearing` names an axis with the length of another one.
-    meaning : str
-        Noun phrase; appears in files, tables and documentation.
-    default : object, optional
-        None or () where the field may be absent.
-    lower_limit : float, optional
-        Smallest value.
-    fewest : int, optional
-        Smallest length of the first axis.
-    spread : bool, optional
-        Accept a scalar and spread it over the axes.
-    made_by : callable, optional
-        Function that computes the field from the hand-off at the first access, if None is given.
+    unit: unit as stored: "Hz"; "1" for ratios and counts, "" where none applies.
+    axes: names of the axes, separated by commas. An axis has one length in all fields of a hand-off and of those
+    inside it. `loaded_bearing=bearing` names an axis with the length of another one.
+    meaning: noun phrase; appears in files, tables and documentation.
+    default: None or () where the field may be absent.
+    fewest: smallest length of the first axis.
+    spread: accept a scalar and spread it over the axes.
+    made_by: function that computes the field from the hand-off at the first access, if None is given.
     """
     pairs = [
         (name.strip(), (source or name).strip()) for name, _, source in (a.partition("=") for a in axes.split(","))
@@ -214,19 +193,7 @@ def array(
 
 
 def value(unit: str, meaning: str, *, default: Any = MISSING, lower_limit: float | None = None) -> Any:
-    """Declare a field without axes: a number, a text, a truth value, or an object such as another hand-off.
-
-    Parameters
-    ----------
-    unit : str
-        As in `array`.
-    meaning : str
-        As in `array`.
-    default : object, optional
-        As in `array`.
-    lower_limit : float, optional
-        As in `array`.
-    """
+    """Declare a field without axes: a number, a text, a truth value, or an object such as another hand-off."""
     return field(default=default, metadata={"declared": Quantity(unit, (), meaning, default, lower_limit)})
 
 
@@ -242,11 +209,6 @@ def checked_array(field_name: str, given: Any, dtype: Any, shape: tuple[int | No
     """Return a read-only, finite, C-contiguous array of `dtype` and `shape` (None: any length).
 
     A read-only array that owns its memory, such as that of another hand-off, is not copied.
-
-    Raises
-    ------
-    InputError
-        If values are not numeric, not real or not whole as required, not finite, or have another shape.
     """
     wanted = np.dtype(dtype)
     if np.iscomplexobj(given) and wanted.kind != "c":

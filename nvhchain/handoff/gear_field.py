@@ -65,10 +65,7 @@ class GearField(HandOff):
     def stress_away_from_contact(self) -> FloatArray:
         """Return the equivalent stress without that about the points of contact, where it does not converge.
 
-        Returns
-        -------
-        (n,) array
-            Equivalent stress after von Mises (Pa), 0 at nodes up to a normal module from a loaded slice.
+        Returns (n,): equivalent stress after von Mises (Pa), 0 at nodes up to a normal module from a loaded slice.
         """
         away = np.ones(len(self.nodes), dtype=bool)
         for point in self.slice_point[np.abs(self.slice_force).max(axis=1, initial=0.0) > 0]:

@@ -68,34 +68,12 @@ def reduce_housing(
 ) -> ReducedHousing:
     """Reduce the casting, bolted to a rigid plane, to modes and residual flexibility; without bolts it is free.
 
-    Parameters
-    ----------
-    casting : Casting
-        Casting.
-    f_max : float
-        Upper limit of the band (Hz).
-    surface_size : float
-        Edge length of the radiating triangles (m).
-    fidelity : HousingFidelity
-        Fidelity; modes up to mode_ratio · f_max, or the number for truncation_tolerance_db.
-    progress : Progress, optional
-        Receives steps done and total.
+    f_max: upper limit of the band (Hz).
+    surface_size: edge length of the radiating triangles (m).
+    fidelity: fidelity; modes up to mode_ratio · f_max, or the number for truncation_tolerance_db.
+    Returns reduced housing. Its accuracy states the estimated truncation error (dB of surface velocity,
+    `truncation_error`). It also states the error of the sound power due to the mapping onto the radiating faces.
 
-    Returns
-    -------
-    ReducedHousing
-        Reduced housing. Its accuracy states the estimated truncation error (dB of surface velocity,
-        `truncation_error`). It also states the error of the sound power due to the mapping onto the radiating faces.
-
-    Raises
-    ------
-    InputError
-        If the mesh cannot carry the bending waves of the wall at f_max, or the triangle size is not usable.
-    SolverError
-        If gmsh or the eigensolver fails.
-
-    Notes
-    -----
     Warnings concern a mesh that is too coarse for the bending waves at f_max or for the wall thickness, and a mapping
     error above fidelity.mapping_tolerance_db.
     """

@@ -21,21 +21,9 @@ _FLOAT, _UINT, _BYTE = 5126, 5125, 5121
 def write_glb(surface: Surface, motion: ComplexArray, colours: FloatArray, path: str | Path) -> Path:
     """Write a surface that moves in a loop of one period.
 
-    Parameters
-    ----------
-    surface : Surface
-        Surface.
-    motion : (n_vertex, 3) complex array
-        Motion of the vertices as it is drawn (m); the shown position is vertices + Re(motion e^{jφ}).
-    colours : (n_vertex, 3) array
-        Red, green and blue, 0 to 1.
-    path : str or Path
-        File to write.
-
-    Returns
-    -------
-    Path
-        Path of the file.
+    motion (n_vertex, 3) complex array: motion of the vertices as it is drawn (m); the shown position is vertices +
+    Re(motion e^{jφ}).
+    colours (n_vertex, 3): red, green and blue, 0 to 1.
     """
     phase = 2.0 * np.pi * np.arange(_STEPS + 1) / _STEPS
     weights = np.column_stack([np.cos(phase), np.sin(phase)])

@@ -22,25 +22,6 @@ _DOUBLE, _SYMMETRIC = 2, 6
 def write_craig_bampton(model: CraigBampton, path: str | Path) -> Path:
     """Write the matrices in the format of the suffix.
 
-    Parameters
-    ----------
-    model : CraigBampton
-        Reduced matrices.
-    path : str or Path
-        File (.mat or .bdf).
-
-    Returns
-    -------
-    Path
-        Path of the file.
-
-    Raises
-    ------
-    InputError
-        For another suffix.
-
-    Notes
-    -----
     A .mat file is of level 5, with `stiffness`, `mass`, `interface_frequency`, `motion`, `names`, `positions` and
     `units`. A .bdf file holds DMIG `KHOUSE` and `MHOUSE`. Seats are GRID 1, 2, … in their order; SPOINTs of the modal
     coordinates follow. `K2GG = KHOUSE` and `M2GG = MHOUSE` select them.

@@ -29,20 +29,6 @@ TRIANGLE = 5
 def write_modes_vtkhdf(housing: ReducedHousing, path: str | Path) -> Path:
     """Write mode shapes on the radiating surface, one step per mode with its natural frequency (Hz) as value.
 
-    Parameters
-    ----------
-    housing : ReducedHousing
-        Housing.
-    path : str or Path
-        VTKHDF file.
-
-    Returns
-    -------
-    Path
-        Path of the file.
-
-    Notes
-    -----
     Cells hold normal_shape (kg^-½); points hold the vectors shape for Warp By Vector.
     """
     require(
@@ -57,20 +43,6 @@ def write_modes_vtkhdf(housing: ReducedHousing, path: str | Path) -> Path:
 def write_velocity_vtkhdf(velocity: SurfaceVelocity, path: str | Path) -> Path:
     """Write operating shapes, one step per line with its frequency (Hz) as value.
 
-    Parameters
-    ----------
-    velocity : SurfaceVelocity
-        Surface velocity.
-    path : str or Path
-        VTKHDF file.
-
-    Returns
-    -------
-    Path
-        Path of the file.
-
-    Notes
-    -----
     Cells hold the normal velocity (m/s; real, imaginary) and its level (dB re 1 nm/s); points hold the velocity as
     vectors.
     """
@@ -113,20 +85,6 @@ def write_vtu(
 def write_gear_field_vtu(field: GearField, path: str | Path) -> Path:
     """Write displacement and stress of a gear.
 
-    Parameters
-    ----------
-    field : GearField
-        Displacement and stress.
-    path : str or Path
-        VTU file.
-
-    Returns
-    -------
-    Path
-        Path of the file.
-
-    Notes
-    -----
     Points hold the vectors displacement (m) for Warp By Vector, von_mises (Pa), and force (N), the sum of the slice
     forces at the nearest node.  Cells are the quadratic elements.
     """

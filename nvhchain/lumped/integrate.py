@@ -149,33 +149,11 @@ def integrate(
 ) -> Motion:
     """Integrate all pairs through the same windows.
 
-    Parameters
-    ----------
-    pairs : sequence of GearPair
-        Gear pairs.
-    windows : Windows
-        Steps and speeds.
-    state : (2, n_pair) array, optional
-        Start: x (m) and ẋ (m/s); by default at rest in static equilibrium.
-    fidelity : LumpedFidelity
-        Least number of steps per period.
-    executor : Executor, optional
-        Runs groups of four pairs in parallel; threads suffice, as the loop holds no lock.
+    state (2, n_pair): start: x (m) and ẋ (m/s); by default at rest in static equilibrium.
+    fidelity: least number of steps per period.
+    executor: runs groups of four pairs in parallel; threads suffice, as the loop holds no lock.
+    Returns statistics per window, samples and final state.
 
-    Returns
-    -------
-    Motion
-        Statistics per window, samples and final state.
-
-    Raises
-    ------
-    InputError
-        If a step does not resolve a natural period, a mesh cycle or the harmonics of the stiffness curve.
-    SolverError
-        If the motion overflows (undamped parametric resonance).
-
-    Notes
-    -----
     A periodic cubic spline gives the stiffness between its samples.
     """
     require(len(pairs) > 0, "no gear pair given: at least one is needed")

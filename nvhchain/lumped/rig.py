@@ -109,18 +109,7 @@ class RigModes:
 
 @checked
 def rig_modes(rig: TorsionalRig) -> RigModes:
-    """Return the natural modes without damping.
-
-    Parameters
-    ----------
-    rig : TorsionalRig
-        Test rig.
-
-    Returns
-    -------
-    RigModes
-        Elastic modes.
-    """
+    """Return the natural modes without damping."""
     squared, shapes = eigh(rig.stiffness_matrix, rig.inertia_matrix)
     shapes, squared = shapes[:, 1:], squared[1:]
     twist = TWISTS @ shapes

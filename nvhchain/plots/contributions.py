@@ -21,19 +21,8 @@ def modal_assurance_table(
 ) -> Axes:
     """Draw the modal assurance criterion (MAC) as a map, with numbers for few modes.
 
-    Parameters
-    ----------
-    table : (n, m) array
-        MAC, 0 … 1.
-    rows, columns : (n,) and (m,) array
-        Natural frequencies (Hz).
-    row_name, column_name : str
-        Names on the axes.
-
-    Returns
-    -------
-    Axes
-        Axes of the map.
+    table (n, m): MAC, 0 … 1.
+    rows, columns (n,) and (m,) array: natural frequencies (Hz).
     """
     n, m = len(rows), len(columns)
     require(table.shape == (n, m), f"MAC of shape {table.shape} for {n} × {m} modes")
@@ -67,25 +56,11 @@ def contribution_bars(
 ) -> Axes:
     """Draw the share of each part in the pressure at a point at one line, Re(p_i p*)/|p|², the largest first.
 
-    Parameters
-    ----------
-    names : sequence of str
-        Names of the parts.
-    pressure : (n_part,) complex array
-        Pressure of each part (Pa).
-    frequency : float
-        Frequency in the title (Hz).
-    count : int
-        Largest number of bars; the others are summed in one bar.
-    title : str
-        Title.
-    ax : Axes, optional
-        Axes; those of a new figure by default.
-
-    Returns
-    -------
-    Axes
-        Axes of the bars; their sum is one.
+    pressure (n_part,) complex array: pressure of each part (Pa).
+    frequency: frequency in the title (Hz).
+    count: largest number of bars; the others are summed in one bar.
+    ax: axes; those of a new figure by default.
+    Returns axes of the bars; their sum is one.
     """
     require(len(names) == len(pressure) > 0, f"{len(names)} names for {len(pressure)} parts")
     total = complex(np.sum(pressure))

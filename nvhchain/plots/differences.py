@@ -61,18 +61,10 @@ class Table:
 def difference_table(configurations: Mapping[str, Mapping[str, Any]], *, strongest: int = 20) -> Table:
     """Return the levels of every configuration, and each minus the first.
 
-    Parameters
-    ----------
-    configurations : mapping of str to mapping
-        Configuration → {`overall_dBA`: dB(A), `orders`: [{`order`, `frequency_hz`, `level_db`}]}, as `compare` writes
-        them to summary.json. Run-ups have `over_speed` and `highest` in place of `orders`.
-    strongest : int
-        Number of orders with the highest level in any configuration; listed in rising order.
-
-    Returns
-    -------
-    Table
-        Table of levels (dB).
+    configurations: configuration → {`overall_dBA`: dB(A), `orders`: [{`order`, `frequency_hz`, `level_db`}]}, as
+    `compare` writes them to summary.json. Run-ups have `over_speed` and `highest` in place of `orders`.
+    strongest: number of orders with the highest level in any configuration; listed in rising order.
+    Returns table of levels (dB).
     """
     require(len(configurations) > 0, "no configuration given: at least one is needed")
     names = list(configurations)

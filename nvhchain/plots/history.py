@@ -60,17 +60,9 @@ def pressure_history(
 def mesh_names(record: BearingForces) -> tuple[list[str], str]:
     """Return the names of a record's meshes and of its whole train.
 
-    Parameters
-    ----------
-    record : BearingForces
-        Record of a run or of another program.
-
-    Returns
-    -------
-    meshes : list of str
-        Shafts of every mesh, such as A–B and B–C. Records without names of shafts count their meshes.
-    train : str
-        First and last shaft, such as A–C.
+    record: record of a run or of another program.
+    Returns meshes: shafts of every mesh, such as A–B and B–C. Records without names of shafts count their meshes.
+    train: first and last shaft, such as A–C.
     """
     errors = record.mesh_deflection if record.transmission_error is None else record.transmission_error
     count = errors.shape[1] if errors.ndim == 2 else 0
@@ -86,19 +78,10 @@ def transmission_error_history(
 ) -> list[Axes]:
     """Draw the transmission errors of the dynamics over the angle of the input, one panel each.
 
-    Parameters
-    ----------
-    records : mapping of str to BearingForces
-        Configuration → record of the same gearbox, from its beginning; at low speed the errors are quasi-static.
-    turns : float
-        Turns of the input to draw; the whole record if it is shorter.
-    axes : sequence of Axes, optional
-        One per mesh, and one for input to output; those of a new figure by default.
-
-    Returns
-    -------
-    list of Axes
-        Meshes (µm along the line of action), then input to output (µrad at the output).
+    records: configuration → record of the same gearbox, from its beginning; at low speed the errors are quasi-static.
+    turns: turns of the input to draw; the whole record if it is shorter.
+    axes: one per mesh, and one for input to output; those of a new figure by default.
+    Returns meshes (µm along the line of action), then input to output (µrad at the output).
     """
     require(len(records) > 0, "no record given: at least one configuration is needed")
     require(turns > 0.0, f"turns = {turns:g} must be positive")

@@ -22,22 +22,9 @@ def sweep_responses(
 ) -> list[Axes]:
     """Draw the RMS of the oscillating error within mesh cycles over mesh frequency, one curve per pair and direction.
 
-    Parameters
-    ----------
-    rising, falling : SweepResponse
-        Sweeps of the same pairs with rising and falling speed.
-    names : sequence of str
-        Names of the pairs.
-    axes : sequence of Axes, optional
-        One; that of a new figure by default.
+    rising, falling: sweeps of the same pairs with rising and falling speed.
+    axes: one; that of a new figure by default.
 
-    Returns
-    -------
-    list of Axes
-        One.
-
-    Notes
-    -----
     A bar below the curves spans the speeds at which contact is lost during rising speed.
     """
     require(
@@ -122,27 +109,12 @@ def order_spectra(
 ) -> list[Axes]:
     """Draw the peak amplitude of every order of an error, one panel per spectrum.
 
-    Parameters
-    ----------
-    spectra : mapping of str to (array, array)
-        Title → orders per turn and amplitudes (m).
-    mesh_order : float
-        Mesh order.
-    spacing : float
-        Distance (orders) of marked sidebands of mesh_order; 0 for none.
-    sidebands : int
-        Number of marked sidebands on each side.
-    highest : float, optional
-        Last drawn order; 2.2 times mesh_order by default.
-    decades : float
-        Range below the strongest line.
-    axes : sequence of Axes, optional
-        One per spectrum; those of a new figure by default.
-
-    Returns
-    -------
-    list of Axes
-        One per spectrum.
+    spectra mapping of str to (array, array): title → orders per turn and amplitudes (m).
+    spacing: distance (orders) of marked sidebands of mesh_order; 0 for none.
+    sidebands: number of marked sidebands on each side.
+    highest: last drawn order; 2.2 times mesh_order by default.
+    axes: one per spectrum; those of a new figure by default.
+    Returns one per spectrum.
     """
     require(len(spectra) > 0, "no spectrum given: at least one is needed")
     last = 2.2 * mesh_order if highest is None else highest
@@ -172,19 +144,9 @@ def rig_responses(
 ) -> list[Axes]:
     """Draw magnitudes of mesh twists per torque over frequency.
 
-    Parameters
-    ----------
-    frequency : (n_f,) array
-        Frequencies (Hz).
-    responses : mapping of str to (n_f,) complex array
-        Name → twist per torque (rad/Nm).
-    axes : sequence of Axes, optional
-        One; that of a new figure by default.
-
-    Returns
-    -------
-    list of Axes
-        One.
+    frequency (n_f,): frequencies (Hz).
+    responses mapping of str to (n_f,) complex array: name → twist per torque (rad/Nm).
+    axes: one; that of a new figure by default.
     """
     require(len(responses) > 0, "no response given: at least one is needed")
     (ax,) = panels(1, axes, height=4.4)

@@ -60,17 +60,7 @@ def transmission_errors(stages: Mapping[str, Mapping[str, Curve]], *, axes: Sequ
 def mesh_law_map(law: MeshLaw, *, axes: Sequence[Axes] | None = None) -> list[Axes]:
     """Draw force over wheel angle and deflection; lines of equal force are transmission errors, one per load.
 
-    Parameters
-    ----------
-    law : MeshLaw
-        Mesh law.
-    axes : sequence of Axes, optional
-        One; that of a new figure by default.
-
-    Returns
-    -------
-    list of Axes
-        One.
+    axes: one; that of a new figure by default.
     """
     (ax,) = panels(1, axes, height=5.0)
     angle = np.degrees(np.r_[law.angle, law.period])

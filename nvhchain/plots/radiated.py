@@ -27,17 +27,8 @@ _ROUND = 0.01
 def efficiency_spectrum(efficiencies: Mapping[str, RadiationEfficiency], *, axes: Axes | None = None) -> Axes:
     """Draw the radiation efficiency in dB, 10 lg σ, over frequency; 0 dB is that of plane waves.
 
-    Parameters
-    ----------
-    efficiencies : mapping of str to RadiationEfficiency
-        Configuration → efficiency.
-    axes : Axes, optional
-        Axes; those of a new figure by default.
-
-    Returns
-    -------
-    Axes
-        Axes of the curves.
+    efficiencies: configuration → efficiency.
+    axes: axes; those of a new figure by default.
     """
     floor = np.finfo(float).tiny
     curves = {
@@ -50,17 +41,8 @@ def efficiency_spectrum(efficiencies: Mapping[str, RadiationEfficiency], *, axes
 def directivity_spectrum(directivities: Mapping[str, Directivity], *, axes: Axes | None = None) -> Axes:
     """Draw the directivity index at every field point over frequency; 0 dB is that of a source that radiates evenly.
 
-    Parameters
-    ----------
-    directivities : mapping of str to Directivity
-        Configuration → directivity.
-    axes : Axes, optional
-        Axes; those of a new figure by default.
-
-    Returns
-    -------
-    Axes
-        Axes of the curves.
+    directivities: configuration → directivity.
+    axes: axes; those of a new figure by default.
     """
     curves = {}
     for name, of in directivities.items():
@@ -77,27 +59,10 @@ def directivity_polar(
 ) -> PolarAxes:
     """Draw the directivity index over the angle at field points on a circle.
 
-    Parameters
-    ----------
-    directivities : mapping of str to Directivity
-        Configuration → directivity, at the same points.
-    frequency : sequence of float
-        Frequencies (Hz); the nearest lines are drawn.
-    axes : PolarAxes, optional
-        Axes; those of a new figure by default.
+    directivities: configuration → directivity, at the same points.
+    frequency: frequencies (Hz); the nearest lines are drawn.
+    axes: axes; those of a new figure by default.
 
-    Returns
-    -------
-    PolarAxes
-        Axes of the diagram.
-
-    Raises
-    ------
-    InputError
-        For fewer than six points and for points on no circle.
-
-    Notes
-    -----
     0 dB is the index of a source that radiates evenly. Angles count from the coordinate axis that is named there. The
     diagram ends 30 dB below the largest index.
     """

@@ -83,17 +83,7 @@ def power_spectrum(
 ) -> list[Axes]:
     """Draw the sound power level of every line, unweighted above and A-weighted below.
 
-    Parameters
-    ----------
-    powers : mapping of str to SoundPower
-        Configuration → sound power.
-    marks, dynamic_range, axes
-        As in `pressure_spectrum`.
-
-    Returns
-    -------
-    list of Axes
-        Two.
+    powers: configuration → sound power.
     """
     lines = {name: (of.frequency, levels.power_level(of.power)) for name, of in powers.items()}
     return _plain_and_weighted(lines, "W", "1 pW", _common_input_frequency(powers), marks, dynamic_range, axes)
@@ -156,21 +146,9 @@ def bearing_force_spectra(
 ) -> list[Axes]:
     """Draw the force on the housing at every bearing, one panel each: √(|F_x|² + |F_y|² + |F_z|²), N peak.
 
-    Parameters
-    ----------
-    spectra : mapping of str to ForceSpectrum
-        Configuration → spectrum, all with the same bearings.
-    marks : OrderMarks, optional
-        As in `pressure_spectrum`.
-    decades : float
-        Range below the strongest line.
-    axes : sequence of Axes, optional
-        One per bearing; those of a new figure by default.
-
-    Returns
-    -------
-    list of Axes
-        One per bearing.
+    spectra: configuration → spectrum, all with the same bearings.
+    axes: one per bearing; those of a new figure by default.
+    Returns one per bearing.
     """
     require(len(spectra) > 0, "no force spectrum given: at least one configuration is needed")
     names = next(iter(spectra.values())).names

@@ -21,20 +21,11 @@ def levels_over_speed(
 ) -> list[Axes]:
     """Draw levels over the input speed, one panel per quantity, one line per configuration.
 
-    Parameters
-    ----------
-    profiles : mapping of str to mapping of str to (array, array)
-        Configuration → quantity and, after a comma, its unit → speed (n,) rad/s and level (n,) dB. All have the same
-        quantities.
-    dynamic_range : float
-        Range (dB) below the highest level of a panel.
-    axes : sequence of Axes, optional
-        One per quantity; those of a new figure by default.
-
-    Returns
-    -------
-    list of Axes
-        One per quantity.
+    profiles mapping of str to mapping of str to (array, array): configuration → quantity and, after a comma, its unit
+    → speed (n,) rad/s and level (n,) dB. All have the same quantities.
+    dynamic_range: range (dB) below the highest level of a panel.
+    axes: one per quantity; those of a new figure by default.
+    Returns one per quantity.
     """
     require(len(profiles) > 0, "no profile given: at least one configuration is needed")
     quantities = list(next(iter(profiles.values())))
@@ -66,25 +57,12 @@ def campbell(
 ) -> Axes:
     """Draw natural frequencies over the input speed, with mesh orders that meet them.
 
-    Parameters
-    ----------
-    speed : (n,) array
-        Speeds of the input (rad/s).
-    frequency : sequence of (n_mode,) array
-        Natural frequencies (Hz) at each speed, ascending.
-    weight : sequence of (n_mode,) array
-        Darkness of every mode, 0 to 1: the share of the meshes in its strain energy.
-    orders : mapping of str to float
-        Name of an excitation → its frequency over the input speed (Hz s/rad).
-    nominal : float, optional
-        Speed (rad/s) to be marked.
-    axes : Axes, optional
-        Axes; those of a new figure by default.
-
-    Returns
-    -------
-    Axes
-        The axes.
+    speed (n,): speeds of the input (rad/s).
+    frequency sequence of (n_mode,) array: natural frequencies (Hz) at each speed, ascending.
+    weight sequence of (n_mode,) array: darkness of every mode, 0 to 1: the share of the meshes in its strain energy.
+    orders: name of an excitation → its frequency over the input speed (Hz s/rad).
+    nominal: speed (rad/s) to be marked.
+    axes: axes; those of a new figure by default.
     """
     (ax,) = panels(1, None if axes is None else [axes], height=5.5)
     rpm, top = 60.0 / (2.0 * np.pi) * speed, max(float(of[-1]) for of in frequency if len(of))

@@ -28,19 +28,7 @@ def recorded_case(case: Case, fidelity: Fidelity, folder: Path) -> Iterator[None
     The file holds values of the case, its orders, outlines of its gears, and the fidelity. A run that ends before its
     first hand-off leaves nothing.
 
-    Parameters
-    ----------
-    case : Case
-        Case.
-    fidelity : Fidelity
-        Fidelity of the run.
-    folder : Path
-        Folder of the run; made if it is missing.
-
-    Yields
-    ------
-    None
-        The run belongs inside the context.
+    folder: folder of the run; made if it is missing.
     """
     record = {
         "name": case.name,

@@ -158,21 +158,8 @@ def _written(
 def write_run(result: Result, out: Path, states: States = (None, None), watcher: Watcher | None = None) -> Path:
     """Write summary.json, the sound and the page of one run.
 
-    Parameters
-    ----------
-    result : Result
-        Result of the run.
-    out : Path
-        Folder of the run.
-    states : (sequence of float or None, sequence of float or None)
-        Further steady speeds (rad/s) and torques (N m), as for `compare`.
-    watcher : Watcher, optional
-        Receives the progress of these states.
-
-    Returns
-    -------
-    Path
-        Path of the page.
+    states (sequence of float or None, sequence of float or None): further steady speeds (rad/s) and torques (N m), as
+    for `compare`.
     """
     results = {result.case.name: result}
     if not result.supplied:
@@ -184,19 +171,7 @@ def write_run(result: Result, out: Path, states: States = (None, None), watcher:
 
 
 def check_comparable(cases: Sequence[Case]) -> None:
-    """Refuse cases that cannot be compared.
-
-    Parameters
-    ----------
-    cases : sequence of Case
-        Cases of one comparison.
-
-    Raises
-    ------
-    InputError
-        If there are no cases, if cases share a name, if one does not ask for `pressure`, or if run-ups are mixed with
-        constant speeds.
-    """
+    """Refuse cases that cannot be compared."""
     names = [case.name for case in cases]
     require(len(names) > 0, "no cases are given: at least one is needed")
     check_names(names, "cases")

@@ -67,28 +67,15 @@ def draw(
 ) -> None:
     """Draw hand-offs of one kind as PNG, or write their motion.
 
-    Parameters
-    ----------
-    files : list of Path
-        HDF5 files, all of one kind.
-    picture : Path
-        PNG to write. A path that ends in .gif, .glb, .vtu, .vtkhdf, .unv or .csv holds the motion of a housing or
-        surface (`write_motion`). The suffix .vtu also holds displacement and stress of a gear.
-    orders : bool
-        Draw maps of records against order of the input instead of frequency. Steady records of several speeds then
-        make one map.
-    frequency : sequence of float
-        Frequencies (Hz) of the modes or lines to draw.
-    quantity : str
-        Quantity of records of bearing forces, one of `RECORDED`; of a gear, "displacement" colours it by its
-        displacement instead of its stress.
-    angle : bool
-        Draw transmission errors of records over the angle of the input, over its first turn.
-
-    Raises
-    ------
-    InputError
-        If the kinds differ, the kind has no figure, or an option does not apply to it.
+    files: HDF5 files, all of one kind.
+    picture: PNG to write. A path that ends in .gif, .glb, .vtu, .vtkhdf, .unv or .csv holds the motion of a housing or
+    surface (`write_motion`). The suffix .vtu also holds displacement and stress of a gear.
+    orders: draw maps of records against order of the input instead of frequency. Steady records of several speeds then
+    make one map.
+    frequency: frequencies (Hz) of the modes or lines to draw.
+    quantity: quantity of records of bearing forces, one of `RECORDED`; of a gear, "displacement" colours it by its
+    displacement instead of its stress.
+    angle: draw transmission errors of records over the angle of the input, over its first turn.
     """
     hand_offs: dict[str, HandOff] = dict(zip(_names(files), (hdf5.load(path) for path in files), strict=True))
     kinds = {type(hand_off) for hand_off in hand_offs.values()}

@@ -18,29 +18,10 @@ def export_craig_bampton(
 ) -> CraigBampton:
     """Write the Craig–Bampton matrices of a case's housing.
 
-    Parameters
-    ----------
-    case : GearboxCase
-        Gearbox with a casting or a finite-element model as housing.
-    path : str or Path
-        File to write, .mat or .bdf (`write_craig_bampton`).
-    modes_to : float
-        Highest natural frequency (Hz) of the modes with fixed seats.
-    fidelity : Fidelity
-        Fidelity of the housing.
+    case: gearbox with a casting or a finite-element model as housing.
+    path: file to write, .mat or .bdf (`write_craig_bampton`).
+    modes_to: highest natural frequency (Hz) of the modes with fixed seats.
 
-    Returns
-    -------
-    CraigBampton
-        Written matrices.
-
-    Raises
-    ------
-    InputError
-        If the housing is not of finite elements, or `modes_to` outside 1 to 20 times the upper limit of the band.
-
-    Notes
-    -----
     Four times the band leave an error of about 4 % in the motion of the faces of a small casting.
     """
     if not isinstance(case, GearboxCase):

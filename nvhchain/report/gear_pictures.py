@@ -25,25 +25,9 @@ def draw_case(
 ) -> None:
     """Draw a gearbox in its housing, one stage, or one gear of a case as PNG.
 
-    Parameters
-    ----------
-    path : Path
-        Case file.
-    picture : Path
-        PNG to write.
-    fidelity : Fidelity
-        Finite elements of gears and casting.
-    stage : str, optional
-        Stage: both gears in mesh, with their elements and the teeth in contact.
-    gear_name : str, optional
-        Gear: its elements, and the teeth in contact in its stages.
-    angle : float
-        Angle of the wheel of a stage (rad).
-
-    Raises
-    ------
-    InputError
-        If the case has no such part, or the picture is no PNG.
+    stage: stage: both gears in mesh, with their elements and the teeth in contact.
+    gear_name: gear: its elements, and the teeth in contact in its stages.
+    angle: angle of the wheel of a stage (rad).
     """
     require(picture.suffix.lower() == ".png", f"{picture}: cases are drawn as .png")
     case = _gearbox(path)
@@ -56,28 +40,9 @@ def loaded_gear(
 ) -> GearField:
     """Compute displacement and stress of a gear of a case under the torque of its operation.
 
-    Parameters
-    ----------
-    case : GearboxCase
-        Gearbox.
-    fidelity : Fidelity
-        Finite elements and slices of the contact.
-    gear_name : str
-        Gear.
-    stage : str, optional
-        Stage that loads it; needed for a gear in several.
-    angle : float
-        Angle of the wheel of the stage (rad).
-
-    Returns
-    -------
-    GearField
-        Displacement, stress and forces.
-
-    Raises
-    ------
-    InputError
-        If the case has no such gear or stage, or no torque drives it.
+    fidelity: finite elements and slices of the contact.
+    stage: stage that loads it; needed for a gear in several.
+    angle: angle of the wheel of the stage (rad).
     """
     number = _stage_of(case, gear_name, stage)
     pair, force, of = case.pairs[number], case.mesh_forces[number], case.stages[number]

@@ -61,32 +61,11 @@ def report_modes(
 ) -> ModeReport:
     """Compute the modes of a gearbox and write their table and Campbell diagram.
 
-    Parameters
-    ----------
-    case : GearboxCase
-        Gearbox.
-    out : str or Path
-        Folder.
-    fidelity : Fidelity
-        Knobs of mesh laws, housing and dynamics.
-    operators : str or Path, optional
-        Folder for mesh laws and housing (default: `out`).
-    highest : float, optional
-        Highest frequency (Hz); the upper limit of the case's band by default.
-    damped : bool
-        False leaves all damping out.
-    watcher : Watcher, optional
-        Receives begin and end of the steps.
-
-    Returns
-    -------
-    ModeReport
-        Modes, lines and files.
-
-    Raises
-    ------
-    InputError
-        If the case is no gearbox.
+    fidelity: knobs of mesh laws, housing and dynamics.
+    operators: folder for mesh laws and housing (default: `out`).
+    highest: highest frequency (Hz); the upper limit of the case's band by default.
+    damped: False leaves all damping out.
+    watcher: receives begin and end of the steps.
     """
     if not isinstance(case, GearboxCase):
         raise InputError(f"{case.name} is a radiator: it has no shafts and meshes")

@@ -41,27 +41,9 @@ _CLOSED = ("closing", "closed")
 def local_cluster(workers: int | None = None, *, memory_per_worker: int | None = None) -> Iterator[Executor]:
     """Yield an executor of worker processes on this machine (dask.distributed); a worker that dies is replaced.
 
-    Parameters
-    ----------
-    workers : int, optional
-        Number of processes; one per core by default.
-    memory_per_worker : int, optional
-        Memory limit (bytes); by default an equal part of 90 % of the free memory.
+    workers: number of processes; one per core by default.
+    memory_per_worker: memory limit (bytes); by default an equal part of 90 % of the free memory.
 
-    Yields
-    ------
-    Executor
-        Executor of the cluster.
-
-    Raises
-    ------
-    InputError
-        If dask.distributed is not installed, for fewer workers than one, and for less memory than the program takes.
-    ResourceError
-        If workers end before they have started, twice.
-
-    Notes
-    -----
     Workers import the calling script: it must keep its own work under `if __name__ == "__main__":`.
     """
     distributed = _distributed()
@@ -126,22 +108,8 @@ def _interrupts_for_this_process_alone() -> Iterator[None]:
 def connect(address: str, *, timeout: float = 10.0) -> Iterator[Executor]:
     """Yield an executor of the workers of a running dask scheduler; scheduler and workers keep running.
 
-    Parameters
-    ----------
-    address : str
-        Address such as `tcp://host:8786`.
-    timeout : float
-        Time (s) in which the scheduler, and then its first worker, must answer.
-
-    Yields
-    ------
-    Executor
-        Executor of the workers.
-
-    Raises
-    ------
-    InputError
-        If dask.distributed is not installed, the address is wrong or nothing answers there.
+    address: address such as `tcp://host:8786`.
+    timeout: time (s) in which the scheduler, and then its first worker, must answer.
     """
     require(0 < timeout < float("inf"), f"timeout = {timeout:g} s must be positive and finite")
     distributed = _distributed()

@@ -46,19 +46,8 @@ def run_python(*arguments: str, seconds: float) -> subprocess.CompletedProcess[s
 def exchange(*arguments: str, content: bytes | memoryview, seconds: float) -> subprocess.CompletedProcess[bytes] | None:
     """Run `python *arguments` with bytes on its stdin and capture its output as bytes.
 
-    Parameters
-    ----------
-    *arguments : str
-        Arguments of python.
-    content : bytes or memoryview
-        Input of the process.
-    seconds : float
-        Longest duration (s).
-
-    Returns
-    -------
-    CompletedProcess or None
-        Finished process; None if it takes more than `seconds`.
+    seconds: longest duration (s).
+    Returns finished process; None if it takes more than `seconds`.
     """
     _ignore_broken_pipes()
     try:
@@ -78,19 +67,9 @@ def run(
 ) -> subprocess.CompletedProcess[str] | None:
     """Run a program to its end and capture its output.
 
-    Parameters
-    ----------
-    command : sequence of str
-        Program and its arguments.
-    seconds : float, optional
-        Longest duration (s).
-    environment : mapping of str to str, optional
-        Variables added to the environment of this process.
-
-    Returns
-    -------
-    CompletedProcess or None
-        Finished process; None if it takes more than `seconds`.
+    seconds: longest duration (s).
+    environment: variables added to the environment of this process.
+    Returns finished process; None if it takes more than `seconds`.
     """
     try:
         return subprocess.run(
@@ -115,24 +94,9 @@ def start_python(
 ) -> subprocess.Popen[bytes]:
     """Start `python *arguments`, whose standard output is discarded.
 
-    Parameters
-    ----------
-    *arguments : str
-        Arguments of python.
-    stdin, stderr : int or file
-        Streams of the process; discarded by default.
-    environment : mapping of str to str, optional
-        Variables added to the environment of this process.
-    pass_fds : sequence of int
-        Descriptors that the process inherits.
+    stdin, stderr: streams of the process; discarded by default.
+    environment: variables added to the environment of this process.
 
-    Returns
-    -------
-    Popen
-        Started process.
-
-    Notes
-    -----
     A child with a pipe, on `stdin` or in `pass_fds`, ends by itself when this end closes, and removes its files.
     """
     _ignore_broken_pipes()

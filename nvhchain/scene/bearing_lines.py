@@ -13,15 +13,7 @@ from nvhchain.scene.mechanics import recorded_time
 def bearing_lines(case: GearboxCase) -> tuple[str, ...]:
     """Return load and stiffness of every bearing with a model, on rigid seats, and default damping.
 
-    Parameters
-    ----------
-    case : GearboxCase
-        Case.
-
-    Returns
-    -------
-    tuple of str
-        A line for each bearing with a model, at the case's torque, and one for all bearings without damping.
+    Returns A line for each bearing with a model, at the case's torque, and one for all bearings without damping.
     """
     lines = []
     for i, bearing in enumerate(case.supports):
@@ -72,18 +64,7 @@ def _words(case: GearboxCase, stage: Stage) -> list[str]:
 
 
 def deviation_lines(case: GearboxCase) -> tuple[str, ...]:
-    """Return a line for every stage with manufacturing deviations, with the spacing of lines that they ask for.
-
-    Parameters
-    ----------
-    case : GearboxCase
-        Case.
-
-    Returns
-    -------
-    tuple of str
-        Lines; none for gears as drawn.
-    """
+    """Return a line for every stage with manufacturing deviations, with the spacing of lines that they ask for."""
     lines = [f"stage {stage.name}: {'; '.join(words)}" for stage in case.stages if (words := _words(case, stage))]
     if any(case.deviations) and case.ramp is None:
         time = recorded_time(case)

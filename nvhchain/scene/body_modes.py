@@ -49,18 +49,7 @@ class Disc:
 
 
 def gear_disc(body: GearBody) -> Disc | None:
-    """Return web and rim of a gear with half of its teeth; None for an imported mesh.
-
-    Parameters
-    ----------
-    body : GearBody
-        Gear. Openings are filled.
-
-    Returns
-    -------
-    Disc or None
-        Web with its rim.
-    """
+    """Return web and rim of a gear with half of its teeth; None for an imported mesh."""
     if isinstance(body.blank, VolumeMesh):
         return None
     geometry, web = body.geometry, body.blank.web
@@ -73,20 +62,6 @@ def gear_disc(body: GearBody) -> Disc | None:
 def lowest_frequency(disc: Disc, material: Material) -> float:
     """Return the lowest natural frequency (Hz) of a disc out of its plane.
 
-    Parameters
-    ----------
-    disc : Disc
-        Web and rim.
-    material : Material
-        Material of both.
-
-    Returns
-    -------
-    float
-        Frequency.
-
-    Notes
-    -----
     Rayleigh–Ritz with a Kirchhoff plate and a ring that bends and twists. Shear is in series, 1/f² = 1/f_b² + 1/f_s²
     (Southwell). A. W. Leissa, Vibration of Plates, NASA SP-160 (1969), has clamped-free plates.
     """
@@ -156,17 +131,8 @@ def _both(first: FloatArray, second: FloatArray, area: FloatArray) -> FloatArray
 def vibrating_bodies(case: GearboxCase, modes: Modes | None = None) -> tuple[VibratingBody, ...]:
     """Return the gears of a case whose bodies vibrate in its band.
 
-    Parameters
-    ----------
-    case : GearboxCase
-        Case.
-    modes : callable, optional
-        Function from a gear body and the highest frequency (Hz) to its modes; by default those of coarse elements.
-
-    Returns
-    -------
-    tuple of VibratingBody
-        Gears with modes up to `REACH` times the end of the band. Imported meshes have none.
+    modes: function from a gear body and the highest frequency (Hz) to its modes; by default those of coarse elements.
+    Returns gears with modes up to `REACH` times the end of the band. Imported meshes have none.
     """
     found, highest = [], REACH * case.band.high
     damping = {shaft.name: shaft.modal_damping for shaft in case.shafts}

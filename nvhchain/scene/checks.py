@@ -33,24 +33,9 @@ _GROWING_STEPS = {BEARING_FORCES, SURFACE_VELOCITY, PRESSURE}
 def preflight(case: Case, fidelity: Fidelity, supplied: Collection[str] = (), *, record_in_files: bool = False) -> None:
     """Refuse impossible steps, and too little memory, before any work starts.
 
-    Parameters
-    ----------
-    case : Case
-        Case to run.
-    fidelity : Fidelity
-        Fidelity of the run.
-    supplied : collection of str, or mapping of str to hand-off
-        Names of the supplied hand-offs, as for `run`, or these by name. Steps that they replace are not checked. An
-        imported housing is not read if its surface is supplied.
-    record_in_files : bool
-        True if the bearing forces go to files piece by piece, so that their length does not matter.
-
-    Raises
-    ------
-    InputError
-        If a step cannot be computed.
-    ResourceError
-        If the largest step needs more memory than is free.
+    supplied collection of str, or mapping of str to hand-off: names of the supplied hand-offs, as for `run`, or these
+    by name. Steps that they replace are not checked. An imported housing is not read if its surface is supplied.
+    record_in_files: True if the bearing forces go to files piece by piece, so that their length does not matter.
     """
     check_knobs(case, fidelity, supplied)
     scene = Scene(case, fidelity, supplied)
@@ -75,19 +60,7 @@ def preflight(case: Case, fidelity: Fidelity, supplied: Collection[str] = (), *,
 def check_knobs(case: Case, fidelity: Fidelity, supplied: Collection[str] = ()) -> None:
     """Refuse a case that cannot be run at a fidelity, and knobs too coarse for its band.
 
-    Parameters
-    ----------
-    case : Case
-        Case to run.
-    fidelity : Fidelity
-        Fidelity of the run.
-    supplied : collection of str, or mapping of str to hand-off
-        As in `preflight`.
-
-    Raises
-    ------
-    InputError
-        If the case cannot be run so.
+    supplied collection of str, or mapping of str to hand-off: as in `preflight`.
     """
     if (FIELD_POINT_QUANTITIES | RADIATED).intersection(case.quantities) and "transfer_vectors" not in supplied:
         engine_named(case.engine)
@@ -99,18 +72,7 @@ def check_knobs(case: Case, fidelity: Fidelity, supplied: Collection[str] = ()) 
 
 
 def check_case(case: Case) -> None:
-    """Refuse a gearbox that cannot run at any fidelity.
-
-    Parameters
-    ----------
-    case : Case
-        Case to check.
-
-    Raises
-    ------
-    InputError
-        If nothing drives the gearbox or holds its housing, or if the housing's file does not fit it.
-    """
+    """Refuse a gearbox that cannot run at any fidelity."""
     _apply(_CASE_CHECKS, Scene(case, STANDARD))
     case.extent(STANDARD, driven=not case.states_velocity)
     _check_background(case)

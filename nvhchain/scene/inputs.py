@@ -51,15 +51,8 @@ class InputEffect:
 def input_effects(case: GearboxCase) -> tuple[InputEffect, ...]:
     """Return the effects of the inputs over the spread of the case, the largest first.
 
-    Parameters
-    ----------
-    case : GearboxCase
-        Case without `auto`. Without a spread the usual one is taken.
-
-    Returns
-    -------
-    tuple of InputEffect
-        Effects; none where the gearbox has no mean load or no order in the band.
+    case: case without `auto`. Without a spread the usual one is taken.
+    Returns effects; none where the gearbox has no mean load or no order in the band.
     """
     return _effects(case, case.spread or Spread())
 

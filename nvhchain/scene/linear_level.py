@@ -76,17 +76,8 @@ class LinearGearbox:
     def scaled(self, *, stiffness: float = 1.0, damping: float = 1.0) -> LinearGearbox:
         """Return the gearbox with other stiffness and damping of its bearings.
 
-        Parameters
-        ----------
-        stiffness : float
-            Factor on the stiffness of all bearings.
-        damping : float
-            Factor on the damping of bearings and of elastic modes of shafts.
-
-        Returns
-        -------
-        LinearGearbox
-            Gearbox with the same meshes.
+        stiffness: factor on the stiffness of all bearings.
+        damping: factor on the damping of bearings and of elastic modes of shafts.
         """
         other, gearbox = LinearGearbox(self.case), self._gearbox
         other._periods = self._periods
@@ -113,20 +104,7 @@ class LinearGearbox:
     def power(self, options: Options) -> FloatArray:
         """Return the A-weighted power that stands for the sound with some options.
 
-        Parameters
-        ----------
-        options : Options
-            Options without `auto`.
-
-        Returns
-        -------
-        (n_speed, n_order) array
-            Sum over bearings and directions (N²), weighted by the walls; 0 outside the band.
-
-        Raises
-        ------
-        InputError
-            If an option does not fit the gearbox, such as flexible shafts without segments.
+        Returns (n_speed, n_order): sum over bearings and directions (N²), weighted by the walls; 0 outside the band.
         """
         plain = self._model(replace(options, loaded_misalignment=False))
         if options.loaded_misalignment:
@@ -240,15 +218,7 @@ def _solid(body: gear.GearBody) -> gear.GearBody:
 def level_change(before: FloatArray, after: FloatArray) -> float:
     """Return the change of the overall level (dB).
 
-    Parameters
-    ----------
-    before, after : array
-        Powers of the same lines.
-
-    Returns
-    -------
-    float
-        Level of `after` over that of `before`.
+    Returns level of `after` over that of `before`.
     """
     return float(10.0 * np.log10(after.sum() / before.sum()))
 
@@ -256,18 +226,8 @@ def level_change(before: FloatArray, after: FloatArray) -> float:
 def spectral_distance(before: FloatArray, after: FloatArray) -> float:
     """Return the distance of two spectra (dB).
 
-    Parameters
-    ----------
-    before, after : array
-        Powers of the same lines.
+    Returns level of the envelope of both over that of their common part.
 
-    Returns
-    -------
-    float
-        Level of the envelope of both over that of their common part.
-
-    Notes
-    -----
     It is at least the change of the overall level, equal to it where all lines move the same way, and 0 only for equal
     spectra. Lines count by their power.
     """

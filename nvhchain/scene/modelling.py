@@ -62,15 +62,7 @@ class OptionEstimate:
     def line(self, tolerance_db: float) -> str:
         """Return the estimate in words.
 
-        Parameters
-        ----------
-        tolerance_db : float
-            Tolerance of the fidelity (dB).
-
-        Returns
-        -------
-        str
-            One line.
+        tolerance_db: tolerance of the fidelity (dB).
         """
         outcome = "modelled" if self.modelled else "left out"
         how = f"{outcome} by the case" if self.stated else outcome
@@ -137,13 +129,7 @@ class Modelling:
         return (*found, *(each.line(self.tolerance_db) for each in self.against_estimate))
 
     def values(self) -> dict[str, Any]:
-        """Return the decision for JSON files.
-
-        Returns
-        -------
-        dict
-            Tolerance, left-out part and every option.
-        """
+        """Return the decision for JSON files."""
         return {
             "tolerance_db": self.tolerance_db,
             "left_out_db": self.left_out_db,
@@ -168,17 +154,8 @@ def _decibels(estimate: OptionEstimate) -> dict[str, float]:
 def decided(case: Case, fidelity: Fidelity) -> Case:
     """Return a case without `auto`.
 
-    Parameters
-    ----------
-    case : Case
-        Case.
-    fidelity : Fidelity
-        Fidelity of the run; its `option_tolerance_db` decides.
-
-    Returns
-    -------
-    Case
-        The case itself where nothing is open.
+    fidelity: fidelity of the run; its `option_tolerance_db` decides.
+    Returns the case itself where nothing is open.
     """
     if not isinstance(case, GearboxCase) or not case.options.undecided:
         return case
@@ -188,20 +165,8 @@ def decided(case: Case, fidelity: Fidelity) -> Case:
 def modelled(case: GearboxCase, fidelity: Fidelity) -> Modelling:
     """Decide the options of a case.
 
-    Parameters
-    ----------
-    case : GearboxCase
-        Case.
-    fidelity : Fidelity
-        Fidelity of the run.
+    Returns case without `auto`, and the estimate of every option.
 
-    Returns
-    -------
-    Modelling
-        Case without `auto`, and the estimate of every option.
-
-    Notes
-    -----
     The start is the model with all open options. Of these, the one with the smallest effect is left out, and again, as
     long as the spectrum stays within the tolerance of the start. What is left out in all is therefore below it.
     """
@@ -211,20 +176,8 @@ def modelled(case: GearboxCase, fidelity: Fidelity) -> Modelling:
 def modelled_alike(cases: Sequence[Case], fidelity: Fidelity) -> dict[str, Modelling]:
     """Decide the options of cases that are compared, alike for all.
 
-    Parameters
-    ----------
-    cases : sequence of Case
-        Cases with different names.
-    fidelity : Fidelity
-        Fidelity of the runs.
+    Returns name of every gearbox → its modelling.
 
-    Returns
-    -------
-    dict
-        Name of every gearbox → its modelling.
-
-    Notes
-    -----
     An open option follows the cases that state it. If none does, it is on where one of the cases needs it. Differences
     of the cases are then none of their models.
     """

@@ -82,17 +82,7 @@ def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
 def option_lines(case: Case, fidelity: Fidelity) -> tuple[str, ...]:
     """Return one line per option of a gearbox: modelled or left out, with estimated decibels and seconds.
 
-    Parameters
-    ----------
-    case : Case
-        Case.
-    fidelity : Fidelity
-        Fidelity of the run.
-
-    Returns
-    -------
-    tuple of str
-        Lines; none for a case that computes no bearing forces.
+    Returns lines; none for a case that computes no bearing forces.
     """
     if not isinstance(case, GearboxCase):
         return ()
@@ -119,15 +109,8 @@ def _option_seconds(case: GearboxCase, options: Options, fidelity: Fidelity) -> 
 def planned_steps(scene: Scene) -> tuple[PlannedStep, ...]:
     """Return the costs of the steps that a run computes.
 
-    Parameters
-    ----------
-    scene : Scene
-        Scene of the run. An imported housing whose surface is supplied is not read.
-
-    Returns
-    -------
-    tuple of PlannedStep
-        Steps in their order.
+    scene: scene of the run. An imported housing whose surface is supplied is not read.
+    Returns steps in their order.
     """
     sized = _Sized(scene)
     return tuple(planned for step in scene.steps if step in COSTS for planned in COSTS[step](sized))

@@ -45,24 +45,9 @@ class Background:
 def background_sound(background: Background, *, seconds: float = SECONDS, rate: int = LEAST_RATE) -> Sound:
     """Return noise with the levels of third octaves, as a loop.
 
-    Parameters
-    ----------
-    background : Background
-        Levels of third octaves.
-    seconds : float
-        Duration (s).
-    rate : int
-        Sampling rate (Hz).
-
-    Returns
-    -------
-    Sound
-        Loop of normally distributed noise with exact levels. Its density is constant within a band.
-
-    Raises
-    ------
-    InputError
-        If frequencies do not rise or have no line in the loop, or their numbers differ.
+    seconds: duration (s).
+    rate: sampling rate (Hz).
+    Returns loop of normally distributed noise with exact levels. Its density is constant within a band.
     """
     frequency, level = np.asarray(background.frequency, dtype=float), np.asarray(background.level, dtype=float)
     require(
@@ -99,26 +84,11 @@ def recorded_background(
 ) -> Sound:
     """Read a record of background as a loop.
 
-    Parameters
-    ----------
-    path : str or Path
-        WAV file of any rate; its first channel counts.
-    full_scale : float
-        Pressure (Pa) of a sample of 1.0, or of full scale for integers.
-    seconds : float
-        Longest duration (s) of the loop; the rest of the record is left out.
-    rate : int
-        Sampling rate (Hz) of the result; records of other rates are converted.
-
-    Returns
-    -------
-    Sound
-        Loop; the end of the record fades into its beginning at constant power.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read or is too short.
+    path: WAV file of any rate; its first channel counts.
+    full_scale: pressure (Pa) of a sample of 1.0, or of full scale for integers.
+    seconds: longest duration (s) of the loop; the rest of the record is left out.
+    rate: sampling rate (Hz) of the result; records of other rates are converted.
+    Returns loop; the end of the record fades into its beginning at constant power.
     """
     record = read_wav(path, full_scale=full_scale)
     require(

@@ -51,23 +51,9 @@ class Hearing:
 def hearing(sound: Sound) -> Hearing:
     """Compute loudness, sharpness and roughness.
 
-    Parameters
-    ----------
-    sound : Sound
-        Sound in pascals: a steady loop, or a record.
+    sound: sound in pascals: a steady loop, or a record.
+    Returns numbers, and for a record the curves over time.
 
-    Returns
-    -------
-    Hearing
-        Numbers, and for a record the curves over time.
-
-    Raises
-    ------
-    InputError
-        If MoSQITo is not installed.
-
-    Notes
-    -----
     Loudness: ISO 532-1:2017, the steady method for a loop and the time-varying one for a record. Sharpness: DIN
     45692:2009. Roughness: Daniel & Weber, Acustica 83 (1997) 113, in windows of 0.2 s.
     """
@@ -98,22 +84,8 @@ def hearing(sound: Sound) -> Hearing:
 def loudness_at(sound: Sound, gains: FloatArray) -> FloatArray:
     """Return the loudness of a sound made louder or quieter.
 
-    Parameters
-    ----------
-    sound : Sound
-        Sound in pascals.
-    gains : (n,) array
-        Changes of the level (dB).
-
-    Returns
-    -------
-    (n,) array
-        Loudness (sone); N5 of a record.
-
-    Raises
-    ------
-    InputError
-        If MoSQITo is not installed.
+    gains (n,): changes of the level (dB).
+    Returns (n,): loudness (sone); N5 of a record.
     """
     check_installed("mosqito")
     from nvhchain.sound import _mosqito
@@ -132,14 +104,6 @@ def loudness_at(sound: Sound, gains: FloatArray) -> FloatArray:
 def loudness_level(loudness: float) -> float:
     """Return the loudness level of a loudness.
 
-    Parameters
-    ----------
-    loudness : float
-        Loudness (sone).
-
-    Returns
-    -------
-    float
-        Loudness level (phon), ISO 532-1:2017; at least 3 phon.
+    Returns loudness level (phon), ISO 532-1:2017; at least 3 phon.
     """
     return 40.0 + 10.0 * log2(loudness) if loudness >= 1 else max(3.0, 40.0 * (loudness + 0.0005) ** 0.35)

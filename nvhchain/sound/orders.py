@@ -32,24 +32,8 @@ _BLOCKS = 10
 def filter_orders(pressure: FieldPressure, orders: Sequence[float], *, remove: bool = False) -> FieldPressure:
     """Return the sound of some orders of the input alone, or without them.
 
-    Parameters
-    ----------
-    pressure : FieldPressure
-        Sound pressure at constant speed.
-    orders : sequence of float
-        Orders of the input.
-    remove : bool
-        True to remove the orders and keep the others.
-
-    Returns
-    -------
-    FieldPressure
-        Pressure at all lines; zero at those that are not kept.
-
-    Raises
-    ------
-    InputError
-        If an order has no line.
+    remove: True to remove the orders and keep the others.
+    Returns pressure at all lines; zero at those that are not kept.
     """
     kept = _lines(pressure, orders) != remove
     return pressure.replace(pressure=np.where(kept[:, None], pressure.pressure, 0.0))
@@ -117,27 +101,8 @@ class OrderTrack:
 def order_track(history: PressureHistory, order: float, *, point: int = 0) -> OrderTrack:
     """Follow an order of a run-up.
 
-    Parameters
-    ----------
-    history : PressureHistory
-        Sound pressure over time.
-    order : float
-        Order of the input.
-    point : int
-        Index of the field point.
+    Returns envelope and angle; `pressure` is the sound of the order alone.
 
-    Returns
-    -------
-    OrderTrack
-        Envelope and angle; `pressure` is the sound of the order alone.
-
-    Raises
-    ------
-    InputError
-        If the order is not positive or the input does not turn four times.
-
-    Notes
-    -----
     The signal is turned back by the angle of the order, p exp(−j order θ), and smoothed by a Hann window. The window's
     length is four turns of the input over `WIDTH` at the mean speed, so that half of the width is its first zero. It
     is longer than `2/ENVELOPE_RATE`.  Source: J. Blough, SAE 2003-01-1484 (demodulation by the tacho's angle).

@@ -153,20 +153,7 @@ def steady_sound(
 def steady_loop(pressure: FieldPressure, *, point: int = 0, seconds: float = SECONDS, rate: int | None = None) -> Loop:
     """Return the lines of `steady_sound`.
 
-    Parameters
-    ----------
-    pressure, point, seconds, rate
-        As in `steady_sound`.
-
-    Returns
-    -------
-    Loop
-        Lines with a whole number of periods.
-
-    Raises
-    ------
-    InputError
-        As `steady_sound`.
+    Returns lines with a whole number of periods.
     """
     require(0 < seconds <= LONGEST, f"seconds = {seconds:g} of a loop are outside 0…{LONGEST:g}")
     heard = pressure.frequency > 0
@@ -182,22 +169,9 @@ def steady_loop(pressure: FieldPressure, *, point: int = 0, seconds: float = SEC
 def run_up_sound(history: PressureHistory, *, point: int = 0, rate: int | None = None) -> Sound:
     """Return the record at one field point at a sampling rate of players.
 
-    Parameters
-    ----------
-    history : PressureHistory
-        Sound pressure over time.
-    point : int
-        Index of the field point.
-    rate : int, optional
-        Sampling rate (Hz); by default `LEAST_RATE`.
+    rate: sampling rate (Hz); by default `LEAST_RATE`.
+    Returns record of the same duration.
 
-    Returns
-    -------
-    Sound
-        Record of the same duration.
-
-    Notes
-    -----
     The conversion of the rate keeps all frequencies below half of both rates, and with them the mean square.
     """
     rate = rate or LEAST_RATE

@@ -43,27 +43,10 @@ class ToneProminence:
 def tone_prominence(frequency: float, level: float, background: Sound) -> ToneProminence:
     """Compute tone-to-noise ratio and prominence ratio of a tone before a background.
 
-    Parameters
-    ----------
-    frequency : float
-        Frequency of the tone (Hz).
-    level : float
-        Level of the tone (dB re 20 µPa).
-    background : Sound
-        Background as a loop or record.
+    frequency: frequency of the tone (Hz).
+    level: level of the tone (dB re 20 µPa).
+    Returns ratios, and whether the tone is prominent.
 
-    Returns
-    -------
-    ToneProminence
-        Ratios, and whether the tone is prominent.
-
-    Raises
-    ------
-    InputError
-        If the frequency is outside the standard's range.
-
-    Notes
-    -----
     ECMA-418-1:2021. The tone and the background are known apart, so that no peaks need to be found in a spectrum. Other
     tones in a critical band count neither as noise nor with the tone. Limits of prominence from 1 kHz on: 8 dB of the
     tone-to-noise ratio, 9 dB of the prominence ratio. They rise by 8.33 and 10 dB an octave towards lower frequencies.

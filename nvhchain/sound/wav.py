@@ -69,22 +69,8 @@ def encoded_16_bit(sound: Sound, full_scale: float) -> bytes:
 def read_wav(path: str | Path, *, full_scale: float = 1.0) -> Sound:
     """Read the first channel of a WAV file.
 
-    Parameters
-    ----------
-    path : str or Path
-        WAV file, integer or floating point.
-    full_scale : float
-        Pressure (Pa) of a sample of 1.0, or of full scale for integers; 1 for files of `write_wav`.
-
-    Returns
-    -------
-    Sound
-        Sound pressure at the rate of the file.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read or is empty, or the scale is not positive.
+    full_scale: pressure (Pa) of a sample of 1.0, or of full scale for integers; 1 for files of `write_wav`.
+    Returns sound pressure at the rate of the file.
     """
     require(0 < full_scale < np.inf, f"full_scale = {full_scale:g} Pa of {path} must be positive and finite")
     try:

@@ -12,12 +12,7 @@ from nvhchain.runtime.extras import installed
 def write_parquet(records: Sequence[Mapping[str, Any]], path: Path) -> None:
     """Write a table of records; without pyarrow only remove an earlier file.
 
-    Parameters
-    ----------
-    records : sequence of mapping
-        Column → value of every row. Columns of mixed kinds become texts.
-    path : Path
-        File.
+    records: column → value of every row. Columns of mixed kinds become texts.
     """
     path.unlink(missing_ok=True)
     if not installed("pyarrow") or not records:

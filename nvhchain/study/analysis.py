@@ -91,69 +91,23 @@ def main_effects(study: Study, rows: Sequence[Row]) -> list[Effect]:
 
 
 def responses_of(rows: Sequence[Row]) -> list[str]:
-    """Return the names of all responses, in their order.
-
-    Parameters
-    ----------
-    rows : sequence of Row
-        Rows.
-
-    Returns
-    -------
-    list of str
-        Names.
-    """
+    """Return the names of all responses, in their order."""
     return list(dict.fromkeys(name for row in rows for name in row.responses))
 
 
 def lacking(rows: Sequence[Row], response: str) -> int:
-    """Return the number of rows without a response.
-
-    Parameters
-    ----------
-    rows : sequence of Row
-        Rows of runs, refused ones excluded.
-    response : str
-        Name.
-
-    Returns
-    -------
-    int
-        Number.
-    """
+    """Return the number of rows without a response."""
     return sum(response not in row.responses for row in rows)
 
 
 def main_response(rows: Sequence[Row]) -> str | None:
-    """Return the response of first rank: level, sound power, or the first one; None where all runs failed.
-
-    Parameters
-    ----------
-    rows : sequence of Row
-        Rows.
-
-    Returns
-    -------
-    str or None
-        Name.
-    """
+    """Return the response of first rank: level, sound power, or the first one; None where all runs failed."""
     known = responses_of(rows)
     return next((name for name in ("level", "sound_power", *known) if name in known), None)
 
 
 def pareto_pair(rows: Sequence[Row]) -> tuple[str, str] | None:
-    """Return level and mass where both differ between designs.
-
-    Parameters
-    ----------
-    rows : sequence of Row
-        Rows.
-
-    Returns
-    -------
-    tuple of str or None
-        Names.
-    """
+    """Return level and mass where both differ between designs."""
     main = main_response(rows)
     if main is None or main == "mass_kg":
         return None
@@ -166,15 +120,8 @@ def pareto_pair(rows: Sequence[Row]) -> tuple[str, str] | None:
 def worst_rows(rows: Sequence[Row]) -> list[Row]:
     """Return one row per design, with the largest value of each response over its operating points.
 
-    Parameters
-    ----------
-    rows : sequence of Row
-        Rows; designs with a refused run are omitted.
-
-    Returns
-    -------
-    list of Row
-        Rows with the operating point of the largest first response.
+    rows: rows; designs with a refused run are omitted.
+    Returns rows with the operating point of the largest first response.
     """
     refused = {row.design for row in rows if row.refused is not None}
     designs: dict[int, list[Row]] = {}
@@ -198,15 +145,7 @@ def worst_rows(rows: Sequence[Row]) -> list[Row]:
 def idle_parameters(effects: Sequence[Effect]) -> list[str]:
     """Return parameters on which no response depends.
 
-    Parameters
-    ----------
-    effects : sequence of Effect
-        Main effects.
-
-    Returns
-    -------
-    list of str
-        Parameters all of whose effects are below 1e-9 in the unit of the response.
+    Returns parameters all of whose effects are below 1e-9 in the unit of the response.
     """
     most: dict[str, float] = {}
     for effect in effects:
@@ -217,22 +156,7 @@ def idle_parameters(effects: Sequence[Effect]) -> list[str]:
 def best_designs(rows: Sequence[Row], first: str, second: str) -> list[Row]:
     """Return the rows that no other row betters in two responses, both better the smaller, by the first.
 
-    Parameters
-    ----------
-    rows : sequence of Row
-        Rows.
-    first, second : str
-        Responses.
-
-    Returns
-    -------
-    list of Row
-        Pareto-optimal rows.
-
-    Raises
-    ------
-    InputError
-        If no row has a response.
+    Returns pareto-optimal rows.
     """
     known = responses_of(rows)
     for name in (first, second):
@@ -283,24 +207,10 @@ def sensitivity(study: Study, rows: Sequence[Row]) -> list[SobolIndex]:
 def indices_from(names: Sequence[str], response: str, values: ArrayLike, count: int) -> list[SobolIndex]:
     """Return Sobol indices from the values of a response at the designs of a plan `sensitivity`.
 
-    Parameters
-    ----------
-    names : sequence of str
-        Parameters.
-    response : str
-        Name of the response.
-    values : (count · (n_parameter + 2),) array
-        Response at the designs A, B, and A with one parameter from B after the other.
-    count : int
-        Number of designs of A.
+    values (count · (n_parameter + 2),) array: response at the designs A, B, and A with one parameter from B after the
+    other.
+    count: number of designs of A.
 
-    Returns
-    -------
-    list of SobolIndex
-        Indices.
-
-    Notes
-    -----
     Estimators of Saltelli et al. (2010) by scipy; limits are percentiles of 999 samples of designs.
     """
     parts = np.asarray(values, dtype=float).reshape(len(names) + 2, count)

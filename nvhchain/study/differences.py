@@ -41,18 +41,8 @@ class Difference:
 def level_difference(first: Row, second: Row) -> Difference | None:
     """Return the level of a row less that of another one.
 
-    Parameters
-    ----------
-    first, second : Row
-        Rows; the first one is subtracted.
+    Returns difference; None where a row has no level.
 
-    Returns
-    -------
-    Difference or None
-        Difference; None where a row has no level.
-
-    Notes
-    -----
     Both rows with their limits line by line: `nvhchain.error_band.difference_limits`. Otherwise (run-ups, sound power)
     the distances to the limits add in quadrature. So do those of drawn gearboxes: their lines are those of the case
     file, whose shares are not their own.
@@ -86,17 +76,8 @@ def _least(first: float | None, second: float | None) -> float | None:
 def differences(rows: Sequence[Row], base: int = 0) -> dict[int, Difference]:
     """Return the differences of all rows from one design at the same operating point and draw.
 
-    Parameters
-    ----------
-    rows : sequence of Row
-        Rows of `run_study`.
-    base : int
-        Number of the design that is subtracted.
-
-    Returns
-    -------
-    dict of int to Difference
-        Index of a row → its difference; rows of the base and rows without a level are missing.
+    base: number of the design that is subtracted.
+    Returns index of a row → its difference; rows of the base and rows without a level are missing.
     """
     bases = {(row.point, row.draw): row for row in reversed(rows) if row.design == base and row.refused is None}
     found = {}

@@ -32,21 +32,9 @@ _MOST_REFERENCES = 4
 def measure(case: Case, fidelity: Fidelity, operators: Path, asked: tuple[str, ...] = ()) -> dict[str, Any]:
     """Run a case and return responses, limits, the reason of a refusal and seconds.
 
-    Parameters
-    ----------
-    case : Case
-        Case of one design at one operating point.
-    fidelity : Fidelity
-        Fidelity of the run.
-    operators : Path
-        Folder of shared operators.
-    asked : tuple of str
-        Responses on request.
-
-    Returns
-    -------
-    dict
-        `responses`, `limits`, `band` (record or None), `refused` (None or text) and `seconds`.
+    case: case of one design at one operating point.
+    operators: folder of shared operators.
+    Returns `responses`, `limits`, `band` (record or None), `refused` (None or text) and `seconds`.
     """
     began = time.monotonic()
 
@@ -119,17 +107,8 @@ _REFERENCES: dict[str, _Reference] = {}
 def can_be_drawn(case: Case, fidelity: Fidelity) -> bool:
     """Return True for a case whose sound follows from its bearing forces by noise transfer functions.
 
-    Parameters
-    ----------
-    case : Case
-        Case of one design.
-    fidelity : Fidelity
-        Fidelity of the run.
-
-    Returns
-    -------
-    bool
-        True for a gearbox at constant speed, whose sound pressure is asked for by boundary elements.
+    case: case of one design.
+    Returns True for a gearbox at constant speed, whose sound pressure is asked for by boundary elements.
     """
     solved = fidelity.acoustics.radiation == "boundary_elements"
     return isinstance(case, GearboxCase) and case.quantities == ("pressure",) and not case.running_up and solved
@@ -140,22 +119,9 @@ def measure_drawn(
 ) -> dict[str, Any]:
     """Run one of many cases that differ in deviations, tolerances and damping; return the same as `measure`.
 
-    Parameters
-    ----------
-    case : Case
-        Case of one gearbox.
-    mean : Case
-        Case with deviations, tolerances and damping of the case file, run once in a process.
-    fidelity, operators, asked
-        As in `measure`.
+    mean: case with deviations, tolerances and damping of the case file, run once in a process.
+    Returns as `measure`. Limits are those of the mean case, moved along with the level.
 
-    Returns
-    -------
-    dict
-        As `measure`. Limits are those of the mean case, moved along with the level.
-
-    Notes
-    -----
     Mesh law and forces are computed anew. Their sound follows from noise transfer functions.
     """
     began = time.monotonic()

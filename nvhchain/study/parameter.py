@@ -152,20 +152,7 @@ class Parameter:
 
 
 def numbers(given: Any, place: str) -> Iterable[float]:
-    """Return given numbers; InputError for anything else.
-
-    Parameters
-    ----------
-    given : tuple
-        Finite numbers.
-    place : str
-        Name of the field, for messages.
-
-    Returns
-    -------
-    tuple of float
-        The same numbers.
-    """
+    """Return given numbers; InputError for anything else."""
     require(
         isinstance(given, tuple)
         and all(isinstance(one, int | float) and not isinstance(one, bool) and isfinite(one) for one in given),
@@ -176,25 +163,7 @@ def numbers(given: Any, place: str) -> Iterable[float]:
 
 
 def parameter_from(table: Mapping[str, Any], place: str) -> Parameter:
-    """Return a parameter from its table in a study file.
-
-    Parameters
-    ----------
-    table : mapping
-        Table.
-    place : str
-        Name of the table, for messages.
-
-    Returns
-    -------
-    Parameter
-        Parameter.
-
-    Raises
-    ------
-    InputError
-        If a field is unknown or has a wrong value.
-    """
+    """Return a parameter from its table in a study file."""
     name = table.get("name")
     require(isinstance(name, str) and bool(name), f"{place}: name is missing: give a text")
     known = ("name", "path", "paths", "values", "variants", "low", "high", "mean", "deviation", "draw")

@@ -154,22 +154,7 @@ def _ranks(ordered: FloatArray, percent: float) -> tuple[float, float]:
 def failed_shares(study: Study, rows: Sequence[Row]) -> list[FailedShare]:
     """Return the share of the designs that fail each target at their worst operating point.
 
-    Parameters
-    ----------
-    study : Study
-        Study with targets.
-    rows : sequence of Row
-        Rows of `run_study`; designs with a refused run are omitted.
-
-    Returns
-    -------
-    list of FailedShare
-        Shares, by target.
-
-    Raises
-    ------
-    InputError
-        If no row has the response of a target.
+    rows: rows of `run_study`; designs with a refused run are omitted.
     """
     worst, found = worst_rows(rows), []
     for response, target in study.targets.items():
@@ -186,22 +171,10 @@ def failed_shares(study: Study, rows: Sequence[Row]) -> list[FailedShare]:
 def influences(study: Study, rows: Sequence[Row], response: str) -> list[Influence]:
     """Return the influence of all distributed parameters on a response, the largest first.
 
-    Parameters
-    ----------
-    study : Study
-        Study with a plan of draws.
-    rows : sequence of Row
-        Rows of `run_study`; designs with a refused run are omitted.
-    response : str
-        Name of the response, at the worst operating point of each design.
+    rows: rows of `run_study`; designs with a refused run are omitted.
+    response: name of the response, at the worst operating point of each design.
+    Returns influences; none with fewer than 50 designs, and none for seeds, which have no order.
 
-    Returns
-    -------
-    list of Influence
-        Influences; none with fewer than 50 designs, and none for seeds, which have no order.
-
-    Notes
-    -----
     The share is ε² = 1 − (1 − η²)(n − 1)/(n − k) with η² the variance between k = 10 groups over the whole one: the
     first-order Sobol index from any designs. For interactions and seeds take the plan `sensitivity`.
     """

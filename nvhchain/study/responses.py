@@ -35,19 +35,9 @@ Limits = dict[str, list[float | None]]
 def add_levels(result: chain.Result, responses: dict[str, float], limits: Limits) -> dict[str, Any] | None:
     """Add levels with their limits: at every microphone, the loudest as `level`, and the sound power.
 
-    Parameters
-    ----------
-    result : Result
-        Run.
-    responses : dict
-        Response → number, to which the levels are added.
-    limits : dict
-        Response → limits, to which those of the levels are added.
-
-    Returns
-    -------
-    dict or None
-        Record of the band of `level`, for `stored_band`; None for a run-up, and without sound pressure.
+    responses: response → number, to which the levels are added.
+    limits: response → limits, to which those of the levels are added.
+    Returns record of the band of `level`, for `stored_band`; None for a run-up, and without sound pressure.
     """
     found = None
     if "pressure" in result.case.quantities:
@@ -68,21 +58,8 @@ def add_places(
 ) -> list[tuple[str, int]]:
     """Add the levels of all microphones and the loudest order; return responses and numbers of the places.
 
-    Parameters
-    ----------
-    heard : (n_point,) array
-        Levels (dB(A)).
-    pressure : FieldPressure, optional
-        Sound pressure at constant speed.
-    case : Case
-        Case of the run.
-    responses : dict
-        Response → number, to which the levels are added.
-
-    Returns
-    -------
-    list of (str, int)
-        Response and number of its microphone.
+    heard (n_point,): levels (dB(A)).
+    responses: response → number, to which the levels are added.
     """
     loudest = int(heard.argmax())
     places = [("level", loudest)]
@@ -105,23 +82,7 @@ def add_requested(
 ) -> None:
     """Add the responses of `ON_REQUEST` that a study asks for.
 
-    Parameters
-    ----------
-    asked : sequence of str
-        Names among `ON_REQUEST`.
-    pressure : FieldPressure, optional
-        Sound pressure at constant speed.
-    case : Case
-        Case of the run.
-    fidelity : GearFidelity
-        Fidelity of its gears.
-    responses : dict
-        Response → number, to which they are added.
-
-    Raises
-    ------
-    InputError
-        If the case has no such response.
+    responses: response → number, to which they are added.
     """
     if not asked:
         return
@@ -143,15 +104,8 @@ def add_requested(
 def add_gears(result: chain.Result, responses: dict[str, float]) -> None:
     """Add swing of transmission errors (µm), nominal root stress (MPa), mass (kg) and inertia (kg m²) of the gears.
 
-    Parameters
-    ----------
-    result : Result
-        Run.
-    responses : dict
-        Response → number, to which they are added.
+    responses: response → number, to which they are added.
 
-    Notes
-    -----
     Root stress: ISO 6336-3 with a common value of its factors; it follows torque, face width and module alone.
     """
     case = result.case
@@ -218,18 +172,7 @@ def _digits(values: FloatArray) -> list[float]:
 
 
 def stored_band(record: Mapping[str, Any]) -> ErrorBand:
-    """Return the band of one level from its record.
-
-    Parameters
-    ----------
-    record : mapping
-        Record of `add_levels`.
-
-    Returns
-    -------
-    ErrorBand
-        Band with one place.
-    """
+    """Return the band of one level from its record."""
 
     def column(values: Sequence[float]) -> FloatArray:
         return np.asarray(values, dtype=float)[:, None]
@@ -246,15 +189,8 @@ def stored_band(record: Mapping[str, Any]) -> ErrorBand:
 def paired_offsets(first: Mapping[str, Any], second: Mapping[str, Any]) -> tuple[float | None, float | None]:
     """Return the limits of a difference of levels less that difference; errors of shared operators cancel.
 
-    Parameters
-    ----------
-    first, second : mapping
-        Records of `add_levels`; the first level is subtracted.
-
-    Returns
-    -------
-    tuple of float or None
-        Lower and upper limit less the difference (dB); None for one that does not exist.
+    first, second: records of `add_levels`; the first level is subtracted.
+    Returns lower and upper limit less the difference (dB); None for one that does not exist.
     """
     same = first["operators"] and first["operators"] == second["operators"] and first["place"] == second["place"]
     before, after = stored_band(first), stored_band(second)

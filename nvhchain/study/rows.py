@@ -75,18 +75,7 @@ class Row:
 
 
 def operating_points(study: Study) -> list[Point]:
-    """Return the operating points of every design.
-
-    Parameters
-    ----------
-    study : Study
-        Study.
-
-    Returns
-    -------
-    list of Point
-        Every speed with every torque.
-    """
+    """Return the operating points of every design."""
     return [Point(*both) for both in product(study.speeds_rpm or (None,), study.torques or (None,))]
 
 

@@ -96,18 +96,7 @@ def run_study(
 
 
 def check_parameters(study: Study) -> None:
-    """Read the base case with every parameter at its values.
-
-    Parameters
-    ----------
-    study : Study
-        Study.
-
-    Raises
-    ------
-    InputError
-        If the base case cannot be read, a parameter fits no place of it, or all its values give the same case.
-    """
+    """Read the base case with every parameter at its values."""
     for point in operating_points(study):
         base = load_case(study.case, changes=point.changes)
     check_all(*(partial(_check_parameter, study, parameter, base) for parameter in study.varied))

@@ -76,20 +76,8 @@ class Spread:
     def outcomes(self, tasks: Sequence[Task]) -> Iterator[tuple[Task, Outcome, str]]:
         """Yield every task with its outcome and a line of progress, in the order of their ends.
 
-        Parameters
-        ----------
-        tasks : sequence of Task
-            Runs; the first one has this process for itself, for the shared operators.
-
-        Yields
-        ------
-        Task, dict, str
-            Run, its outcome, and a line with the time that is left.
-
-        Raises
-        ------
-        ResourceError
-            If no worker has the memory of a run, or the disk lacks room.
+        tasks: runs; the first one has this process for itself, for the shared operators.
+        Yields Task, dict, str: run, its outcome, and a line with the time that is left.
         """
         if not tasks:
             return

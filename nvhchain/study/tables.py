@@ -160,38 +160,15 @@ def _flat(record: Any) -> dict[str, Any]:
 
 
 def rows_csv(study: Study, rows: Sequence[Row]) -> str:
-    """Return the table of all runs as CSV in ASCII; missing values are empty.
-
-    Parameters
-    ----------
-    study : Study
-        Study.
-    rows : sequence of Row
-        Rows of `run_study`.
-
-    Returns
-    -------
-    str
-        Content of study.csv.
-    """
+    """Return the table of all runs as CSV in ASCII; missing values are empty."""
     return _csv(records_of(study, rows))
 
 
 def records_of(study: Study, rows: Sequence[Row]) -> list[dict[str, Any]]:
     """Return the table of all runs, for data frames.
 
-    Parameters
-    ----------
-    study : Study
-        Study.
-    rows : sequence of Row
-        Rows of `run_study`.
-
-    Returns
-    -------
-    list of dict
-        Column → value of every run; None for a missing one. Columns "less design 0" have the difference of the level
-        from design 0 at the same operating point, with limits in which common errors cancel.
+    Returns column → value of every run; None for a missing one. Columns "less design 0" have the difference of the
+    level from design 0 at the same operating point, with limits in which common errors cancel.
     """
     responses = responses_of(rows)
     limited = [name for name in responses if any(name in row.limits for row in rows)]

@@ -221,13 +221,8 @@ def wedge(degrees: float, rows: int = 3, length: float = 0.1, width: float = 0.0
 def pulsating(frequency: ArrayLike, radius: float, distance: float, air: Air) -> ComplexArray:
     """Compute the pressure, Pa, of a sphere that pulsates with 1 m/s.
 
-    Parameters
-    ----------
-    frequency : (n,)
-        Hz.
-    radius, distance : float
-        Radius of the sphere and distance of the microphone from its centre, m.
-    air : Air
+    frequency (n,): hz.
+    radius, distance: radius of the sphere and distance of the microphone from its centre, m.
     """
     omega = 2 * np.pi * np.asarray(frequency)
     k = omega / air.speed_of_sound

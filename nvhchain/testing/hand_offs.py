@@ -24,13 +24,8 @@ def housing(
 ) -> ReducedHousing:
     """Make up a sphere of radius 0.1 m with random smooth shapes, a residual and three bearings.
 
-    Parameters
-    ----------
-    modes, seed : int
-    low, high : float
-        Limits of the natural frequencies, Hz.
-    damping : float
-        Damping ratio of every mode.
+    low, high: limits of the natural frequencies, Hz.
+    damping: damping ratio of every mode.
     """
     rng = np.random.default_rng(seed)
     surface = sphere(0.1, 2)

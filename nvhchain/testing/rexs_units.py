@@ -188,13 +188,7 @@ def coaxial_unit() -> RexsUnit:
 
 
 def idler_unit() -> RexsUnit:
-    """Return spur gears in a row whose middle one turns on a needle bearing on a pin, which carries no gear.
-
-    Returns
-    -------
-    RexsUnit
-        Unit.
-    """
+    """Return spur gears in a row whose middle one turns on a needle bearing on a pin, which carries no gear."""
     unit = gear_train((20, 31), (31, 25), helix=0.0)
     _, second, third, fourth = unit.of("cylindrical_gear")
     unit.attributes(third)["u_coordinate_on_shaft"] = (42.0, "mm")  # a ring with one set of teeth

@@ -38,25 +38,15 @@ def law(
 ) -> MeshLaw:
     """Make up the mesh law of a stage on a grid.
 
-    Parameters
-    ----------
-    stage : {0, 1}
-    body : (int, float)
-        Teeth of the wheel after which the law repeats, more than 1 for a slotted blank, and relative dip of the
-        stiffness over a window of the blank.
-    mesh_ripple : float
-        Relative swing of the stiffness with the tooth.
-    error, backlash : float
-        Transmission error and backlash, m.
-    hand : {1, -1}
-        Sense of the helix.
-    angles : int
-        Angles per tooth.
-    grid : (float, int)
-        Largest deflection of the grid, m, and steps up to there.
+    stage {0, 1}.
+    body (int, float): teeth of the wheel after which the law repeats, more than 1 for a slotted blank, and relative
+    dip of the stiffness over a window of the blank.
+    mesh_ripple: relative swing of the stiffness with the tooth.
+    error, backlash: transmission error and backlash, m.
+    hand {1, -1}: sense of the helix.
+    angles: angles per tooth.
+    grid (float, int): largest deflection of the grid, m, and steps up to there.
 
-    Notes
-    -----
     F = k(θ) · clearance(δ − e(θ)).
     """
     z_wheel, (teeth_in_period, body_ripple), (top, cells) = TEETH[stage][1], body, grid

@@ -63,29 +63,10 @@ def deviation(
 ) -> Deviation:
     """Compute the errors of a line spectrum of pressure against its yardstick.
 
-    Parameters
-    ----------
-    pressure : FieldPressure
-        Pressure to assess.
-    yardstick : FieldPressure
-        Reference pressure at the same points.
-    mesh_orders : sequence of float
-        Mesh orders per turn of the input shaft.
-    reach : float
-        Level range (dB) below the strongest line in which lines are compared.
+    mesh_orders: mesh orders per turn of the input shaft.
+    reach: level range (dB) below the strongest line in which lines are compared.
+    Returns errors with their sign.
 
-    Returns
-    -------
-    Deviation
-        Errors with their sign.
-
-    Raises
-    ------
-    InputError
-        If the points differ, a mesh order is not positive, or `reach` is not positive.
-
-    Notes
-    -----
     A line that one of the two lacks is silent there. A line of `pressure` alone counts where it lies within `reach` of
     the yardstick's strongest.
     """
@@ -153,25 +134,8 @@ def _orders(
 def deviation_in_time(pressure: PressureHistory, yardstick: PressureHistory) -> Deviation:
     """Compute the errors of a run-up's pressure against its yardstick.
 
-    Parameters
-    ----------
-    pressure : PressureHistory
-        Pressure to assess.
-    yardstick : PressureHistory
-        Reference pressure at the same points.
+    Returns errors with their sign, without orders.
 
-    Returns
-    -------
-    Deviation
-        Errors with their sign, without orders.
-
-    Raises
-    ------
-    InputError
-        If the points differ.
-
-    Notes
-    -----
     The record is divided into `PARTS` equal parts, and those within `REACH` of the loudest are compared. The worst part
     takes the place of the worst line. The input's turns per second in its middle take the place of the frequency.
     """

@@ -59,29 +59,9 @@ def _is_extent(swept: Mapping[str, Any]) -> bool:
 def growth(setting: Fidelity, base: Fidelity, cases: Sequence[Case], swept: Mapping[str, Any] | None) -> float:
     """Return the factor, at least 1, on the error of `setting` against `base` in other cases.
 
-    Parameters
-    ----------
-    setting : Fidelity
-        Fidelity with a knob turned.
-    base : Fidelity
-        Base of the sweep.
-    cases : sequence of Case
-        Cases to extrapolate to.
-    swept : mapping of str to object, optional
-        `extent` of the swept case. The factor is 1 without it.
+    swept: `extent` of the swept case. The factor is 1 without it.
+    Returns largest factor of the laws of the error band.
 
-    Returns
-    -------
-    float
-        Largest factor of the laws of the error band.
-
-    Raises
-    ------
-    InputError
-        If `swept` is incomplete.
-
-    Notes
-    -----
     The law for gears is the error that the knob adds to the transmission error. The law for the housing is an error of
     natural frequencies that grows at most with the square of element size over bending wavelength
     (docs/measured/housing/mesh_error.md).
@@ -125,20 +105,9 @@ def preset_growth(setting: Fidelity, base: Fidelity, cases: Sequence[Case]) -> f
 def open_below(fidelity: Fidelity, case: Case) -> list[float]:
     """Return the distance (dB) of the lower confidence limit of every stage's highest mesh harmonic, from its gears.
 
-    Parameters
-    ----------
-    fidelity : Fidelity
-        Fidelity of the run.
-    case : Case
-        Case; a run-up counts at its highest speed.
+    case: case; a run-up counts at its highest speed.
+    Returns one distance (dB) per stage; inf without a lower limit, as for analytic bodies. Empty without gears.
 
-    Returns
-    -------
-    list of float
-        One distance (dB) per stage; inf without a lower limit, as for analytic bodies. Empty without gears.
-
-    Notes
-    -----
     The error of a transmission error is that of its strongest harmonic. The n-th harmonic is weaker by n², as where
     lines of contact begin and end. On the swept stage the ratio to this law is 0.8 to 1.5 up to n = 12.
     """

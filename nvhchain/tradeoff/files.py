@@ -12,15 +12,7 @@ if TYPE_CHECKING:
 
 
 def save_tradeoff(sweep: Tradeoff, out: str | Path) -> None:
-    """Write tradeoff.md, tradeoff.csv, tradeoff.json and tradeoff.png to a folder.
-
-    Parameters
-    ----------
-    sweep : Tradeoff
-        Measured sweep.
-    out : str or Path
-        Folder.
-    """
+    """Write tradeoff.md, tradeoff.csv, tradeoff.json and tradeoff.png to a folder."""
     from nvhchain.plots.files import save
     from nvhchain.plots.tradeoff import accuracy_cost
     from nvhchain.tradeoff import table

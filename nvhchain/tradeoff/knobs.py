@@ -110,25 +110,10 @@ RECORDS = (0.25, 0.5, 2.0)
 def knobs_of(case: Case, names: Sequence[str] | None = None, supplied: Collection[str] = ()) -> tuple[Knob, ...]:
     """Return the knobs that a run of a case uses, all or by name.
 
-    Parameters
-    ----------
-    case : Case
-        Case to run.
-    names : sequence of str, optional
-        Names of knobs, of their fields or of parts of the fidelity. `preset` and `record` are accepted but are no
-        knobs. By default all knobs except those that take hours.
-    supplied : collection of str
-        Names of the supplied hand-offs, as for `run`.
-
-    Returns
-    -------
-    tuple of Knob
-        Knobs in the order of `KNOBS`.
-
-    Raises
-    ------
-    InputError
-        If a name is unknown, or the case does not use its knob.
+    names: names of knobs, of their fields or of parts of the fidelity. `preset` and `record` are accepted but are no
+    knobs. By default all knobs except those that take hours.
+    supplied: names of the supplied hand-offs, as for `run`.
+    Returns knobs in the order of `KNOBS`.
     """
     looked_at = [
         knob for knob in KNOBS if _affects_case(knob, case) and not is_unused(knob.package, knob.fields, case, supplied)
@@ -148,19 +133,7 @@ def knobs_of(case: Case, names: Sequence[str] | None = None, supplied: Collectio
 def variants(case: Case, base: Fidelity, names: Sequence[str] | None = None) -> tuple[tuple[str, str, Fidelity], ...]:
     """Return (knob, value, fidelity) of every variant: each knob with the rest at the base, and the joint presets.
 
-    Parameters
-    ----------
-    case : Case
-        Case to run.
-    base : Fidelity
-        Base of the sweep.
-    names : sequence of str, optional
-        As in `knobs_of`.
-
-    Returns
-    -------
-    tuple of (str, str, Fidelity)
-        Joint presets have the knob `preset`.
+    Returns tuple of (str, str, Fidelity): joint presets have the knob `preset`.
     """
     single = [
         (knob.name, setting_text(value), knob.apply(base, value))
@@ -176,17 +149,8 @@ def variants(case: Case, base: Fidelity, names: Sequence[str] | None = None) -> 
 def records(case: Case, names: Sequence[str] | None = None) -> tuple[tuple[str, str, Case], ...]:
     """Return (name, value, case) of the case with records of other lengths (`RECORDS`).
 
-    Parameters
-    ----------
-    case : Case
-        Case to run. Its line spacing sets the length at constant speed, its duration that of a run-up.
-    names : sequence of str, optional
-        As in `knobs_of`.
-
-    Returns
-    -------
-    tuple of (str, str, Case)
-        Empty for radiators.
+    case: case to run. Its line spacing sets the length at constant speed, its duration that of a run-up.
+    Returns tuple of (str, str, Case): empty for radiators.
     """
     if not isinstance(case, GearboxCase) or not (names is None or RECORD in names):
         return ()

@@ -148,30 +148,9 @@ def measured_run(
 ) -> Run:
     """Run a case in a process of its own, with its hand-offs in `out` and `operators`; cached ones are used.
 
-    Parameters
-    ----------
-    case : Case
-        Case to run.
-    fidelity : Fidelity
-        Fidelity of the run.
-    out : Path
-        Folder of the hand-offs.
-    operators : Path
-        Folder of the shared operators.
-    ledger : Ledger
-        Costs of finished steps; new ones are added.
-    watcher : Watcher
-        Receives the progress of the steps.
-
-    Returns
-    -------
-    Run
-        Costs. A refusal by the chain or the system (killed for its memory) is a result, too: `Run.refused`.
-
-    Raises
-    ------
-    SolverError
-        If the run fails otherwise.
+    operators: folder of the shared operators.
+    ledger: costs of finished steps; new ones are added.
+    Returns costs. A refusal by the chain or the system (killed for its memory) is a result, too: `Run.refused`.
     """
     for folder in (out, operators):
         folder.mkdir(parents=True, exist_ok=True)

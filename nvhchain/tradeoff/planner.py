@@ -195,27 +195,9 @@ def cheapest(
 def base_error(sweep: Tradeoff, *cases: Case, supplied: Collection[str] = ()) -> float:
     """Return the error (dB) that the base of a sweep leaves open: its independent knobs in quadrature.
 
-    Parameters
-    ----------
-    sweep : Tradeoff
-        Measured sweep.
-    *cases : Case
-        Cases to which the laws of the error band extrapolate the errors.
-    supplied : collection of str
-        As in `cheapest`.
+    *cases: cases to which the laws of the error band extrapolate the errors.
+    Returns error (dB). Smaller errors against the base are no measure of the error against the truth.
 
-    Returns
-    -------
-    float
-        Error (dB). Smaller errors against the base are no measure of the error against the truth.
-
-    Raises
-    ------
-    InputError
-        If a step of the cases has no knob with two measured values.
-
-    Notes
-    -----
     The steps of a converging knob change the result less and less. The error left after the last measured step, to the
     base, is at most about the size of that step. Convergence is unknown for knobs with one measured value.
     """

@@ -12,11 +12,5 @@ SHIPPED = Path(__file__).with_name("single-stage.json")
 
 
 def shipped_sweep() -> Tradeoff:
-    """Read the sweep that comes with the package.
-
-    Returns
-    -------
-    Tradeoff
-        Sweep of every knob around `reference`.
-    """
+    """Read the sweep that comes with the package."""
     return from_json(SHIPPED)

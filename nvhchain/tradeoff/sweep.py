@@ -111,35 +111,12 @@ def tradeoff(
 ) -> Tradeoff:
     """Sweep the knobs of a fidelity one by one, and the presets; errors are those against `fidelity`.
 
-    Parameters
-    ----------
-    case : Case
-        Case with a sound pressure.
-    out : str or Path
-        Folder for these measurements only.
-    fidelity : Fidelity
-        Base of the sweep.
-    knobs : sequence of str, optional
-        Names such as `gear.slices`, parts of the fidelity, or `preset`. By default all knobs that a run of `case` uses.
-    progress : callable, optional
-        Function of the numbers of finished and of all variants.
-    watcher : Watcher, optional
-        Receives the progress of the steps of each variant.
+    out: folder for these measurements only.
+    knobs: names such as `gear.slices`, parts of the fidelity, or `preset`. By default all knobs that a run of `case`
+    uses.
+    progress: function of the numbers of finished and of all variants.
+    watcher: receives the progress of the steps of each variant.
 
-    Returns
-    -------
-    Tradeoff
-        Rows, the base first.
-
-    Raises
-    ------
-    InputError
-        If a knob is unknown, the case has no sound pressure, or the base is refused.
-    SolverError
-        If a run ends unexpectedly.
-
-    Notes
-    -----
     Every run has a process of its own. A variant that the chain refuses is a row with the reason. So is a run that the
     system ends; it is repeated when the sweep resumes.
 

@@ -30,18 +30,7 @@ _HEADINGS = (
 
 
 def markdown(sweep: Tradeoff) -> str:
-    """Return a Markdown table for docs/measured: one row per variant, errors against the base.
-
-    Parameters
-    ----------
-    sweep : Tradeoff
-        Measured sweep.
-
-    Returns
-    -------
-    str
-        Text of the table.
-    """
+    """Return a Markdown table for docs/measured: one row per variant, errors against the base."""
     lines = ["| " + " | ".join(_HEADINGS) + " |", "|---|---|---:|---:|---:|---:|---:|---:|"]
     lines += ["| " + " | ".join(_row(sweep, item)) + " |" for item in sweep.measurements]
     if any((item.knob, item.value) in FINER_SETTINGS for item in sweep.measurements):
@@ -52,15 +41,7 @@ def markdown(sweep: Tradeoff) -> str:
 def comma_separated(sweep: Tradeoff) -> str:
     """Return a CSV table: costs of every step, errors overall, at the worst line and of every mesh harmonic.
 
-    Parameters
-    ----------
-    sweep : Tradeoff
-        Measured sweep.
-
-    Returns
-    -------
-    str
-        Text of the table, with seconds and MB of every step.
+    Returns text of the table, with seconds and MB of every step.
     """
     stages = _union(item.stages for item in sweep.measurements)
     orders = sorted(_union(item.deviation.orders for item in sweep.measurements if item.deviation))
@@ -82,18 +63,7 @@ def comma_separated(sweep: Tradeoff) -> str:
 
 
 def as_json(sweep: Tradeoff) -> str:
-    """Return the whole sweep as JSON; `from_json` reads it.
-
-    Parameters
-    ----------
-    sweep : Tradeoff
-        Measured sweep.
-
-    Returns
-    -------
-    str
-        JSON text.
-    """
+    """Return the whole sweep as JSON; `from_json` reads it."""
     record: dict[str, Any] = {"case": sweep.case, "base": sweep.base, "provenance": sweep.provenance}
     if sweep.yardstick is not None:
         heard = sweep.yardstick

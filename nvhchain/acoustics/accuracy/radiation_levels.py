@@ -75,25 +75,9 @@ TOLERABLE = 3.0
 def expected_radiation_error(radiation: str, ka: ArrayLike) -> FloatArray:
     """Return the expected RMS error of a level of radiation, for single points and the power of single motions.
 
-    Parameters
-    ----------
-    radiation : str
-        `rayleigh` or `equivalent_radiated_power`.
-    ka : (n,) array
-        Wavenumber times half size of the body, its diagonal over 2√3; positive.
+    ka (n,): wavenumber times half size of the body, its diagonal over 2√3; positive.
+    Returns (n,): error (dB).
 
-    Returns
-    -------
-    (n,) array
-        Error (dB).
-
-    Raises
-    ------
-    InputError
-        If the level is another one, including `boundary_elements` (see `expected_accuracy`), or ka is not positive.
-
-    Notes
-    -----
     The error is that of the worst body measured up to each ka. Below 0.1, it grows by `SLOPES`.
     """
     require(radiation in ERRORS, f"radiation = {radiation!r} has no table of errors: choose from {', '.join(ERRORS)}")

@@ -18,15 +18,8 @@ from nvhchain.kinds import checked
 def mean_square_velocity(surface_velocity: SurfaceVelocity) -> FloatArray:
     """Return the mean square normal velocity ⟨v_n²⟩ over period and surface: Σ A ½|v_n|² / Σ A.
 
-    Parameters
-    ----------
-    surface_velocity : SurfaceVelocity
-        Normal velocity of the faces, peak values (m/s).
-
-    Returns
-    -------
-    (n_f,) array
-        Mean square velocity (m/s)².
+    surface_velocity: normal velocity of the faces, peak values (m/s).
+    Returns (n_f,): mean square velocity (m/s)².
     """
     areas = surface_velocity.surface.areas
     squares = surface_velocity.normal_velocity.real**2 + surface_velocity.normal_velocity.imag**2
@@ -37,25 +30,9 @@ def mean_square_velocity(surface_velocity: SurfaceVelocity) -> FloatArray:
 def equivalent_radiated_power(surface_velocity: SurfaceVelocity, air: Air) -> SoundPower:
     """Compute the equivalent radiated power ρc S ⟨v_n²⟩: plane waves from every face, radiation efficiency 1.
 
-    Parameters
-    ----------
-    surface_velocity : SurfaceVelocity
-        Normal velocity of the faces, peak values (m/s).
-    air : Air
-        Density and speed of sound.
+    surface_velocity: normal velocity of the faces, peak values (m/s).
+    Returns power (W) at every line. The accuracy states the expected error, see `level_accuracy`.
 
-    Returns
-    -------
-    SoundPower
-        Power (W) at every line. The accuracy states the expected error, see `level_accuracy`.
-
-    Warns
-    -----
-    AccuracyWarning
-        See `level_accuracy`.
-
-    Notes
-    -----
     The measure neglects the size of the body against the wavelength and faces that cancel each other. It is far too
     high for a small body and near the truth if parts lie several wavelengths apart
     (docs/measured/acoustics/radiation.md).
@@ -72,28 +49,11 @@ def spread_power(
 ) -> FieldPressure:
     """Compute the pressure of a source that radiates `power` evenly into all directions: ½|p|² = ρc P/(4πr²).
 
-    Parameters
-    ----------
-    power : SoundPower
-        Sound power (W).
-    points : (n_point, 3) array
-        Field points (m).
-    centre : (3,) array
-        Position of the source (m).
-    air : Air
-        Density and speed of sound.
-    plane : RigidPlane, optional
-        Reflecting plane; half the directions receive the power.
-
-    Returns
-    -------
-    FieldPressure
-        Level without phase: the amplitudes (Pa) are real.
-
-    Raises
-    ------
-    InputError
-        If a point is not finite, at the centre or behind the plane, or a power is negative.
+    power: sound power (W).
+    points (n_point, 3): field points (m).
+    centre (3,): position of the source (m).
+    plane: reflecting plane; half the directions receive the power.
+    Returns level without phase: the amplitudes (Pa) are real.
     """
     x, middle = positions(points, "field points"), positions(centre, "centre")
     require(len(middle) == 1, f"centre has shape {np.shape(centre)}: one point is needed")
@@ -118,31 +78,9 @@ def equivalent_pressure(
 ) -> FieldPressure:
     """Compute the level without phase of the equivalent radiated power, spread evenly from the surface's centroid.
 
-    Parameters
-    ----------
-    surface_velocity : SurfaceVelocity
-        Normal velocity of the faces, peak values (m/s).
-    points, air, plane
-        As in `spread_power`.
+    surface_velocity: normal velocity of the faces, peak values (m/s).
+    Returns real amplitudes (Pa). The accuracy states the expected error, see `level_accuracy`.
 
-    Returns
-    -------
-    FieldPressure
-        Real amplitudes (Pa). The accuracy states the expected error, see `level_accuracy`.
-
-    Raises
-    ------
-    InputError
-        In the cases of `spread_power`, and if the body is not above the plane. Also if a point lies inside the body or
-        at its surface, as for `solve_direct`.
-
-    Warns
-    -----
-    AccuracyWarning
-        See `level_accuracy`.
-
-    Notes
-    -----
     This is the cheapest radiation level.
     """
     surface = surface_velocity.surface
@@ -161,24 +99,9 @@ def equivalent_pressure(
 def radiation_efficiency(power: SoundPower, surface_velocity: SurfaceVelocity, air: Air) -> FloatArray:
     """Compute the radiation efficiency σ = P/(ρc S ⟨v_n²⟩).
 
-    Parameters
-    ----------
-    power : SoundPower
-        Sound power (W) that `surface_velocity` radiates, at the same lines.
-    surface_velocity : SurfaceVelocity
-        Normal velocity of the faces, peak values (m/s).
-    air : Air
-        Density and speed of sound.
-
-    Returns
-    -------
-    (n_f,) array
-        Radiation efficiency.
-
-    Raises
-    ------
-    InputError
-        If the lines differ, or the surface is at rest at a line.
+    power: sound power (W) that `surface_velocity` radiates, at the same lines.
+    surface_velocity: normal velocity of the faces, peak values (m/s).
+    Returns (n_f,): radiation efficiency.
     """
     _same_lines(power, surface_velocity.frequency)
     equivalent = _plane_wave_power(surface_velocity, air)
@@ -195,20 +118,7 @@ def radiation_efficiency(power: SoundPower, surface_velocity: SurfaceVelocity, a
 def surface_efficiency(power: SoundPower, surface_velocity: SurfaceVelocity, air: Air) -> RadiationEfficiency:
     """Compute the radiation efficiency at the lines at which the surface moves.
 
-    Parameters
-    ----------
-    power, surface_velocity, air
-        As in `radiation_efficiency`.
-
-    Returns
-    -------
-    RadiationEfficiency
-        Efficiency of the lines that are not at rest, see `radiation_efficiency`.
-
-    Raises
-    ------
-    InputError
-        If the lines differ, or the surface is at rest at all of them.
+    Returns efficiency of the lines that are not at rest, see `radiation_efficiency`.
     """
     _same_lines(power, surface_velocity.frequency)
     return efficiency_from_power(power, _plane_wave_power(surface_velocity, air))
@@ -233,28 +143,11 @@ def directivity_index(
 
     The index compares the intensity at a point with that of the same power spread evenly.
 
-    Parameters
-    ----------
-    pressure : FieldPressure
-        Sound pressure (Pa) in the far field.
-    power : SoundPower
-        Sound power (W) at the same lines.
-    centre : (3,) array
-        Origin of the distances r (m).
-    air : Air
-        Density and speed of sound.
-    plane : RigidPlane, optional
-        Reflecting plane; the solid angle Ω is 2π instead of 4π.
-
-    Returns
-    -------
-    (n_f, n_point) array
-        Directivity index (dB).
-
-    Raises
-    ------
-    InputError
-        If pressure and power have different lines or nothing is radiated.
+    pressure: sound pressure (Pa) in the far field.
+    power: sound power (W) at the same lines.
+    centre (3,): origin of the distances r (m).
+    plane: reflecting plane; the solid angle Ω is 2π instead of 4π.
+    Returns (n_f, n_point): directivity index (dB).
     """
     _same_lines(power, pressure.frequency)
     silent = np.flatnonzero(power.power <= 0)
@@ -271,26 +164,10 @@ def directivity_index(
 def circle_points(radius: float, centre: ArrayLike, axis: ArrayLike, count: int) -> FloatArray:
     """Return field points, evenly spaced on a circle.
 
-    Parameters
-    ----------
-    radius : float
-        Radius (m).
-    centre : (3,) array
-        Centre (m).
-    axis : (3,) array
-        Normal of the circle's plane.
-    count : int
-        Number of points.
-
-    Returns
-    -------
-    (count, 3) array
-        Points (m). The first lies along the coordinate axis to which `axis` is most nearly normal.
-
-    Raises
-    ------
-    InputError
-        If a number is not finite, the axis has no length or `count` is not positive.
+    radius: radius (m).
+    centre (3,): centre (m).
+    axis (3,): normal of the circle's plane.
+    Returns (count, 3): points (m). The first lies along the coordinate axis to which `axis` is most nearly normal.
     """
     require(
         0 < radius < np.inf and is_whole(count) and count > 0,

@@ -44,28 +44,13 @@ def array_points(
 ) -> FloatArray:
     """Return microphone positions on a sphere or, above a reflecting plane, on a hemisphere.
 
-    Parameters
-    ----------
-    radius : float
-        Radius of the array (m).
-    centre : (3,) array
-        Centre of the array (m).
-    reflecting_plane : RigidPlane or bool
-        Plane on which the hemisphere stands, about the foot of `centre` on it. True stands for the plane z = centre z.
-        Without a plane, the array is a whole sphere for a source in a free field.
-    standard : str
-        `ISO 3744` (2010, table B.1): three rings of six at z/r = 0.15, 0.45 and 0.75, and two positions at the top. The
-        sphere adds their mirror images (40 in all). `ISO 3745` (2012): 20 positions at 20 equally spaced heights.
-
-    Returns
-    -------
-    (n_point, 3) array
-        Positions (m), each for the same area.
-
-    Raises
-    ------
-    InputError
-        If the radius is not positive, the centre not finite or the standard unknown.
+    radius: radius of the array (m).
+    centre (3,): centre of the array (m).
+    reflecting_plane: plane on which the hemisphere stands, about the foot of `centre` on it. True stands for the plane
+    z = centre z. Without a plane, the array is a whole sphere for a source in a free field.
+    standard: `ISO 3744` (2010, table B.1): three rings of six at z/r = 0.15, 0.45 and 0.75, and two positions at the
+    top. The sphere adds their mirror images (40 in all). `ISO 3745` (2012): 20 positions at 20 equally spaced heights.
+    Returns (n_point, 3): positions (m), each for the same area.
     """
     _check_radius(radius)
     require(standard in ARRAYS, f"array standard {standard!r} is unknown: choose from {', '.join(ARRAYS)}")
@@ -96,36 +81,13 @@ def array_points(
 def array_power(pressure: FieldPressure, radius: float, air: Air, *, reflecting_plane: bool = False) -> SoundPower:
     """Compute sound power from the mean square pressure over an array: W = ⟨p²⟩ S/(ρc), ISO 3744:2010.
 
-    Parameters
-    ----------
-    pressure : FieldPressure
-        Sound pressure (Pa) at the positions of `array_points`.
-    radius : float
-        Radius of the array (m).
-    air : Air
-        Density and speed of sound.
-    reflecting_plane : bool
-        S is the area of a hemisphere instead of a sphere.
+    pressure: sound pressure (Pa) at the positions of `array_points`.
+    radius: radius of the array (m).
+    reflecting_plane: S is the area of a hemisphere instead of a sphere.
+    Returns power (W). The accuracy states `array_sampling_db`, the largest standard error of the mean over the
+    positions. It also holds `array_near_field_db`, the level that the near field adds to a dipole at the lowest line:
+    10 lg(1 + 1/(kr)²).
 
-    Returns
-    -------
-    SoundPower
-        Power (W). The accuracy states `array_sampling_db`, the largest standard error of the mean over the positions.
-        It also holds `array_near_field_db`, the level that the near field adds to a dipole at the lowest line: 10 lg(1
-        + 1/(kr)²).
-
-    Raises
-    ------
-    InputError
-        If the points are not spread over a sphere of `radius` or, with `reflecting_plane`, over one half.
-
-    Warns
-    -----
-    AccuracyWarning
-        If the radius is below a quarter of a wavelength at the lowest line.
-
-    Notes
-    -----
     The standards' corrections for background noise and room (K1, K2) are zero in a computed field. The value of ρc is
     that of `air`, so that the reference conditions of ISO 3745 (C1, C2) do not enter. The near field adds nothing to a
     monopole and more to higher orders than to a dipole.

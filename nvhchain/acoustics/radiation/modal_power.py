@@ -60,36 +60,13 @@ def power_from_waves(
 ) -> SoundPower:
     """Compute sound power P = ½ q̇ᴴ R q̇ at lines between the masters.
 
-    Parameters
-    ----------
-    resistance : RadiationResistance
-        Waves of the coordinates at the masters.
-    frequency : (n_f,) array
-        Lines (Hz), increasing, within the masters.
-    velocity : (n_f, n_column) array
-        Velocities of the coordinates, peak values.
-    fidelity : AcousticsFidelity
-        Accuracy settings.
+    resistance: waves of the coordinates at the masters.
+    frequency (n_f,): lines (Hz), increasing, within the masters.
+    velocity (n_f, n_column): velocities of the coordinates, peak values.
+    Returns power (W). The accuracy states the largest estimated error of interpolation (`interpolation_error_db`) and
+    the effect of resonances that the mesh misses, as for `radiate`. It also holds the largest error of motions whose
+    parts cancel each other, as for `sound_power` (`cancellation_error_db`, at `cancellation_frequency` Hz).
 
-    Returns
-    -------
-    SoundPower
-        Power (W). The accuracy states the largest estimated error of interpolation (`interpolation_error_db`) and the
-        effect of resonances that the mesh misses, as for `radiate`. It also holds the largest error of motions whose
-        parts cancel each other, as for `sound_power` (`cancellation_error_db`, at `cancellation_frequency` Hz).
-
-    Raises
-    ------
-    InputError
-        If a line lies outside the masters or the number of columns differs.
-
-    Warns
-    -----
-    AccuracyWarning
-        If the interpolation error exceeds `fidelity.master_tolerance_db`, and for resonances and cancellation.
-
-    Notes
-    -----
     The waves are interpolated like transfer vectors; R is not. P is therefore a sum of squares at every line, and parts
     of a wave that cancel do so at all lines. The interpolation error of two masters follows from a body of this size.
     """
@@ -133,34 +110,11 @@ def modal_power(
 ) -> SoundPower:
     """Compute the sound power of a housing under bearing forces, at the lines that carry force.
 
-    Parameters
-    ----------
-    resistance : RadiationResistance
-        Resistance of this housing's shapes (`housing_shapes`).
-    housing : ReducedHousing
-        Modes and residual motions of the housing.
-    force_spectrum : ForceSpectrum
-        Bearing forces (N), within the masters of `resistance`.
-    fidelity : AcousticsFidelity
-        Accuracy settings.
+    resistance: resistance of this housing's shapes (`housing_shapes`).
+    housing: modes and residual motions of the housing.
+    force_spectrum: bearing forces (N), within the masters of `resistance`.
+    Returns power (W), with the accuracy of `power_from_waves`.
 
-    Returns
-    -------
-    SoundPower
-        Power (W), with the accuracy of `power_from_waves`.
-
-    Raises
-    ------
-    InputError
-        If the resistance is of another housing, the bearings differ or a line lies outside the masters.
-
-    Warns
-    -----
-    AccuracyWarning
-        See `power_from_waves`.
-
-    Notes
-    -----
     The result equals a forced response followed by `sound_power`, apart from interpolation between the masters.
     """
     check_resistance(resistance, housing)
@@ -194,17 +148,8 @@ def modal_velocity(
 def loaded_bearings(housing: ReducedHousing, force_spectrum: ForceSpectrum) -> NDArray[np.bool_]:
     """Return the bearings and axes that carry a force at any line.
 
-    Parameters
-    ----------
-    housing : ReducedHousing
-        Housing whose bearings set the order.
-    force_spectrum : ForceSpectrum
-        Bearing forces.
-
-    Returns
-    -------
-    (n_bearing, 3) array of bool
-        True for each loaded axis of each bearing.
+    housing: housing whose bearings set the order.
+    Returns (n_bearing, 3) of bool: True for each loaded axis of each bearing.
     """
     return np.asarray(force_spectrum.sort_bearings(housing.names).any(axis=0).reshape(-1, 3))
 
@@ -228,25 +173,9 @@ def modal_efficiency(
 ) -> RadiationEfficiency:
     """Compute the radiation efficiency of a housing under bearing forces, at the lines at which it moves.
 
-    Parameters
-    ----------
-    power : SoundPower
-        Result of `modal_power` for the other arguments.
-    resistance, housing, force_spectrum
-        As in `modal_power`.
+    power: result of `modal_power` for the other arguments.
+    Returns efficiency of the lines that are not at rest.
 
-    Returns
-    -------
-    RadiationEfficiency
-        Efficiency of the lines that are not at rest.
-
-    Raises
-    ------
-    InputError
-        If the housing is at rest at all lines.
-
-    Notes
-    -----
     The surface velocity itself is not needed.
     """
     _, velocity = _modal_velocity(housing, force_spectrum)
@@ -284,20 +213,7 @@ def resistance_matrices(
 ) -> FloatArray:
     """Compute the radiation resistance matrices at lines between the masters.
 
-    Parameters
-    ----------
-    resistance, frequency, fidelity
-        As in `power_from_waves`.
-
-    Returns
-    -------
-    (n_f, n_column, n_column) array
-        Symmetric, positive semidefinite matrices R (N s/m).
-
-    Raises
-    ------
-    InputError
-        If a line lies outside the masters.
+    Returns (n_f, n_column, n_column): symmetric, positive semidefinite matrices R (N s/m).
     """
     frequency = frequency_lines(frequency)
     check_lines(resistance.frequency, frequency[frequency > 0])
@@ -317,28 +233,11 @@ def resistance_matrices(
 def radiation_modes(resistance: FloatArray, plane_wave_resistance: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Compute acoustic radiation modes: combinations of shapes that radiate independently of each other.
 
-    Parameters
-    ----------
-    resistance : (n_column, n_column) array
-        Radiation resistance R (N s/m) at one frequency.
-    plane_wave_resistance : (n_column, n_column) array
-        Resistance ρc⟨φφᵀ⟩S (N s/m) of plane waves from every face.
+    resistance (n_column, n_column): radiation resistance R (N s/m) at one frequency.
+    plane_wave_resistance (n_column, n_column): resistance ρc⟨φφᵀ⟩S (N s/m) of plane waves from every face.
+    Returns efficiency (n,): radiation efficiencies σ, largest first. modes (n_column, n): coefficients of the modes,
+    each of the same mean square velocity. Combinations of shapes that hardly move are excluded.
 
-    Returns
-    -------
-    efficiency : (n,) array
-        Radiation efficiencies σ, largest first.
-    modes : (n_column, n) array
-        Coefficients of the modes, each of the same mean square velocity. Combinations of shapes that hardly move are
-        excluded.
-
-    Raises
-    ------
-    InputError
-        If a matrix is not finite or not symmetric, the sizes differ or no shape moves.
-
-    Notes
-    -----
     The modes solve R x = σ ρc⟨φφᵀ⟩S x.  Source: Elliott & Johnson, J. Acoust. Soc. Am. 94 (1993) 2194.
     """
     shapes = np.shape(resistance), np.shape(plane_wave_resistance)

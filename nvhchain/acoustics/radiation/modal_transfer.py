@@ -180,22 +180,9 @@ def modal_pressure(
 def transfer_pressure(functions: NoiseTransferFunctions, force_spectrum: ForceSpectrum) -> FieldPressure:
     """Compute sound pressure under bearing forces from noise transfer functions: p = functions · F.
 
-    Parameters
-    ----------
-    functions : NoiseTransferFunctions
-        Pressure per bearing force (Pa/N).
-    force_spectrum : ForceSpectrum
-        Bearing forces (N). Lines that carry force must be lines of `functions`.
-
-    Returns
-    -------
-    FieldPressure
-        Pressure (Pa) at the lines that carry force.
-
-    Raises
-    ------
-    InputError
-        If a line is missing or the bearings differ.
+    functions: pressure per bearing force (Pa/N).
+    force_spectrum: bearing forces (N). Lines that carry force must be lines of `functions`.
+    Returns pressure (Pa) at the lines that carry force.
     """
     force, loaded, rows = _loaded(force_spectrum, functions.names, functions.frequency)
     values = functions.functions.reshape(*functions.functions.shape[:2], -1)

@@ -25,28 +25,8 @@ def interpolate_vectors(
 ) -> TransferVectors:
     """Interpolate transfer vectors at lines between the masters, as `radiate` does.
 
-    Parameters
-    ----------
-    atv, frequency, fidelity
-        As in `project`.
-
-    Returns
-    -------
-    TransferVectors
-        Vectors at the lines. The accuracy is that of `atv` with the interpolation error, as for
-        `modal_transfer_vectors`. Results made from these vectors carry at least this error.
-
-    Raises
-    ------
-    InputError
-        If a line lies outside the masters.
-    ResourceError
-        If the vectors do not fit into free memory.
-
-    Warns
-    -----
-    AccuracyWarning
-        See `modal_transfer_vectors`.
+    Returns vectors at the lines. The accuracy is that of `atv` with the interpolation error, as for
+    `modal_transfer_vectors`. Results made from these vectors carry at least this error.
     """
     lines = frequency_lines(frequency)
     paths = 1 if atv.plane is None else 2
@@ -87,38 +67,11 @@ def project(
 ) -> ComplexArray:
     """Multiply transfer vectors by shapes at lines between the masters.
 
-    Parameters
-    ----------
-    atv : TransferVectors
-        Transfer vectors at the masters.
-    shapes : (n_face, n_column) array
-        Real or complex normal velocity per unit of a column.
-    frequency : (n_f,) array
-        Lines (Hz) within the masters.
-    fidelity : AcousticsFidelity
-        Accuracy settings.
-    progress : Progress, optional
-        Function that receives the finished and the total number of lines.
+    shapes (n_face, n_column): real or complex normal velocity per unit of a column.
+    frequency (n_f,): lines (Hz) within the masters.
+    progress: function that receives the finished and the total number of lines.
+    Returns (n_f, n_point, n_column): pressure (Pa) per unit of a column.
 
-    Returns
-    -------
-    (n_f, n_point, n_column) array
-        Pressure (Pa) per unit of a column.
-
-    Raises
-    ------
-    InputError
-        If a line lies outside the masters, or the shapes belong to another surface or are not finite.
-    ResourceError
-        If the result does not fit into free memory.
-
-    Warns
-    -----
-    AccuracyWarning
-        See `interpolate_vectors`.
-
-    Notes
-    -----
     Every line interpolates the vectors first and then multiplies. The removed phase differs from face to face, so that
     the product at the masters is no smooth function of frequency. The result equals `interpolate_vectors` times shapes.
     """

@@ -162,23 +162,8 @@ def interpolation_error(
 ) -> FloatArray:
     """Estimate the error of `radiate` due to interpolation between masters.
 
-    Parameters
-    ----------
-    atv, surface_velocity, fidelity
-        As in `radiate`.
+    Returns (n_f, n_point): estimated error (Pa); zero at the masters.
 
-    Returns
-    -------
-    (n_f, n_point) array
-        Estimated error (Pa); zero at the masters.
-
-    Raises
-    ------
-    InputError
-        If the surfaces differ or a line lies outside the masters.
-
-    Notes
-    -----
     Every master is omitted in turn and predicted from its neighbours. The misfit of the nearest one is scaled by the
     known ratio of the interpolation polynomials. For a sphere of 0.1 m, one in a hundred placements of five masters up
     to 2.5 kHz erred by 0.5 to 0.9 dB with 0.1 dB stated.

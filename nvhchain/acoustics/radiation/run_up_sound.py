@@ -36,26 +36,10 @@ DECAY = 1e-3
 def convolution_lines(sample_rate: float, high: float, duration: float) -> FloatArray:
     """Return the frequencies at which `run_up_pressure` needs noise transfer functions.
 
-    Parameters
-    ----------
-    sample_rate : float
-        Sampling rate of the force histories (Hz).
-    high : float
-        Upper frequency (Hz).
-    duration : float
-        Duration of the impulse responses (s).
-
-    Returns
-    -------
-    (n_f,) array
-        Lines (Hz) from 0 to `high`. Their spacing divides `sample_rate` into a whole number of samples.
-
-    Raises
-    ------
-    InputError
-        If the values yield no lines.
-    ResourceError
-        If the lines do not fit into free memory.
+    sample_rate: sampling rate of the force histories (Hz).
+    high: upper frequency (Hz).
+    duration: duration of the impulse responses (s).
+    Returns (n_f,): lines (Hz) from 0 to `high`. Their spacing divides `sample_rate` into a whole number of samples.
     """
     require(
         0 < duration < np.inf and 0 < high <= 0.5 * sample_rate < np.inf,
@@ -72,23 +56,9 @@ def convolution_lines(sample_rate: float, high: float, duration: float) -> Float
 def decay_time(housing: ReducedHousing, high: float) -> float:
     """Return the required duration of an impulse response's record.
 
-    Parameters
-    ----------
-    housing : ReducedHousing
-        Housing with damped modes.
-    high : float
-        Upper frequency of the transfer functions (Hz).
-
-    Returns
-    -------
-    float
-        Duration (s). Within it, the slowest mode of the housing falls to a tenth of `DECAY`. The ringing of the faded
-        upper end, which falls with the third power of time, is over as well.
-
-    Raises
-    ------
-    InputError
-        If a mode has no damping.
+    high: upper frequency of the transfer functions (Hz).
+    Returns duration (s). Within it, the slowest mode of the housing falls to a tenth of `DECAY`. The ringing of the
+    faded upper end, which falls with the third power of time, is over as well.
     """
     require(0 < high < np.inf, f"upper frequency {high:g} Hz must be positive and finite")
     rate = 2 * np.pi * housing.natural_frequency * housing.modal_damping
@@ -108,30 +78,11 @@ def run_up_pressure(
 ) -> PressureHistory:
     """Compute sound pressure in time under bearing force histories: p(t) = ∫ h(τ) F(t − τ) dτ, summed over bearings.
 
-    Parameters
-    ----------
-    functions : NoiseTransferFunctions
-        Functions at equally spaced lines (`convolution_lines`) that start at 0 Hz or a multiple of the spacing.
-    bearing_forces : BearingForces
-        Force histories (N).
-    progress : Progress, optional
-        Function that receives the finished and the total number of blocks.
+    functions: functions at equally spaced lines (`convolution_lines`) that start at 0 Hz or a multiple of the spacing.
+    bearing_forces: force histories (N).
+    progress: function that receives the finished and the total number of blocks.
+    Returns sound pressure (Pa) over time.
 
-    Returns
-    -------
-    PressureHistory
-        Sound pressure (Pa) over time.
-
-    Raises
-    ------
-    InputError
-        If the lines do not suit the sampling, the bearings differ, or impulse responses have not decayed within
-        1/spacing.
-    ResourceError
-        If the impulse responses do not fit into free memory.
-
-    Notes
-    -----
     The convolution is overlap-add in the frequency domain. The pressure has no content below the first and above the
     last line; the last tenth of the band is faded out. The sound travels from the bearings to the points with the delay
     of the shortest path, which may exceed the impulse response. Forces are constant before the record; a constant force

@@ -41,37 +41,12 @@ def wave_pressure(
 ) -> FieldPressure:
     """Compute sound pressure at field points from spherical waves, without another boundary element solution.
 
-    Parameters
-    ----------
-    resistance : RadiationResistance
-        Waves of this housing's shapes (`housing_shapes`), with its reflecting plane.
-    housing : ReducedHousing
-        Modes and residual motions of the housing.
-    force_spectrum : ForceSpectrum
-        Bearing forces (N), within the masters of `resistance`.
-    points : (n_point, 3) array
-        Field points (m) outside the sphere that encloses the housing (`enclosing_sphere`).
-    fidelity : AcousticsFidelity
-        Accuracy settings.
+    resistance: waves of this housing's shapes (`housing_shapes`), with its reflecting plane.
+    housing: modes and residual motions of the housing.
+    force_spectrum: bearing forces (N), within the masters of `resistance`.
+    points (n_point, 3): field points (m) outside the sphere that encloses the housing (`enclosing_sphere`).
+    Returns pressure (Pa) at the lines that carry force. The accuracy states the estimated error of interpolation.
 
-    Returns
-    -------
-    FieldPressure
-        Pressure (Pa) at the lines that carry force. The accuracy states the estimated error of interpolation.
-
-    Raises
-    ------
-    InputError
-        If a point lies inside the sphere or behind the plane, or the resistance is of another housing or range.
-
-    Warns
-    -----
-    AccuracyWarning
-        If the interpolation error exceeds `fidelity.master_tolerance_db`, or a point is so near that the waves of
-        `fidelity.multipole_digits` do not describe its near field.
-
-    Notes
-    -----
     The waves are summed at every line and interpolated between the masters as for `power_from_waves`. Outside of the
     sphere p = −jk Σ j^−l h_l(kr) a_lm Y_lm holds exactly.  Source: Williams, Fourier Acoustics, ch. 6.
     """
@@ -126,19 +101,8 @@ def wave_pressure(
 def enclosing_sphere(surface: Surface, *, plane: RigidPlane | None = None) -> tuple[FloatArray, float]:
     """Return the sphere outside of which `wave_pressure` holds.
 
-    Parameters
-    ----------
-    surface : Surface
-        Radiating surface.
-    plane : RigidPlane, optional
-        Reflecting plane.
-
-    Returns
-    -------
-    centre : (3,) array
-        Centre (m): the middle of the surface, or its foot on a plane that is near.
-    radius : float
-        Distance (m) of the farthest vertex from the centre.
+    Returns centre (3,): centre (m): the middle of the surface, or its foot on a plane that is near. radius: distance
+    (m) of the farthest vertex from the centre.
     """
     return frame(surface, plane)[0], wave_reach(surface, plane)
 

@@ -178,29 +178,10 @@ def surface_pressure(
 ) -> SurfacePressure:
     """Compute the total sound pressure at the vertices of the surface, fourth-order accurate on a regular mesh.
 
-    Parameters
-    ----------
-    surface_velocity : SurfaceVelocity
-        Normal velocity at the frequencies to solve.
-    air, fidelity, engine
-        As in `transfer_vectors`.
-    incident : IncidentField, optional
-        Field that the body scatters in addition; with zero velocity the body is rigid.
-    plane, executor
-        As in `transfer_vectors`.
+    surface_velocity: normal velocity at the frequencies to solve.
+    incident: field that the body scatters in addition; with zero velocity the body is rigid.
+    Returns pressure (Pa) at every vertex.
 
-    Returns
-    -------
-    SurfacePressure
-        Pressure (Pa) at every vertex.
-
-    Raises
-    ------
-    InputError, ResourceError, SolverError
-        As `transfer_vectors`. InputError also for a point source inside the body or behind the plane.
-
-    Notes
-    -----
     The incident field adds p_inc + α ∂p_inc/∂n to the right-hand side of the total field's equation (½ − K + αW) p =
     −(S + α(½ + K′)) ∂p/∂n. With a plane, p_inc includes its own reflection.
     """
@@ -295,29 +276,12 @@ def radiation_resistance(
 ) -> RadiationResistance:
     """Compute the radiation resistance of a surface in the coordinates of some shapes, at master frequencies.
 
-    Parameters
-    ----------
-    motion : SurfaceShapes
-        Surface and shapes, for instance those of a housing (`housing_shapes`).
-    frequencies : (n_f,) array or Adaptive
-        Master frequencies (Hz), increasing, or a band, as in `transfer_vectors`. `power_from_waves` and `modal_power`
-        interpolate between them.
-    air, fidelity, engine, plane, executor
-        As in `transfer_vectors`.
+    motion: surface and shapes, for instance those of a housing (`housing_shapes`).
+    frequencies (n_f,) or Adaptive: master frequencies (Hz), increasing, or a band, as in `transfer_vectors`.
+    `power_from_waves` and `modal_power` interpolate between them.
+    Returns spherical waves of every shape (`multipole_amplitudes`), with a bound on the error of motions whose parts
+    cancel (`cancellation_resistance`).
 
-    Returns
-    -------
-    RadiationResistance
-        Spherical waves of every shape (`multipole_amplitudes`), with a bound on the error of motions whose parts cancel
-        (`cancellation_resistance`).
-
-    Raises
-    ------
-    InputError, ResourceError, SolverError
-        As `transfer_vectors`.
-
-    Notes
-    -----
     One boundary element system per frequency is solved for all shapes, as in `sound_power` for one velocity. In a band,
     the error of a column is the 2-norm of its waves' error relative to that of its waves. The worst column counts.
     Combinations of columns that cancel have larger errors, which `power_from_waves` states.

@@ -62,23 +62,9 @@ class SurfaceShapes:
 def housing_shapes(housing: ReducedHousing, loaded: ArrayLike | None = None) -> SurfaceShapes:
     """Return the shapes of a housing: normal shapes of its modes, then residual motion of every bearing and axis.
 
-    Parameters
-    ----------
-    housing : ReducedHousing
-        Housing with modes and residual motions.
-    loaded : (n_bearing, 3) array of bool, optional
-        Bearings and axes that carry a force (`loaded_bearings`); by default all. The other columns are zero and cost
-        nothing; `modal_power` refuses forces there.
-
-    Returns
-    -------
-    SurfaceShapes
-        Modes in kg^-½, residual motions in m/N.
-
-    Raises
-    ------
-    InputError
-        If `loaded` has another shape.
+    loaded (n_bearing, 3) of bool: bearings and axes that carry a force (`loaded_bearings`); by default all. The other
+    columns are zero and cost nothing; `modal_power` refuses forces there.
+    Returns modes in kg^-½, residual motions in m/N.
     """
     residual = housing.face_residual.reshape(-1, housing.normal_shapes.shape[1])
     if loaded is not None:

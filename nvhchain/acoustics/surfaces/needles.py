@@ -108,25 +108,9 @@ def check_needles(surface: Surface) -> None:
 def remesh_needles(surface: Surface, element_size: float) -> Remeshed | None:
     """Remesh a surface of long needles, so that it can be solved.
 
-    Parameters
-    ----------
-    surface : Surface
-        Closed surface.
-    element_size : float
-        Longest edge of the new surface (m), about; `required_element_size` gives that of a band.
+    element_size: longest edge of the new surface (m), about; `required_element_size` gives that of a band.
+    Returns new surface with its deviations; None for a surface without needles.
 
-    Returns
-    -------
-    Remeshed or None
-        New surface with its deviations; None for a surface without needles.
-
-    Raises
-    ------
-    InputError
-        If the mesher cannot keep the volume within 1 %, the area within 2 % and the distance within a tenth of an edge.
-
-    Notes
-    -----
     Edges are halved until these limits are met. Every body is then scaled to the given volume. The provenance of the
     new surface states the remaining error, which `expected_error_dB` includes. Velocities belong to faces:
     `map_velocity` brings them to the new ones.

@@ -49,24 +49,8 @@ LEAST_FREQUENCY = 1e-50
 def required_element_size(f_max: float, air: Air, fidelity: AcousticsFidelity) -> float:
     """Return the requested edge length of a mesh for frequencies up to `f_max`.
 
-    Parameters
-    ----------
-    f_max : float
-        Upper frequency (Hz).
-    air : Air
-        Density and speed of sound.
-    fidelity : AcousticsFidelity
-        Accuracy settings; `elements_per_wavelength` decides.
-
-    Returns
-    -------
-    float
-        Edge length (m) for a mesh generator.
-
-    Raises
-    ------
-    InputError
-        If the frequency is not positive or not finite.
+    f_max: upper frequency (Hz).
+    Returns edge length (m) for a mesh generator.
     """
     require(0 < f_max < np.inf, f"upper frequency {f_max:g} Hz must be positive and finite")
     return air.speed_of_sound / (f_max * fidelity.elements_per_wavelength)
@@ -148,21 +132,8 @@ def frequency_lines(values: ArrayLike) -> FloatArray:
 def check_mesh(surface: Surface, f_max: float, air: Air, fidelity: AcousticsFidelity) -> None:
     """Check the mesh size at the upper frequency and the bodies of a surface.
 
-    Parameters
-    ----------
-    surface : Surface
-        Radiating surface.
-    f_max : float
-        Upper frequency (Hz).
-    air : Air
-        Density and speed of sound.
-    fidelity : AcousticsFidelity
-        Accuracy settings; `coarsest_elements_per_wavelength` decides. Below two, a mesh carries no wave.
-
-    Raises
-    ------
-    InputError
-        If the mesh is too coarse, or bodies are turned inward, lie in each other or touch (`check_bodies`).
+    f_max: upper frequency (Hz).
+    fidelity: accuracy settings; `coarsest_elements_per_wavelength` decides. Below two, a mesh carries no wave.
     """
     check_bodies(surface)
     if f_max <= 0:
@@ -188,22 +159,8 @@ def check_mesh(surface: Surface, f_max: float, air: Air, fidelity: AcousticsFide
 def check_points(surface: Surface, points: ArrayLike) -> FloatArray:
     """Check field points and return them as an array.
 
-    Parameters
-    ----------
-    surface : Surface
-        Radiating surface.
-    points : (n_point, 3) array
-        Field points (m).
-
-    Returns
-    -------
-    (n_point, 3) array
-        Points (m).
-
-    Raises
-    ------
-    InputError
-        If a point lies inside the body, too near to its surface or too far away, or is not finite.
+    points (n_point, 3): field points (m).
+    Returns (n_point, 3): points (m).
     """
     x = np.ascontiguousarray(np.atleast_2d(real_numbers(points, "field points")))
     if x.ndim != 2 or x.shape[1] != 3 or len(x) == 0:

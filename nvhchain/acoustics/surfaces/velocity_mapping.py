@@ -23,25 +23,10 @@ _FARTHEST = 0.5
 def map_velocity(velocity: SurfaceVelocity, surface: Surface) -> SurfaceVelocity:
     """Bring the velocity of a surface to the faces of another mesh of the same body.
 
-    Parameters
-    ----------
-    velocity : SurfaceVelocity
-        Outward normal velocity (m/s) on the faces of its own surface, such as one with long needles.
-    surface : Surface
-        Other mesh of the same body, such as that of `remesh_needles`.
+    velocity: outward normal velocity (m/s) on the faces of its own surface, such as one with long needles.
+    surface: other mesh of the same body, such as that of `remesh_needles`.
+    Returns outward normal velocity on the faces of `surface`, at the same frequencies.
 
-    Returns
-    -------
-    SurfaceVelocity
-        Outward normal velocity on the faces of `surface`, at the same frequencies.
-
-    Raises
-    ------
-    InputError
-        If a face of `surface` is farther from all given faces on its side than half the longest edge.
-
-    Notes
-    -----
     A face has the mean of four samples. Each has the velocity of the nearest given face whose normal is less than 90°
     from its own; both sides of a thin wall stay apart. Faces have one velocity each, so that the motion of
     long needles comes out as coarse as it went in.

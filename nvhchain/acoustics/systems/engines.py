@@ -188,20 +188,6 @@ def engine_named(name: str) -> Engine:
 def compile_kernels(engine: str, fidelity: AcousticsFidelity) -> None:
     """Compile the kernels of transfer vectors, or load them from disk, before their first use.
 
-    Parameters
-    ----------
-    engine : str
-        Name of the engine.
-    fidelity : AcousticsFidelity
-        Accuracy settings; `precision` and `radiation` decide.
-
-    Raises
-    ------
-    InputError
-        If the engine is unknown.
-
-    Notes
-    -----
     Without this call, compilation happens at first use.
     """
     found = engine_named(engine)
@@ -294,34 +280,12 @@ def estimate_memory(
 ) -> int:
     """Estimate the peak memory of one task: a band of frequencies solved by `fidelity.solver`.
 
-    Parameters
-    ----------
-    n_vertex, n_face : int
-        Vertices and triangles of the surface.
-    engine : str
-        Name of the engine.
-    fidelity : AcousticsFidelity
-        Accuracy settings. "auto" counts as dense matrices.
-    points : int
-        Field points of transfer vectors; twice as many with a reflecting plane.
-    frequencies : int
-        Masters of transfer vectors. Their results and columns are added (`vectors_memory`).
-    free : int, optional
-        Free bytes. If they are short, a run solves fewer frequencies at once and, for "auto", compresses the matrices.
-        The result is then the size of that run, or the smallest possible one.
+    fidelity: accuracy settings. "auto" counts as dense matrices.
+    points: field points of transfer vectors; twice as many with a reflecting plane.
+    frequencies: masters of transfer vectors. Their results and columns are added (`vectors_memory`).
+    free: free bytes. If they are short, a run solves fewer frequencies at once and, for "auto", compresses the
+    matrices. The result is then the size of that run, or the smallest possible one.
 
-    Returns
-    -------
-    int
-        Bytes.
-
-    Raises
-    ------
-    InputError
-        If a count is not a whole number or too small, or the engine is unknown.
-
-    Notes
-    -----
     Compressed matrices count for a mesh of `fidelity.elements_per_wavelength`; finer meshes take less.
     """
     for name, count, least in (

@@ -21,19 +21,10 @@ class IncidentField(Protocol):
     def pressure_and_gradient(self, points: FloatArray, wavenumber: float) -> tuple[ComplexArray, ComplexArray]:
         """Return pressure and gradient at points.
 
-        Parameters
-        ----------
-        points : (n, 3) array
-            Points (m).
-        wavenumber : float
-            Wavenumber (rad/m).
-
-        Returns
-        -------
-        pressure : (n,) complex array
-            Pressure (Pa).
-        gradient : (n, 3) complex array
-            Gradient of the pressure (Pa/m).
+        points (n, 3): points (m).
+        wavenumber: wavenumber (rad/m).
+        Returns pressure (n,) complex array: pressure (Pa). gradient (n, 3) complex array: gradient of the pressure
+        (Pa/m).
         """
         ...
 

@@ -27,22 +27,7 @@ _NO_UNIT = "none"
 def export_rexs(case: GearboxCase, path: str | Path) -> tuple[str, ...]:
     """Write shafts, gears, stages, bearings and load of a case as REXS 1.4.
 
-    Parameters
-    ----------
-    case : GearboxCase
-        Case.
-    path : str or Path
-        File (.rexs).
-
-    Returns
-    -------
-    tuple of str
-        Parts of the case that the file does not hold.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written there.
+    Returns parts of the case that the file does not hold.
     """
     draft = Draft()
     unit = draft.add("gear_unit", case.name, {**_place(0.0, (0.0, 0.0), 1)})

@@ -50,27 +50,10 @@ def import_rexs(
 ) -> ImportResult:
     """Write the case of a REXS file into a folder, with a page of what was taken, assumed and left out.
 
-    Parameters
-    ----------
-    path : str or Path
-        REXS file, version 1.0 to 2.0.
-    out : str or Path
-        Folder; made if needed.
-    load : str, optional
-        Load case, by its number; the first by default.
-    housing : {'casting', 'rigid'}
-        `casting`: the drawn casting radiates. `rigid`: bearing forces on fixed seats.
-
-    Returns
-    -------
-    ImportResult
-        Files and short record.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read or modelled, all mistakes at once, or a case is in the folder already. Nothing is
-        written then.
+    path: REXS file, version 1.0 to 2.0.
+    out: folder; made if needed.
+    load: load case, by its number; the first by default.
+    housing {'casting', 'rigid'}: `casting`: the drawn casting radiates. `rigid`: bearing forces on fixed seats.
     """
     source, folder = Path(path), Path(out)
     name = safe_names([re.sub(r"\.(rexs[jz]?|xml|json|zip)$", "", source.name, flags=re.IGNORECASE) or "unit"])[0]

@@ -110,16 +110,7 @@ def check_targets(
 ) -> None:
     """Refuse (InputError) targets whose level the case does not have.
 
-    Parameters
-    ----------
-    targets : tuple of Target
-        Targets.
-    quantities : tuple of str
-        Quantities of the case.
-    points : tuple of str
-        Names of its microphones.
-    speeds : (float, float), optional
-        Lowest and highest input speed (rad/s); None for a radiator.
+    speeds (float, float): lowest and highest input speed (rad/s); None for a radiator.
     """
     running_up = speeds is not None and speeds[0] < speeds[1]
     for target in targets:

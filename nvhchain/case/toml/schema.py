@@ -24,13 +24,8 @@ _SIMPLE = {float: "number", int: "integer", bool: "boolean", str: "string"}
 def case_schema() -> dict[str, Any]:
     """Return the JSON Schema (draft 2020-12) of case files.
 
-    Returns
-    -------
-    dict
-        Schema. Keys with and without units, kinds, types and choices are checked.
+    Returns schema. Keys with and without units, kinds, types and choices are checked.
 
-    Notes
-    -----
     No field is required, since a file with a `base` has only the differences. `check` finds missing fields and wrong
     values.
     """

@@ -48,20 +48,7 @@ def bearing_forces(run: Run) -> BearingForces:
 
 
 def recording(run: Run, folder: Path) -> dynamics.Recording:
-    """Write bearing forces of a run-up of any length to files; an interrupted recording is continued.
-
-    Parameters
-    ----------
-    run : Run
-        Run in progress.
-    folder : Path
-        Folder of the files.
-
-    Returns
-    -------
-    Recording
-        Files of the record.
-    """
+    """Write bearing forces of a run-up of any length to files; an interrupted recording is continued."""
     name, watcher = BEARING_FORCES.file_of(), run.spine.watcher
     watcher.begin(name)
     with concerning(name):
@@ -125,18 +112,7 @@ def _gearbox(run: Run) -> dynamics.Gearbox:
 
 
 def reduced_housing(run: Run) -> ReducedHousing:
-    """Reduce the housing to its seats and the radiating surface.
-
-    Parameters
-    ----------
-    run : Run
-        Run in progress.
-
-    Returns
-    -------
-    ReducedHousing
-        Modes and residual flexibility.
-    """
+    """Reduce the housing to its seats and the radiating surface."""
     case, knobs = run.gearbox, run.fidelity.housing
     size = acoustics.required_element_size(case.band.high, case.air, run.fidelity.acoustics)
     contents = case.housing.read(case, size)

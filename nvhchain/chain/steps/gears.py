@@ -14,15 +14,7 @@ from nvhchain.scene.steps import LOAD_DISTRIBUTIONS, MESH_LAWS, Step
 def mesh_laws(run: Run) -> tuple[MeshLaw, ...]:
     """Mesh law of every stage, with manufacturing deviations, and resistance to tilt where meshes follow tilted gears.
 
-    Parameters
-    ----------
-    run : Run
-        Run in progress.
-
-    Returns
-    -------
-    tuple of MeshLaw
-        One per stage.
+    Returns one per stage.
     """
     laws: tuple[MeshLaw, ...] = tuple(mesh_law(run, number) for number in range(len(run.loaded.stages)))
     if run.gearbox.options.tilt:
@@ -34,17 +26,7 @@ def mesh_laws(run: Run) -> tuple[MeshLaw, ...]:
 def mesh_law(run: Run, number: int) -> MeshLaw:
     """Mesh law of a stage without deviations.
 
-    Parameters
-    ----------
-    run : Run
-        Run in progress.
-    number : int
-        Number of the stage, from 0.
-
-    Returns
-    -------
-    MeshLaw
-        Law of the pair as drawn.
+    number: number of the stage, from 0.
     """
     made: MeshLaw = _stage_hand_off(run, MESH_LAWS, gear.mesh_law, number)
     return made

@@ -8,15 +8,7 @@ from nvhchain.fidelity import Fidelity
 
 
 def compile_kernels(case: GearboxCase, fidelity: Fidelity) -> None:
-    """Compile the code in advance, or read it from disk.
-
-    Parameters
-    ----------
-    case : GearboxCase
-        Case of a later run.
-    fidelity : Fidelity
-        Fidelity of this run.
-    """
+    """Compile the code in advance, or read it from disk."""
     dynamics.compile_time_loop()
     if {*FIELD_POINT_QUANTITIES, *RADIATED}.intersection(case.quantities):
         acoustics.compile_kernels(case.engine, fidelity.acoustics)

@@ -73,10 +73,7 @@ def transfer_vectors(run: Run) -> TransferVectors:
 def transfer_vectors_ahead(run: Run) -> None:
     """Compute the transfer vectors of a gearbox before its forces are known, for a band with many lines.
 
-    Parameters
-    ----------
-    run : Run
-        Run with its housing. Lines outside the band, which few gearboxes have, take vectors of their own later.
+    run: run with its housing. Lines outside the band, which few gearboxes have, take vectors of their own later.
     """
     band, (low, high) = run.gearbox.band, run.case.limits
     if TRANSFER_VECTORS in run.scene.steps and high - low > 2 * _FEW_LINES * band.resolution:

@@ -30,31 +30,12 @@ def run_up_time(
 ) -> float:
     """Return the time (s) that the train takes from one speed to another under constant torques.
 
-    Parameters
-    ----------
-    gearbox : Gearbox
-        Gearbox.
-    mesh_laws : sequence of MeshLaw
-        One law per mesh, in the gearbox's order.
-    start_speed, end_speed : float
-        Speeds of the input (rad/s), not negative.
-    input_torque : float
-        Driving torque along the input's rotation (N m).
-    output_torque : float
-        Braking torque on the output shaft (N m).
+    mesh_laws: one law per mesh, in the gearbox's order.
+    start_speed, end_speed: speeds of the input (rad/s), not negative.
+    input_torque: driving torque along the input's rotation (N m).
+    output_torque: braking torque on the output shaft (N m).
+    Returns time (s).
 
-    Returns
-    -------
-    float
-        Time (s).
-
-    Raises
-    ------
-    InputError
-        If the torques do not lead from the one speed to the other.
-
-    Notes
-    -----
     Rigid train: acceleration (T_in − ratio T_out) / J, with J its inertia felt at the input.
     """
     for name, speed in (("start_speed", start_speed), ("end_speed", end_speed)):

@@ -41,25 +41,9 @@ class Train:
 def train(gearbox: Gearbox, mesh_laws: Sequence[MeshLaw]) -> Train:
     """Return the kinematics of a gearbox: follow the meshes from the input shaft and count teeth.
 
-    Parameters
-    ----------
-    gearbox : Gearbox
-        Gearbox.
-    mesh_laws : sequence of MeshLaw
-        One law per mesh, in the gearbox's order.
+    mesh_laws: one law per mesh, in the gearbox's order.
+    Returns speed ratios, senses of rotation and periods.
 
-    Returns
-    -------
-    Train
-        Speed ratios, senses of rotation and periods.
-
-    Raises
-    ------
-    InputError
-        If the number of laws differs from that of the meshes, or a law's period is no whole number of wheel teeth.
-
-    Notes
-    -----
     Every period is a ratio of whole numbers. The common period is their least common multiple,
     lcm(numerators)/gcd(denominators).
     """

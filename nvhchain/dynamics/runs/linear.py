@@ -20,17 +20,8 @@ from nvhchain.handoff import ComplexArray, FloatArray, MeshLaw, ReducedHousing
 def body_compliance(gearbox: Gearbox, mesh_laws: Sequence[MeshLaw]) -> FloatArray:
     """Return the static compliance that the modes of gear bodies have at the drive flanks.
 
-    Parameters
-    ----------
-    gearbox : Gearbox
-        Gearbox.
-    mesh_laws : sequence of MeshLaw
-        One law per mesh, in the gearbox's order; their forces do not count.
-
-    Returns
-    -------
-    (n_mesh,) array
-        Compliance (m/N).
+    mesh_laws: one law per mesh, in the gearbox's order; their forces do not count.
+    Returns (n_mesh,): compliance (m/N).
     """
     found = assemble(gearbox, mesh_laws, None).body_compliance
     return np.zeros(len(mesh_laws)) if found is None else found[:, 0]
@@ -48,35 +39,12 @@ def flank_transfer(
 ) -> ComplexArray:
     """Return the forces on the housing per force between the flanks of each mesh.
 
-    Parameters
-    ----------
-    gearbox : Gearbox
-        Gearbox.
-    mesh_laws : sequence of MeshLaw
-        One law per mesh, in the gearbox's order.
-    housing : ReducedHousing
-        Housing.
-    frequency : (n_f,) array
-        Frequencies (Hz).
-    input_torque : float
-        Mean torque along the input's rotation (N m).
-    input_speed : float
-        Speed of the input (rad/s), for gyroscopic terms if `gearbox.gyroscopic`.
-    fidelity : DynamicsFidelity
-        Fidelity of the dynamics.
+    mesh_laws: one law per mesh, in the gearbox's order.
+    frequency (n_f,): frequencies (Hz).
+    input_torque: mean torque along the input's rotation (N m).
+    input_speed: speed of the input (rad/s), for gyroscopic terms if `gearbox.gyroscopic`.
+    Returns (n_f, 3 n_bearing, n_mesh) complex array: transfer functions (N/N).
 
-    Returns
-    -------
-    (n_f, 3 n_bearing, n_mesh) complex array
-        Transfer functions (N/N).
-
-    Raises
-    ------
-    InputError
-        If the torque exceeds a law.
-
-    Notes
-    -----
     Meshes are springs of the mean slope of their laws.
     """
     speed = input_speed if gearbox.depends_on_speed else 0.0

@@ -47,30 +47,15 @@ def order_forces(
 ) -> OrderForces:
     """Return the bearing forces at the harmonics of all meshes.
 
-    Parameters
-    ----------
-    gearbox : Gearbox
-        Gearbox. Friction and load centres of its meshes have the angles of `deflections`.
-    mesh_laws : sequence of MeshLaw
-        One law per mesh, in the gearbox's order; of its forces the mean slope counts.
-    housing : ReducedHousing or None
-        Housing; None for rigid seats.
-    deflections : sequence of (n_angle,) array or None
-        Quasi-static deflection (m) of each mesh at equally spaced angles of one mesh period; None for an idle mesh.
-    input_torque : float
-        Mean torque along the input's rotation (N m).
-    input_speeds : sequence of float
-        Speeds of the input (rad/s).
-    fidelity : DynamicsFidelity
-        Elements and modes of flexible shafts.
+    gearbox: gearbox. Friction and load centres of its meshes have the angles of `deflections`.
+    mesh_laws: one law per mesh, in the gearbox's order; of its forces the mean slope counts.
+    housing: housing; None for rigid seats.
+    deflections sequence of (n_angle,) array or None: quasi-static deflection (m) of each mesh at equally spaced angles
+    of one mesh period; None for an idle mesh.
+    input_torque: mean torque along the input's rotation (N m).
+    input_speeds: speeds of the input (rad/s).
+    Returns forces at every speed. Meshes that share an order add with their phases.
 
-    Returns
-    -------
-    OrderForces
-        Forces at every speed. Meshes that share an order add with their phases.
-
-    Notes
-    -----
     A mesh is a spring of mean stiffness k that the deflection e(θ) under the nominal force drives, F = k (δ − e(θ)).
     Friction and shuttling are forces that depend on the angle alone. Products of alternating quantities are neglected.
     """

@@ -83,29 +83,6 @@ def record_run_up(
 ) -> Recording:
     """Write a run-up to files of a folder, with memory that does not grow with the duration.
 
-    Parameters
-    ----------
-    gearbox, mesh_laws, housing
-        As in `run_up`.
-    folder : str or Path
-        Folder of the files.
-    progress, **operation
-        As in `run_up`.
-
-    Returns
-    -------
-    Recording
-        Files of the record.
-
-    Raises
-    ------
-    InputError
-        If `folder` holds another run, or `run_up` would raise it.
-    ResourceError, SolverError
-        As `run_up`.
-
-    Notes
-    -----
     The same call continues a run that was stopped, and ends in the same bits as an uninterrupted one. Contact solvers
     limit this to the equality of their own forces. They are identified by their forces at some angles and deflections.
     Lost or damaged files are computed again.

@@ -100,35 +100,11 @@ def run_up(
 ) -> BearingForces:
     """Return the forces of the bearings on the housing while the input speed changes evenly.
 
-    Parameters
-    ----------
-    gearbox : Gearbox
-        Gearbox.
-    mesh_laws : sequence of MeshLaw
-        One law per mesh, in the gearbox's order.
-    housing : ReducedHousing or None
-        Housing; None for rigid seats.
-    progress : callable, optional
-        Called with the blocks of steps done and in all.
-    **operation : Operation
-        Speeds, duration, torque, band and fidelity.
+    mesh_laws: one law per mesh, in the gearbox's order.
+    housing: housing; None for rigid seats.
+    progress: called with the blocks of steps done and in all.
+    **operation: speeds, duration, torque, band and fidelity.
 
-    Returns
-    -------
-    BearingForces
-        Record from start_speed to end_speed.
-
-    Raises
-    ------
-    InputError
-        If the step is too long for f_max or the meshes.
-    ResourceError
-        If the record does not fit into memory (`record_run_up` writes it to files).
-    SolverError
-        If the start cannot decay within `settle_time`.
-
-    Notes
-    -----
     A run from standstill starts on the quasi-static solution. Any other run stays at its start speed until the
     influence of the start has decayed to `settle_level`.
 
@@ -154,18 +130,8 @@ def run_up_with_error(
 ) -> tuple[BearingForces, FloatArray]:
     """Return the record of `run_up` and the transmission error of the whole gearbox at the same samples.
 
-    Parameters
-    ----------
-    gearbox, mesh_laws, housing, progress, **operation
-        As in `run_up`.
-
-    Returns
-    -------
-    forces : BearingForces
-        Record of `run_up`.
-    error : (n_t,) array
-        Angle (rad) by which the output shaft lags behind the input shaft's angle times the speed ratio, > 0 under a
-        driving torque.
+    Returns error (n_t,): angle (rad) by which the output shaft lags behind the input shaft's angle times the speed
+    ratio, > 0 under a driving torque.
     """
     run = prepare(gearbox, mesh_laws, housing, **operation)
     n_out = len(run.decimator.constant)

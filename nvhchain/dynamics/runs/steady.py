@@ -56,41 +56,15 @@ def bearing_forces(
 ) -> BearingForces:
     """Return the forces of the bearings on the housing at constant speed, over whole common periods of the train.
 
-    Parameters
-    ----------
-    gearbox : Gearbox
-        Gearbox.
-    mesh_laws : sequence of MeshLaw
-        One law per mesh, in the gearbox's order.
-    housing : ReducedHousing or None
-        Housing; None for rigid seats.
-    input_speed : float
-        Speed of the input (rad/s), > 0.
-    duration : float
-        Shortest duration of the record (s), rounded up to whole common periods.
-    fluctuation : Fluctuation, optional
-        Harmonics of torque or speed at the input; the common period then holds whole cycles of each.
-    progress : callable, optional
-        Called with the blocks of settling done and in all.
-    **load : Load
-        Torque, band and fidelity; `fidelity.time_step` must resolve the band.
+    mesh_laws: one law per mesh, in the gearbox's order.
+    housing: housing; None for rigid seats.
+    input_speed: speed of the input (rad/s), > 0.
+    duration: shortest duration of the record (s), rounded up to whole common periods.
+    fluctuation: harmonics of torque or speed at the input; the common period then holds whole cycles of each.
+    progress: called with the blocks of settling done and in all.
+    **load: torque, band and fidelity; `fidelity.time_step` must resolve the band.
+    Returns periodic record; `mesh_deflection` is the deflection on the drive flank's line of action.
 
-    Returns
-    -------
-    BearingForces
-        Periodic record; `mesh_deflection` is the deflection on the drive flank's line of action.
-
-    Raises
-    ------
-    SolverError
-        If the motion does not settle.
-    InputError
-        If the step is too long for f_max.
-    ResourceError
-        If the record does not fit into memory.
-
-    Notes
-    -----
     The nominal spin is prescribed. The speed rises from the quasi-static solution over one common period (half cosine).
     Then two common periods are compared, at least one decay time of the slowest mode apart. Their difference must fall
     below `fidelity.settle_level` of the swing of the bearing forces, and so must the remaining influence of the start.
@@ -190,28 +164,10 @@ def steady_sweep(
 ) -> tuple[BearingForces, ...]:
     """Return the record of `bearing_forces` at each of several speeds, each from its own quasi-static start.
 
-    Parameters
-    ----------
-    gearbox, mesh_laws, housing
-        As in `bearing_forces`.
-    input_speeds : sequence of float
-        Speeds of the input (rad/s).
-    executor : Executor, optional
-        Executor of the speeds. Other processes take only `contact_forces` that can be pickled.
-    progress : callable, optional
-        Called with the speeds done and in all.
-    **load : Load
-        As in `bearing_forces`.
-
-    Returns
-    -------
-    tuple of BearingForces
-        Records in the order of the speeds.
-
-    Raises
-    ------
-    InputError, ResourceError, SolverError
-        As `bearing_forces` at the first speed that fails.
+    input_speeds: speeds of the input (rad/s).
+    executor: executor of the speeds. Other processes take only `contact_forces` that can be pickled.
+    progress: called with the speeds done and in all.
+    Returns records in the order of the speeds.
     """
     require(len(input_speeds) > 0, "input_speeds holds no speed: give one or more, rad/s")
     settled = partial(bearing_forces, gearbox, mesh_laws, housing, **load)

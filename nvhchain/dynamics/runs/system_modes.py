@@ -84,37 +84,15 @@ def system_modes(
 ) -> SystemModes:
     """Return the modes of shafts, meshes, bearings and housing at a load.
 
-    Parameters
-    ----------
-    gearbox : Gearbox
-        Gearbox; its bearings have the stiffness of this load (`equilibrium`).
-    mesh_laws : sequence of MeshLaw
-        One law per mesh, in the gearbox's order.
-    housing : ReducedHousing or None
-        Housing; None for rigid seats.
-    input_torque : float
-        Torque along the input's rotation (N m).
-    input_speed : float
-        Speed of the input (rad/s), for gyroscopic terms if `gearbox.gyroscopic`.
-    damped : bool
-        False leaves all damping out.
-    planes : sequence of (str, float)
-        Cross-sections whose motion is returned: shaft or loose gear, and z (m).
-    fidelity : DynamicsFidelity, optional
-        Elements and modes of flexible shafts.
+    gearbox: gearbox; its bearings have the stiffness of this load (`equilibrium`).
+    mesh_laws: one law per mesh, in the gearbox's order.
+    housing: housing; None for rigid seats.
+    input_torque: torque along the input's rotation (N m).
+    input_speed: speed of the input (rad/s), for gyroscopic terms if `gearbox.gyroscopic`.
+    damped: False leaves all damping out.
+    planes sequence of (str, float): cross-sections whose motion is returned: shaft or loose gear, and z (m).
+    Returns modes by ascending frequency; overdamped motions are left out.
 
-    Returns
-    -------
-    SystemModes
-        Modes by ascending frequency; overdamped motions are left out.
-
-    Raises
-    ------
-    InputError
-        If the torque exceeds a law.
-
-    Notes
-    -----
     Meshes are springs of the mean slope of their laws at the load. With u = [ω η, η̇] of the undamped modal coordinates
     η, undamped modes with gyroscopic terms are those of a Hermitian matrix. The seats' residual flexibility counts as
     housing.

@@ -93,31 +93,12 @@ def equilibrium(
 ) -> Equilibrium:
     """Return the static equilibrium of shafts, bearings and housing under a torque.
 
-    Parameters
-    ----------
-    gearbox : Gearbox
-        Gearbox.
-    mesh_laws : sequence of MeshLaw
-        One law per mesh, in the gearbox's order; only their directions count.
-    housing : ReducedHousing or None
-        Housing; None for rigid seats.
-    input_torque : float
-        Torque along the input's rotation (N m).
-    fidelity : DynamicsFidelity, optional
-        Elements and modes of flexible shafts, as in `assemble`.
+    mesh_laws: one law per mesh, in the gearbox's order; only their directions count.
+    housing: housing; None for rigid seats.
+    input_torque: torque along the input's rotation (N m).
+    fidelity: elements and modes of flexible shafts, as in `assemble`.
+    Returns loads, displacements and stiffness of the bearings, misalignment of the meshes.
 
-    Returns
-    -------
-    Equilibrium
-        Loads, displacements and stiffness of the bearings, misalignment of the meshes.
-
-    Raises
-    ------
-    InputError
-        If the bearings cannot carry the load.
-
-    Notes
-    -----
     The torques fix the mesh forces, which act at mid-width, spread evenly over the points of meshes that tilt. Unknowns
     are shafts (rigid, or flexible with the gearbox's option) and housing modes. The seats' residual flexibility is in
     series with the bearings. Seats do not tilt. The energy is convex, and Newton's method minimises it from the

@@ -167,21 +167,10 @@ def static_bearing_forces(
 ) -> FloatArray:
     """Return the bearing forces on the housing at standstill.
 
-    Parameters
-    ----------
-    gearbox : Gearbox
-        Gearbox.
-    mesh_laws : sequence of MeshLaw
-        One law per mesh, in the gearbox's order.
-    housing : ReducedHousing or None
-        Housing; None for rigid seats.
-    input_torque : float
-        Torque along the input's rotation (N m).
-
-    Returns
-    -------
-    (n_bearing, 3) array
-        Forces (N).
+    mesh_laws: one law per mesh, in the gearbox's order.
+    housing: housing; None for rigid seats.
+    input_torque: torque along the input's rotation (N m).
+    Returns (n_bearing, 3): forces (N).
     """
     assembly = assemble(gearbox, mesh_laws, housing)
     torque = shaft_torques(gearbox, assembly.train, input_torque)
@@ -200,18 +189,10 @@ def static_misalignment(
 ) -> FloatArray:
     """Return the tilt of each wheel's axis against its pinion's under load at standstill.
 
-    Parameters
-    ----------
-    gearbox, mesh_laws, housing, input_torque
-        As in `static_bearing_forces`.
-    fidelity : DynamicsFidelity, optional
-        Elements and modes of flexible shafts, as in `assemble`.
-
-    Returns
-    -------
-    (n_mesh, 2) array
-        Tilts (rad), the misalignment of a gear pair. The first lies in the plane of action of the drive flanks, > 0
-        where it closes them towards +z. The second lies across it, > 0 where the wheel leaves the pinion towards +z.
+    fidelity: elements and modes of flexible shafts, as in `assemble`.
+    Returns (n_mesh, 2): tilts (rad), the misalignment of a gear pair. The first lies in the plane of action of the
+    drive flanks, > 0 where it closes them towards +z. The second lies across it, > 0 where the wheel leaves the pinion
+    towards +z.
     """
     assembly = assemble(gearbox, mesh_laws, housing, fidelity=fidelity)
     torque = shaft_torques(gearbox, assembly.train, input_torque)

@@ -21,27 +21,9 @@ _FLAT = 2e-12
 def closed_surface(mesh: MeshFile) -> tuple[FloatArray, IntArray, tuple[str, ...]]:
     """Return the triangles of a surface in a mesh file, repaired.
 
-    Parameters
-    ----------
-    mesh : MeshFile
-        Points and cells.
+    Returns vertices (n, 3): vertices in units of the file. triangles (m, 3): indices of vertices; outward where the
+    surface is closed.
 
-    Returns
-    -------
-    vertices : (n, 3) array
-        Vertices in units of the file.
-    triangles : (m, 3) array
-        Indices of vertices; outward where the surface is closed.
-    repairs : tuple of str
-        What was repaired.
-
-    Raises
-    ------
-    InputError
-        For a file without faces, or with faces that cannot be divided.
-
-    Notes
-    -----
     An open surface is returned open, with the smallest tolerance.
     """
     tried = [_joined_within(mesh, tolerance) for tolerance in _TOLERANCES[:1]]

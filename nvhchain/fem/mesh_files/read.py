@@ -41,20 +41,7 @@ _LARGEST = 4 << 30
 def read_mesh(path: str | Path) -> MeshFile:
     """Read the mesh in a file.
 
-    Parameters
-    ----------
-    path : str or Path
-        File; its ending (`FORMATS`) gives the format.
-
-    Returns
-    -------
-    MeshFile
-        Points, cells and tags.
-
-    Raises
-    ------
-    FileFormatError
-        For a damaged file, another format or none, with the place in the file where there is one.
+    path: file; its ending (`FORMATS`) gives the format.
     """
     path = Path(path)
     if path.suffix.lower() not in _READERS:

@@ -38,29 +38,10 @@ _REFINED = {
 def triangulated(mesh: MeshFile, tolerance: float = JOINED) -> tuple[FloatArray, IntArray, int]:
     """Return the triangles of the faces of a mesh file, with joined corners.
 
-    Parameters
-    ----------
-    mesh : MeshFile
-        Points and cells.
-    tolerance : float
-        Distance within which corners are one, relative to the largest extent.
+    tolerance: distance within which corners are one, relative to the largest extent.
+    Returns vertices (n, 3): vertices in units of the file. triangles (m, 3): indices of vertices. excluded: number of
+    excluded triangles, with two corners in one place.
 
-    Returns
-    -------
-    vertices : (n, 3) array
-        Vertices in units of the file.
-    triangles : (m, 3) array
-        Indices of vertices.
-    excluded : int
-        Number of excluded triangles, with two corners in one place.
-
-    Raises
-    ------
-    InputError
-        For a file without faces, or with faces that cannot be divided.
-
-    Notes
-    -----
     Quads are divided along the diagonal between the flatter halves. Larger faces are divided about a corner, faces of
     second order over their nodes.
     """

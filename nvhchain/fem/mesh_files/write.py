@@ -24,14 +24,7 @@ def write_vtu(
 ) -> None:
     """Write points and cells with arrays for ParaView.
 
-    Parameters
-    ----------
-    path : Path
-        File.
-    mesh : MeshFile
-        Points and cells.
-    points, cells : mapping of str to (n, …) array
-        Arrays on the points and on the cells, by name.
+    points, cells mapping of str to (n, …) array: arrays on the points and on the cells, by name.
     """
     write_atomic(path, vtu_content(mesh, points=points, cells=cells))
 
@@ -41,17 +34,7 @@ def vtu_content(
 ) -> bytes:
     """Return the bytes of a VTU file.
 
-    Parameters
-    ----------
-    mesh : MeshFile
-        Points and cells.
-    points, cells : mapping of str to (n, …) array
-        Arrays on the points and on the cells, by name.
-
-    Returns
-    -------
-    bytes
-        Content of the file.
+    points, cells mapping of str to (n, …) array: arrays on the points and on the cells, by name.
     """
     sizes = [(kind, len(nodes), nodes.shape[1]) for kind, nodes in mesh.cells]
     root = ElementTree.Element(
@@ -94,12 +77,7 @@ def _array(parent: ElementTree.Element, name: str, values: np.ndarray) -> None:
 def write_inp(path: Path, mesh: MeshFile) -> None:
     """Write quadratic solids and node sets as Abaqus input; labels count from 1.
 
-    Parameters
-    ----------
-    path : Path
-        File.
-    mesh : MeshFile
-        Points, cells and the node sets `tagged`.
+    mesh: points, cells and the node sets `tagged`.
     """
     lines = ["*NODE"]
     lines += [f"{i}, {x!r}, {y!r}, {z!r}" for i, (x, y, z) in enumerate(mesh.points.tolist(), 1)]

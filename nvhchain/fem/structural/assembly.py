@@ -18,22 +18,8 @@ _GROUND = -1
 def structure_matrices(nodes: FloatArray, structure: Structure) -> tuple[sp.csr_matrix, sp.csr_matrix]:
     """Return stiffness and mass of all items.
 
-    Parameters
-    ----------
-    nodes : (n, 3) array
-        Nodes (m).
-    structure : Structure
-        Items.
-
-    Returns
-    -------
-    K, M : (6 n, 6 n) sparse matrix
-        Stiffness (N/m, N, N m) and mass (kg, kg m, kg m²).
-
-    Raises
-    ------
-    InputError
-        For a shell without area or a beam without length.
+    nodes (n, 3): nodes (m).
+    Returns K, M (6 n, 6 n) sparse matrix: stiffness (N/m, N, N m) and mass (kg, kg m, kg m²).
     """
     count = len(nodes)
     groups = [*(block.nodes for block in structure.shells), *(block.nodes for block in structure.beams)]

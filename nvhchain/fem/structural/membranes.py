@@ -22,21 +22,11 @@ _DRILLING = 1e-2
 def membrane_stiffness(xy: FloatArray, thickness: FloatArray, young: float, poisson: float) -> FloatArray:
     """Return the membrane stiffness with drilling rotations.
 
-    Parameters
-    ----------
-    xy : (m, n, 2) array
-        Three or four corners in the plane (m), counter-clockwise.
-    thickness : (m,) array
-        Thickness (m).
-    young : float
-        Young's modulus (Pa).
-    poisson : float
-        Poisson's ratio.
-
-    Returns
-    -------
-    (m, 3 n, 3 n) array
-        Stiffness; unknowns are u, v (m) and θ (rad) of each node.
+    xy (m, n, 2): three or four corners in the plane (m), counter-clockwise.
+    thickness (m,): thickness (m).
+    young: Young's modulus (Pa).
+    poisson: Poisson's ratio.
+    Returns (m, 3 n, 3 n): stiffness; unknowns are u, v (m) and θ (rad) of each node.
     """
     law = young / (1 - poisson**2) * np.array([[1, poisson, 0], [poisson, 1, 0], [0, 0, (1 - poisson) / 2]])
     if xy.shape[1] == 3:

@@ -65,21 +65,11 @@ def jacobians(xy: FloatArray, gradient: FloatArray) -> tuple[FloatArray, FloatAr
 def plate_stiffness(xy: FloatArray, bending: FloatArray, poisson: float, shear: FloatArray) -> FloatArray:
     """Return the stiffness of plates.
 
-    Parameters
-    ----------
-    xy : (m, n, 2) array
-        Three or four corners in the plane (m), counter-clockwise.
-    bending : (m,) array
-        Bending stiffness D = E t³ / (12 (1 − ν²)) (N m).
-    poisson : float
-        Poisson's ratio.
-    shear : (m,) array
-        Shear stiffness κ G t (N/m); inf for a plate that does not shear.
-
-    Returns
-    -------
-    (m, 3 n, 3 n) array
-        Stiffness; unknowns are w (m), βₓ and β_y (rad) of each node.
+    xy (m, n, 2): three or four corners in the plane (m), counter-clockwise.
+    bending (m,): bending stiffness D = E t³ / (12 (1 − ν²)) (N m).
+    poisson: Poisson's ratio.
+    shear (m,): shear stiffness κ G t (N/m); inf for a plate that does not shear.
+    Returns (m, 3 n, 3 n): stiffness; unknowns are w (m), βₓ and β_y (rad) of each node.
     """
     m, n, _ = xy.shape
     points, weight, _, gradient, bubble = plane_rule(n)

@@ -109,24 +109,10 @@ def freedom_map(
 ) -> sp.csr_matrix:
     """Return the map T from independent, free unknowns to the motions of all nodes.
 
-    Parameters
-    ----------
-    nodes : (n, 3) array
-        Nodes (m).
-    bodies, averages, relations : sequences
-        What follows what.
-    held : (n, 6) bool array
-        Fixed motions of the nodes.
-
-    Returns
-    -------
-    (6 n, r) sparse matrix
-        Map. Unknowns of the nodes come first, in their order; six of every body's reference point follow.
-
-    Raises
-    ------
-    InputError
-        For a motion that follows two items or itself, or is held and follows another.
+    nodes (n, 3): nodes (m).
+    held (n, 6) bool array: fixed motions of the nodes.
+    Returns (6 n, r) sparse matrix: map. Unknowns of the nodes come first, in their order; six of every body's
+    reference point follow.
     """
     count = len(nodes)
     size = 6 * (count + len(bodies))

@@ -73,15 +73,8 @@ class SliceCompliance:
 def slice_compliance(body: GearBody) -> SliceCompliance:
     """Return the closed-form compliance of the teeth of a gear.
 
-    Parameters
-    ----------
-    body : GearBody
-        Gear; the twist of a thin web is included, openings have no effect.
-
-    Returns
-    -------
-    SliceCompliance
-        Compliance over the radius of the flank.
+    body: gear; the twist of a thin web is included, openings have no effect.
+    Returns compliance over the radius of the flank.
     """
     gear = body.geometry
     radius = np.linspace(gear.form_radius, gear.tip_form_radius, 50)

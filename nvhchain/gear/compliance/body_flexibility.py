@@ -73,17 +73,9 @@ class HeldBody:
     def solve(self, loads: Sequence[Mapping[int, FloatArray]], at: IntArray | None = None) -> FloatArray:
         """Return the displacement (m) under sets of loads.
 
-        Parameters
-        ----------
-        loads : sequence of mapping
-            One mapping per set, from the number of a tooth to forces (3 n_i, m) on its shared nodes (N).
-        at : (n,) int array, optional
-            Unknowns whose displacement is returned; by default all.
-
-        Returns
-        -------
-        (n, columns) array
-            Displacement (m); the columns of the sets follow each other.
+        loads: one mapping per set, from the number of a tooth to forces (3 n_i, m) on its shared nodes (N).
+        at (n,) int array: unknowns whose displacement is returned; by default all.
+        Returns (n, columns): displacement (m); the columns of the sets follow each other.
         """
         end = np.cumsum([next(iter(teeth.values())).shape[1] for teeth in loads])
         sectors, places = divmod(np.arange(self._sectors * self._size) if at is None else at, self._size)
@@ -119,37 +111,11 @@ def body_flexibility(
 ) -> FloatArray:
     """Return the response of tooth t to patterns of force on tooth t + d.
 
-    Parameters
-    ----------
-    mesh : GearMesh
-        Mesh of the gear.
-    tooth : CondensedTooth
-        One condensed tooth.
-    material : Material
-        Material of the gear.
-    patterns : (3 n_i, r) array
-        Forces on the shared nodes of one tooth; the response is the conjugate displacement.
-    far : int
-        Number of leading patterns that are applied to every tooth.
-    sector : int
-        Teeth after which the body repeats.
-    reach : int
-        Largest distance d.
-    progress : Progress, optional
-        Called with (teeth done, teeth of the sector).
+    patterns (3 n_i, r): forces on the shared nodes of one tooth; the response is the conjugate displacement.
+    far: number of leading patterns that are applied to every tooth.
+    progress: called with (teeth done, teeth of the sector).
+    Returns (sector, reach + 1, r, r): response (m/N).
 
-    Returns
-    -------
-    (sector, reach + 1, r, r) array
-        Response (m/N).
-
-    Raises
-    ------
-    ResourceError
-        If the matrix does not fit into memory.
-
-    Notes
-    -----
     The patterns beyond `far` stay near the tooth, where the body is the same for all teeth (Saint-Venant). Their
     response to one another is taken from tooth 0.
     """

@@ -40,27 +40,11 @@ NEGLIGIBLE = 1e-3
 def body_modes(body: GearBody, highest: float, bricks: tuple[int, int] = FINE) -> BodyModes:
     """Return the modes of a gear's body with the bore held.
 
-    Parameters
-    ----------
-    body : GearBody
-        Gear with a drawn blank.
-    highest : float
-        Highest frequency (Hz).
-    bricks : (int, int)
-        Fewest bricks around the body, which resolve a third as many nodal diameters, and between bore and tips.
+    highest: highest frequency (Hz).
+    bricks (int, int): fewest bricks around the body, which resolve a third as many nodal diameters, and between bore
+    and tips.
+    Returns waves around the body, in the order of nodal diameters.
 
-    Returns
-    -------
-    BodyModes
-        Waves around the body, in the order of nodal diameters.
-
-    Raises
-    ------
-    InputError
-        If the gear has an imported mesh.
-
-    Notes
-    -----
     Every mode is a sum of waves around the axis. In the frame of the housing each wave is an oscillator of its own.
     Waves of one mode are coupled with the period of the openings; this coupling is averaged over a turn. Pairs of modes
     of one frequency, such as those of a disc, give one wave.

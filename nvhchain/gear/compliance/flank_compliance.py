@@ -116,15 +116,7 @@ class FlankCompliance:
     def block(self, tooth: int, loaded: int) -> FloatArray:
         """Return the displacement of `tooth` under forces on tooth `loaded` (any integers).
 
-        Returns
-        -------
-        (2, n_p, n_w, 2, n_p, n_w) array
-            Compliance (m/N).
-
-        Raises
-        ------
-        InputError
-            If the teeth are farther apart than `reach`.
+        Returns (2, n_p, n_w, 2, n_p, n_w): compliance (m/N).
         """
         z = self.tooth_count
         offset = (loaded - tooth + z // 2) % z - z // 2
@@ -149,31 +141,11 @@ def flank_compliance(
 ) -> FlankCompliance:
     """Compute the compliance of all flanks of one symmetric sector of a gear, bore rigid and held.
 
-    Parameters
-    ----------
-    body : GearBody
-        Gear.
-    fidelity : GearFidelity
-        Elements and tolerances.
-    reach : int
-        Coupled teeth on either side of the loaded one, fewer than the teeth of the gear.  Wide helical pinions of few
-        teeth need up to that.
-    friction : bool
-        Include forces along the profile, which friction needs; a third more work.
-    progress : Progress, optional
-        Called with (teeth done, teeth of the sector).
-
-    Returns
-    -------
-    FlankCompliance
-        Compliance on the grid of the elements' nodes.
-
-    Raises
-    ------
-    InputError
-        If the fidelity cannot resolve the blank, or `reach` is out of range.
-    ResourceError
-        If memory is short.
+    reach: coupled teeth on either side of the loaded one, fewer than the teeth of the gear. Wide helical pinions of
+    few teeth need up to that.
+    friction: include forces along the profile, which friction needs; a third more work.
+    progress: called with (teeth done, teeth of the sector).
+    Returns compliance on the grid of the elements' nodes.
     """
     _check_reach(body, reach)
     if isinstance(body.blank, VolumeMesh):
@@ -196,45 +168,14 @@ def flank_compliance(
 def flank_flexibility(
     body: GearBody, fidelity: GearFidelity, *, reach: int = USUAL_REACH, progress: Progress | None = None
 ) -> FlankFlexibility:
-    """Compute the flexibility of one symmetric sector of a gear without friction, in a form that is small to keep.
-
-    Parameters
-    ----------
-    body : GearBody
-        Gear whose blank is drawn.
-    fidelity, reach, progress
-        As in `flank_compliance`.
-
-    Returns
-    -------
-    FlankFlexibility
-        Flexibility; `compliance_at_points` gives its `FlankCompliance`.
-
-    Raises
-    ------
-    InputError
-        If the blank is an imported mesh, the fidelity cannot resolve it, or `reach` is out of range.
-    ResourceError
-        If memory is short.
-    """
+    """Compute the flexibility of one symmetric sector of a gear without friction, in a form that is small to keep."""
     _check_reach(body, reach)
     tooth, share, flexibility = _solved(body, fidelity, reach, False, progress)
     return FlankFlexibility(tooth.radius, tooth.axial + body.offset, body.geometry.teeth, flexibility, share, tooth.own)
 
 
 def compliance_at_points(found: FlankFlexibility) -> FlankCompliance:
-    """Return the compliance between all points of the flanks.
-
-    Parameters
-    ----------
-    found : FlankFlexibility
-        Flexibility in patterns of force.
-
-    Returns
-    -------
-    FlankCompliance
-        Compliance, without friction.
-    """
+    """Return the compliance between all points of the flanks."""
     sector, distances = found.response.shape[:2]
     n_p, n_w = len(found.radius), len(found.axial)
     blocks = found.share.T @ found.response @ found.share
@@ -292,24 +233,10 @@ def _friction(normal: FloatArray, sliding: FloatArray, flexibility: FloatArray, 
 def load_patterns(tooth: CondensedTooth, tolerance: float) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the few patterns of force by which a tooth passes its flank loads on.
 
-    Parameters
-    ----------
-    tooth : CondensedTooth
-        Tooth with n flank loads.
-    tolerance : float
-        Singular values below this part of the largest are dropped.
+    tolerance: singular values below this part of the largest are dropped.
+    Returns patterns (3 n_i, r): forces on the shared nodes (N). shares (r, n): share of each pattern in each flank
+    load. strength (r,): singular values over the largest.
 
-    Returns
-    -------
-    patterns : (3 n_i, r) array
-        Forces on the shared nodes (N).
-    shares : (r, n) array
-        Share of each pattern in each flank load.
-    strength : (r,) array
-        Singular values over the largest.
-
-    Notes
-    -----
     patterns · shares = tooth.passed, and passed_friction beside it, less the dropped part. Patterns are ordered by the
     energy they store in the tooth itself on weak springs.  Forces balanced within the tooth reach no neighbour
     (Saint-Venant); forces that move it as a whole do.

@@ -29,26 +29,11 @@ def point_forces(
 ) -> sp.csr_matrix:
     """Return the nodal forces of a unit normal force into the tooth at each of n points.
 
-    Parameters
-    ----------
-    gear : GearGeometry
-        Geometry of the gear.
-    tooth : tuple of PitchMesh and SolidMesh
-        Mesh of one pitch.
-    flank : (n,) int array
-        Flanks: 0 faces +φ, 1 faces −φ.
-    radius, axial : (n,) array
-        Points (m); points beyond the flank are moved to its nearest edge.
-    profile_force : bool
-        Apply unit forces towards the tip instead, in the transverse plane and tangential to the flank.
+    flank (n,) int array: flanks: 0 faces +φ, 1 faces −φ.
+    radius, axial (n,): points (m); points beyond the flank are moved to its nearest edge.
+    profile_force: apply unit forces towards the tip instead, in the transverse plane and tangential to the flank.
+    Returns (unknowns of the pitch, n) sparse matrix: nodal forces.
 
-    Returns
-    -------
-    (unknowns of the pitch, n) sparse matrix
-        Nodal forces.
-
-    Notes
-    -----
     The shape functions of the eight nodes of the brick's face spread each force.  Force and displacement therefore stay
     conjugate.
     """
@@ -85,19 +70,9 @@ def flank_loads(
 ) -> sp.csr_matrix:
     """Return the nodal forces of unit forces at a grid of points on both flanks.
 
-    Parameters
-    ----------
-    gear, tooth, along_profile
-        As in `point_forces`.
-    radius : (n_p,) array
-        Radii (m).
-    axial : (n_w,) array
-        Axial positions (m).
-
-    Returns
-    -------
-    (unknowns of the pitch, 2 n_p n_w) sparse matrix
-        Nodal forces; points are ordered flank, radius, axial.
+    radius (n_p,): radii (m).
+    axial (n_w,): axial positions (m).
+    Returns (unknowns of the pitch, 2 n_p n_w) sparse matrix: nodal forces; points are ordered flank, radius, axial.
     """
     flank = np.repeat(np.arange(2), len(radius) * len(axial))
     r, z = np.tile(np.repeat(radius, len(axial)), 2), np.tile(axial, 2 * len(radius))

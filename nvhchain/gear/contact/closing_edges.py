@@ -31,20 +31,9 @@ _PART = 0.05
 def close_edges(engagement: Engagement, drive: float, back: float = 0.0) -> Engagement:
     """Return an engagement whose `corner_gap` includes all edges that close at given approaches of the flanks.
 
-    Parameters
-    ----------
-    engagement : Engagement
-        Contact problem.
-    drive, back : float
-        Approach of the drive and of the back flanks (m).
+    drive, back: approach of the drive and of the back flanks (m).
+    Returns `engagement` itself, or one with a larger `corner_gap`.
 
-    Returns
-    -------
-    Engagement
-        `engagement` itself, or one with a larger `corner_gap`.
-
-    Notes
-    -----
     Compliances that reach over too few teeth are computed anew.  A `corner_gap` of 0 stays.
     """
     gap = engagement.fidelity.corner_gap

@@ -87,26 +87,9 @@ def contact_lines(
 ) -> ContactLines:
     """Return the contact lines of all tooth pairs at one wheel angle, cut into slices over the common face width.
 
-    Parameters
-    ----------
-    pair : GearPair
-        Gear pair.
-    angle : float
-        Wheel angle (rad).
-    slices : int
-        Slices over the common face width.
-    flank : int
-        DRIVE or BACK.
-    corner_gap : float
-        Unloaded gap up to which tip edges beyond the path count as in contact (m).
+    angle: wheel angle (rad).
+    corner_gap: unloaded gap up to which tip edges beyond the path count as in contact (m).
 
-    Returns
-    -------
-    ContactLines
-        Slices in contact.
-
-    Notes
-    -----
     A slice crossed by an end of the path keeps the part inside it.  Lengths therefore vary continuously for helical
     gears. Tooth indices count counter-clockwise in each gear's own numbering and are not reduced modulo z.
     """

@@ -42,17 +42,7 @@ FRICTION_ROUNDS = 60
 def engaged_reach(pair: GearPair, corner_gap: float = 0.0) -> int:
     """Return the largest distance in teeth between two tooth pairs in contact at once.
 
-    Parameters
-    ----------
-    pair : GearPair
-        Gear pair.
-    corner_gap : float
-        Unloaded gap up to which tip edges beyond the path count (m), `GearFidelity.corner_gap`.
-
-    Returns
-    -------
-    int
-        Distance in teeth.
+    corner_gap: unloaded gap up to which tip edges beyond the path count (m), `GearFidelity.corner_gap`.
     """
     return ceil(pair.total_contact_ratio + sum(pair.extensions(corner_gap)) / pair.base_pitch) - 1
 
@@ -60,20 +50,8 @@ def engaged_reach(pair: GearPair, corner_gap: float = 0.0) -> int:
 def slice_count(pair: GearPair, fidelity: GearFidelity) -> int:
     """Return the number of slices of the face width.
 
-    Parameters
-    ----------
-    pair : GearPair
-        Gear pair.
-    fidelity : GearFidelity
-        `slices` per face width, or per axial pitch where the face is wider.
+    fidelity: `slices` per face width, or per axial pitch where the face is wider.
 
-    Returns
-    -------
-    int
-        Number of slices.
-
-    Notes
-    -----
     A contact line enters and leaves within a pitch.  With 32 slices over 6 pitches the variation of the deflection over
     a mesh period was 2.8 times too large.
     """
@@ -217,13 +195,6 @@ class Engagement:
     def friction_compliance(self, lines: ContactLines) -> FloatArray:
         """Return the normal approach (n, n) in m/N at every slice under unit friction at each, both gears.
 
-        Raises
-        ------
-        InputError
-            If the compliances were computed without friction.
-
-        Notes
-        -----
         The sign follows the sense of sliding.  Friction pushes both flanks towards their tips where the pinion's flank
         slides ahead of the wheel's, and towards their roots before the pitch point.
         """
@@ -261,31 +232,12 @@ class Engagement:
     ) -> tuple[ContactLines, FloatArray]:
         """Return contact lines and slice forces at one wheel angle.
 
-        Parameters
-        ----------
-        angle : float
-            Wheel angle (rad).
-        approach : (n_case,) array
-            Approach of the flanks along their normal (m).
-        flank : int
-            DRIVE or BACK.
-        separation : (n,) array, optional
-            Unloaded gap of every slice beyond that of aligned pure involutes (m); by default that of the pair's
-            micro-geometry and misalignment.
-        friction : float
-            Coefficient of friction μ in the deflection of the teeth along their profile.
-
-        Returns
-        -------
-        lines : ContactLines
-            Slices.
-        force : (n_case, n) array
-            Slice forces (N).
-
-        Raises
-        ------
-        SolverError
-            If the contact does not converge or the local law leaves its range.
+        angle: wheel angle (rad).
+        approach (n_case,): approach of the flanks along their normal (m).
+        separation (n,): unloaded gap of every slice beyond that of aligned pure involutes (m); by default that of the
+        pair's micro-geometry and misalignment.
+        friction: coefficient of friction μ in the deflection of the teeth along their profile.
+        Returns force (n_case, n): slice forces (N).
         """
         lines = self.lines(angle, flank)
         gap = self.gap(lines) if separation is None else separation
@@ -308,8 +260,6 @@ class Engagement:
     def forces_on(self, lines: ContactLines, approach: FloatArray, *, friction: float = 0.0) -> FloatArray:
         """Return the slice forces (n_case, n) in N for the approach (n_case, n) in m of every slice, less its gap.
 
-        Notes
-        -----
         With friction the problem is not that of a minimum.  The deflection due to friction is put on the right-hand
         side and iterated.  Each iteration reduces the change by a factor of about μ tan α.
         """

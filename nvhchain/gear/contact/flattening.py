@@ -19,19 +19,9 @@ def contact_half_width(
 ) -> FloatArray:
     """Return the Hertzian half width L = √{(4/π)[(1−ν₁²)/E₁ + (1−ν₂²)/E₂] q ρ} (m).
 
-    Parameters
-    ----------
-    load : array_like
-        Load per length of contact line q (N/m).
-    curvature_radius : array_like
-        Radius of relative curvature ρ = ρ₁ρ₂/(ρ₁+ρ₂) in the normal plane (m).
-    materials : tuple of 2 Material
-        Materials of both gears.
-
-    Returns
-    -------
-    array
-        Half width (m).
+    load: load per length of contact line q (N/m).
+    curvature_radius: radius of relative curvature ρ = ρ₁ρ₂/(ρ₁+ρ₂) in the normal plane (m).
+    Returns half width (m).
     """
     a = sum(half_space_compliance(m) for m in materials)
     return np.sqrt(2.0 * a * np.asarray(load, float) * np.asarray(curvature_radius, float))
@@ -45,24 +35,11 @@ def local_deflection(
 ) -> FloatArray:
     """Return the approach of the two tooth centre lines by flattening (m), after Weber and Banaschek.
 
-    Parameters
-    ----------
-    load : array_like
-        Load per length q (N/m).
-    curvature_radius : array_like
-        Radius of relative curvature (m).
-    depths : tuple of 2 array_like
-        Depths h_i along the normal from flank to tooth centre line (m).
-    materials : tuple of 2 Material
-        Materials of both gears.
+    load: load per length q (N/m).
+    curvature_radius: radius of relative curvature (m).
+    depths: depths h_i along the normal from flank to tooth centre line (m).
+    Returns local deflection δ_loc (m), 0 without load.
 
-    Returns
-    -------
-    array
-        Local deflection δ_loc (m), 0 without load.
-
-    Notes
-    -----
     δ_loc = Σ_i 2q(1−ν_i²)/(πE_i) [ln(2h_i/L) − ν_i/(2(1−ν_i))].  It holds while L is well below h_i.
 
     Source: C. Weber, K. Banaschek, Schriftenreihe Antriebstechnik 11 (1953).

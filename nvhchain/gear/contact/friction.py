@@ -31,17 +31,7 @@ def check_coefficient(friction: float) -> None:
 def sliding_sense(pair: GearPair, lines: ContactLines) -> FloatArray:
     """Return the sign (n,) of the sliding velocity ω_P s − ω_G (L − s): −1, 0 or 1.
 
-    Parameters
-    ----------
-    pair : GearPair
-        Gear pair.
-    lines : ContactLines
-        Slices.
-
-    Returns
-    -------
-    (n,) array
-        −1 where the pinion's root touches, 1 where its tip does.
+    Returns (n,): −1 where the pinion's root touches, 1 where its tip does.
     """
     return np.sign(lines.position - pair.pitch_point)
 
@@ -49,27 +39,9 @@ def sliding_sense(pair: GearPair, lines: ContactLines) -> FloatArray:
 def lever_arms(pair: GearPair, lines: ContactLines, friction: float) -> FloatArray:
     """Return the torque into the pinion and out of the wheel per normal force of each slice.
 
-    Parameters
-    ----------
-    pair : GearPair
-        Gear pair.
-    lines : ContactLines
-        Slices.
-    friction : float
-        Coefficient μ, 0 … 1.
+    friction: coefficient μ, 0 … 1.
+    Returns (2, n): lever arms of pinion and wheel (m).
 
-    Returns
-    -------
-    (2, n) array
-        Lever arms of pinion and wheel (m).
-
-    Raises
-    ------
-    InputError
-        If the coefficient is out of range.
-
-    Notes
-    -----
     T_P = Σ F (± r_bP cos β_b + μ σ s), T_G = Σ F (± r_bG cos β_b + μ σ (L − s)), with + on the drive flanks, − on the
     back flanks, and σ the sense of sliding.
 

@@ -77,23 +77,10 @@ def local_law(
 ) -> LocalLaw:
     """Return `local_deflection` of slices as a piecewise law, with the corrections of `tip_edge`.
 
-    Parameters
-    ----------
-    curvature_radius : (n,) array
-        Radius of relative curvature ρ (m).
-    depths : tuple of 2 (n,) array
-        Depths of both gears (m).
-    materials : tuple of 2 Material
-        Materials of both gears.
-    edges : TipEdges, optional
-        Tip edges near the slices; None for flanks without an end.
-    held : tuple of 2 bool
-        Gears from whose compliance that of a tooth held on its centre line was subtracted (`held_excess`).
-
-    Returns
-    -------
-    LocalLaw
-        Law of every slice.
+    curvature_radius (n,): radius of relative curvature ρ (m).
+    depths tuple of 2 (n,) array: depths of both gears (m).
+    edges: tip edges near the slices; None for flanks without an end.
+    held: gears from whose compliance that of a tooth held on its centre line was subtracted (`held_excess`).
     """
     parts = [half_space_compliance(m) for m in materials]
     a = sum(parts)

@@ -39,28 +39,11 @@ def complementarity_residual(
 ) -> float:
     """Return the largest violation (m) of F ≥ 0, g ≥ 0, F g = 0 by the slice forces of one case.
 
-    Parameters
-    ----------
-    compliance : (n, n) array
-        C (m/N).
-    approach : (n,) array
-        δ − e (m).
-    length : (n,) array
-        Length of contact line (m).
-    law : LocalLaw
-        Local deflection.
-    force : (n,) array
-        Slice forces (N).
-
-    Returns
-    -------
-    float
-        The largest of |g| where F > 0 and max(0, −g) where F = 0 (m).
-
-    Raises
-    ------
-    SolverError
-        If a force pulls.
+    compliance (n, n): C (m/N).
+    approach (n,): δ − e (m).
+    length (n,): length of contact line (m).
+    force (n,): slice forces (N).
+    Returns the largest of |g| where F > 0 and max(0, −g) where F = 0 (m).
     """
     if not len(force):
         return 0.0
@@ -81,31 +64,12 @@ def slice_forces(
 ) -> FloatArray:
     """Return the slice forces for the approach δ − e of every slice in every case.
 
-    Parameters
-    ----------
-    compliance : (n, n) array
-        C (m/N).
-    approach : (n_case, n) array
-        δ − e (m); rising cases are solved fastest.
-    length : (n,) array
-        Length of contact line (m).
-    law : LocalLaw
-        Local deflection.
-    tolerance : float
-        Admissible residual relative to the case's largest approach.
+    compliance (n, n): C (m/N).
+    approach (n_case, n): δ − e (m); rising cases are solved fastest.
+    length (n,): length of contact line (m).
+    tolerance: admissible residual relative to the case's largest approach.
+    Returns (n_case, n): slice forces (N).
 
-    Returns
-    -------
-    (n_case, n) array
-        Slice forces (N).
-
-    Raises
-    ------
-    SolverError
-        If a case does not reach the tolerance.
-
-    Notes
-    -----
     The residual is |g_i| where F_i > 0 and max(0, −g_i) where F_i = 0.
     """
     from nvhchain.gear.contact._slices import solve  # compiled, or read from its cache, when first needed

@@ -31,28 +31,12 @@ def drawn_deviations(
 ) -> GearDeviations:
     """Draw the deviations of one gear that uses its tolerances up.
 
-    Parameters
-    ----------
-    geometry : GearGeometry
-        Teeth.
-    limits : FlankTolerances
-        Tolerances, such as those of a class (`flank_tolerances`); 0 for none.
-    seed : int
-        Number of the draw; the same number gives the same gear.
-    drives : bool
-        True for a pinion, whose eccentricity moves its drive flanks as the other flanks of a wheel.
-    angle : float, optional
-        Angle of the eccentricity (rad), as in `GearDeviations`; drawn by default.
-    first_tooth : int
-        Tooth at the pitch point at time 0.
+    limits: tolerances, such as those of a class (`flank_tolerances`); 0 for none.
+    seed: number of the draw; the same number gives the same gear.
+    drives: True for a pinion, whose eccentricity moves its drive flanks as the other flanks of a wheel.
+    angle: angle of the eccentricity (rad), as in `GearDeviations`; drawn by default.
+    first_tooth: tooth at the pitch point at time 0.
 
-    Returns
-    -------
-    GearDeviations
-        Deviations.
-
-    Notes
-    -----
     The pitch is an eccentricity, a sine over one turn, plus white noise from tooth to tooth. Both are scaled until the
     largest single pitch deviation is f_pT and the cumulative one F_pT, as far as F_rT allows. Slopes are those of the
     gear plus a scatter of each tooth; the largest is at its tolerance. Waves of form have the range of their tolerance,
@@ -125,21 +109,9 @@ def pitch_deviations(
 ) -> tuple[FloatArray, FloatArray]:
     """Return single and cumulative pitch deviations of the drive flanks, as a measurement finds them.
 
-    Parameters
-    ----------
-    geometry : GearGeometry
-        Teeth.
-    deviations : GearDeviations
-        Deviations.
-    drives : bool
-        True for a pinion.
-
-    Returns
-    -------
-    single : (n_tooth,) array
-        Single pitch deviations (m).
-    cumulative : (n_tooth,) array
-        Cumulative pitch deviations (m), 0 at tooth 0; their range is F_p.
+    drives: True for a pinion.
+    Returns single (n_tooth,): single pitch deviations (m). cumulative (n_tooth,): cumulative pitch deviations (m), 0
+    at tooth 0; their range is F_p.
     """
     eccentric = eccentric_pitch(geometry, deviations.eccentricity, deviations.eccentricity_angle, drives=drives)
     place = deviations.drive.pitch + eccentric

@@ -81,19 +81,9 @@ class ToothFlanks:
     def added(self, geometry: GearGeometry, tooth: IntArray, radius: FloatArray, axial: FloatArray) -> FloatArray:
         """Return the material added (m) along the normal at contact points.
 
-        Parameters
-        ----------
-        geometry : GearGeometry
-            Teeth.
-        tooth : (…, n) int array
-            Tooth, in the order of mesh.
-        radius, axial : (n,) array
-            Radius and z of the points (m).
-
-        Returns
-        -------
-        (…, n) array
-            Material (m).
+        tooth (…, n) int array: tooth, in the order of mesh.
+        radius, axial (n,): radius and z of the points (m).
+        Returns (…, n): material (m).
         """
         low, high = geometry.usable_flank
         rolled = np.sqrt(np.maximum(radius**2 - geometry.base_radius**2, 0.0))
@@ -195,23 +185,12 @@ class GearDeviations:
     ) -> FloatArray:
         """Return the material (m) along the normal that run-out and ghosts add, the same at all points in contact.
 
-        Parameters
-        ----------
-        angle : array
-            Angle of the gear since tooth 0 was in mesh (rad).
-        drives : bool
-            True for the pinion, which drives.
-        drive : bool
-            True for the drive flanks.
-        pressure_angle : float
-            Transverse working pressure angle α_wt (rad).
-        helix : float
-            Base helix angle β_b (rad).
-
-        Returns
-        -------
-        array
-            Material (m).
+        angle: angle of the gear since tooth 0 was in mesh (rad).
+        drives: True for the pinion, which drives.
+        drive: True for the drive flanks.
+        pressure_angle: transverse working pressure angle α_wt (rad).
+        helix: base helix angle β_b (rad).
+        Returns material (m).
         """
         ahead = 1.0 if drives == drive else -1.0
         way = angle + self.eccentricity_angle

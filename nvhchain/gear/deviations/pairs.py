@@ -42,15 +42,7 @@ class PairDeviations:
     def meshes(self, pair: GearPair) -> int:
         """Return the number of mesh periods after which the same flanks meet in the same state.
 
-        Parameters
-        ----------
-        pair : GearPair
-            Gear pair.
-
-        Returns
-        -------
-        int
-            Least common multiple of the body period and the teeth of gears with deviations.
+        Returns least common multiple of the body period and the teeth of gears with deviations.
         """
         deviating = [g.teeth for g, d in zip(pair.geometries, (self.pinion, self.wheel), strict=True) if d is not None]
         return lcm(pair.meshes_per_body_period, *deviating)
@@ -67,27 +59,12 @@ class PairDeviations:
     ) -> FloatArray:
         """Return the gap (m) along the normal that deviations open between the flanks; < 0 where they close it.
 
-        Parameters
-        ----------
-        pair : GearPair
-            Gear pair.
-        flank : int
-            DRIVE or BACK.
-        order : (2, n) int array
-            Teeth of pinion and wheel in the order in which they mesh.
-        radius : (2, n) array
-            Radius of the contact points (m).
-        axial : (n,) array
-            z of the contact points (m).
-        travel : (n,) array or float
-            Wheel angle (rad).
-        later : (n_later,) int array or int
-            Mesh periods that have passed since.
-
-        Returns
-        -------
-        (n_later, n) or (n,) array
-            Gap (m).
+        order (2, n) int array: teeth of pinion and wheel in the order in which they mesh.
+        radius (2, n): radius of the contact points (m).
+        axial (n,): z of the contact points (m).
+        travel (n,) or float: wheel angle (rad).
+        later (n_later,) int array or int: mesh periods that have passed since.
+        Returns (n_later, n) or (n,) array: gap (m).
         """
         shift = np.asarray(later)[..., None]
         total = np.zeros(np.broadcast_shapes((*shift.shape[:-1], 1), (len(axial),)))

@@ -59,25 +59,9 @@ class FlankTolerances:
 def flank_tolerances(geometry: GearGeometry, tolerance_class: int) -> FlankTolerances:
     """Return the tolerances of a gear by ISO 1328-1:2013.
 
-    Parameters
-    ----------
-    geometry : GearGeometry
-        Teeth.
-    tolerance_class : int
-        Class A, 1 (finest) to 11.
+    tolerance_class: class A, 1 (finest) to 11.
+    Returns tolerances, rounded as the standard rounds them.
 
-    Returns
-    -------
-    FlankTolerances
-        Tolerances, rounded as the standard rounds them.
-
-    Raises
-    ------
-    InputError
-        If the class or the gear is outside the standard.
-
-    Notes
-    -----
     With d, b and m_n in mm and the factor (√2)^(A−5), in µm: f_pT = 0.001 d + 0.4 m_n + 5 and F_pT = 0.002 d + 0.55 √d
     + 0.7 m_n + 12.  Profile: f_HαT = 0.4 m_n + 0.001 d + 4 and f_fαT = 0.55 m_n + 5.  Helix: f_HβT = 0.05 √d + 0.35 √b
     + 4 and f_fβT = 0.07 √d + 0.45 √b + 4.  F_rT = 0.9 F_pT.  Values above 10 µm are rounded to 1 µm, those from 5 µm
@@ -137,25 +121,10 @@ def _rounded(value: float) -> float:
 def standard_tolerance(size: float, grade: int) -> float:
     """Return the standard tolerance IT of a length by ISO 286-1.
 
-    Parameters
-    ----------
-    size : float
-        Nominal size (m).
-    grade : int
-        Grade, 5 to 11; JS of this grade allows half of the tolerance to either side.
+    size: nominal size (m).
+    grade: grade, 5 to 11; JS of this grade allows half of the tolerance to either side.
+    Returns width of the tolerance (m).
 
-    Returns
-    -------
-    float
-        Width of the tolerance (m).
-
-    Raises
-    ------
-    InputError
-        If size or grade are outside the formula.
-
-    Notes
-    -----
     i = 0.45 ∛D + 0.001 D in µm, D in mm the geometric mean of the ends of the size range.  IT7 is 16 i.  Printed values
     are rounded further, by a micrometre at most up to IT8.
     """

@@ -16,20 +16,9 @@ from nvhchain.kinds import checked
 def normal_backlash(pinion: GearGeometry, wheel: GearGeometry, centre_distance: float) -> float:
     """Return the normal backlash j_bn of two gears (m), negative where the flanks jam.
 
-    Parameters
-    ----------
-    pinion, wheel : GearGeometry
-        Gears.
-    centre_distance : float
-        Centre distance (m).
+    centre_distance: centre distance (m).
+    Returns backlash along the line of action.
 
-    Returns
-    -------
-    float
-        Backlash along the line of action.
-
-    Notes
-    -----
     j_bn = j_wt cos α_wt cos β_b, with the circumferential backlash j_wt = p_wt − s_wt1 − s_wt2 (ISO 21771).
     """
     working = working_angle(pinion, wheel, centre_distance)

@@ -118,18 +118,6 @@ class MassProperties(NamedTuple):
 def mass_properties(body: GearBody) -> MassProperties:
     """Return mass and inertia of the homogeneous body, teeth included.
 
-    Parameters
-    ----------
-    body : GearBody
-        Gear.
-
-    Returns
-    -------
-    MassProperties
-        Mass, inertia and centre of mass.
-
-    Notes
-    -----
     The body is a sum of prisms.  Green's theorem gives area and polar moment of each outline.  An imported mesh is
     integrated by quadrature.  With fewer than three openings the body has no single transverse inertia; the mean is
     returned.

@@ -56,25 +56,8 @@ class ToothSizes(NamedTuple):
 def base_tangent_length(gear: GearGeometry, span_teeth: int) -> float:
     """Return the base tangent length W_k over k teeth (m).
 
-    Parameters
-    ----------
-    gear : GearGeometry
-        Gear.
-    span_teeth : int
-        Number of teeth k.
+    Returns distance of two parallel planes that touch opposite flanks, normal to them.
 
-    Returns
-    -------
-    float
-        Distance of two parallel planes that touch opposite flanks, normal to them.
-
-    Raises
-    ------
-    InputError
-        If the planes touch outside the flanks, or beyond the face width of a helical gear.
-
-    Notes
-    -----
     W_k = m_n cos α_n ((k − 1) π + z inv α_t) + s_n cos α_n.  The planes touch at r = √(r_b² + (W_k cos β_b / 2)²), and
     W_k sin β_b apart along the axis.
     """
@@ -91,27 +74,9 @@ def base_tangent_length(gear: GearGeometry, span_teeth: int) -> float:
 def dimension_over_balls(gear: GearGeometry, ball_diameter: float, gauge: Gauge = "balls") -> float:
     """Return the dimension over two balls or pins in opposite tooth spaces (m).
 
-    Parameters
-    ----------
-    gear : GearGeometry
-        Gear.
-    ball_diameter : float
-        Diameter D_M (m).
-    gauge : {'balls', 'pins'}
-        Balls lie in one transverse plane.  Pins lie along the teeth and may shift along the axis.
+    ball_diameter: diameter D_M (m).
+    gauge {'balls', 'pins'}: balls lie in one transverse plane. Pins lie along the teeth and may shift along the axis.
 
-    Returns
-    -------
-    float
-        Diametral dimension M_dK or M_dR.
-
-    Raises
-    ------
-    InputError
-        If a ball touches outside the flanks, lies on the root or does not stand out of the space.
-
-    Notes
-    -----
     inv α_K = inv α_t + D_M/(z m_n cos α_n) + s_t/d − π/z and d_K = d_b/cos α_K.  M = d_K + D_M for even tooth numbers
     and for pins of helical gears, otherwise M = d_K cos(π/(2 z)) + D_M.
     """

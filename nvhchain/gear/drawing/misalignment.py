@@ -50,28 +50,13 @@ class Misalignment:
     ) -> FloatArray:
         """Return the gap (m) that misalignment opens at contact points.
 
-        Parameters
-        ----------
-        path_length : array
-            Distance from the pitch point along the line of action, from pinion to wheel (m).
-        axial : array
-            Axial position (m).
-        drive : bool
-            True for the drive flanks.
-        sense : int
-            `GearPair.sense`.
-        pressure_angle : float
-            Working pressure angle α_wt (rad).
-        tilt : float
-            Base helix angle β_b (rad), > 0 where the pinion is right-handed.
+        path_length: distance from the pitch point along the line of action, from pinion to wheel (m).
+        axial: axial position (m).
+        drive: True for the drive flanks.
+        pressure_angle: working pressure angle α_wt (rad).
+        tilt: base helix angle β_b (rad), > 0 where the pinion is right-handed.
+        Returns gap along the normal (m).
 
-        Returns
-        -------
-        array
-            Gap along the normal (m).
-
-        Notes
-        -----
         The wheel's flank turns in the plane of action about the pitch point.
         """
         turn = -self.in_plane

@@ -168,16 +168,8 @@ class VolumeMesh:
     def places(self, gear: GearGeometry) -> tuple[FloatArray, IntArray, FloatArray, FloatArray]:
         """Return the positions of all nodes relative to the teeth.
 
-        Returns
-        -------
-        radius : (n,) array
-            Radius (m).
-        tooth : (n,) int array
-            Nearest tooth, 0 … z − 1.
-        angle : (n,) array
-            Angle from the tooth's centre line (rad).
-        axial : (n,) array
-            Axial position (m).
+        Returns radius (n,): radius (m). tooth (n,) int array: nearest tooth, 0 … z − 1. angle (n,): angle from the
+        tooth's centre line (rad). axial (n,): axial position (m).
         """
         x, y, z = self.nodes.T
         straight = np.arctan2(y, x) - gear.twist * z

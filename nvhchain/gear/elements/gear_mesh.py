@@ -94,17 +94,7 @@ def tooth_mesh(body: GearBody, fidelity: GearFidelity) -> tuple[PitchMesh, Solid
 def bricks_over_even(body: GearBody, fidelity: GearFidelity) -> float:
     """Return the bricks of the blank relative to those of a blank with even rows and layers.
 
-    Parameters
-    ----------
-    body : GearBody
-        Gear.
-    fidelity : GearFidelity
-        Refinement and layers.
-
-    Returns
-    -------
-    float
-        About the additional effort for a thin web; 1 for imported meshes.
+    Returns about the additional effort for a thin web; 1 for imported meshes.
     """
     if isinstance(body.blank, VolumeMesh):
         return 1.0

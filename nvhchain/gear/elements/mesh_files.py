@@ -30,31 +30,10 @@ TAGS = ("bore", "flanks")
 def read_gear_mesh(path: str | Path, *, scale: float = 1.0, order: int = 1, tags: tuple[str, str] = TAGS) -> VolumeMesh:
     """Read a mesh of quadratic tetrahedra or bricks whose bore and flanks are tagged.
 
-    Parameters
-    ----------
-    path : str or Path
-        File.
-    scale : float
-        Metres per unit of the file's coordinates.
-    order : int
-        Order of the rotational symmetry, 1 for none.
-    tags : tuple of 2 str
-        Names of the tags of bore and flanks, in upper or lower case.
+    scale: metres per unit of the file's coordinates.
+    order: order of the rotational symmetry, 1 for none.
+    tags: names of the tags of bore and flanks, in upper or lower case.
 
-    Returns
-    -------
-    VolumeMesh
-        Mesh.
-
-    Raises
-    ------
-    FileFormatError
-        If the file is damaged.
-    InputError
-        If tags are missing, elements are of another kind, or `VolumeMesh` refuses the mesh.
-
-    Notes
-    -----
     A tag is a point set, a point array that is not zero on its nodes, or a cell set (group) of surface cells.
     """
     mesh = read_mesh(path)

@@ -17,25 +17,7 @@ _SAME = 1e-6
 
 
 def whole_mesh(body: GearBody, fidelity: GearFidelity) -> VolumeMesh:
-    """Return the blank and all teeth of a gear as one mesh in Cartesian axes; the blank's nodes come first.
-
-    Parameters
-    ----------
-    body : GearBody
-        Gear with a drawn blank.
-    fidelity : GearFidelity
-        Refinement and layers.
-
-    Returns
-    -------
-    VolumeMesh
-        Mesh of bricks.
-
-    Raises
-    ------
-    InputError
-        If the gear has an imported mesh, or the fidelity is too coarse for the blank.
-    """
+    """Return the blank and all teeth of a gear as one mesh in Cartesian axes; the blank's nodes come first."""
     return joined_mesh(body, gear_mesh(body, fidelity))[0]
 
 

@@ -36,29 +36,8 @@ _TOLERANCE = 1e-7
 def deviated_mesh_law(pair: GearPair, law: MeshLaw, pairs: ToothPairs, deviations: PairDeviations) -> MeshLaw:
     """Return the mesh law of a pair with deviations, until the same flanks meet again.
 
-    Parameters
-    ----------
-    pair : GearPair
-        Gear pair as drawn.
-    law : MeshLaw
-        Its mesh law.
-    pairs : ToothPairs
-        Its tooth pairs.
-    deviations : PairDeviations
-        Deviations of both gears.
+    Returns law over the least common period of both gears.
 
-    Returns
-    -------
-    MeshLaw
-        Law over the least common period of both gears.
-
-    Raises
-    ------
-    InputError
-        If the deviations belong to other gears, or the flanks jam.
-
-    Notes
-    -----
     Every tooth pair carries by its own gap. Deviations that all teeth share enter in full: each pair is solved with
     them. The rest is a mean over the load pattern and a tilt. All pairs are coupled through the bodies. The sum F' of
     their forces then enters the law as drawn at the deflection at which pairs without deviations carry F'. Without
@@ -137,23 +116,8 @@ def slice_gaps(
 ) -> FloatArray:
     """Return the gap that deviations open at every slice.
 
-    Parameters
-    ----------
-    pair : GearPair
-        Gear pair.
-    pairs : ToothPairs
-        Tooth pairs.
-    deviations : PairDeviations
-        Deviations.
-    flank : int
-        DRIVE or BACK.
-    later : (n_later,) int array
-        Mesh periods.
-
-    Returns
-    -------
-    (n_later, n_angle, n_pair, n_slice) array
-        Gap (m), 0 for absent slices.
+    later (n_later,) int array: mesh periods.
+    Returns (n_later, n_angle, n_pair, n_slice): gap (m), 0 for absent slices.
     """
     there = pairs.length[flank] > 0
     shape = there.shape

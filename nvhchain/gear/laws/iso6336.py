@@ -47,25 +47,9 @@ class IsoStiffness:
 def iso_stiffness(pair: GearPair, *, specific_load: float = _LOW_LOAD) -> IsoStiffness:
     """Return c'_th, c', c_γα and c_γβ of a pair of solid or webbed discs.
 
-    Parameters
-    ----------
-    pair : GearPair
-        Gear pair.
-    specific_load : float
-        F_t K_A / b (N/m).
+    specific_load: F_t K_A / b (N/m).
+    Returns stiffnesses per face width.
 
-    Returns
-    -------
-    IsoStiffness
-        Stiffnesses per face width.
-
-    Raises
-    ------
-    InputError
-        Outside ε_α ≥ 1.2, β ≤ 30°, x₁ ≥ x₂, −0.5 ≤ x₁ + x₂ ≤ 2, and for blanks with openings.
-
-    Notes
-    -----
     Source: ISO 6336-1:2019, 9.3, eqs. (83) to (95).  Gear 1 of the standard is the one with fewer teeth, whichever
     drives.
 

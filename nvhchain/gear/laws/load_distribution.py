@@ -41,35 +41,11 @@ def load_distribution(
 ) -> LoadDistribution:
     """Compute sliding, arm and centre of the load over a body period, and the stiffness against tilt.
 
-    Parameters
-    ----------
-    pair : GearPair
-        Gear pair.
-    nominal_force : float
-        Force along the flank normal (N).
-    fidelity : GearFidelity
-        `angles_per_mesh` angles per mesh period, slices and residual.
-    compliances : tuple of 2 FlankCompliance or SliceCompliance, optional
-        As in `mesh_law`; computed if not supplied.
-    executor : Executor, optional
-        Runs blocks of angles.
-    progress : Progress, optional
-        Called with (blocks done, blocks in all).
+    nominal_force: force along the flank normal (N).
+    fidelity: `angles_per_mesh` angles per mesh period, slices and residual.
+    compliances: as in `mesh_law`; computed if not supplied.
+    progress: called with (blocks done, blocks in all).
 
-    Returns
-    -------
-    LoadDistribution
-        Distribution of the load without friction.
-
-    Raises
-    ------
-    InputError
-        If the force is not positive and finite.
-    SolverError
-        If a contact does not converge.
-
-    Notes
-    -----
     Friction would change the load in second order of its coefficient.
     """
     require(0 < nominal_force < inf, f"nominal_force = {nominal_force:g} N must be positive and finite")
@@ -119,19 +95,9 @@ class MeshPeriod:
 def mesh_period(pair: GearPair, *, nominal_force: float, fidelity: GearFidelity) -> MeshPeriod:
     """Compute deflection, stiffness and load distribution of a pair over its first mesh period.
 
-    Parameters
-    ----------
-    pair : GearPair
-        Gear pair.
-    nominal_force : float
-        Force along the flank normal (N).
-    fidelity : GearFidelity
-        `angles_per_mesh` angles, slices and residual; `bodies = "analytic"` takes tenths of a second.
-
-    Returns
-    -------
-    MeshPeriod
-        Mesh without the variation between the teeth of a body with openings.
+    nominal_force: force along the flank normal (N).
+    fidelity: `angles_per_mesh` angles, slices and residual; `bodies = "analytic"` takes tenths of a second.
+    Returns mesh without the variation between the teeth of a body with openings.
     """
     angle = np.asarray(np.arange(fidelity.angles_per_mesh) * (pair.mesh_period / fidelity.angles_per_mesh))
     engagement = Engagement(pair, pair_compliances(pair, fidelity), fidelity)

@@ -95,23 +95,11 @@ def tabulated(
 ) -> MeshLaw:
     """Return the mesh law of a pair with given forces.
 
-    Parameters
-    ----------
-    pair : GearPair
-        Gear pair.
-    angle : (n_angle,) array
-        Wheel angles of a period (rad).
-    deflection : (n_defl,) array
-        Deflections (m).
-    force : (n_angle, n_defl) array
-        Forces (N).
-    meshes : int, optional
-        Mesh periods in a period of the law; by default those of a body period.
-
-    Returns
-    -------
-    MeshLaw
-        Law with the geometry of the pair.
+    angle (n_angle,): wheel angles of a period (rad).
+    deflection (n_defl,): deflections (m).
+    force (n_angle, n_defl): forces (N).
+    meshes: mesh periods in a period of the law; by default those of a body period.
+    Returns law with the geometry of the pair.
     """
     return MeshLaw(
         angle=angle,
@@ -135,17 +123,7 @@ def engaged(
 ) -> tuple[Engagement, FloatArray]:
     """Return the contact problem with all edges that close in a mesh law, and the deflections of that law.
 
-    Parameters
-    ----------
-    pair, nominal_force, fidelity, compliances
-        As in `mesh_law`.
-
-    Returns
-    -------
-    engagement : Engagement
-        Contact problem.
-    deflection : (n_defl,) array
-        Deflections (m).
+    Returns deflection (n_defl,): deflections (m).
     """
     angle = body_period_angles(pair, fidelity)
     engagement = Engagement(pair, compliances or pair_compliances(pair, fidelity), fidelity)
@@ -166,24 +144,9 @@ def pair_compliances(
 ) -> tuple[FlankCompliance | SliceCompliance, FlankCompliance | SliceCompliance]:
     """Compute the compliances of pinion and wheel, each over `engaged_reach(pair)` teeth.
 
-    Parameters
-    ----------
-    pair : GearPair
-        Gear pair.
-    fidelity : GearFidelity
-        `bodies` selects elements or closed-form slices.
-    progress : Progress, optional
-        Called with (teeth done, teeth of both sectors).
-    flanks : callable, optional
-        Function of one gear in place of `flank_compliance`; one that keeps results saves repeated work.
+    progress: called with (teeth done, teeth of both sectors).
+    flanks: function of one gear in place of `flank_compliance`; one that keeps results saves repeated work.
 
-    Returns
-    -------
-    tuple of 2 FlankCompliance or SliceCompliance
-        Compliances of pinion and wheel.
-
-    Notes
-    -----
     An `AccuracyWarning` is issued where an analytic body has a web, openings or an imported mesh.
     """
     if fidelity.bodies == "analytic":

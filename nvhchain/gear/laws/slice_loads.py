@@ -19,23 +19,9 @@ def slice_loads(
 ) -> sp.csr_matrix:
     """Return the forces of every slice on the unknowns of the pitch that carries it.
 
-    Parameters
-    ----------
-    pair : GearPair
-        Gear pair.
-    gear : int
-        0 for the pinion, 1 for the wheel.
-    tooth : tuple of PitchMesh and SolidMesh
-        Mesh of one pitch.
-    contact : LoadedMesh
-        Loaded mesh of n slices.
-    friction : float
-        Coefficient μ; its forces act along the profile.
-
-    Returns
-    -------
-    (unknowns of the pitch, n) sparse matrix
-        Nodal forces (N).
+    gear: 0 for the pinion, 1 for the wheel.
+    friction: coefficient μ; its forces act along the profile.
+    Returns (unknowns of the pitch, n) sparse matrix: nodal forces (N).
     """
     lines, geometry = contact.lines, (pair.pinion, pair.wheel)[gear].geometry
     # friction pushes both flanks towards their tips where the pinion's flank slides ahead of the wheel's

@@ -45,31 +45,8 @@ def tooth_pairs(
 ) -> ToothPairs:
     """Compute force, coupling and load pattern of every tooth pair over the body period.
 
-    Parameters
-    ----------
-    pair : GearPair
-        Gear pair as drawn.
-    law : MeshLaw
-        Its mesh law.
-    nominal_force : float
-        Force along the flank normal (N).
-    fidelity : GearFidelity
-        As in `mesh_law`.
-    compliances : tuple of 2 FlankCompliance or SliceCompliance, optional
-        As in `mesh_law`.
+    nominal_force: force along the flank normal (N).
 
-    Returns
-    -------
-    ToothPairs
-        Tooth pairs.
-
-    Raises
-    ------
-    SolverError
-        If a contact does not converge.
-
-    Notes
-    -----
     Each pair is solved alone. Its load pattern is that at the mean deflection under the nominal force. The coupling is
     that of two load patterns through the compliance of the bodies.
     """
@@ -179,27 +156,11 @@ def solved_alone(
 ) -> Pattern:
     """Solve every pair alone with given unloaded gaps.
 
-    Parameters
-    ----------
-    pair : GearPair
-        Gear pair.
-    pairs : ToothPairs
-        Tooth pairs.
-    flank : int
-        DRIVE or BACK.
-    gap : (n_angle, n_pair, n_slice) array
-        Unloaded gap of every slice (m).
-    begin : (n_angle, n_pair) array, optional
-        Approach at which the forces begin (m); by default that at first contact.
-
-    Returns
-    -------
-    first_contact : (n_angle, n_pair) array
-        Approach at first contact (m).
-    force : (n_angle, n_pair, n_approach) array
-        Force (N) at the approaches of `pairs` beyond `begin`.
-    weight : (n_angle, n_pair, n_slice) array
-        Share of each slice in the force at the nominal deflection.
+    gap (n_angle, n_pair, n_slice): unloaded gap of every slice (m).
+    begin (n_angle, n_pair): approach at which the forces begin (m); by default that at first contact.
+    Returns first_contact (n_angle, n_pair): approach at first contact (m). force (n_angle, n_pair, n_approach): force
+    (N) at the approaches of `pairs` beyond `begin`. weight (n_angle, n_pair, n_slice): share of each slice in the
+    force at the nominal deflection.
     """
     there = pairs.length[flank] > 0
     law, length = _local_laws(pair, pairs, flank, there), np.array(pairs.length[flank])

@@ -40,25 +40,9 @@ _MOST_STEPS = 50
 def deflection_at_force(law: MeshLaw, force: float) -> FloatArray:
     """Return the deflection at which a mesh law carries a force, at each of its angles.
 
-    Parameters
-    ----------
-    law : MeshLaw
-        Mesh law.
-    force : float
-        Force (N); negative on the back flank.
+    force: force (N); negative on the back flank.
+    Returns (n_angle,): deflection δ (m).
 
-    Returns
-    -------
-    (n_angle,) array
-        Deflection δ (m).
-
-    Raises
-    ------
-    InputError
-        If the force is 0 or outside the table.
-
-    Notes
-    -----
     Monotone cubic interpolation of δ over F between the tabulated deflections.
     """
     require(force != 0, "force = 0 N has no unique deflection within the backlash: give a force")
@@ -150,36 +134,12 @@ def loaded_mesh(
 ) -> LoadedMesh:
     """Find the deflection δ at which the drive flanks carry the pinion torque of a normal force.
 
-    Parameters
-    ----------
-    engagement : Engagement
-        Contact problem.
-    angle : float
-        Wheel angle (rad).
-    force : float
-        T_P/(r_bP cos β_b) (N), `GearPair.normal_force`; without friction the sum of the normal forces.
-    guess : float
-        Any positive deflection of the right order (m).
-    friction : float
-        Coefficient μ.
-    friction_bending : bool
-        If True, friction bends the teeth too, and the compliances must include it.  If False, friction acts in the
-        balance of torque alone, as with contact modes that are normal to the flank.
+    angle: wheel angle (rad).
+    force: T_P/(r_bP cos β_b) (N), `GearPair.normal_force`; without friction the sum of the normal forces.
+    guess: any positive deflection of the right order (m).
+    friction_bending: if True, friction bends the teeth too, and the compliances must include it. If False, friction
+    acts in the balance of torque alone, as with contact modes that are normal to the flank.
 
-    Returns
-    -------
-    LoadedMesh
-        Equilibrium.
-
-    Raises
-    ------
-    InputError
-        If angle, force or guess are unusable.
-    SolverError
-        If the tolerance is not reached.
-
-    Notes
-    -----
     Newton's method on the tangent stiffness by differences, to a relative force error of 1e3 × the contact residual.
     """
     require(
@@ -230,28 +190,10 @@ def loaded_transmission_error(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the transmission error over one body period at a constant pinion torque.
 
-    Parameters
-    ----------
-    engagement : Engagement
-        Contact problem.
-    pinion_torque : float
-        Torque (N m).
-    friction : float
-        Coefficient μ.
-    friction_bending : bool
-        If False, friction acts in the balance of torque alone; see `loaded_mesh`.
-    executor : Executor, optional
-        Runs blocks of angles.
+    pinion_torque: torque (N m).
+    friction_bending: if False, friction acts in the balance of torque alone; see `loaded_mesh`.
+    Returns angle (n_angle,): wheel angle (rad). te (n_angle,): δ/cos β_b (m).
 
-    Returns
-    -------
-    angle : (n_angle,) array
-        Wheel angle (rad).
-    te : (n_angle,) array
-        δ/cos β_b (m).
-
-    Notes
-    -----
     The contact is solved at every angle of the fidelity, not interpolated in a law.  It is solved again where edges
     beyond the `corner_gap` close (`closing_edges`).
     """

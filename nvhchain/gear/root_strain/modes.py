@@ -65,15 +65,7 @@ class RootStrainModes:
     def strain(self, loaded: Sequence[LoadedMesh]) -> FloatArray:
         """Return the strain under the normal forces of loaded meshes; friction has no effect.
 
-        Parameters
-        ----------
-        loaded : sequence of LoadedMesh
-            Loaded meshes.
-
-        Returns
-        -------
-        (n_case, n_tooth, n_place, 6) array
-            Strain.
+        Returns (n_case, n_tooth, n_place, 6): strain.
         """
         total = np.zeros((len(loaded), len(self.teeth), *self.coefficients.shape[2:4]))
         for case, mesh in enumerate(loaded):
@@ -95,30 +87,8 @@ def root_strain_modes(
 ) -> RootStrainModes:
     """Compute the strain modes at places on some teeth of the pinion or the wheel.
 
-    Parameters
-    ----------
-    pair : GearPair
-        Gear pair.
-    gear : int
-        PINION or WHEEL.
-    places : sequence of RootPlace
-        Gauges and elements.
-    teeth : sequence of int
-        Teeth (any integers).
-    fidelity : GearFidelity
-        Elements about the root, at least as fine as for contact: the strain converges later.
-
-    Returns
-    -------
-    RootStrainModes
-        Strain per normal force.
-
-    Raises
-    ------
-    InputError
-        If a place is not on the root.
-    ResourceError
-        If memory is short.
+    fidelity: elements about the root, at least as fine as for contact: the strain converges later.
+    Returns strain per normal force.
     """
     body = _gear_body(pair, gear, teeth)
     mesh, tooth, probed = _prepared(body, places, fidelity)
@@ -153,34 +123,8 @@ def nodal_force_strain(
 ) -> FloatArray:
     """Compute the strain at places on some teeth under the slice forces of loaded meshes, by nodal forces.
 
-    Parameters
-    ----------
-    pair : GearPair
-        Gear pair.
-    gear : int
-        PINION or WHEEL.
-    places : sequence of RootPlace
-        Gauges and elements.
-    teeth : sequence of int
-        Teeth (any integers).
-    loaded : sequence of LoadedMesh
-        Loaded meshes.
-    fidelity : GearFidelity
-        Elements about the root.
-    friction : float
-        Coefficient μ with which the meshes were loaded; its forces act along the profile.
-
-    Returns
-    -------
-    (n_case, n_tooth, n_place, 6) array
-        Strain.
-
-    Raises
-    ------
-    InputError
-        If a place is not on the root, or the coefficient is out of range.
-    ResourceError
-        If memory is short.
+    friction: coefficient μ with which the meshes were loaded; its forces act along the profile.
+    Returns (n_case, n_tooth, n_place, 6): strain.
     """
     check_coefficient(friction)
     body = _gear_body(pair, gear, teeth)

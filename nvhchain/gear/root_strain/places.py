@@ -84,24 +84,8 @@ RootPlace = StrainGauge | RootElement
 def strain_operator(gear: GearGeometry, solid: SolidMesh, places: list[RootPlace]) -> sp.csr_matrix:
     """Return the matrix from the displacement of the pitch's nodes to the mean strain at each place.
 
-    Parameters
-    ----------
-    gear : GearGeometry
-        Geometry of the gear.
-    solid : SolidMesh
-        Mesh of one pitch, unknowns in cylindrical axes.
-    places : list of RootPlace
-        Gauges and elements.
-
-    Returns
-    -------
-    (6 n_place, unknowns of the pitch) sparse matrix
-        Strain per displacement (1/m).
-
-    Raises
-    ------
-    InputError
-        If a place is not on the pitch.
+    solid: mesh of one pitch, unknowns in cylindrical axes.
+    Returns (6 n_place, unknowns of the pitch) sparse matrix: strain per displacement (1/m).
     """
     require(len(places) > 0, "no places are given at which to read the strain: give gauges or elements")
     profile = _Profile(gear)
@@ -113,17 +97,8 @@ def strain_operator(gear: GearGeometry, solid: SolidMesh, places: list[RootPlace
 def von_mises(strain: FloatArray, material: Material) -> FloatArray:
     """Return the equivalent stress (Pa) of strains in the order ε_t, ε_a, ε_n, γ_an, γ_nt, γ_ta.
 
-    Parameters
-    ----------
-    strain : (…, 6) array
-        Strain.
-    material : Material
-        Material.
-
-    Returns
-    -------
-    (…) array
-        Equivalent stress after von Mises (Pa).
+    strain (…, 6).
+    Returns (…): equivalent stress after von Mises (Pa).
     """
     shear = material.young / (2 * (1 + material.poisson))
     t, a, n, an, nt, ta = np.moveaxis(np.asarray(strain, float), -1, 0)

@@ -24,32 +24,10 @@ def cad_model(
 ) -> tuple[SolidModel, tuple[RigidSet, ...]]:
     """Mesh a CAD part with quadratic tetrahedra.
 
-    Parameters
-    ----------
-    part : CadPart
-        Part.
-    folder : Path
-        Folder of its file.
-    positions : mapping of str to sequence of float
-        Bearing → centre of its seat (m).
-    f_max : float
-        Upper limit of the band (Hz), whose bending waves the elements resolve.
-    fidelity : HousingFidelity
-        Size of the elements; thin walls and short waves have smaller ones.
-
-    Returns
-    -------
-    model : SolidModel
-        Elements, with a held rigid set at every bolt.
-    seats : tuple of RigidSet
-        Seats, in the order of `positions`.
-
-    Raises
-    ------
-    InputError
-        If the part is open or lacks seats or bolts.
-    SolverError
-        If gmsh fails.
+    positions: bearing → centre of its seat (m).
+    f_max: upper limit of the band (Hz), whose bending waves the elements resolve.
+    fidelity: size of the elements; thin walls and short waves have smaller ones.
+    Returns model: elements, with a held rigid set at every bolt. seats: seats, in the order of `positions`.
     """
     size = survey(part, folder, positions, fidelity).element_size(part, f_max, fidelity)
     made = mesh_part(part, folder, positions, size, fidelity, dimension=3)

@@ -85,28 +85,9 @@ def survey(
 ) -> Survey:
     """Read a part, and find its seats and bolts.
 
-    Parameters
-    ----------
-    part : CadPart
-        Part.
-    folder : Path
-        Folder of its file.
-    positions : mapping of str to sequence of float
-        Bearing → centre of its seat (m).
-    fidelity : HousingFidelity
-        Size of the triangles of the skin.
-    smooth : bool
-        True for small triangles on round faces, for pictures.
-
-    Returns
-    -------
-    Survey
-        Skin, seats, bolts and walls.
-
-    Raises
-    ------
-    InputError
-        If the part is open, has another size than the gearbox, or lacks seats or bolts.
+    positions: bearing → centre of its seat (m).
+    fidelity: size of the triangles of the skin.
+    smooth: True for small triangles on round faces, for pictures.
     """
     made = mesh_part(part, folder, positions, fidelity.element_size, fidelity, dimension=2, smooth=smooth)
     nodes, triangles = part.placed(made["nodes"]), made["elements"]
@@ -208,15 +189,7 @@ def face_nodes(members: IntArray, cylinder: Cylinder) -> IntArray:
 def cad_shape(found: Survey) -> HousingShape:
     """Return the surface with seats and bolts for pictures.
 
-    Parameters
-    ----------
-    found : Survey
-        Part as found.
-
-    Returns
-    -------
-    HousingShape
-        Skin, with the nodes of seats and bolts.
+    Returns skin, with the nodes of seats and bolts.
     """
     return HousingShape(
         found.nodes,

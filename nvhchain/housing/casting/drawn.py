@@ -97,29 +97,8 @@ def draw_casting(
 ) -> DrawnCasting:
     """Draw a casting around bearings, gears and shafts.
 
-    Parameters
-    ----------
-    seats : sequence of DrawnSeat
-        Bearings.
-    discs : sequence of DrawnDisc
-        Gears and pieces of the shafts.
-    centre_distance : float
-        Largest centre distance (m), which sets wall and bolts.
-    material : Material
-        Material.
+    centre_distance: largest centre distance (m), which sets wall and bolts.
 
-    Returns
-    -------
-    DrawnCasting
-        Casting, its place and the rules.
-
-    Raises
-    ------
-    InputError
-        If bearings leave no room for a wall.
-
-    Notes
-    -----
     Walls of cast iron follow the usual design rule 0.025 a + 3 mm, and flange bolts half of 0.036 a + 12 mm.
     """
     wall = _rounded(max(6e-3, 0.025 * centre_distance + 3e-3))

@@ -17,17 +17,8 @@ COARSEST_FACE = 0.6
 def face_size(casting: Casting, wanted: float) -> float:
     """Return the edge length (m) of the radiating faces.
 
-    Parameters
-    ----------
-    casting : Casting
-        Casting.
-    wanted : float
-        Edge length for the waves in the air (m).
-
-    Returns
-    -------
-    float
-        `wanted`, or less if the casting's shape needs smaller faces.
+    wanted: edge length for the waves in the air (m).
+    Returns `wanted`, or less if the casting's shape needs smaller faces.
     """
     return min(wanted, COARSEST_FACE * casting.depth)
 
@@ -35,17 +26,8 @@ def face_size(casting: Casting, wanted: float) -> float:
 def encloses(casting: Casting, points: FloatArray) -> NDArray[np.bool_]:
     """Return True for points within the outer walls; bosses, ribs and flange protrude.
 
-    Parameters
-    ----------
-    casting : Casting
-        Casting.
-    points : ndarray, shape (k, 3)
-        Places (m).
-
-    Returns
-    -------
-    ndarray of bool, shape (k,)
-        True inside the outer walls.
+    points shape (k, 3): places (m).
+    Returns True inside the outer walls.
     """
     inside = (points[:, 2] > 0.0) & (points[:, 2] < casting.depth)
     inside[inside] = inner_distance(outline_at(casting, casting.wall), points[inside, :2]) > 0.0
@@ -55,17 +37,8 @@ def encloses(casting: Casting, points: FloatArray) -> NDArray[np.bool_]:
 def room_around(casting: Casting, axis: tuple[float, float]) -> float:
     """Return the radius of the largest gear that fits into the cavity.
 
-    Parameters
-    ----------
-    casting : Casting
-        Casting.
-    axis : (float, float)
-        Axis of the gear (m).
-
-    Returns
-    -------
-    float
-        Radius (m) at the rear wall, the narrowest place.
+    axis (float, float): axis of the gear (m).
+    Returns radius (m) at the rear wall, the narrowest place.
     """
     return float(inner_distance(outline_at(casting, 0.0), np.array([axis]))[0])
 
@@ -73,15 +46,7 @@ def room_around(casting: Casting, axis: tuple[float, float]) -> float:
 def envelope_area(casting: Casting) -> float:
     """Return the area of the outer walls and both ends as a straight prism.
 
-    Parameters
-    ----------
-    casting : Casting
-        Casting.
-
-    Returns
-    -------
-    float
-        Area (m²) without bosses, ribs and flange.
+    Returns area (m²) without bosses, ribs and flange.
     """
     corners = np.array([_points(arc) for arc in outline_at(casting, casting.wall)]).reshape(-1, 2)
     x, y = corners.T

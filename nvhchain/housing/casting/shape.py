@@ -10,20 +10,7 @@ from nvhchain.housing.skin.shape import HousingShape
 
 
 def casting_shape(casting: Casting, fidelity: HousingFidelity) -> HousingShape:
-    """Mesh a casting and return its surface with seats and bolts.
-
-    Parameters
-    ----------
-    casting : Casting
-        Casting.
-    fidelity : HousingFidelity
-        Size of the elements.
-
-    Returns
-    -------
-    HousingShape
-        Surface.
-    """
+    """Mesh a casting and return its surface with seats and bolts."""
     mesh = mesh_casting(casting, fidelity)
     names = (bore.name for bore in casting.bores)
     triangles = flat_triangles(boundary_faces(mesh.elements))

@@ -39,30 +39,10 @@ def craig_bampton(
 ) -> CraigBampton:
     """Reduce a structure to its seats and to modes with the seats held.
 
-    Parameters
-    ----------
-    K, M : (n, n) sparse matrix
-        Stiffness and mass; the unknowns of the seats come last (`held_matrices`).
-    output_operator : (n_out, n) sparse matrix
-        Map from unknowns to output motions.
-    f_top : float
-        Upper limit of the modes (Hz).
-    names : tuple of str
-        Names of the seats.
-    positions : (n_seat, 3) array
-        Centres of the seats (m).
-
-    Returns
-    -------
-    CraigBampton
-        Reduced matrices.
-
-    Raises
-    ------
-    InputError
-        If names, outputs and unknowns do not fit together.
-    SolverError
-        If a mode does not converge.
+    K, M (n, n) sparse matrix: stiffness and mass; the unknowns of the seats come last (`held_matrices`).
+    output_operator (n_out, n) sparse matrix: map from unknowns to output motions.
+    f_top: upper limit of the modes (Hz).
+    positions (n_seat, 3): centres of the seats (m).
     """
     boundary = _SEAT_FREEDOMS * len(names)
     require(

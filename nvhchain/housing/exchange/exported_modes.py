@@ -24,23 +24,8 @@ pictures; the faces' means are exact with any value.
 def exported_modes(housing: ReducedHousing) -> ModalModel:
     """Return the modes, then the residual flexibility as residual vectors.
 
-    Parameters
-    ----------
-    housing : ReducedHousing
-        Reduced housing.
+    Returns nodes: vertices of the radiating surface, middles of its faces, seats. Group: `seats`.
 
-    Returns
-    -------
-    ModalModel
-        Nodes: vertices of the radiating surface, middles of its faces, seats. Group: `seats`.
-
-    Raises
-    ------
-    InputError
-        For a housing without modes and residual, or with a residual flexibility but no residual mass.
-
-    Notes
-    -----
     `housing_from_modes` reads the result with residual_vectors. Damping is viscous; structural damping is not kept. The
     residual vectors have the damping of the highest mode.
     """

@@ -53,39 +53,16 @@ def housing_from_modes(
 ) -> ReducedHousing:
     """Reduce modal results to the bearing seats and the radiating faces.
 
-    Parameters
-    ----------
-    model : ModalModel
-        Modes of another program.
-    positions : mapping of str to sequence of float
-        Bearing → centre of its seat (m).
-    f_max : float
-        Upper limit of the band (Hz).
-    faces : RadiatingFaces
-        Size of the radiating faces, and the plane that closes the housing.
-    fidelity : HousingFidelity
-        Fidelity; modes up to mode_ratio · f_max are kept.
-    labels : mapping of str to int, optional
-        Bearing → node of the file; by default the node at the position.
-    modal_damping : float, optional
-        Fraction of critical damping in place of the file's.
-    residual_vectors : bool
-        True if the uppermost modes are residual vectors of unit forces at the seats (`modal_model`, Nastran RESVEC).
-        With the modes before them they make the whole static flexibility.
+    positions: bearing → centre of its seat (m).
+    f_max: upper limit of the band (Hz).
+    faces: size of the radiating faces, and the plane that closes the housing.
+    fidelity: fidelity; modes up to mode_ratio · f_max are kept.
+    labels: bearing → node of the file; by default the node at the position.
+    modal_damping: fraction of critical damping in place of the file's.
+    residual_vectors: True if the uppermost modes are residual vectors of unit forces at the seats (`modal_model`,
+    Nastran RESVEC). With the modes before them they make the whole static flexibility.
+    Returns reduced housing; its provenance lists repairs of the skin.
 
-    Returns
-    -------
-    ReducedHousing
-        Reduced housing; its provenance lists repairs of the skin.
-
-    Raises
-    ------
-    InputError
-        For a bearing whose node is missing or moves in no mode. For a skin outside the length of housings. For modes
-        that end below f_max, too few residual vectors, and a truncation_tolerance_db.
-
-    Notes
-    -----
     The skin moves by parabolas if the model has mid-edge nodes, as in `reduce_model`, else linearly between its
     corners. Modes above the limit move statically: they are the residual flexibility, φφᵀ/ω² each. Without residual
     vectors it is incomplete. The missing part of the seats' static flexibility is then estimated from the uppermost
@@ -176,17 +153,7 @@ def housing_from_modes(
 def check_modes(model: ModalModel, f_max: float) -> None:
     """Check the size of the skin and the range of the modes.
 
-    Parameters
-    ----------
-    model : ModalModel
-        Modes of another program.
-    f_max : float
-        Upper limit of the band (Hz).
-
-    Raises
-    ------
-    InputError
-        For a skin outside the length of housings and for modes that end below f_max.
+    f_max: upper limit of the band (Hz).
     """
     require(np.isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
     check_extent(model.nodes[model.triangles[:, :3]], model.source)
@@ -205,17 +172,8 @@ def _rigid_limit(f_max: float) -> float:
 def has_rigid_motion(model: ModalModel, f_max: float) -> bool:
     """Return True if a mode is rigid: nothing then holds the structure.
 
-    Parameters
-    ----------
-    model : ModalModel
-        Modes of another program.
-    f_max : float
-        Upper limit of the band (Hz).
-
-    Returns
-    -------
-    bool
-        True for a free structure.
+    f_max: upper limit of the band (Hz).
+    Returns True for a free structure.
     """
     return bool(model.frequency[0] < _rigid_limit(f_max))
 
@@ -223,20 +181,7 @@ def has_rigid_motion(model: ModalModel, f_max: float) -> bool:
 def modal_extent(model: ModalModel) -> float:
     """Return the area of the skin.
 
-    Parameters
-    ----------
-    model : ModalModel
-        Modes of another program.
-
-    Returns
-    -------
-    float
-        Area (m²), of both sides for shells; half of the area of thin walls radiates.
-
-    Raises
-    ------
-    InputError
-        For a skin outside the length of housings.
+    Returns area (m²), of both sides for shells; half of the area of thin walls radiates.
     """
     check_extent(model.nodes[model.triangles[:, :3]], model.source)
     a, b, c = (model.nodes[model.triangles[:, i]] for i in range(3))

@@ -54,24 +54,9 @@ def seat_rows(
 ) -> IntArray:
     """Return the rows of the nodes that move as the seats of the bearings.
 
-    Parameters
-    ----------
-    model : ModalModel
-        Modes of another program.
-    positions : mapping of str to sequence of float
-        Bearing → centre of its seat (m).
-    labels : mapping of str to int, optional
-        Bearing → node of the file; by default the node at the position.
-
-    Returns
-    -------
-    (n_bearing,) array of int
-        Rows of `model.nodes`.
-
-    Raises
-    ------
-    InputError
-        For a bearing without a node or with a node that moves in no mode.
+    positions: bearing → centre of its seat (m).
+    labels: bearing → node of the file; by default the node at the position.
+    Returns (n_bearing,) of int: rows of `model.nodes`.
     """
     labels = labels or {}
     require(len(positions) > 0, "no bearing seats are given: at least one is needed")

@@ -19,17 +19,7 @@ def model_shape(
 ) -> HousingShape:
     """Return the surface of imported elements with bearing seats and held nodes.
 
-    Parameters
-    ----------
-    model : SolidModel
-        Imported model.
-    positions, names
-        As in `bearing_seats`.
-
-    Returns
-    -------
-    HousingShape
-        Surface; held nodes and every held rigid set are supports.
+    Returns surface; held nodes and every held rigid set are supports.
     """
     elements = []
     for block in model.blocks:
@@ -57,22 +47,11 @@ def _carried(model: SolidModel, nodes: IntArray) -> IntArray:
 def modes_shape(
     modes: ModalModel, positions: Mapping[str, Sequence[float]], labels: Mapping[str, int] | None = None
 ) -> HousingShape:
-    """
-    Return the skin of imported modes with the node of every bearing seat.
+    """Return the skin of imported modes with the node of every bearing seat.
 
-    Parameters
-    ----------
-    modes : ModalModel
-        Imported modes.
-    positions : mapping of str to sequence of float
-        Position (3,) of every bearing, m.
-    labels : mapping of str to int, optional
-        Node labels of bearings that are named in the file.
-
-    Returns
-    -------
-    HousingShape
-        Nodes, skin and one node for each seat.
+    positions: position (3,) of every bearing, m.
+    labels: node labels of bearings that are named in the file.
+    Returns nodes, skin and one node for each seat.
     """
     rows = seat_rows(modes, positions, labels)
     seats: dict[str, IntArray] = {name: rows[[i]] for i, name in enumerate(positions)}

@@ -42,38 +42,15 @@ def reduce_model(
 ) -> ReducedHousing:
     """Reduce an imported model to modes and residual flexibility at its seats.
 
-    Parameters
-    ----------
-    model : SolidModel
-        Imported model.
-    seats : sequence of RigidSet
-        Seats from `bearing_seats`, in the order of the bearings.
-    f_max : float
-        Upper limit of the band (Hz).
-    faces : RadiatingFaces
-        Size of the radiating faces, and the plane that closes the housing.
-    modal_damping : float or DampingCurve
-        Fraction of critical damping of every mode, or a curve over the natural frequency.
-    fidelity : HousingFidelity
-        Fidelity; modes up to mode_ratio · f_max, or the number for truncation_tolerance_db, as in `reduce_housing`.
-    progress : Progress, optional
-        Receives steps done and total.
+    seats: seats from `bearing_seats`, in the order of the bearings.
+    f_max: upper limit of the band (Hz).
+    faces: size of the radiating faces, and the plane that closes the housing.
+    modal_damping: fraction of critical damping of every mode, or a curve over the natural frequency.
+    fidelity: fidelity; modes up to mode_ratio · f_max, or the number for truncation_tolerance_db, as in
+    `reduce_housing`.
+    Returns reduced housing; its provenance lists repairs. Its accuracy states the errors (dB) of truncation and of the
+    mapping onto the faces.
 
-    Returns
-    -------
-    ReducedHousing
-        Reduced housing; its provenance lists repairs. Its accuracy states the errors (dB) of truncation and of the
-        mapping onto the faces.
-
-    Raises
-    ------
-    InputError
-        For a mesh that cannot be repaired safely or carries no bending waves of f_max.
-    SolverError
-        If the eigensolver fails.
-
-    Notes
-    -----
     Warnings concern repairs, a mesh too coarse for f_max, rigid motions that held freedoms leave, and a mapping error
     above fidelity.mapping_tolerance_db.
     """
@@ -149,17 +126,8 @@ def rigid_motions(model: SolidModel, frequency: FloatArray) -> list[str]:
 def model_extent(model: SolidModel) -> tuple[float, int]:
     """Return the radiating area and the number of displacement unknowns of a repaired imported model.
 
-    Parameters
-    ----------
-    model : SolidModel
-        Imported model.
-
-    Returns
-    -------
-    area : float
-        Half the area of the skin (m²): inside and outside count, and half of the area of thin walls radiates.
-    unknowns : int
-        Number of displacement unknowns.
+    Returns area: half the area of the skin (m²): inside and outside count, and half of the area of thin walls
+    radiates.
     """
     model, _ = sound_mesh(model)
     skin, shells = model_skin(model)

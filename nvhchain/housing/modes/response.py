@@ -20,27 +20,11 @@ def respond(
 ) -> SurfaceVelocity:
     """Compute the normal velocity v_n = jω u_n of every face at the lines that carry force.
 
-    Parameters
-    ----------
-    housing : ReducedHousing
-        Housing.
-    force_spectrum : ForceSpectrum
-        Forces on the housing at its seats; their names are those of the housing, in any order.
-    structural : bool, optional
-        True for a loss factor of twice the damping ratio, False for viscous damping; by default as in the housing.
-    damping : DampingCurve, optional
-        Damping ratio of all modes over the frequency of the line; by default the housing's modal damping.
-
-    Returns
-    -------
-    SurfaceVelocity
-        Normal velocity (n_f, n_face) m/s.
-
-    Raises
-    ------
-    InputError
-        For an unknown or missing bearing, and for an undamped mode driven at its resonance (a free housing at 0 Hz
-    too). ResourceError If the result does not fit into memory.
+    force_spectrum: forces on the housing at its seats; their names are those of the housing, in any order.
+    structural: True for a loss factor of twice the damping ratio, False for viscous damping; by default as in the
+    housing.
+    damping: damping ratio of all modes over the frequency of the line; by default the housing's modal damping.
+    Returns normal velocity (n_f, n_face) m/s.
     """
     force = aligned_force(housing, force_spectrum)
     loaded = np.flatnonzero((force != 0).any(axis=1))

@@ -86,24 +86,8 @@ class _Modes:
 def truncation_error(housing: ReducedHousing, f_max: float, *, modes: int | None = None) -> TruncationError:
     """Estimate the error of the forced response if only the lowest modes are kept.
 
-    Parameters
-    ----------
-    housing : ReducedHousing
-        Reduced housing.
-    f_max : float
-        Upper limit of the band (Hz).
-    modes : int, optional
-        Number of kept modes; all by default.
-
-    Returns
-    -------
-    TruncationError
-        Estimated error.
-
-    Raises
-    ------
-    InputError
-        If the housing has no residual mass in its accuracy because it was reduced elsewhere.
+    f_max: upper limit of the band (Hz).
+    modes: number of kept modes; all by default.
     """
     require(np.isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
     return _error(_everything(housing), len(housing.natural_frequency) if modes is None else modes, f_max)
@@ -112,24 +96,9 @@ def truncation_error(housing: ReducedHousing, f_max: float, *, modes: int | None
 def truncation_errors(housing: ReducedHousing, frequency: FloatArray, *, modes: int | None = None) -> FloatArray:
     """Estimate the error of the faces' motion at every line, over all unit forces.
 
-    Parameters
-    ----------
-    housing : ReducedHousing
-        Reduced housing.
-    frequency : (n_f,) array
-        Frequencies of the lines (Hz).
-    modes : int, optional
-        Number of kept modes; all by default.
-
-    Returns
-    -------
-    (n_f,) array
-        Error relative to the motion.
-
-    Raises
-    ------
-    InputError
-        As in `truncation_error`.
+    frequency (n_f,): frequencies of the lines (Hz).
+    modes: number of kept modes; all by default.
+    Returns (n_f,): error relative to the motion.
     """
     everything = _everything(housing)
     return _error_lines(everything, everything.count if modes is None else modes, np.asarray(frequency, dtype=float))

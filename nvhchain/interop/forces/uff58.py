@@ -114,22 +114,8 @@ def write_uff(forces: BearingForces, path: Path) -> Path:
 def write_pressure_uff(history: PressureHistory, path: str | Path, *, names: Sequence[str] = ()) -> Path:
     """Write sound pressure over time for test systems.
 
-    Parameters
-    ----------
-    history : PressureHistory
-        Sound pressure at microphones.
-    path : str or Path
-        Universal file (.uff or .unv).
-    names : sequence of str
-        Names of the microphones; by default numbers.
+    names: names of the microphones; by default numbers.
 
-    Returns
-    -------
-    Path
-        Path of the file.
-
-    Notes
-    -----
     The file holds binary datasets 58: the pressure (Pa) of microphone number i at node i + 1, and the input speed at
     node 0 where the input turns.
     """
@@ -146,22 +132,8 @@ def write_pressure_uff(history: PressureHistory, path: str | Path, *, names: Seq
 def write_spectrum_uff(pressure: FieldPressure, path: str | Path, *, names: Sequence[str] = ()) -> Path:
     """Write complex spectra of sound pressure for test systems.
 
-    Parameters
-    ----------
-    pressure : FieldPressure
-        Sound pressure at microphones.
-    path : str or Path
-        Universal file (.uff or .unv).
-    names : sequence of str
-        Names of the microphones; by default numbers.
+    names: names of the microphones; by default numbers.
 
-    Returns
-    -------
-    Path
-        Path of the file.
-
-    Notes
-    -----
     The file holds datasets 58 as text: the spectrum (Pa) of microphone number i at node i + 1. Amplitudes are peaks
     with the time factor exp(jωt). Lines may be spaced unevenly; the format keeps six digits of their frequency.
     """

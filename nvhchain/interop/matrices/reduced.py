@@ -89,27 +89,9 @@ class SuperelementFiles:
 def read_superelement(files: SuperelementFiles, *, units: str, names: MatrixNames = MatrixNames()) -> ModalModel:
     """Read reduced matrices and return all their modes.
 
-    Parameters
-    ----------
-    files : SuperelementFiles
-        Matrices (.op4, .mtx, or DMIG in bulk data) and deck.
-    units : str
-        Units of the files, a key of `UNIT_SYSTEMS`.
-    names : MatrixNames
-        Names of the matrices.
-
-    Returns
-    -------
-    ModalModel
-        Modes in SI units, with the damping of the matrices.
-
-    Raises
-    ------
-    FileFormatError
-        For a damaged file.
-    InputError
-        For a missing matrix, nodes without a place, no recovery of the skin, and matrices that are not those of a
-        structure.
+    files: matrices (.op4, .mtx, or DMIG in bulk data) and deck.
+    units: units of the files, a key of `UNIT_SYSTEMS`.
+    Returns modes in SI units, with the damping of the matrices.
     """
     system, source = unit_system(units), str(files.matrices[0])
     found: dict[str, LabelledMatrix] = {}

@@ -27,25 +27,9 @@ _TYPES = {name: np.int64 if name in ("labels", "triangles") else float for name 
 def read_modal_hdf5(path: str | Path) -> ModalModel:
     """Read modes from an HDF5 file of this layout, written by `write_modal_hdf5` or another program.
 
-    Parameters
-    ----------
-    path : str or Path
-        HDF5 file.
+    path: HDF5 file.
+    Returns modes in SI units.
 
-    Returns
-    -------
-    ModalModel
-        Modes in SI units.
-
-    Raises
-    ------
-    FileFormatError
-        For a damaged file.
-    InputError
-        For a missing dataset or other units.
-
-    Notes
-    -----
     The attribute `two_sided` of `triangles` marks shells; a dataset `two_sided` (k,) does so by triangle. Datasets in
     an optional group `groups` are node groups by name, which count nodes from 0.
     """
@@ -87,17 +71,7 @@ def read_modal_hdf5(path: str | Path) -> ModalModel:
 def write_modal_hdf5(model: ModalModel, path: str | Path) -> Path:
     """Write the layout that `read_modal_hdf5` reads, with all digits.
 
-    Parameters
-    ----------
-    model : ModalModel
-        Modes.
-    path : str or Path
-        HDF5 file.
-
-    Returns
-    -------
-    Path
-        Path of the file.
+    path: HDF5 file.
     """
 
     def write(memory: BytesIO) -> None:

@@ -41,29 +41,9 @@ NORMAL_MODE, DISPLACEMENT = 2, 8
 def read_modal_uff(path: str | Path, *, units: str | None = None, mass_normalized: bool = False) -> ModalModel:
     """Read real normal modes of a universal file, with the skin of its elements.
 
-    Parameters
-    ----------
-    path : str or Path
-        Universal file.
-    units : str, optional
-        Units of the file, a key of `UNIT_SYSTEMS`; by default those of its dataset 164, or SI without one.
-    mass_normalized : bool
-        As in `read_modal_model`.
+    units: units of the file, a key of `UNIT_SYSTEMS`; by default those of its dataset 164, or SI without one.
+    Returns modes in SI units.
 
-    Returns
-    -------
-    ModalModel
-        Modes in SI units.
-
-    Raises
-    ------
-    FileFormatError
-        For a damaged file.
-    InputError
-        For content that cannot be imported, and for units that are not those of dataset 164.
-
-    Notes
-    -----
     Parabolic elements keep mid-edge nodes that have displacements. Their four-cornered faces get a node in the middle.
     Nodes without displacements stand still. Other results of a mode are ignored; complex modes are refused.
     """

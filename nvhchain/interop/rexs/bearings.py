@@ -47,20 +47,7 @@ _KEPT_OF_ELEMENT = ("diameter_of_rolling_element", "length_of_rolling_element", 
 
 
 def read_bearings(parts: Parts, lines: Mapping[int, Line]) -> list[ImportedBearing]:
-    """Return all bearings; those of one shaft only, or without a place, are mistakes.
-
-    Parameters
-    ----------
-    parts : Parts
-        Components.
-    lines : Mapping
-        Axes of the shafts.
-
-    Returns
-    -------
-    list of ImportedBearing
-        Bearings.
-    """
+    """Return all bearings; those of one shaft only, or without a place, are mistakes."""
     found = []
     for component in parts.document.typed(*BEARINGS):
         bearing = _bearing(parts, component, lines)

@@ -29,21 +29,9 @@ _MODIFICATIONS = [
 def read_gear(parts: Parts, component: Component, mate: Component | None, z: float | None) -> ImportedGear | None:
     """Return a gear; mistakes go into the record.
 
-    Parameters
-    ----------
-    parts : Parts
-        Components.
-    component : Component
-        Gear.
-    mate : Component, optional
-        Gear that meshes with it, for data that both share.
-    z : float, optional
-        Mid-plane (m).
-
-    Returns
-    -------
-    ImportedGear or None
-        Gear; None if teeth, module or face width are missing.
+    mate: gear that meshes with it, for data that both share.
+    z: mid-plane (m).
+    Returns gear; None if teeth, module or face width are missing.
     """
     record, values = parts.findings, parts.values(component)
     shaft = parts.shaft_of(component)
@@ -96,17 +84,7 @@ def read_gear(parts: Parts, component: Component, mate: Component | None, z: flo
 def material_of(parts: Parts, component: Component) -> dict[str, float]:
     """Return Young's modulus, Poisson's ratio and density of a component's material, those of steel by default.
 
-    Parameters
-    ----------
-    parts : Parts
-        Components.
-    component : Component
-        Shaft or gear.
-
-    Returns
-    -------
-    dict
-        `young` (Pa), `poisson`, `density` (kg/m³).
+    Returns `young` (Pa), `poisson`, `density` (kg/m³).
     """
     found = {"young": 210e9, "poisson": 0.3, "density": 7850.0}
     materials = parts.document.parts(component.id, "material")

@@ -46,21 +46,8 @@ class _State:
 def read_power(parts: Parts, turns: Mapping[int, Fraction], lines: Mapping[int, Line], chosen: str | None) -> Power:
     """Return input, output and load cases.
 
-    Parameters
-    ----------
-    parts : Parts
-        Components.
-    turns : Mapping
-        Turns of every shaft about +z, for one turn of the first.
-    lines : Mapping
-        Axes of the shafts.
-    chosen : str, optional
-        Load case, by its number; the first by default.
-
-    Returns
-    -------
-    Power
-        Shafts and load cases.
+    turns: turns of every shaft about +z, for one turn of the first.
+    chosen: load case, by its number; the first by default.
     """
     states = [_state(parts, case, lines) for case in parts.document.load_cases] or [_state(parts, None, lines)]
     known = [state.name for state in states]
@@ -108,13 +95,7 @@ def _state(parts: Parts, case: LoadCase | None, lines: Mapping[int, Line]) -> _S
 
 
 def record_side_loads(parts: Parts) -> None:
-    """Record transverse and axial forces of external loads, which the chain does not apply.
-
-    Parameters
-    ----------
-    parts : Parts
-        Components.
-    """
+    """Record transverse and axial forces of external loads, which the chain does not apply."""
     for load in parts.document.typed("external_load"):
         for name in _SIDE_LOADS:
             unit = "N" if name.startswith("force") else "N m"

@@ -110,20 +110,7 @@ class Parts:
 
 
 def find_parts(document: Document, findings: Findings) -> Parts:
-    """Return the parts of a document, with mistakes for what the chain cannot model.
-
-    Parameters
-    ----------
-    document : Document
-        Contents of a file.
-    findings : Findings
-        Record.
-
-    Returns
-    -------
-    Parts
-        Components by what they stand on.
-    """
+    """Return the parts of a document, with mistakes for what the chain cannot model."""
     kinds: dict[str, list[Component]] = {}
     for component in document.components.values():
         if component.type in REFUSED:

@@ -33,19 +33,7 @@ class Frame:
 def frame_of(parts: Parts, component: Component, seen: tuple[int, ...] = ()) -> Frame | None:
     """Return place and axes of a component, or None where the file does not place it.
 
-    Parameters
-    ----------
-    parts : Parts
-        Components.
-    component : Component
-        Component.
-    seen : tuple of int
-        Components whose places depend on it.
-
-    Returns
-    -------
-    Frame or None
-        Place; a circle of references is a mistake.
+    Returns place; a circle of references is a mistake.
     """
     values = parts.values(component)
     support = values.vector("support_vector", "m")
@@ -112,18 +100,7 @@ class Line:
 
 
 def shaft_lines(parts: Parts) -> dict[int, Line]:
-    """Return the axes of all shafts that the file places; those that are not parallel are mistakes.
-
-    Parameters
-    ----------
-    parts : Parts
-        Components.
-
-    Returns
-    -------
-    dict
-        Axis by shaft.
-    """
+    """Return the axes of all shafts that the file places; those that are not parallel are mistakes."""
     frames = {
         shaft: frame
         for shaft in parts.rotor

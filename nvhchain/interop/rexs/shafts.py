@@ -21,23 +21,7 @@ def place_on_shaft(
 ) -> float | None:
     """Return z (m) of a component by its coordinate on a shaft, or by its own support vector.
 
-    Parameters
-    ----------
-    parts : Parts
-        Components.
-    component : Component
-        Component.
-    shaft : int
-        Shaft that carries it.
-    lines : Mapping
-        Axes of the shafts.
-    name : str
-        Attribute with the coordinate.
-
-    Returns
-    -------
-    float or None
-        Place (m); None where the file has none.
+    Returns place (m); None where the file has none.
     """
     along = parts.values(component).number(name, "m", low=-10.0, high=10.0)
     line = lines.get(shaft)
@@ -50,20 +34,7 @@ def place_on_shaft(
 
 
 def read_shafts(parts: Parts, lines: Mapping[int, Line]) -> list[ImportedShaft]:
-    """Return all shafts, those that are coupled as one.
-
-    Parameters
-    ----------
-    parts : Parts
-        Components.
-    lines : Mapping
-        Axes of the shafts.
-
-    Returns
-    -------
-    list of ImportedShaft
-        Shafts.
-    """
+    """Return all shafts, those that are coupled as one."""
     found = []
     for shaft in parts.shafts():
         members = [other for other, of in sorted(parts.rotor.items()) if of == shaft]

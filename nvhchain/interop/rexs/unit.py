@@ -54,15 +54,8 @@ class ImportedShaft:
     def diameter_at(self, z: float) -> float:
         """Return the outer diameter (m) at a plane, or that of the nearest piece.
 
-        Parameters
-        ----------
-        z : float
-            Plane (m).
-
-        Returns
-        -------
-        float
-            Diameter (m); 0 without pieces.
+        z: plane (m).
+        Returns diameter (m); 0 without pieces.
         """
         inside = [max(piece.outer) for piece in self.sections if piece.start <= z <= piece.end]
         if inside:

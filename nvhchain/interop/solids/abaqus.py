@@ -70,22 +70,7 @@ Materials are isotropic, and couplings hold all translations.
 def read_abaqus(path: str | Path, *, units: str) -> SolidModel:
     """Read an Abaqus input file.
 
-    Parameters
-    ----------
-    path, units
-        As in `read_solid_model`.
-
-    Returns
-    -------
-    SolidModel
-        Model in SI units.
-
-    Raises
-    ------
-    FileFormatError
-        For a damaged file.
-    InputError
-        For keywords that cannot be imported.
+    Returns model in SI units.
     """
     path = Path(path)
     file = AbaqusFile(Parts(str(path)), unit_system(units))

@@ -61,24 +61,8 @@ _UNITSYS = {
 def read_nastran(path: str | Path, *, units: str, spc: int | None = None) -> SolidModel:
     """Read a Nastran bulk data file.
 
-    Parameters
-    ----------
-    path, units
-        As in `read_solid_model`.
-    spc : int, optional
-        Set of constraints; by default the one that case control selects for all subcases, or the only one.
-
-    Returns
-    -------
-    SolidModel
-        Model in SI units.
-
-    Raises
-    ------
-    FileFormatError
-        For a damaged file.
-    InputError
-        For cards that cannot be imported.
+    spc: set of constraints; by default the one that case control selects for all subcases, or the only one.
+    Returns model in SI units.
     """
     path, system = Path(path), unit_system(units)
     control, bulk = split_deck(path)

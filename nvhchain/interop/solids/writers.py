@@ -27,27 +27,8 @@ _SPC = 1
 def write_nastran(model: SolidModel, path: str | Path, *, units: str) -> Path:
     """Write bulk data with GRID*, solids, PSOLID, MAT1*, RBE2, SPC1 and SET1 for the groups.
 
-    Parameters
-    ----------
-    model : SolidModel
-        Model.
-    path : str or Path
-        Bulk data file.
-    units : str
-        Units of the file, a key of `UNIT_SYSTEMS`.
+    units: units of the file, a key of `UNIT_SYSTEMS`.
 
-    Returns
-    -------
-    Path
-        Path of the file.
-
-    Raises
-    ------
-    InputError
-        For a model with other items than solids and rigid sets.
-
-    Notes
-    -----
     Labels of more than eight digits do not fit: such nodes and elements get new numbers above the largest that fits.
     Comments hold the original labels and the names behind the numbers; `read_nastran` restores both.
     """

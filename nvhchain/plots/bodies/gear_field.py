@@ -46,30 +46,12 @@ def gear_field(
 ) -> list[Axes]:
     """Draw a loaded gear and its loaded teeth: coloured, displaced, with its outline at rest.
 
-    Parameters
-    ----------
-    field : GearField
-        Displacement and stress.
-    name : str
-        Name in the title.
-    quantity : {"von_mises", "displacement"}
-        Quantity of the colours.
-    magnification : float, optional
-        Factor on the displacement; by default a round one with which it is seen.
-    view : View, optional
-        Direction of the viewer, by default towards the loaded flanks; the mating gear lies above.
-    engine
-        As in `gear_mesh`.
-    axes : sequence of Axes, optional
-        Two; those of a new figure by default.
+    quantity {"von_mises", "displacement"}: quantity of the colours.
+    magnification: factor on the displacement; by default a round one with which it is seen.
+    view: direction of the viewer, by default towards the loaded flanks; the mating gear lies above.
+    axes: two; those of a new figure by default.
+    Returns the whole gear, and the loaded teeth.
 
-    Returns
-    -------
-    list of Axes
-        The whole gear, and the loaded teeth.
-
-    Notes
-    -----
     Stress about the points of contact depends on the mesh.  Colours end at the largest stress more than one module away
     from them.
     """

@@ -45,23 +45,8 @@ def gearbox(
 ) -> list[Axes]:
     """Draw the gears on their shafts inside the housing, and the housing with its bolts and bearing seats.
 
-    Parameters
-    ----------
-    case : GearboxCase
-        Gearbox.
-    housing : HousingShape
-        Surface of its housing.
-    fidelity : GearFidelity
-        Elements of the gears.
-    engine
-        As in `gear_mesh`.
-    axes : sequence of Axes, optional
-        Three; those of a new figure by default.
-
-    Returns
-    -------
-    list of Axes
-        The gearbox in the transparent housing, and the housing from either end of its shafts.
+    axes: three; those of a new figure by default.
+    Returns the gearbox in the transparent housing, and the housing from either end of its shafts.
     """
     drawn = panels(3, axes, columns=3, height=4.4, width=17.0, share="")
     walls, marked = _housing(housing)

@@ -46,27 +46,10 @@ def gear_mesh(
 ) -> list[Axes]:
     """Draw a gear with its finite element mesh.
 
-    Parameters
-    ----------
-    body : GearBody
-        Gear.
-    fidelity : GearFidelity
-        Elements; without effect on an imported mesh.
-    teeth : collection of int
-        Teeth to mark, such as those under load.
-    name : str
-        Name in the title.
-    view : View
-        Direction of the viewer.
-    engine : {"auto", "pyvista", "matplotlib"}
-        Renderer; "auto" is pyvista if it can render off screen, else matplotlib.
-    axes : sequence of Axes, optional
-        One; that of a new figure by default.
-
-    Returns
-    -------
-    list of Axes
-        One.
+    fidelity: elements; without effect on an imported mesh.
+    teeth: teeth to mark, such as those under load.
+    engine {"auto", "pyvista", "matplotlib"}: renderer; "auto" is pyvista if it can render off screen, else matplotlib.
+    axes: one; that of a new figure by default.
     """
     (ax,) = panels(1, axes, height=7.0, width=8.5)
     mesh = drawn_mesh(body, fidelity)
@@ -90,25 +73,9 @@ def gear_pair(
 ) -> list[Axes]:
     """Draw a pair of gears in mesh with their finite elements, teeth in contact marked, and a close-up of them.
 
-    Parameters
-    ----------
-    pair : GearPair
-        Gear pair.
-    fidelity : GearFidelity
-        Elements; without effect on imported meshes.
-    angle : float
-        Wheel angle (rad).
-    names : tuple of 2 str
-        Names of pinion and wheel.
-    view, engine
-        As in `gear_mesh`.
-    axes : sequence of Axes, optional
-        Two; those of a new figure by default.
-
-    Returns
-    -------
-    list of Axes
-        The pair, and the teeth in contact along the shafts.
+    angle: wheel angle (rad).
+    axes: two; those of a new figure by default.
+    Returns the pair, and the teeth in contact along the shafts.
     """
     drawn = panels(2, axes, columns=2, height=6.0, width=14.0, share="")
     lines = contact_lines(pair, angle, slices=_SLICES)

@@ -40,21 +40,10 @@ def mode_shapes(
 ) -> list[Axes]:
     """Draw mode shapes, one panel each: red moves outward while blue moves inward.
 
-    Parameters
-    ----------
-    housing : ReducedHousing
-        Housing.
-    modes : sequence of int, optional
-        Numbers of the modes from 0; the first six by default.
-    elevation, azimuth : float
-        Direction of the viewer (rad): above the xz-plane, and from +z towards +x.
-    engine : {"auto", "pyvista", "matplotlib"}
-        Renderer; "auto" is pyvista if it can render off screen, else matplotlib.
-
-    Returns
-    -------
-    list of Axes
-        One per mode.
+    modes: numbers of the modes from 0; the first six by default.
+    elevation, azimuth: direction of the viewer (rad): above the xz-plane, and from +z towards +x.
+    engine {"auto", "pyvista", "matplotlib"}: renderer; "auto" is pyvista if it can render off screen, else matplotlib.
+    Returns one per mode.
     """
     count = len(housing.natural_frequency)
     require(count > 0, "the housing has no modes, only residual flexibility: no mode shapes to draw")
@@ -86,21 +75,8 @@ def operating_shape(
 ) -> Axes:
     """Draw the normal velocity at one line at the instant of most motion; the body is bent in proportion to it.
 
-    Parameters
-    ----------
-    velocity : SurfaceVelocity
-        Surface velocity.
-    line : int, optional
-        Index of the frequency; the strongest line by default.
-    name : str
-        Name in the title.
-    elevation, azimuth, engine
-        As in `mode_shapes`.
-
-    Returns
-    -------
-    Axes
-        Axes with a colour bar in mm/s.
+    line: index of the frequency; the strongest line by default.
+    Returns axes with a colour bar in mm/s.
     """
     line = strongest_line(velocity) if line is None else line
     v = _largest_phase(velocity.normal_velocity[line], velocity.surface)
@@ -128,25 +104,9 @@ def animate(
 ) -> Path:
     """Write one period of a normal motion as an endless GIF.
 
-    Parameters
-    ----------
-    surface : Surface
-        Radiating surface.
-    normal_motion : (n_face,) array
-        Real for a mode, complex for an operating shape.
-    path : str or Path
-        File that ends in .gif.
-    frames : int
-        Pictures per period, 4 … 200.
-    seconds : float
-        Duration of one period in the picture (s).
-    elevation, azimuth, engine
-        As in `mode_shapes`.
-
-    Returns
-    -------
-    Path
-        Path of the file.
+    normal_motion (n_face,): real for a mode, complex for an operating shape.
+    frames: pictures per period, 4 … 200.
+    seconds: duration of one period in the picture (s).
     """
     from PIL import Image
 

@@ -30,15 +30,7 @@ _CREASE = 0.75
 def strongest_line(velocity: SurfaceVelocity) -> int:
     """Return the line at which the surface moves most.
 
-    Parameters
-    ----------
-    velocity : SurfaceVelocity
-        Normal velocity of the faces.
-
-    Returns
-    -------
-    int
-        Index of the line with the largest area-weighted mean square normal velocity.
+    Returns index of the line with the largest area-weighted mean square normal velocity.
     """
     power = (np.abs(velocity.normal_velocity) ** 2) @ velocity.surface.areas
     return int(np.argmax(np.where(velocity.frequency > 0.0, power, -1.0)))
@@ -63,18 +55,8 @@ def rendered_surface(
 ) -> np.ndarray | None:
     """Return the picture for `surface_velocity`, rendered in a process of its own.
 
-    Parameters
-    ----------
-    velocity, line, dynamic_range, elevation, azimuth
-        As in `surface_velocity`.
+    Returns (height, width, 3) of uint8 or None: picture; None if this machine cannot render off screen.
 
-    Returns
-    -------
-    (height, width, 3) array of uint8 or None
-        Picture; None if this machine cannot render off screen.
-
-    Notes
-    -----
     No figure is used: a thread may wait for the picture while others are drawn.
     """
     view = _view(velocity, strongest_line(velocity) if line is None else line, dynamic_range, elevation, azimuth)

@@ -16,20 +16,7 @@ from nvhchain.report.page.tradeoff import tradeoff_sections
 def write_page(folder: str | Path) -> Path:
     """Write `report.html` to the folder of a run, comparison or trade-off.
 
-    Parameters
-    ----------
-    folder : str or Path
-        Folder that `run`, `compare` or `tradeoff` filled, completely or in part.
-
-    Returns
-    -------
-    Path
-        Path of the page.
-
-    Raises
-    ------
-    InputError
-        If the folder holds no results, or unreadable ones.
+    folder: folder that `run`, `compare` or `tradeoff` filled, completely or in part.
     """
     from nvhchain.report.page._jinja import rendered  # jinja2 and plotly are imported for pages only
 

@@ -16,24 +16,7 @@ SECTIONS = (answer, search, slopes, scatter, indices, designs, effects, refused)
 
 
 def write_study_page(study: Study, rows: Sequence[Row], lines: Sequence[str], out: str | Path) -> Path:
-    """Write report.html of a study.
-
-    Parameters
-    ----------
-    study : Study
-        Study.
-    rows : sequence of Row
-        Rows of `run_study`.
-    lines : sequence of str
-        Lines that sum it up.
-    out : str or Path
-        Folder.
-
-    Returns
-    -------
-    Path
-        Page.
-    """
+    """Write report.html of a study."""
     from nvhchain.report.page._jinja import rendered  # jinja2 and plotly are imported for pages only
 
     results = Results(study, tuple(rows), tuple(lines))

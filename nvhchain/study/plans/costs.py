@@ -46,25 +46,8 @@ class Cost:
 def costs(study: Study, fidelity: Fidelity) -> list[Cost]:
     """Return the estimated cost of every step of a study.
 
-    Parameters
-    ----------
-    study : Study
-        Study.
-    fidelity : Fidelity
-        Fidelity of its runs.
+    Returns steps in the order of a run. Each design counts with the seconds of the base case.
 
-    Returns
-    -------
-    list of Cost
-        Steps in the order of a run. Each design counts with the seconds of the base case.
-
-    Raises
-    ------
-    InputError
-        If the base case cannot be read.
-
-    Notes
-    -----
     Searches and slopes choose their designs by results: every run counts as a different one. Parts of a mesh law that
     designs share, such as finite elements of a gear, are not subtracted.
     """

@@ -23,21 +23,8 @@ Design = dict[str, Any]
 def list_designs(study: Study) -> list[Design]:
     """Return the designs of a study in the order of its plan; those of `optimise` and `gradient` follow from results.
 
-    Parameters
-    ----------
-    study : Study
-        Study.
-
-    Returns
-    -------
-    list of dict
-        Parameter → value. Designs of `sensitivity` are the matrices A, B and, for every parameter, A with its values
-        from B, one after the other.
-
-    Raises
-    ------
-    InputError
-        If there are more designs than the study permits.
+    Returns parameter → value. Designs of `sensitivity` are the matrices A, B and, for every parameter, A with its
+    values from B, one after the other.
     """
     count_designs(study)
     names = [parameter.name for parameter in study.parameters]
@@ -56,20 +43,7 @@ def list_designs(study: Study) -> list[Design]:
 def count_designs(study: Study) -> int:
     """Return the number of designs of a plan, each draw of a search for itself; the largest number of a gradient.
 
-    Parameters
-    ----------
-    study : Study
-        Study.
-
-    Returns
-    -------
-    int
-        Number of designs.
-
-    Raises
-    ------
-    InputError
-        If there are more designs than the study permits.
+    Returns number of designs.
     """
     count = study.designs
     if study.plan == "grid":

@@ -57,17 +57,8 @@ class Slope:
 def walk_gradient(study: Study, evaluate: Evaluate) -> list[Row]:
     """Evaluate the middle of all ranges, and both sides of it for one parameter after the other.
 
-    Parameters
-    ----------
-    study : Study
-        Study with plan `gradient`.
-    evaluate : callable
-        Function that runs numbered designs.
-
-    Returns
-    -------
-    list of Row
-        Rows; steps of a parameter halve until the slopes of the level are close or their error grows.
+    evaluate: function that runs numbered designs.
+    Returns rows; steps of a parameter halve until the slopes of the level are close or their error grows.
     """
     middle = {parameter.name: _middle(parameter) for parameter in study.parameters}
     rows = evaluate([(0, middle)])
@@ -99,25 +90,8 @@ def walk_gradient(study: Study, evaluate: Evaluate) -> list[Row]:
 def slopes(study: Study, rows: Sequence[Row]) -> list[Slope]:
     """Return the slopes of all responses in all parameters, at every operating point.
 
-    Parameters
-    ----------
-    study : Study
-        Study with plan `gradient`.
-    rows : sequence of Row
-        Rows of `run_study`.
+    Returns slopes by parameter, operating point and response.
 
-    Returns
-    -------
-    list of Slope
-        Slopes by parameter, operating point and response.
-
-    Raises
-    ------
-    InputError
-        If the plan is another one.
-
-    Notes
-    -----
     Difference quotients of steps h, h/2, … are extrapolated by Neville's scheme in h² (Ridders, Adv. Eng. Softw. 4
     (1982) 75). The error is the smallest change between neighbours of the scheme. Limits are those of the widest
     difference, in which errors of shared operators cancel, divided by its step.

@@ -69,15 +69,7 @@ class Score:
 def draws_of(goal: Goal | None) -> list[Design]:
     """Return the values of the tolerances of every draw, the same for all designs.
 
-    Parameters
-    ----------
-    goal : Goal, optional
-        Goal; one empty draw without it, or without tolerances.
-
-    Returns
-    -------
-    list of dict
-        Tolerance → value.
+    goal: goal; one empty draw without it, or without tolerances.
     """
     if goal is None or not goal.scatter:
         return [{}]
@@ -88,17 +80,7 @@ def draws_of(goal: Goal | None) -> list[Design]:
 def scores(study: Study, rows: Sequence[Row]) -> list[Score]:
     """Return the score of every design of a search.
 
-    Parameters
-    ----------
-    study : Study
-        Study with a goal.
-    rows : sequence of Row
-        Rows of `run_study`.
-
-    Returns
-    -------
-    list of Score
-        Scores in the order of the designs. One without the response of the goal or a target counts as refused.
+    Returns scores in the order of the designs. One without the response of the goal or a target counts as refused.
     """
     assert study.goal is not None
     found = []
@@ -128,20 +110,7 @@ def _counted(study: Study) -> tuple[str, ...]:
 
 
 def best_score(study: Study, rows: Sequence[Row]) -> Score | None:
-    """Return the score with the smallest response among those that meet the targets; None without one.
-
-    Parameters
-    ----------
-    study : Study
-        Study with a goal.
-    rows : sequence of Row
-        Rows of `run_study`.
-
-    Returns
-    -------
-    Score or None
-        Best score.
-    """
+    """Return the score with the smallest response among those that meet the targets; None without one."""
     assert study.goal is not None
     name = study.goal.response
     usable = [score for score in scores(study, rows) if score.excess == 0.0]
@@ -160,22 +129,10 @@ def _included(rows: Sequence[Row], name: str, percent: float) -> float:
 def search(study: Study, case: Case, evaluate: Evaluate) -> list[Row]:
     """Evaluate designs until the number of the study is reached or the search has converged.
 
-    Parameters
-    ----------
-    study : Study
-        Study with plan `optimise`.
-    case : Case
-        Base case, whose values are those of design 0.
-    evaluate : callable
-        Function that runs numbered designs.
+    case: base case, whose values are those of design 0.
+    evaluate: function that runs numbered designs.
+    Returns rows of all designs, in the order of the search.
 
-    Returns
-    -------
-    list of Row
-        Rows of all designs, in the order of the search.
-
-    Notes
-    -----
     Storn and Price's differential evolution starts at points of low discrepancy and the base case; generations are run
     as a whole, so that workers change nothing. Nelder and Mead's simplex goes on from the best design. A design that
     misses a target is worse than any that meets them (rules of Deb). The same seed repeats the search: with the rows of

@@ -16,25 +16,7 @@ MOST_ELEMENTS = 3_000_000
 
 
 def parse_xml(data: bytes, path: str) -> Element:
-    """Return the root element.
-
-    Parameters
-    ----------
-    data : bytes
-        Contents of the file.
-    path : str
-        Name of the file, for messages.
-
-    Returns
-    -------
-    Element
-        Root; names come without their namespace.
-
-    Raises
-    ------
-    FileFormatError
-        For truncated or damaged XML, a document type (with which entities come) and absurd nesting.
-    """
+    """Return the root element."""
     builder, depth, count = TreeBuilder(), 0, 0
 
     def refused(*_: Any) -> int:

@@ -160,13 +160,7 @@ def check_size(count: int, what: str, path: str) -> None:
 
 
 def whole(text: Any, what: str, path: str) -> int:
-    """Return an identifier as a whole number.
-
-    Raises
-    ------
-    FileFormatError
-        If it is none.
-    """
+    """Return an identifier as a whole number."""
     try:
         return int(str(text).strip())
     except ValueError:

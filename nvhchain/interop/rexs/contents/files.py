@@ -39,20 +39,8 @@ _KEYS = ("id", "unit")
 def read_document(path: str | Path) -> Document:
     """Read a REXS file.
 
-    Parameters
-    ----------
-    path : str or Path
-        XML, JSON or ZIP, found by its contents.
-
-    Returns
-    -------
-    Document
-        Components, relations and load cases, with the names of REXS 2.0.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, is damaged, too large, or no REXS of version 1 or 2.
+    path: XML, JSON or ZIP, found by its contents.
+    Returns components, relations and load cases, with the names of REXS 2.0.
     """
     name = str(path)
     try:

@@ -49,15 +49,7 @@ class Findings:
     mistakes: list[str] = field(default_factory=list)
 
     def add(self, kind: Kind, part: str, quantity: str, value: str, source: str = "") -> None:
-        """Add a line, once.
-
-        Parameters
-        ----------
-        kind : str
-            Kind of the line.
-        part, quantity, value, source : str
-            As in `Finding`.
-        """
+        """Add a line, once."""
         line = Finding(kind, part, quantity, value, source)
         if line not in self.lines:
             self.lines.append(line)
@@ -65,25 +57,11 @@ class Findings:
     def select(self, kind: Kind) -> list[Finding]:
         """Return the lines of one kind.
 
-        Parameters
-        ----------
-        kind : str
-            Kind of the lines.
-
-        Returns
-        -------
-        list of Finding
-            Lines in the order of reading.
+        Returns lines in the order of reading.
         """
         return [line for line in self.lines if line.kind == kind]
 
     def refuse(self, mistake: str) -> None:
-        """Add a mistake, once.
-
-        Parameters
-        ----------
-        mistake : str
-            Text with value, limit and remedy.
-        """
+        """Add a mistake, once."""
         if mistake not in self.mistakes:
             self.mistakes.append(mistake)

@@ -60,19 +60,8 @@ def component_name(name: str) -> str:
 def attribute_name(name: str, component: str, version: tuple[int, int]) -> str:
     """Return the name of an attribute in REXS 2.0.
 
-    Parameters
-    ----------
-    name : str
-        Name in the file.
-    component : str
-        Component by its name in 2.0.
-    version : tuple of 2 int
-        Version of the file.
-
-    Returns
-    -------
-    str
-        Name; unknown ones are returned as they are.
+    component: component by its name in 2.0.
+    Returns name; unknown ones are returned as they are.
     """
     if component.startswith("rolling_bearing_with") and version < (1, 1):
         name = _BEARING.get(name, name)

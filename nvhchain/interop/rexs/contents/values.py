@@ -46,19 +46,8 @@ class Values:
     def number(self, name: str, unit: str = "", *, low: float = -1e30, high: float = 1e30) -> float | None:
         """Return a number in SI units, or None where it is missing or wrong.
 
-        Parameters
-        ----------
-        name : str
-            Attribute.
-        unit : str
-            SI unit that it must have.
-        low, high : float
-            Limits (SI); a value outside is a mistake.
-
-        Returns
-        -------
-        float or None
-            Value.
+        unit: SI unit that it must have.
+        low, high: limits (SI); a value outside is a mistake.
         """
         if name not in self:
             return None
@@ -83,17 +72,7 @@ class Values:
     def vector(self, name: str, unit: str = "") -> list[float] | None:
         """Return an array of numbers in SI units, or None where it is missing or wrong.
 
-        Parameters
-        ----------
-        name : str
-            Attribute.
-        unit : str
-            SI unit.
-
-        Returns
-        -------
-        list of float or None
-            Values.
+        unit: SI unit.
         """
         if name not in self:
             return None
@@ -110,34 +89,12 @@ class Values:
         return [factor * value for value in values if value is not None]
 
     def text(self, name: str) -> str:
-        """Return a text or choice; empty where it is missing.
-
-        Parameters
-        ----------
-        name : str
-            Attribute.
-
-        Returns
-        -------
-        str
-            Text.
-        """
+        """Return a text or choice; empty where it is missing."""
         value = str(self._attributes[name].value) if name in self else ""
         return VALUES.get(value, value)
 
     def flag(self, name: str) -> bool | None:
-        """Return a flag, or None where it is missing.
-
-        Parameters
-        ----------
-        name : str
-            Attribute.
-
-        Returns
-        -------
-        bool or None
-            Flag.
-        """
+        """Return a flag, or None where it is missing."""
         value = self.text(name).strip().lower()
         return {"true": True, "1": True, "false": False, "0": False}.get(value)
 

@@ -46,24 +46,7 @@ class Draft:
 def write_draft(draft: Draft, path: Path, *, application: str, application_version: str, date: str) -> Path:
     """Write a file, whole or not at all.
 
-    Parameters
-    ----------
-    draft : Draft
-        Contents.
-    path : Path
-        File (.rexs).
-    application, application_version, date : str
-        Program, its version, and the time of writing (ISO 8601).
-
-    Returns
-    -------
-    Path
-        File.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written there.
+    application, application_version, date: program, its version, and the time of writing (ISO 8601).
     """
     root = Element(
         "model",

@@ -56,8 +56,6 @@ def blocks(stored: Stored) -> list[Any]:
 def order_forces(forces: BearingForces, order: float, speeds: FloatArray) -> ComplexArray:
     """Return the peak amplitude (n_speed, n_bearing, 3) N of an order of the input at speeds (rad/s).
 
-    Notes
-    -----
     F = 2 ∫ w x exp(−j order θ) dθ / ∫ w dθ over `TURNS` turns about each speed, with a Hann window w in the angle θ of
     the input and x without its mean.
     """

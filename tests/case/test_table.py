@@ -108,3 +108,13 @@ def test_parts_that_are_unknown_are_reported_at_once(tmp_path, request):
     (tmp_path / "case.toml").write_text(text)
     with pytest.raises(InputError, match=r"bearing A2: shaft 'C' is unknown; .*stage stage: wheel 'big' is unknown"):
         load_case(tmp_path / "case.toml")
+
+
+def test_a_former_name_of_a_field_is_read():
+    @dataclass(frozen=True)
+    class Body:
+        mounting_plane: float = 0.0
+
+    assert build(Body, {"engine_plane": 2.0}, "housing").mounting_plane == 2.0
+    with pytest.raises(InputError, match="given twice"):
+        build(Body, {"engine_plane": 2.0, "mounting_plane": 3.0}, "housing")

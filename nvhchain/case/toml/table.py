@@ -20,6 +20,9 @@ from nvhchain.names import LONGEST
 
 T = TypeVar("T")
 
+_FORMER = {"engine_plane": "mounting_plane"}
+"""Former name of a field → its name; files with the former one are read."""
+
 
 def build(cls: type[T], table: Any, path: str) -> T:
     """Make a `cls` from `table`; `path` names the table in messages.
@@ -117,6 +120,7 @@ def convert(hint: Any, raw: Any, place: str, factor: float = 1.0) -> Any:
 
 def _split_unit(key: str, fields: Mapping[str, Any]) -> tuple[str, str | None]:
     """Name and unit of a key."""
+    key = _FORMER.get(key, key) if key not in fields else key
     for unit in UNITS if key not in fields else ():
         if key.endswith(f"_{unit}"):
             return key.removesuffix(f"_{unit}"), unit

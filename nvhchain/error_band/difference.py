@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 from math import erf, sqrt
 
 import numpy as np
@@ -25,28 +26,43 @@ def difference_limits(first: ErrorBand, second: ErrorBand, shared: Collection[st
 
     A line l has the share a_l of the first energy and b_l of the second. A shared relative error ε_l changes the
     difference by 20 lg(e) (b_l − a_l) ε_l. Changes of the lines of a source add up; those of `housing` add in
-    quadrature, as in `ErrorBand.overall`. Other sources change both levels independently. All sources add in
-    quadrature, times `COVERAGE`.
+    quadrature, as in `ErrorBand.overall`. Other sources change both levels independently. Sources add in quadrature,
+    times `COVERAGE`. An error may lower a level by more than it may raise it: the difference is least where the second
+    level falls and the first one rises. These two changes and that of all shared errors add in quadrature, in dB.
     """
     require(
         first.amplitude.shape[1] == second.amplitude.shape[1],
         f"bands have {first.amplitude.shape[1]} and {second.amplitude.shape[1]} places: give those of the same places",
     )
     lines = np.union1d(first.frequency, second.frequency)
-    change = np.zeros(first.amplitude.shape[1])
+    shift, fixed = np.zeros(first.amplitude.shape[1]), list[str]()
     for name in dict.fromkeys([*first.sources, *second.sources]):
         before, after = _energy_changes(first, name, lines), _energy_changes(second, name, lines)
-        independent = _sum(before, name) ** 2 + _sum(after, name) ** 2
-        common = _sum(after - before, name) ** 2 if name in shared else independent
-        change += np.minimum(common, independent)
-    left = np.maximum(1.0 - COVERAGE * np.sqrt(change), 0.0)
+        common = _sum(after - before, name) ** 2
+        if name in shared and bool(np.all(common <= _sum(before, name) ** 2 + _sum(after, name) ** 2)):
+            shift += common
+            fixed.append(name)
+    (fall, rise), (falling, rising) = (_sides(_without(band, fixed)) for band in (first, second))
     with np.errstate(divide="ignore"):
-        one_side = -20.0 * np.log10(left)
+        both = -20.0 * np.log10(np.maximum(1.0 - COVERAGE * np.sqrt(shift), 0.0))
     difference = second.level - first.level
+    least = difference - np.sqrt(falling**2 + rise**2 + both**2)
+    most = difference + np.sqrt(rising**2 + fall**2 + both**2)
     before, after = first.overall, second.overall
-    least = np.maximum(difference - one_side, after[:, 0] - before[:, 1])
-    most = np.minimum(difference + one_side, after[:, 1] - before[:, 0])
-    return np.stack([least, most], axis=1)
+    return np.stack(
+        [np.maximum(least, after[:, 0] - before[:, 1]), np.minimum(most, after[:, 1] - before[:, 0])], axis=1
+    )
+
+
+def _without(band: ErrorBand, sources: Collection[str]) -> ErrorBand:
+    """Return the band without the errors of `sources`."""
+    return replace(band, sources={name: error for name, error in band.sources.items() if name not in sources})
+
+
+def _sides(band: ErrorBand) -> tuple[FloatArray, FloatArray]:
+    """Return how far (n_place,) the overall level may fall and rise, dB."""
+    low, high = band.overall.T
+    return band.level - low, high - band.level
 
 
 def _energy_changes(band: ErrorBand, name: str, lines: FloatArray) -> FloatArray:

@@ -207,7 +207,14 @@ def force_sources(
     floor = fidelity.dynamics.settle_level * size.max(axis=0)
     gear = {}
     if not origin.laws_are_exact:
-        gear["gear"] = force_error(case, laws, fidelity.gear, float(orders[-1])).relative(orders, width)[:, None]
+        stated = force_error(case, laws, fidelity.gear, float(orders[-1]))
+        spectrum = origin.force_spectrum
+        if spectrum is None or not turns or np.any(width):
+            gear["gear"] = stated.relative(orders, width)[:, None]
+        else:
+            force = np.linalg.norm(_forces_at_lines(spectrum, lines).force, axis=(1, 2))
+            reach = float(max(case.mesh_orders.values()))
+            gear["gear"] = stated.relative_of(orders, force, reach)[:, None]
     return gear | {
         "time step": step_error(lines, fidelity.dynamics.time_step),
         "settling": floor / np.where(size > 0, size, 1.0),

@@ -24,6 +24,18 @@ MOST_SHARE = 0.5
 SAME = 0.03
 """Relative change of a mode's pressure below which its phase counts."""
 
+KNOBS = {
+    "gear": "gear",
+    "housing": "housing",
+    "modes left out": "housing",
+    "surface mesh": "acoustics",
+    "quadrature": "acoustics",
+    "masters": "acoustics",
+    "time step": "dynamics",
+    "settling": "dynamics",
+}
+"""Source of numerical error → part of the fidelity whose knobs decide it."""
+
 SILENCE = -100.0
 """Level (dB) at and below which a line counts as silent."""
 
@@ -75,8 +87,10 @@ def _overall(name: str, other: Mapping[str, Any], base: str, first: Mapping[str,
     word = "louder" if difference > 0 else "quieter"
     if difference < 0:
         least, most = -most, -least
-    limits = f"limits {_number(least)}…{_number(most)} dB{how}"
-    decided = "" if least > 0 else "; within these limits either may be the louder"
+    limits = f"limits {_interval(least, most)}{how}"
+    decided = (
+        "" if least > 0 else f"; within these limits either may be the louder{_remedy((base, first), (name, other))}"
+    )
     speeds = {round(float(of.get("input_speed_rpm") or 0.0), 3) for of in (other, first)}
     speed = f" and {speeds.pop():g} rpm" if len(speeds) == 1 and "over_speed" not in other and any(speeds) else ""
     return f"{name} is {abs(difference):.1f} dB {word} than {base} at {point}{speed} ({limits}){decided}"
@@ -248,6 +262,37 @@ def _signed(value: float) -> str:
 
 
 def _number(value: float) -> str:
-    if abs(value) == inf:
-        return "−∞" if value < 0 else "∞"
     return f"{value:.1f}".replace("-", "−")
+
+
+def _interval(least: float, most: float) -> str:
+    """Return limits (dB) as text; an infinite one is named as missing."""
+    if -inf < least and most < inf:
+        return f"{_number(least)}…{_number(most)} dB"
+    if most < inf:
+        return f"at most {_number(most)} dB, no lower limit"
+    return f"at least {_number(least)} dB, no upper limit" if least > -inf else "none"
+
+
+def _remedy(*configurations: tuple[str, Mapping[str, Any]]) -> str:
+    """Return which knobs narrow the widest limits; empty without parts of limits."""
+    parts = [
+        (_width(of), part["share"], part["source"], name)
+        for name, of in configurations
+        for part in of.get("limit_parts", [])[:1]
+    ]
+    if not parts:
+        return ""
+    _, _, source, name = max(parts)
+    if source not in KNOBS:
+        return ""
+    return (
+        f"; a finer --fidelity or finer knobs of fidelity.{KNOBS[source]} narrow them most ({source} of {name}), "
+        "`plan` lists the seconds"
+    )
+
+
+def _width(configuration: Mapping[str, Any]) -> float:
+    """Return the width (dB) of the limits of the overall level."""
+    lower, upper = _ends(configuration.get("error_band_dBA", (None, None)))
+    return upper - lower

@@ -41,10 +41,10 @@ def test_a_shared_error_counts_by_the_change_of_the_shares():
 
 def test_independent_errors_add_in_quadrature():
     first, second = band([1.0, 0.0], gear=[0.03, 0.0]), band([1.0, 0.0], gear=[0.04, 0.0])
-    limits = difference_limits(first, second, SHARED)
-    low, _ = limits[0]
-    # the upper limit is that of both levels added, which is lower than −20 lg(1 − 0.1)
-    assert low == pytest.approx(20 * np.log10(1 - COVERAGE * 0.05), rel=0.02)
+    low, high = difference_limits(first, second, SHARED)[0]
+    fall, rise = (20 * np.log10(np.abs(1 + sign * COVERAGE * np.array([0.03, 0.04]))) for sign in (-1, 1))
+    assert low == pytest.approx(-np.hypot(rise[0], fall[1]))
+    assert high == pytest.approx(np.hypot(fall[0], rise[1]))
 
 
 def test_a_shared_error_of_quite_different_spectra_widens_no_more_than_independent_ones():

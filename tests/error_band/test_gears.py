@@ -8,7 +8,7 @@ import pytest
 
 import nvhchain as nvh
 from nvhchain.error_band import COVERAGE
-from nvhchain.error_band.gears import AMPLIFICATION, SLICE_ERROR, UNKNOWN, folded, force_error, law_error
+from nvhchain.error_band.gears import AMPLIFICATION, FED_MARGIN, SLICE_ERROR, UNKNOWN, folded, force_error, law_error
 from nvhchain.fidelity import DRAFT, REFERENCE, STANDARD
 from nvhchain.testing.hand_offs import mesh_law
 
@@ -41,6 +41,25 @@ def test_sidebands_of_two_stages_are_known_as_well_as_their_mesh_harmonics():
     assert beside == pytest.approx(np.hypot(own, other), rel=0.1)
 
 
+def test_sidebands_of_a_resonant_line_err_as_that_line_and_not_as_their_own_tiny_excitation():
+    """Line 100 at a resonance feeds 98 through the modulation at order 2; a sideband as quiet as its own excitation
+    gains nothing."""
+    harmonics, errors = np.zeros(51), np.zeros(51)
+    harmonics[[0, 1, 49, 50]], errors[[1, 49, 50]] = (1.0, 1e-2, 1e-9, 1e-4), (1e-4, 1e-5, 5e-6)
+    made, orders = folded([(Fraction(2), harmonics, errors)], 100.0), np.array([98.0, 100.0])
+    alone = made.relative(orders)
+    assert alone[0] > 2.0
+    own, other = made.relative(np.array([2.0]))[0], alone[1]
+    loud = made.relative_of(orders, np.array([0.5, 1.0]), 20.0)
+    assert loud[1] == alone[1]
+    floor = FED_MARGIN * alone[0] * np.sqrt(made.power[49] / made.power[50]) / 0.5
+    assert loud[0] == pytest.approx(np.sqrt(own**2 + other**2 + floor**2), rel=1e-4)
+    assert loud[0] < alone[0]
+    quiet = np.array([np.sqrt(made.power[49] / made.power[50]), 1.0])
+    assert made.relative_of(orders, quiet, 20.0) == pytest.approx(alone)
+    assert made.relative_of(orders, np.array([0.5, 1.0]), 1.0) == pytest.approx(alone)
+
+
 def test_analytic_gear_bodies_leave_all_of_the_mesh_harmonics_open(case):
     """Of the first one all; of a third one of a tenth of it, three times as much as there is."""
     rigid, laws = replace(DRAFT.gear, bodies="analytic"), [mesh_law([1e-6, 0.0, 1e-7])]
@@ -67,12 +86,13 @@ def test_slices_err_with_the_square_of_the_overlap_and_spur_gears_not_at_all(cas
 
 
 def test_every_second_angle_of_a_law_tells_what_its_angles_leave_open(case):
-    """64 angles in a mesh: the 30th harmonic lies on the second one where every other angle is left out."""
+    """64 angles in a mesh: the 30th harmonic lies on the second one where every other angle is left out, and the 62nd
+    one, (30/62)² of it at kinks, where none is."""
     amplitudes = np.zeros(30)
     amplitudes[[0, 1, 29]] = 1e-6, 1e-7, 1e-8
     second = force_error(case, [mesh_law(amplitudes)], REFERENCE.gear, 80.0).relative(np.array([40.0]))[0]
     without = force_error(case, [mesh_law(amplitudes[:2])], REFERENCE.gear, 80.0).relative(np.array([40.0]))[0]
-    assert np.sqrt(second**2 - without**2) == pytest.approx(AMPLIFICATION * 0.25 * 0.1, rel=0.05)
+    assert np.sqrt(second**2 - without**2) == pytest.approx(AMPLIFICATION * (30 / 62) ** 2 * 0.1, rel=0.02)
 
 
 def test_harmonics_beyond_half_the_angles_of_a_law_are_unknown_and_those_it_holds_as_well_known_as_before(case):

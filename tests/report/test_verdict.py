@@ -42,7 +42,7 @@ def test_limits_of_the_difference_itself_are_taken_where_the_summary_has_them():
         "slotted is 6.0 dB louder than solid at microphone (limits 5.5…6.5 dB)"
     )
     assert verdict(summary(slotted=second, solid=first | {"difference_limits_db": [-6.5, None]}))[0] == (
-        "solid is 6.0 dB quieter than slotted at microphone (limits −∞…6.5 dB)"
+        "solid is 6.0 dB quieter than slotted at microphone (limits at most 6.5 dB, no lower limit)"
         "; within these limits either may be the louder"
     )
 
@@ -50,8 +50,18 @@ def test_limits_of_the_difference_itself_are_taken_where_the_summary_has_them():
 def test_limits_that_cross_zero_decide_nothing():
     first, second = configuration({1: 60.0}, [None, 63.0]), configuration({1: 62.0}, [59.0, 64.0])
     assert verdict(summary(a=first, b=second))[0].endswith(
-        "(limits −4.0…∞ dB if the errors of both levels add up); within these limits either may be the louder"
+        "(limits at least −4.0 dB, no upper limit if the errors of both levels add up); "
+        "within these limits either may be the louder"
     )
+
+
+def test_an_undecided_comparison_names_the_knobs_that_narrow_the_widest_limits():
+    first, second = configuration({1: 60.0}, [58.0, 61.0]), configuration({1: 61.0}, [None, 66.0])
+    parts = [[{"source": source, "share": 0.8, "frequency_hz": 1000.0}] for source in ("housing", "gear")]
+    first, second = (of | {"limit_parts": part} for of, part in zip((first, second), parts, strict=True))
+    (sentence, *_) = verdict(summary(a=first, b=second))
+    assert sentence.endswith("finer knobs of fidelity.gear narrow them most (gear of b), `plan` lists the seconds")
+    assert "∞" not in sentence
 
 
 def test_lines_that_make_the_difference_are_named_with_their_weighted_levels_and_shares():

@@ -21,11 +21,10 @@ from nvhchain.fidelity import GearFidelity
 from nvhchain.gear import GearGeometry, quasi_static_transmission_error
 from nvhchain.handoff import FloatArray, MeshLaw
 
-LAYER_ERROR, SLICE_ERROR, ANGLE_ERROR, PATTERN_ERROR = 3e-4, 4.0, 2.5e-4, 0.7
+LAYER_ERROR, SLICE_ERROR, ANGLE_ERROR, PATTERN_ERROR = 1.2e-3, 4.0, 2.5e-4, 0.7
 """Errors of the mesh harmonics of a transmission error over the strongest of them (docs/measured/gear/gear.md).
 
-LAYER_ERROR: element layers as thick as the module; rises with the fifth power of the thickness. Chosen on differences
-of eleven laws between `draft` and `standard` (decision 0027).
+LAYER_ERROR: element layers as thick as the module; rises with the fifth power of the thickness.
 SLICE_ERROR: over the square of the overlap ratio per slice, for a sum over slices in place of the integral over a
 helical face. Harmonic n is off by (π n ε/S)²/6 of its part that the face does not cancel, which falls with n². In the
 mean 3 to 4, single harmonics up to 7, for overlaps of 0.33 to 1.65 at 16 slices.

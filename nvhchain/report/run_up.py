@@ -59,7 +59,8 @@ def run_up_maps(history: PressureHistory, marks: OrderMarks, *, high: float) -> 
 
 def curves_of(maps: Mapping[str, tuple[Waterfall, Waterfall]], marks: OrderMarks) -> dict[str, list[Curve]]:
     """Return the curves over speed from the maps against frequency and order."""
-    orders = _at_harmonics(main_orders([of for _, of in maps.values()]), marks)
+    in_order = [of for _, of in maps.values()]
+    orders = _at_harmonics(main_orders(in_order), in_order[0].axis, marks)
     return {
         name: [_overall(in_frequency), *_cuts(in_orders, orders, marks)]
         for name, (in_frequency, in_orders) in maps.items()
@@ -86,13 +87,14 @@ def main_orders(maps: Sequence[Waterfall]) -> list[float]:
     return sorted(found)
 
 
-def _at_harmonics(orders: Sequence[float], marks: OrderMarks) -> list[float]:
-    """Return orders in which those within the resolution of a mesh harmonic are this harmonic."""
+def _at_harmonics(orders: Sequence[float], axis: FloatArray, marks: OrderMarks) -> list[float]:
+    """Return orders in which those within the resolution of a mesh harmonic are this harmonic, if it is a line."""
     found = set()
     for order in orders:
         harmonics = [max(round(order / mesh), 1) * mesh for mesh in marks.mesh.values()]
         nearest = min(harmonics, key=lambda harmonic: abs(harmonic - order), default=order)
-        found.add(nearest if abs(nearest - order) <= ORDER_RESOLUTION else order)
+        is_line = np.abs(axis - nearest).min() < 1e-6 * nearest
+        found.add(nearest if is_line and abs(nearest - order) <= ORDER_RESOLUTION else order)
     return sorted(found)
 
 

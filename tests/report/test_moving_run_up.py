@@ -5,6 +5,9 @@ import pytest
 
 from nvhchain.handoff import BearingForces, ForceSpectrum
 from nvhchain.housing import respond
+from nvhchain.plots import OrderMarks
+from nvhchain.report import run_up
+from nvhchain.report.page.sections.speed import moving_housing
 from nvhchain.report.page.sections.speed.moving_housing import _motion, order_forces
 from nvhchain.testing import ball_with_modes
 
@@ -35,3 +38,18 @@ def test_motion_is_the_response_to_that_force_at_its_frequency(forces):
     steady[0, 0, 0] = 2.0
     alone = respond(housing, ForceSpectrum([37 * 100 / (2 * np.pi)], steady, forces.names)).normal_velocity[0]
     assert np.abs(moved[2]) == pytest.approx(np.abs(alone), rel=5e-3)
+
+
+def test_a_harmonic_between_the_lines_of_a_short_record_leaves_the_loudest_line():
+    marks = OrderMarks(mesh={"stage": 22.0}, slots={})
+    lines = np.arange(300) * (4.0 / 15.0)  # 66 lies between two of them
+    loud = float(lines[247])
+    assert run_up._at_harmonics([loud], lines, marks) == [loud]
+    assert run_up._at_harmonics([79.9], np.arange(1000) * 0.1, OrderMarks(mesh={"stage": 20.0}, slots={})) == [80.0]
+
+
+def test_a_record_of_nearly_constant_speed_has_no_slider_over_speed():
+    time = np.linspace(0.0, 1.0, 200)
+    speed = 180.0 * (1.0 + 0.02 * np.sin(2 * np.pi * 30.0 * time))
+    forces = BearingForces(time, np.zeros((200, 1, 3)), ("a",), np.zeros((1, 3)), speed)
+    assert moving_housing._places({"one": []}, [forces], 1000.0) == []

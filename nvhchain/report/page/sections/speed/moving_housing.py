@@ -89,6 +89,8 @@ def _places(cuts: dict[str, list[Curve]], forces: list[BearingForces], highest: 
     """Return order and speed (rad/s) of every place of the slider."""
     slow = max(float(of.input_speed.min()) for of in forces)
     fast = min(float(of.input_speed.max()) for of in forces)
+    if fast < 1.1 * slow:  # a record of a fluctuating speed, not a run-up
+        return []
     speeds = np.linspace(max(slow, 0.05 * fast), fast, SPEEDS + 2)[1:-1]
     first = next(iter(cuts.values()))
     loud = {

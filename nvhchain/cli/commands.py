@@ -419,12 +419,13 @@ def plan(options: argparse.Namespace) -> int:
     case = _case(options)
     fidelity = _fidelity(options, [case])
     check_knobs(case, fidelity)
+    planned = plan(case, fidelity=fidelity)
     out, compared = _out(options, case), Path(options.out or "out")
     operators = out
     if (out / OPERATORS).is_dir() or (not out.is_dir() and (compared / OPERATORS).is_dir()):  # of `compare`
         out, operators = compared / case.name, compared / OPERATORS
     cached = cached_results(case, fidelity=fidelity, out=out, operators=operators)
-    planned = replace(plan(case, fidelity=fidelity), cached=frozenset(cached))
+    planned = replace(planned, cached=frozenset(cached))
     options.answer = plan_answer(planned)
     show(planned)
     return 0

@@ -93,7 +93,7 @@ def test_measured_flanks_are_read_from_a_table(case_file: Path, tmp_path: Path) 
     [
         ("gears.pinion.deviations.tolerance_class = 12", "tolerance class 12 is not a whole number of 1…11"),
         ("gears.pinion.deviations.run_out_mum = 3", "is no unit of 'run_out'"),
-        ("gears.pinion.deviations.runout_um = 3", "did you mean 'run_out'"),
+        ("gears.pinion.deviations.runout_um = 3", "did you mean 'run_out_um'"),
         ("gears.pinion.deviations.run_out = 12", "is beyond ±0.0005 m.*write run_out_mm = 12"),
         ("gears.pinion.deviations.pitch_um = [1, 2]", "pitch has 2 entries: give one for each of 20 teeth"),
         ("gears.pinion.deviations.used = -1", "used = -1 is outside 0…10"),

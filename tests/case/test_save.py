@@ -93,7 +93,7 @@ def test_paths_of_files_follow_the_case_into_another_folder(tmp_path):
 
 
 def test_a_case_built_in_python_by_the_page_is_the_example(tmp_path, monkeypatch):
-    page = (ROOT / "docs" / "cases.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "reference" / "cases.md").read_text(encoding="utf-8")
     script = re.search(r"```python\n(.*?)```", page.partition("## Cases in Python")[2], re.S)[1]
     names: dict = {}
     monkeypatch.chdir(tmp_path)

@@ -89,6 +89,7 @@ def test_a_child_has_the_arguments_and_the_name_that_python_gives(tmp_path):
 DELETED = """
 import os, signal, time
 from nvhchain.cli.termination import termination_interrupts
+signal.signal(signal.SIGINT, signal.default_int_handler)  # background jobs ignore it
 class Deleted:
     def __del__(self):
         os.kill(os.getpid(), signal.{name})
@@ -115,6 +116,7 @@ import os, runpy, signal, sys
 from pathlib import Path
 from numba.core.registry import cpu_target
 from nvhchain.cli import termination
+signal.signal(signal.SIGINT, signal.default_int_handler)  # background jobs ignore it
 later = []
 termination._send_again = later.append
 kernel = Path(sys.argv[1]) / "kernel.py"

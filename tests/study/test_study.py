@@ -322,7 +322,7 @@ def test_a_target_may_be_a_response_of_one_operating_point_alone(tmp_path, monke
 def test_the_command_prints_best_designs_and_writes_tables(sphere, tmp_path, capsys):
     path = written(tmp_path, RADII)
     assert main(["study", str(path), "--plan"]) == 0
-    assert "3 designs at 1 operating points, 3 runs" in capsys.readouterr().out
+    assert "3 designs at 1 operating point, 3 runs" in capsys.readouterr().out
     assert main(["study", str(path), "--out", str(tmp_path / "out")]) == 0
     said = capsys.readouterr()
     assert said.out.startswith("Lowest level: ")

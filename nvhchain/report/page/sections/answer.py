@@ -36,13 +36,13 @@ LOUDEST = 3
 """Number of lines named for a single run."""
 
 DOUBT = "; within these limits either may be the louder"
-"""End of a sentence of the verdict whose limits decide nothing."""
+"""Words of a sentence of the verdict whose limits decide nothing."""
 
 
 def blocks(stored: Stored) -> list[Any]:
     """Return the first screen, and what an unfinished run has so far."""
     sentences = verdict(stored.summary) if stored.summary.get("field_point") else []
-    doubt = any(sentence.endswith(DOUBT) for sentence in sentences)
+    doubt = any(DOUBT in sentence for sentence in sentences)
     headline = _headline(stored)
     hero = Hero(
         headline=headline,
@@ -63,8 +63,8 @@ def blocks(stored: Stored) -> list[Any]:
 
 def _shortened(sentence: str, headline: str) -> str:
     """Return a sentence of the verdict without what the screen states above it."""
-    rest = sentence.removesuffix(DOUBT).removeprefix(headline + " ")
-    return rest[0].upper() + rest[1:] if rest != sentence.removesuffix(DOUBT) else rest
+    rest = sentence.replace(DOUBT, "").removeprefix(headline + " ")
+    return rest[0].upper() + rest[1:] if rest != sentence.replace(DOUBT, "") else rest
 
 
 def _targets(stored: Stored) -> list[str]:

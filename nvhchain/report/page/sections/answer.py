@@ -163,10 +163,10 @@ def _levels(stored: Stored) -> Figure | None:
             }
         )  # fmt: skip
     rows = {"type": "category", "range": [len(heard) - 0.6, -0.8]}
-    margin = {"l": 90, "r": 16, "t": 2, "b": 40}
+    margin = {"l": 90, "r": 16, "t": 2, "b": 48}
     layout = axes("overall level / dB(A) re 20 µPa", "", yaxis=rows, margin=margin)
     caption = f"Overall levels at {stored.microphone}, with their confidence limits."
-    return Figure(caption, traces, layout, height=62 + 36 * len(heard))
+    return Figure(caption, traces, layout, height=70 + 36 * len(heard))
 
 
 def _bands(stored: Stored) -> Figure | None:

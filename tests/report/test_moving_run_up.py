@@ -52,4 +52,7 @@ def test_a_record_of_nearly_constant_speed_has_no_slider_over_speed():
     time = np.linspace(0.0, 1.0, 200)
     speed = 180.0 * (1.0 + 0.02 * np.sin(2 * np.pi * 30.0 * time))
     forces = BearingForces(time, np.zeros((200, 1, 3)), ("a",), np.zeros((1, 3)), speed)
-    assert moving_housing._places({"one": []}, [forces], 1000.0) == []
+    loud = run_up.Curve("order 20", "dB", speed, np.full(200, 60.0), 20.0)
+    assert moving_housing._places({"one": [loud]}, [forces], 1000.0) == []
+    rising = forces.replace(input_speed=np.linspace(90.0, 180.0, 200))
+    assert len(moving_housing._places({"one": [loud]}, [rising], 1000.0)) == moving_housing.SPEEDS

@@ -93,3 +93,17 @@ def test_the_cheapest_system_factorises_where_the_iteration_does_not_converge(mo
         assert np.abs(system.adjoint(rhs) - exact).max() < 1e-8 * np.abs(exact).max()
         assert (system._direct is None) == (iterations == 200)
     assert isinstance(dense_system(a, b, positions, DIRECT), DirectSystem)
+
+
+@pytest.mark.parametrize("n", [60, 600])  # in one piece, and with its rows on two threads
+def test_single_precision_holds_columns_of_any_size(monkeypatch, n):
+    monkeypatch.setattr(linear_system, "threads", lambda: 2)
+    a, b, rhs, _ = random_system(n)
+    sizes = np.array([1e-160, 0.0, 1.0, 1e160])
+    single = DirectSystem(a.astype(np.complex64), b.astype(np.complex64))
+    x = rhs * sizes
+    for found, exact in (
+        (DenseMatrix(a.astype(np.complex64)).apply(x), a @ x),
+        (single.solve(x), np.linalg.solve(a, x)),
+    ):
+        assert (np.abs(found - exact).max(axis=0) <= 1e-5 * np.abs(exact).max(axis=0)).all()

@@ -6,8 +6,8 @@ band, as walls radiate it. docs/decisions/0017-options-decide-themselves.md has 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -54,7 +54,6 @@ class LinearGearbox:
 
     case: GearboxCase
     orders: FloatArray = field(default_factory=lambda: np.zeros(0), init=False)
-    _periods: dict[tuple[int, tuple[float, float]], MeshPeriod] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
     def _gearbox(self) -> Gearbox:
@@ -80,7 +79,6 @@ class LinearGearbox:
         damping: factor on the damping of bearings and of elastic modes of shafts.
         """
         other, gearbox = LinearGearbox(self.case), self._gearbox
-        other._periods = self._periods
         other.__dict__["gear_bodies"] = self.gear_bodies
         shafts = (replace(each, modal_damping=min(0.5, damping * each.modal_damping)) for each in gearbox.shafts)
         other.__dict__["_gearbox"] = replace(
@@ -152,7 +150,7 @@ class LinearGearbox:
         ):
             solid = replace(pair, pinion=_solid(pair.pinion), wheel=_solid(pair.wheel))
             tilt = (0.0, 0.0) if tilts is None else _rounded(tilts[number])
-            period = self._period(number, solid, abs(force), tilt)
+            period = _period(tuple(getattr(solid, part.name) for part in fields(solid)), abs(force), tilt)
             stiffness = 1.0 / (1.0 / period.stiffness + self._softness[number])
             of, reach = period.distribution, max(1e-3, 3.0 * abs(force) / stiffness) * np.array([-1.0, 1.0])
             laws.append(
@@ -177,13 +175,14 @@ class LinearGearbox:
         )
         return gearbox, laws, deflections
 
-    def _period(self, stage: int, pair: GearPair, force: float, tilt: tuple[float, float]) -> MeshPeriod:
-        """Return the mesh period of a stage whose gears are tilted by its load, computed once."""
-        if (stage, tilt) not in self._periods:
-            own = pair.misalignment
-            tilted = replace(pair, misalignment=Misalignment(own.in_plane + tilt[0], own.normal + tilt[1]))
-            self._periods[stage, tilt] = gear.mesh_period(tilted, nominal_force=force, fidelity=TEETH)
-        return self._periods[stage, tilt]
+
+@lru_cache(maxsize=64)
+def _period(pair: tuple[Any, ...], force: float, tilt: tuple[float, float]) -> MeshPeriod:
+    """Return the mesh period of a pair (its fields, which compared gearboxes share) that is tilted by its load."""
+    drawn = GearPair(*pair)
+    own = drawn.misalignment
+    tilted = replace(drawn, misalignment=Misalignment(own.in_plane + tilt[0], own.normal + tilt[1]))
+    return gear.mesh_period(tilted, nominal_force=force, fidelity=TEETH)
 
 
 def _scaled(bearing: Support, stiffness: float, damping: float) -> Support:

@@ -11,7 +11,7 @@ import nvhchain as nvh
 from nvhchain import dynamics, gear
 from nvhchain.case import AUTO, DECIDABLE, PLAIN, Options
 from nvhchain.errors import InputError
-from nvhchain.scene import Scene, decided, modelled, modelled_alike
+from nvhchain.scene import Scene, decided, linear_level, modelled, modelled_alike
 from nvhchain.scene.linear_level import LinearGearbox, level_change, spectral_distance
 
 OPEN = Options()
@@ -93,6 +93,17 @@ def test_compared_cases_are_modelled_alike(small, stiff):
     stated = modelled_alike([stout, soft, replace(small, name="rigid", options=PLAIN)], nvh.DRAFT)
     assert not any(_on(decision) for decision in stated.values())
     assert stated["stiff"].options[0].asked == "rigid"
+
+
+def test_compared_gearboxes_share_the_periods_of_equal_meshes(small, stiff, monkeypatch):
+    linear_level._period.cache_clear()
+    computed, period = [], gear.mesh_period
+    monkeypatch.setattr(gear, "mesh_period", lambda pair, **given: computed.append(pair) or period(pair, **given))
+    power = LinearGearbox(small).power(PLAIN)
+    assert len(computed) == len(small.stages)
+    LinearGearbox(stiff).power(PLAIN)
+    np.testing.assert_array_equal(LinearGearbox(replace(small, name="again")).power(PLAIN), power)
+    assert len(computed) == len(small.stages)
 
 
 def test_idle_gears_and_coasting_have_no_friction(small):

@@ -60,7 +60,8 @@ class HeldBody:
         with ExitStack() as opened:
             self._factors = []
             for k in range(self._sectors // 2 + 1):
-                matrix = sum((self._phase(k, moved) * part for moved, part in parts.items()), start=0.0 * parts[0])
+                turned = (self._phase(k, moved) * part for moved, part in parts.items() if moved)
+                matrix = sum(turned, start=parts[0])
                 self._factors.append(opened.enter_context(factorize(matrix, upper=True)))
             self._opened = opened.pop_all()
 
@@ -189,7 +190,7 @@ def _assembled(
 
     own: (sector, 3 n_i) unknowns of each tooth.  blank: unknowns of the blank.  shape: (sectors, unknowns of each).
     """
-    solid, (sectors, size) = mesh.blank_solid, shape
+    solid, size = mesh.blank_solid, shape[1]
     part = cylindrical_stiffness(solid, solid.elements[mesh.sector_elements], material).tocoo()
     entries = (part.nnz + own.size * own.shape[1]) // 2
     needed, available = _ASSEMBLY_BYTES * entries, free_memory()
@@ -198,21 +199,31 @@ def _assembled(
             f"stiffness matrix of the gear body needs about {needed / 1e9:.1f} GB, {available / 1e9:.1f} GB are free: "
             "lower width_layers or transverse_refinement, or use a machine with more memory"
         )
-    teeth = [
-        (at[i], at[j], tooth.stiffness[i, j]) for at in own for i, j in [np.nonzero(at[:, None] % size <= at % size)]
-    ]
-    found: dict[int, sp.csr_matrix] = {}
-    for row, column, value in (
-        (blank[part.row], blank[part.col], part.data),
-        tuple(np.concatenate(arrays) for arrays in zip(*teeth, strict=True)),
-    ):
-        moved = np.where(
-            (row >= 0) & (column >= 0) & (row % size <= column % size), column // size - row // size, sectors
-        )
-        for turns in np.unique(moved[moved < sectors]):
-            these = moved == turns
-            places = (row[these] % size, column[these] % size)
-            added = sp.csr_matrix((value[these], places), shape=(size, size))
-            same = int(turns) % sectors
-            found[same] = found[same] + added if same in found else added
+    entries_of: dict[int, list[tuple[FloatArray, IntArray, IntArray]]] = {}
+    kept = (blank[part.row] >= 0) & (blank[part.col] >= 0)
+    _enter(entries_of, part.data[kept], blank[part.row[kept]], blank[part.col[kept]], shape)
+    for at in own:
+        i, j = np.nonzero(at[:, None] % size <= at % size)
+        _enter(entries_of, tooth.stiffness[i, j], at[i], at[j], shape)
+    found = {}
+    for turns in sorted(entries_of):
+        value, row, column = (np.concatenate(arrays) for arrays in zip(*entries_of.pop(turns), strict=True))
+        found[turns] = sp.csr_matrix((value, (row, column)), shape=(size, size))
     return found
+
+
+def _enter(
+    entries: dict[int, list[tuple[FloatArray, IntArray, IntArray]]],
+    value: FloatArray,
+    row: IntArray,
+    column: IntArray,
+    shape: tuple[int, int],
+) -> None:
+    """Append values of the upper triangle with their places, by the sectors from row to column."""
+    sectors, size = shape
+    (from_, row), (to, column) = np.divmod(row, size), np.divmod(column, size)
+    turns = np.where(row <= column, (to - from_) % sectors, sectors)
+    for moved in np.flatnonzero(np.bincount(turns.ravel(), minlength=sectors)[:sectors]):
+        these = turns == moved
+        places = row[these].astype(np.int32), column[these].astype(np.int32)
+        entries.setdefault(int(moved), []).append((value[these], *places))

@@ -20,7 +20,8 @@ def test_study_of_the_backbone_reaches_its_number(tmp_path, monkeypatch, capsys)
 
 def test_the_scripts_of_the_page_find_what_it_says():
     """Ways that differ where the pair jumps and loses contact below its resonance, sidebands, the exact backbone."""
-    scripts = re.findall(r"^```python\n(.*?)^```", (ROOT / "docs" / "howto" / "lumped.md").read_text(), re.DOTALL | re.MULTILINE)
+    page = (ROOT / "docs" / "howto" / "lumped.md").read_text(encoding="utf-8")
+    scripts = re.findall(r"^```python\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
     found: dict = {}
     for script in scripts:
         exec(script, found)

@@ -106,6 +106,19 @@ def test_compared_gearboxes_share_the_periods_of_equal_meshes(small, stiff, monk
     assert len(computed) == len(small.stages)
 
 
+def test_tilts_under_load_add_to_the_misalignment_of_the_case(small, monkeypatch):
+    linear_level._period.cache_clear()
+    linear = LinearGearbox(small)
+    (tilt,) = linear._tilts(linear._model(PLAIN))
+    tilted, period = [], gear.mesh_period
+    monkeypatch.setattr(gear, "mesh_period", lambda pair, **given: tilted.append(pair) or period(pair, **given))
+    linear.power(replace(PLAIN, loaded_misalignment=True))
+    (own,) = (pair.misalignment for pair in small.pairs)
+    assert np.abs(tilt).min() > 5e-6
+    assert (tilted[-1].misalignment.in_plane - own.in_plane) == pytest.approx(tilt[0], abs=1e-6)
+    assert (tilted[-1].misalignment.normal - own.normal) == pytest.approx(tilt[1], abs=1e-6)
+
+
 def test_idle_gears_and_coasting_have_no_friction(small):
     coasting = replace(small, options=OPEN, operation=replace(small.operation, input_torque=-60.0))
     found = {each.option: each for each in modelled(coasting, nvh.DRAFT).options}

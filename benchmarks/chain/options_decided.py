@@ -214,7 +214,7 @@ def main() -> None:
     kept = out / "options_decided.json"
     out.mkdir(parents=True, exist_ok=True)
     found = json.loads(kept.read_text()) if kept.is_file() else {}
-    warnings.simplefilter("ignore", AccuracyWarning)
+    warnings.simplefilter("ignore", AccuracyWarning)  # differences of levels are the subject here
     for name in names if names != ["table"] else ():
         found[name] = measure(name, out)
         kept.write_text(json.dumps(found, indent=1))

@@ -138,7 +138,7 @@ def _called(call: Callable[[], Any]) -> tuple[Any, str]:
     said = io.StringIO()
     try:
         with warnings.catch_warnings(), redirect_stdout(said), redirect_stderr(said):
-            warnings.simplefilter("ignore", AccuracyWarning)
+            warnings.simplefilter("ignore", AccuracyWarning)  # a damaged file may still be read, and coarse
             found = call()
     except (InputError, SolverError) as error:
         return None, one_line(str(error))

@@ -77,7 +77,7 @@ def write_meshes(folder: Path) -> None:
     bare = meshio.Mesh(POINTS, mesh.cells)
     for name, (form, options) in BY_MESHIO.items():
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+            warnings.simplefilter("ignore")  # of meshio, about formats that keep less than it holds
             meshio.write(folder / name, mesh if form[:3] in ("vtk", "vtu") else bare, file_format=form, **options)
     _write_appended(folder / "raw.vtu", raw=True)
     _write_appended(folder / "base64.vtu", raw=False)

@@ -269,9 +269,12 @@ def parser() -> argparse.ArgumentParser:
     modes.set_defaults(action=modes_command)
 
     parts = verbs.add_parser(
-        "contributions", parents=[one_case, common, use], help="find the contributions of modes and panels to the sound"
+        "contributions",
+        parents=[one_case, common, use],
+        help="find the contributions of paths, modes and panels to the sound",
     )
     parts.add_argument("--at", metavar="HZ", type=float, help="line of the bars (default: the loudest)")
+    parts.add_argument("--order", metavar="K", type=float, help="order of a run-up (default: the loudest)")
     parts.add_argument(
         "--out", metavar="DIR", type=folder, help="folder of the run and its tables (default: out/<case name>)"
     )

@@ -344,14 +344,15 @@ def gear_field(options: argparse.Namespace) -> int:
 
 
 def contributions(options: argparse.Namespace) -> int:
-    """Write tables and bars of the contributions of modes and panels."""
+    """Write tables and bars of the contributions of paths, modes and panels."""
     from nvhchain.report import contributions
 
     case = _case(options)
     given = _given(options)
     out = _out(options, case)
     fidelity = _fidelity(options, [case], given)
-    found = contributions(case, fidelity=fidelity, out=out, frequency=options.at, supplied=given, watcher=Console())
+    chosen = {"frequency": options.at, "order": options.order}
+    found = contributions(case, fidelity=fidelity, out=out, **chosen, supplied=given, watcher=Console())
     _show_each(out / f"contributions-{kind}.csv" for kind in found)
     return 0
 

@@ -50,6 +50,17 @@ class Curve:
     order: float | None = None
 
 
+def loudest(cuts: Sequence[Curve]) -> tuple[float, float]:
+    """Return the order of the cut that is loudest in dB(A), and its speed (rad/s) there."""
+    found: list[tuple[float, float, float]] = []
+    for of in cuts:
+        assert of.order is not None
+        weighted = of.level + levels.a_weighting(np.maximum(of.order * of.speed / (2 * pi), 1e-3))
+        at = int(weighted.argmax())
+        found.append((float(weighted[at]), of.order, float(of.speed[at])))
+    return max(found)[1:]
+
+
 def run_up_maps(history: PressureHistory, marks: OrderMarks, *, high: float) -> tuple[Waterfall, Waterfall]:
     """Return the waterfalls of the first field point against frequency up to `high` (Hz), and against order."""
     highest = (HARMONICS + 1) * max(marks.mesh.values(), default=20.0)

@@ -17,6 +17,7 @@ from nvhchain.files.hdf5 import write_text
 from nvhchain.gear import quasi_static_transmission_error
 from nvhchain.handoff import FieldPressure, FloatArray
 from nvhchain.report.causes.differences import causes, run_up_causes
+from nvhchain.report.causes.run_up import with_parts
 from nvhchain.report.marks import mesh_orders, order_marks, slot_orders
 from nvhchain.report.run_up import curves_of, run_up_maps, run_up_summary
 from nvhchain.report.sound.targets import judge
@@ -83,7 +84,8 @@ def _configurations(results: Mapping[str, Result]) -> dict[str, Any]:
         if first in histories and name in histories:
             both = float(found[first]["overall_dBA"]), float(found[name]["overall_dBA"])
             orders = [of.order for of in curves[name] if of.order is not None]
-            found[name]["causes"] = run_up_causes(both, (maps[first][1], maps[name][1]), orders)
+            lines = run_up_causes(both, (maps[first][1], maps[name][1]), orders)
+            found[name]["causes"] = with_parts(lines, results[first], results[name])
     return found
 
 

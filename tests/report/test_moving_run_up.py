@@ -7,8 +7,9 @@ from nvhchain.handoff import BearingForces, ForceSpectrum
 from nvhchain.housing import respond
 from nvhchain.plots import OrderMarks
 from nvhchain.report import run_up
+from nvhchain.report.causes.run_up import order_forces
 from nvhchain.report.page.sections.speed import moving_housing
-from nvhchain.report.page.sections.speed.moving_housing import _motion, order_forces
+from nvhchain.report.page.sections.speed.moving_housing import _motion
 from nvhchain.testing import ball_with_modes
 
 

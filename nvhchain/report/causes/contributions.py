@@ -1,4 +1,4 @@
-"""Contributions of modes and panels of a gearbox's housing to its sound: tables and bars."""
+"""Contributions of paths, modes and panels of a gearbox's housing to its sound: tables and bars."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from nvhchain import acoustics, chain, levels, plots
 from nvhchain.case import Cad, Case, GearboxCase
+from nvhchain.chain.result import Result
 from nvhchain.errors import InputError, require
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fem.solid_model import SolidModel
@@ -24,11 +25,14 @@ from nvhchain.housing.casting.contributions import (
     Panels,
     casting_panels,
     group_panels,
-    modal_contributions,
     panel_contributions,
 )
 from nvhchain.names import safe_names
 from nvhchain.plots.files import save
+from nvhchain.report.causes.paths import force_parts
+from nvhchain.report.causes.run_up import result_parts
+from nvhchain.report.marks import order_marks
+from nvhchain.report.run_up import curves_of, loudest, run_up_maps
 
 
 def contributions(
@@ -37,21 +41,24 @@ def contributions(
     fidelity: Fidelity = STANDARD,
     out: str | Path,
     frequency: float | None = None,
+    order: float | None = None,
     supplied: Mapping[str, Any] | None = None,
     watcher: Watcher | None = None,
 ) -> dict[str, Contributions]:
-    """Run a gearbox at constant speed and write the contributions of modes and panels to its pressure.
+    """Run a gearbox and write the contributions of paths, modes and panels to its pressure.
 
     Parameters
     ----------
     case : GearboxCase
-        Gearbox at constant speed that asks for `pressure`.
+        Gearbox that asks for `pressure`.
     fidelity : Fidelity
         Fidelity of the run.
     out : str or Path
         Folder of the run; cached results in it are used.
     frequency : float, optional
         Frequency (Hz) of the bars: the nearest line. By default the line that is loudest in dB(A).
+    order : float, optional
+        Order of the input whose parts over a run-up are written. By default the order with most A-weighted energy.
     supplied : mapping of str to hand-off, optional
         Supplied hand-offs, as for `chain.run`.
     watcher : Watcher, optional
@@ -60,7 +67,8 @@ def contributions(
     Returns
     -------
     dict of str to Contributions
-        `modes` and, where the housing has named parts, `panels`.
+        `paths`, `modes` and, at constant speed and where the housing has named parts, `panels`. The frequencies of a
+        run-up are those of the order at rising speeds.
 
     Raises
     ------
@@ -69,28 +77,40 @@ def contributions(
 
     Notes
     -----
+    A path is a bearing and a direction: its force times its noise transfer function.
     The contribution of part i is the share Re(p_i p*)/|p|². All lines and field points are in contributions-<kind>.csv.
     The bars in contributions-<kind>.png are those of one line at the first field point. The panels of a casting are its
     bosses, walls and flange; those of an imported model are its node groups.
     """
-    case = _steady_gearbox(case, fidelity)
+    case = _gearbox(case, fidelity, order)
     result = chain.run(case, fidelity=fidelity, out=out, watcher=watcher, **(supplied or {}))
-    names = ("housing", "force_spectrum", "transfer_vectors", "surface_velocity")
-    missing = [name for name in names if getattr(result, name) is None]
+    forces = "bearing_forces" if case.operation.ramp else "force_spectrum"
+    of: dict[str, Any] = {name: getattr(result, name) for name in ("housing", forces, "transfer_vectors")}
+    missing = [name for name, one in of.items() if one is None]
     require(
         not missing, f"contributions take {', '.join(missing)}, which this run did not need: do not hand in a result"
     )
-    housing, forces, vectors, velocity = (getattr(result, name) for name in names)
-    modal = acoustics.modal_transfer_vectors(vectors, housing, forces.frequency, fidelity=fidelity.acoustics)
-    found = {"modes": modal_contributions(modal, housing, forces)}
-    panels = _panels(case, velocity.surface)
-    if panels is not None:
-        radiate = partial(acoustics.radiate, vectors, fidelity=fidelity.acoustics)
-        found["panels"] = panel_contributions(velocity, panels, radiate)
-    for kind, parts in found.items():
-        write_text(
-            Path(out) / f"contributions-{kind}.csv", _table(parts, [point.name for point in case.field_points]).csv()
+    turns: float | None = None
+    if case.operation.ramp:
+        turns = _loudest_order(result) if order is None else order
+        split = result_parts(result, turns)
+    else:
+        split = force_parts(of[forces], of["housing"], of["transfer_vectors"], fidelity.acoustics)
+    if split is None:
+        raise InputError(
+            f"order {turns:g} has no speed in the band of {case.name}: give another order"
+            if turns
+            else "the housing radiates from another surface than the transfer vectors: do not hand in a result"
         )
+    found = dict(zip(("paths", "modes"), split, strict=True))
+    velocity = result.surface_velocity
+    panels = _panels(case, velocity.surface) if velocity is not None and turns is None else None
+    if panels is not None and velocity is not None:
+        radiate = partial(acoustics.radiate, of["transfer_vectors"], fidelity=fidelity.acoustics)
+        found["panels"] = panel_contributions(velocity, panels, radiate)
+    points = [point.name for point in case.field_points]
+    for kind, parts in found.items():
+        write_text(Path(out) / f"contributions-{kind}.csv", _table(parts, points, turns).csv())
         line = _line(parts, frequency)
         axes = plots.contribution_bars(
             parts.names,
@@ -102,17 +122,31 @@ def contributions(
     return found
 
 
-def _steady_gearbox(case: Case, fidelity: Fidelity) -> GearboxCase:
-    """Return the case if it is a gearbox at constant speed with pressure; else InputError."""
+def _gearbox(case: Case, fidelity: Fidelity, order: float | None) -> GearboxCase:
+    """Return the case if it is a gearbox whose pressure has parts; else InputError."""
     if not isinstance(case, GearboxCase):
         raise InputError(f"{case.name} has no housing: contributions are those of a gearbox")
-    require(case.operation.ramp is None, f"{case.name} runs up: contributions are given line by line at constant speed")
     require("pressure" in case.quantities, f"{case.name} does not ask for `pressure`, to which modes contribute")
     require(
         fidelity.acoustics.radiation != "equivalent_radiated_power",
         "the equivalent radiated power has no phase, so that no parts add up to it: choose another level of radiation",
     )
+    require(
+        order is None or case.operation.ramp is not None,
+        f"order = {order}: {case.name} has constant speed and all its lines are written: choose the bars by frequency",
+    )
+    require(order is None or order > 0, f"order = {order}: give an order of the input above 0")
     return case
+
+
+def _loudest_order(result: Result) -> float:
+    """Return the order with most A-weighted energy over a run-up."""
+    assert result.pressure_history is not None
+    marks = order_marks([result.case])
+    maps = run_up_maps(result.pressure_history, marks, high=float(result.case.band.high))  # type: ignore[union-attr]
+    cuts = [of for of in curves_of({"": maps}, marks)[""] if of.order is not None]
+    require(len(cuts) > 0, f"{result.case.name} has no loud order over its run-up: give `order`")
+    return loudest(cuts)[0]
 
 
 def _panels(case: GearboxCase, surface: Surface) -> Panels | None:
@@ -139,18 +173,20 @@ def _line(parts: Contributions, frequency: float | None) -> int:
     return int((levels.decibel(parts.total[:, 0]) + levels.a_weighting(parts.frequency)).argmax())
 
 
-def _table(parts: Contributions, points: list[str]) -> plots.Table:
-    """One row per field point and line with sound: its level and the share of every part."""
+def _table(parts: Contributions, points: list[str], order: float | None) -> plots.Table:
+    """One row per field point and line with sound: its level and the share of every part; of a run-up, the speed."""
     total, shares = parts.total, parts.shares
     rows = [
         (
             name,
+            *([] if order is None else [f"{60 * f / order:.6g}"]),
             f"{f:.6g}",
             f"{float(levels.decibel(total[line, point])):.2f}",
-            *(f"{s:.5f}" for s in shares[line, point]),
+            *(f"{s:.12g}" for s in shares[line, point]),
         )
         for point, name in enumerate(points)
         for line, f in enumerate(parts.frequency)
         if total[line, point] != 0
     ]
-    return plots.Table(("field point", "frequency / Hz", "level / dB", *parts.names), tuple(rows))
+    head = ("field point", *([] if order is None else ["input speed / rpm"]), "frequency / Hz", "level / dB")
+    return plots.Table((*head, *parts.names), tuple(rows))

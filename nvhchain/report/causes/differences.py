@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -147,24 +147,27 @@ def _order_energy(of: Waterfall, orders: Sequence[float]) -> FloatArray:
     return np.asarray(seconds @ (0.5 * np.abs(of.amplitude[:, lines]) ** 2 * gain) / seconds.sum())
 
 
-def split_difference(pressure: ComplexArray, parts: list[dict[str, complex]], scale: float) -> list[dict[str, Any]]:
+def split_difference(
+    pressure: ComplexArray, parts: Sequence[Mapping[str, complex | ComplexArray]], scale: float
+) -> list[dict[str, Any]]:
     """Return the parts of a line's difference: modes or paths, and what they leave.
 
-    |p₂|² − |p₁|² = Σ Re((p₂ᵢ − p₁ᵢ)(p₂ + p₁)*), for any phases.
+    |p₂|² − |p₁|² = Σ Re((p₂ᵢ − p₁ᵢ)(p₂ + p₁)*), for any phases; an order of a run-up sums this over its speeds.
 
-    pressure : (2,) pressure of the line in both designs.
+    pressure : (2,) or (2, n_speed) pressure of the line in both designs.
     """
     names = list(dict.fromkeys([*parts[0], *parts[1]]))
     if not names:
         return []
-    both = np.array([[of.get(name, 0j) for of in parts] for name in names])
-    part = scale * ((both[:, 1] - both[:, 0]) * np.conj(pressure.sum())).real
+    pressure = pressure.reshape(2, -1)
+    none = np.zeros(pressure.shape[1], complex)
+    both = np.array([[np.atleast_1d(of.get(name, none)) for of in parts] for name in names])
+    part = scale * ((both[:, 1] - both[:, 0]) * np.conj(pressure.sum(axis=0))).real.sum(axis=1)
     chosen = np.argsort(-np.abs(part), kind="stable")[:PARTS]
-    total = scale * (abs(pressure[1]) ** 2 - abs(pressure[0]) ** 2)
-    listed = [
-        {"name": names[i], "part_db": float(part[i]), "pressure_Pa": [float(abs(p)) for p in both[i]]} for i in chosen
-    ]
-    return [*listed, {"name": OTHERS, "part_db": float(total - part[chosen].sum())}]
+    total = scale * float((np.abs(pressure[1]) ** 2 - np.abs(pressure[0]) ** 2).sum())
+    size = np.sqrt((np.abs(both) ** 2).mean(axis=2))
+    listed = [{"name": names[i], "part_db": float(part[i]), "pressure_Pa": size[i].tolist()} for i in chosen]
+    return [*listed, {"name": OTHERS, "part_db": total - float(part[chosen].sum())}]
 
 
 def _split(run: Result, frequency: FloatArray) -> dict[float, tuple[dict[str, complex], dict[str, complex]]]:

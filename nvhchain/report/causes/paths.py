@@ -69,21 +69,28 @@ def line_parts(
     heard = pressure.pressure[rows[0]]
     if np.abs(pressure.frequency[rows[0]] - lines).max() > 1e-6 * lines.max():
         return None
-    load = forces.replace(frequency=lines, force=forces.force[rows[1]])
+    found = force_parts(forces.replace(frequency=lines, force=forces.force[rows[1]]), housing, vectors, fidelity)
+    if found is None or np.abs(found[0].total - heard).max() > SUM_ERROR * np.abs(heard).max():
+        return None
+    return found
+
+
+def force_parts(
+    load: ForceSpectrum, housing: ReducedHousing, vectors: TransferVectors, fidelity: AcousticsFidelity
+) -> tuple[Contributions, Contributions] | None:
+    """Return the pressure by path and by mode that forces cause; None for operators of different surfaces."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", AccuracyWarning)  # the run has given them
-            modal = acoustics.modal_transfer_vectors(vectors, housing, lines, fidelity=fidelity)
+            modal = acoustics.modal_transfer_vectors(vectors, housing, load.frequency, fidelity=fidelity)
             functions = acoustics.noise_transfer_functions(modal, housing).functions
             modes = modal_contributions(modal, housing, load)
     except InputError:
         return None
     force = load.sort_bearings(housing.names)
     parts = functions.reshape(*functions.shape[:2], -1) * force[:, None, :]
-    if np.abs(parts.sum(axis=2) - heard).max() > SUM_ERROR * np.abs(heard).max():
-        return None
     names = tuple(f"{name} {axis}" for name in housing.names for axis in "xyz")
-    return Contributions(lines, pressure.points, names, parts), modes
+    return Contributions(load.frequency, vectors.points, names, parts), modes
 
 
 def acoustics_fidelity(of: HandOff) -> AcousticsFidelity:

@@ -12,7 +12,7 @@ from typing import Any, TypeVar, cast
 from nvhchain import levels
 from nvhchain.errors import InputError, require
 from nvhchain.files import hdf5
-from nvhchain.handoff import FieldPressure, FloatArray, HandOff, PressureHistory
+from nvhchain.handoff import FieldPressure, FloatArray, HandOff, PressureHistory, ReducedHousing
 from nvhchain.names import check_names
 from nvhchain.plots import OrderMarks
 from nvhchain.report.causes.paths import radiating
@@ -88,6 +88,7 @@ class Stored:
     summary: Mapping[str, Any]
     runs: tuple[StoredRun, ...]
     _radiating: dict[tuple[str, str], list[Any]] = field(default_factory=dict, repr=False)
+    _loaded: dict[str, ReducedHousing] = field(default_factory=dict, repr=False)
 
     @property
     def finished(self) -> bool:
@@ -135,6 +136,14 @@ class Stored:
         """All hand-offs of the runs and their shared operators."""
         folders = dict.fromkeys([*(run.folder for run in self.runs), self.folder / _SHARED])
         return [path for folder in folders for path in sorted(folder.glob("*.h5"))]
+
+    def housing(self, run: StoredRun) -> ReducedHousing | None:
+        """Return the only housing of a run, or of all runs; None without one."""
+        own = sorted(run.folder.glob("housing*.h5"))
+        every = own or [path for path in self.hand_off_files if path.name.startswith("housing")]
+        if len(every) == 1 and str(every[0]) not in self._loaded:
+            self._loaded[str(every[0])] = hdf5.load(every[0], ReducedHousing)
+        return self._loaded[str(every[0])] if len(every) == 1 else None
 
     def radiating(self, kind: type[H], surface: str) -> list[H]:
         """Return the hand-offs of a kind on a surface, by its content hash; each file is read once."""

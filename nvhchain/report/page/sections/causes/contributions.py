@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from nvhchain import levels
 from nvhchain.errors import InputError
 from nvhchain.handoff import (
+    BearingForces,
     FieldPressure,
     FloatArray,
     ForceSpectrum,
@@ -18,25 +20,36 @@ from nvhchain.handoff import (
     TransferVectors,
 )
 from nvhchain.housing.casting.contributions import Contributions
-from nvhchain.report.causes.paths import stored_parts
-from nvhchain.report.page.blocks import Figure, Text, axes, bars, grid, label, panel, rounded
-from nvhchain.report.page.stored import Stored
+from nvhchain.report.causes.paths import acoustics_fidelity, stored_parts
+from nvhchain.report.causes.run_up import order_parts
+from nvhchain.report.page.blocks import Figure, Text, axes, bars, curve, grid, label, packed, panel, rounded
+from nvhchain.report.page.stored import Stored, StoredRun
+from nvhchain.report.run_up import Curve, curves_of, loudest
 
 TITLE = "Contributions"
 
 LINES = 3
 """Number of lines that are shown, the loudest in dB(A)."""
 
+CAPTIONS = (
+    "Paths: bearing and direction of the force, times its noise transfer function.",
+    "Modes of the housing.",
+)
+
+CURVES = 5
+"""Number of parts that are drawn over speed."""
+
+DISAGREEMENT = 3.0
+"""Largest difference (dB) of an order's highest level in the record and in its parts, for parts to be shown."""
+
 PARTS = 12
 """Largest number of parts in a figure."""
 
-FIXED = 3
-"""Columns before the parts: field point, frequency and level."""
-
 
 def blocks(stored: Stored) -> list[Any]:
-    """Return paths and modes of the loudest lines, and bars of the shares that `nvhchain contributions` has written."""
-    return [*_by_path_and_mode(stored), *_written(stored)]
+    """Return paths and modes of the loudest lines or order, and bars of what `nvhchain contributions` has written."""
+    run_up = _over_run_up(stored)
+    return run_up or [*_by_path_and_mode(stored), *_written(stored)]
 
 
 def _by_path_and_mode(stored: Stored) -> list[Any]:
@@ -59,14 +72,87 @@ def _by_path_and_mode(stored: Stored) -> list[Any]:
         "Parts add up to the pressure of the line; negative ones cancel others."
     )
     titles = [_title(stored, f) for f in lines]
-    captions = (
-        "Paths: bearing and direction of the force, times its noise transfer function.",
-        "Modes of the housing.",
-    )
     return [
         Text(note),
-        *(_panels(stored, titles, {n: of[kind] for n, of in parts.items()}, captions[kind]) for kind in (0, 1)),
+        *(_panels(stored, titles, {n: of[kind] for n, of in parts.items()}, CAPTIONS[kind]) for kind in (0, 1)),
     ]
+
+
+def _over_run_up(stored: Stored) -> list[Any]:
+    """Return paths and modes of the loudest order over speed, and at its loudest speed."""
+    heard = stored.having(lambda run: run.pressure_history)
+    curves = curves_of(stored.run_up_maps, stored.marks) if heard else {}
+    cuts = [of for each in curves.values() for of in each[1:]]
+    if not cuts:
+        return []
+    order, speed = loudest(cuts)
+    high = min(float(of.axis[-1]) for of, _ in stored.run_up_maps.values())
+    parts = {}
+    for number, run, _ in heard:
+        split = _parts_of(stored, run, order, high)
+        if split is not None and _agree(curves[run.name], split[0], order):
+            parts[number] = split
+    if not parts:
+        return []
+    name = next(of.name for of in cuts if of.order == order)
+    note = (
+        f"Sound of {name} at {stored.runs[0].point_name(0)} by its parts: pressure in phase with the sum, "
+        "Re(p_i p*)/|p|, peak. The force of the order at each speed acts as in a steady state. Parts add up to the "
+        "sum; negative ones cancel others. `nvhchain contributions` writes all parts, also of other orders."
+    )
+    found: list[Any] = [Text(note)]
+    for kind in (0, 1):
+        each = {number: of[kind] for number, of in parts.items()}
+        at = {number: _nearest(of, order * speed / (2 * np.pi)) for number, of in each.items()}
+        title = f"{30 * speed / np.pi:.0f} rpm, {order * speed / (2 * np.pi):.0f} Hz: the loudest speed of {name}"
+        found += [_over_speed(stored, each, order, CAPTIONS[kind]), _panels(stored, [title], at, CAPTIONS[kind])]
+    return found
+
+
+def _nearest(parts: Contributions, frequency: float) -> Contributions:
+    """Return the parts at the line nearest to a frequency (Hz)."""
+    row = int(np.abs(parts.frequency - frequency).argmin())
+    return replace(parts, frequency=parts.frequency[[row]], pressure=parts.pressure[[row]])
+
+
+def _parts_of(stored: Stored, run: StoredRun, order: float, high: float) -> tuple[Contributions, Contributions] | None:
+    """Return the parts of an order of a stored run-up; None without its hand-offs."""
+    forces, housing = run.hand_off("bearing_forces", BearingForces), stored.housing(run)
+    if forces is None or housing is None:
+        return None
+    vectors = stored.radiating(TransferVectors, housing.surface.content_hash)
+    if len(vectors) != 1:
+        return None
+    return order_parts(forces, housing, vectors[0], order, high=high, fidelity=acoustics_fidelity(vectors[0]))
+
+
+def _agree(curves: list[Curve], paths: Contributions, order: float) -> bool:
+    """Return True if the parts add up to the recorded order near its loudest speed."""
+    of = next(each for each in curves if each.order == order)
+    rising = np.argsort(of.speed)
+    level = np.interp(paths.frequency * 2 * np.pi / order, of.speed[rising], of.level[rising])
+    return bool(abs(float(levels.decibel(paths.total[:, 0]).max()) - float(level.max())) <= DISAGREEMENT)
+
+
+def _over_speed(stored: Stored, parts: dict[int, Contributions], order: float, caption: str) -> Figure:
+    """Return the strongest parts of an order over speed, one panel a configuration."""
+    along = {number: 1e3 * of.shares[:, 0] * np.abs(of.total[:, :1]) for number, of in parts.items()}
+    size = {
+        name: max(float(np.abs(along[n][:, of.names.index(name)]).max()) for n, of in parts.items() if name in of.names)
+        for name in dict.fromkeys(name for of in parts.values() for name in of.names)
+    }
+    strongest = sorted(size, key=lambda name: -size[name])[:CURVES]
+    layout = grid([stored.runs[n].name for n in parts], len(parts), "input speed / rpm", "pressure / mPa", legend=1.1)
+    traces = []
+    for place, (number, of) in enumerate(parts.items()):
+        speed = packed(60 * of.frequency / order)
+        for shade, name in enumerate(strongest):
+            if name in of.names:
+                y = packed(along[number][:, of.names.index(name)])
+                traces.append(curve(shade, name, speed, y, "%{x:.0f} rpm: %{y:.3g} mPa", place=place))
+        total = curve(0, "sum", speed, packed(1e3 * np.abs(of.total[:, 0])), "%{x:.0f} rpm: %{y:.3g} mPa", place=place)
+        traces.append(total | {"line": {"color": "#1d2329", "width": 3}})
+    return Figure(f"{caption} The {CURVES} strongest over speed.", traces, layout, height=380)
 
 
 def _loudest(pressures: list[FieldPressure]) -> FloatArray:
@@ -145,7 +231,7 @@ def _figure(rows: list[dict[str, str]], title: str) -> Figure | None:
     )[:LINES]
     if not loud:
         return None
-    names = list(rows[0])[FIXED:]
+    names = list(rows[0])[list(rows[0]).index("level / dB") + 1 :]
     strongest = sorted(names, key=lambda name: -max(abs(float(row[name])) for row in loud))[:PARTS]
     traces = [
         {

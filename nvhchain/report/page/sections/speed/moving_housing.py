@@ -5,15 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
 
 from nvhchain import levels
 from nvhchain.conventions import REFERENCE_VELOCITY
-from nvhchain.files import hdf5
 from nvhchain.handoff import BearingForces, ComplexArray, FloatArray, ForceSpectrum, ReducedHousing
 from nvhchain.housing import respond
+from nvhchain.report.causes.run_up import LEAST_RISE, order_forces
 from nvhchain.report.page.moving import Colours, MovingBody, moving_bodies
-from nvhchain.report.page.stored import Stored, StoredRun
+from nvhchain.report.page.stored import Stored
 from nvhchain.report.run_up import Curve, curves_of
 
 TITLE = "Housing over speed"
@@ -21,16 +20,13 @@ TITLE = "Housing over speed"
 ORDERS, SPEEDS = 2, 24
 """Largest numbers of orders, and of speeds of each."""
 
-TURNS = 10.0
-"""Turns of the input in the window about a speed."""
-
 
 def blocks(stored: Stored) -> list[Any]:
     """Return the bodies of all run-ups with a slider over orders and speeds."""
     found = [
         (run, forces, housing)
         for _, run, _ in stored.having(lambda run: run.pressure_history)
-        if (forces := run.hand_off("bearing_forces", BearingForces)) and (housing := _housing(stored, run))
+        if (forces := run.hand_off("bearing_forces", BearingForces)) and (housing := stored.housing(run))
     ]
     if not found:
         return []
@@ -53,33 +49,6 @@ def blocks(stored: Stored) -> list[Any]:
     ]
 
 
-def order_forces(forces: BearingForces, order: float, speeds: FloatArray) -> ComplexArray:
-    """Return the peak amplitude (n_speed, n_bearing, 3) N of an order of the input at speeds (rad/s).
-
-    F = 2 ∫ w x exp(−j order θ) dθ / ∫ w dθ over `TURNS` turns about each speed, with a Hann window w in the angle θ of
-    the input and x without its mean.
-    """
-    angle = cumulative_trapezoid(forces.input_speed, forces.time, initial=0.0)
-    found = []
-    for speed in speeds:
-        middle = angle[np.abs(forces.input_speed - speed).argmin()]
-        start, end = np.searchsorted(angle, middle + np.array([-1.0, 1.0]) * np.pi * TURNS)
-        turned = angle[start:end] - middle
-        weight = (1.0 + np.cos(turned / TURNS)) * forces.input_speed[start:end]
-        weight /= weight.sum()
-        signal = forces.force[start:end]
-        signal = signal - np.tensordot(weight, signal, 1)
-        found.append(2.0 * np.tensordot(weight * np.exp(-1j * order * turned), signal, 1))
-    return np.array(found)
-
-
-def _housing(stored: Stored, run: StoredRun) -> ReducedHousing | None:
-    """Return the only housing of a run, or of all runs; None without one."""
-    own = sorted(run.folder.glob("housing*.h5"))
-    every = own or [path for path in stored.hand_off_files if path.name.startswith("housing")]
-    return hdf5.load(every[0], ReducedHousing) if len(every) == 1 else None
-
-
 def _highest(stored: Stored) -> float:
     """Return the highest frequency (Hz) of the maps."""
     return min(float(of.axis[-1]) for of, _ in stored.run_up_maps.values())
@@ -89,7 +58,7 @@ def _places(cuts: dict[str, list[Curve]], forces: list[BearingForces], highest: 
     """Return order and speed (rad/s) of every place of the slider."""
     slow = max(float(of.input_speed.min()) for of in forces)
     fast = min(float(of.input_speed.max()) for of in forces)
-    if fast < 1.1 * slow:  # a record of a fluctuating speed, not a run-up
+    if fast < LEAST_RISE * slow:  # a record of a fluctuating speed, not a run-up
         return []
     speeds = np.linspace(max(slow, 0.05 * fast), fast, SPEEDS + 2)[1:-1]
     first = next(iter(cuts.values()))

@@ -130,7 +130,7 @@ def _states(other: Mapping[str, Any], first: Mapping[str, Any]) -> list[str]:
     what = "steady states" if len(torque) > 1 else "speeds"
     return [
         f"  from {speed[0]:.0f} to {speed[-1]:.0f} rpm {word} at {count} of {known.sum()} {what}: between {low} dB at "
-        f"{at[0]} and {high} dB at {at[1]}; in mean energy {_signed(float(mean[0] - mean[1]))} dB"
+        f"{at[0]} and {high} dB at {at[1]}; {_signed(float(mean[0] - mean[1]))} dB in the energy mean"
     ]
 
 
@@ -171,7 +171,7 @@ def _lines(other: Mapping[str, Any], first: Mapping[str, Any]) -> list[str]:
     lines = [of for of in other.get("causes") or _by_level(other, first) if of["order"] is not None]
     lines.sort(key=lambda of: -of["part_db"] / difference)
     return [
-        f"  {_signed(part)} dB: {_line(of, _origin(of['order'], mesh, slots))} {_change(*of['levels_dBA'])}"
+        f"  {_signed(part)} dB: {_line(of, order_name(of['order'], mesh, slots))} {_change(*of['levels_dBA'])}"
         f"{_reason(of)}"
         for of in lines[:LINES]
         if (part := of["part_db"]) / difference >= LEAST_SHARE
@@ -185,9 +185,10 @@ def _lines(other: Mapping[str, Any], first: Mapping[str, Any]) -> list[str]:
 def _line(cause: Mapping[str, Any], origin: str) -> str:
     """Return the name of a line."""
     order, frequency = cause["order"], cause["frequency_hz"]
-    if frequency is None:
-        return f"order {order:g}{origin}"
-    return f"{frequency:.0f} Hz" if order == frequency else f"order {order:g} ({frequency:.0f} Hz{origin})"
+    if order == frequency:
+        return f"{frequency:.0f} Hz"
+    where = ", ".join(filter(None, ("" if frequency is None else f"{frequency:.0f} Hz", origin)))
+    return f"order {order:g}" + (f" ({where})" if where else "")
 
 
 def _change(before: float | None, after: float | None) -> str:
@@ -227,13 +228,7 @@ def _reason(cause: Mapping[str, Any]) -> str:
     before, after = mode["pressure_Pa"]
     change = "in another phase" if abs(after - before) <= SAME * before else "more" if after > before else "less"
     bearing, _, axis = path["name"].rpartition(" ")
-    return f", because it excites {what} {change}; strongest path: bearing {bearing}, {axis}"
-
-
-def _origin(order: float, mesh: Mapping[str, float], slots: Mapping[str, float]) -> str:
-    """Return the gear mesh of an order after a comma; empty where it has none."""
-    name = order_name(order, mesh, slots)
-    return f", {name}" if name else ""
+    return f", because it excites {what} {change}, mostly through bearing {bearing} in {axis}"
 
 
 def _limits(name: str, configuration: Mapping[str, Any]) -> list[str]:
@@ -286,10 +281,7 @@ def _remedy(*configurations: tuple[str, Mapping[str, Any]]) -> str:
     _, _, source, name = max(parts)
     if source not in KNOBS:
         return ""
-    return (
-        f"; a finer --fidelity or finer knobs of fidelity.{KNOBS[source]} narrow them most ({source} of {name}), "
-        "`plan` lists the seconds"
-    )
+    return f"; the {source} of {name} widens them most: a finer --fidelity or knobs of fidelity.{KNOBS[source]} narrow them"
 
 
 def _width(configuration: Mapping[str, Any]) -> float:

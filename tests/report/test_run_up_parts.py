@@ -1,0 +1,88 @@
+"""Orders of a run-up by path and mode: they add up to the sound of steady states, and to the part of a difference."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from nvhchain import levels
+from nvhchain.acoustics import radiate
+from nvhchain.chain.result import Result
+from nvhchain.conventions import REFERENCE_PRESSURE
+from nvhchain.fidelity import DRAFT
+from nvhchain.handoff import BearingForces, ForceSpectrum
+from nvhchain.housing import respond
+from nvhchain.report.causes.run_up import order_parts, with_parts
+from nvhchain.testing import ball_with_modes
+
+pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # a coarse ball on purpose
+
+ORDER = 60.0
+
+
+def result(case, operators, force):
+    """Run-up from 50 to 150 rad/s, with the force (4, 3) N of one order."""
+    time = np.linspace(0.0, 10.0, 160001)
+    angle = 50.0 * time + 5.0 * time**2
+    history = np.cos(ORDER * angle)[:, None, None] * force
+    forces = BearingForces(time, history, ball_with_modes.BEARINGS, np.zeros((4, 3)), 50.0 + 10.0 * time)
+    return Result(case, DRAFT, bearing_forces=forces, housing=operators[0], transfer_vectors=operators[1])
+
+
+@pytest.fixture(scope="module")
+def runs():
+    """Two designs with the same housing and other forces."""
+    case = ball_with_modes.case()
+    housing = ball_with_modes.housing(case)
+    vectors = ball_with_modes.parts(case, housing)[2]
+    before, after = np.zeros((2, 4, 3))
+    before[0], after[0] = (1.0, 0.4, -0.2), (2.0, -0.7, 0.1)
+    return tuple(result(case, (housing, vectors), force) for force in (before, after))
+
+
+def parts(run):
+    return order_parts(
+        run.bearing_forces, run.housing, run.transfer_vectors, ORDER, high=1500.0, fidelity=DRAFT.acoustics
+    )
+
+
+def test_parts_of_an_order_add_up_to_the_sound_of_steady_states_at_its_speeds(runs):
+    paths, modes = parts(runs[0])
+    assert paths.frequency[0] >= runs[0].transfer_vectors.frequency[0]
+    assert 1400.0 < paths.frequency[-1] <= ORDER * 150.0 / (2 * np.pi)
+    assert np.abs(paths.total - modes.total).max() < 1e-9 * np.abs(paths.total).max()
+    for of in (paths, modes):
+        assert of.shares.sum(axis=2) == pytest.approx(1.0, abs=1e-9)
+    force = np.zeros((len(paths.frequency), 4, 3), complex)
+    force[:, 0] = (1.0, 0.4, -0.2)
+    velocity = respond(runs[0].housing, ForceSpectrum(paths.frequency, force, ball_with_modes.BEARINGS))
+    steady = radiate(runs[0].transfer_vectors, velocity, fidelity=DRAFT.acoustics).pressure
+    assert np.abs(paths.total) == pytest.approx(np.abs(steady), rel=5e-3)
+
+
+def test_modes_and_paths_add_up_to_the_part_of_an_order_in_a_difference(runs):
+    energy = []
+    for run in runs:
+        paths, _ = parts(run)
+        gain = 10 ** (levels.a_weighting(paths.frequency) / 20)
+        energy.append((np.abs(gain * paths.total[:, 0]) ** 2).mean() / 2)
+    heard = [10 * np.log10(e / REFERENCE_PRESSURE**2) for e in energy]
+    line = {"order": ORDER, "frequency_hz": None, "levels_dBA": heard, "part_db": 4.2}
+    rest = {"order": None, "part_db": 0.3, "lines": None}
+    found, other = with_parts([line, rest], *runs)
+    assert other == rest
+    for kind in ("modes", "paths"):
+        assert sum(of["part_db"] for of in found[kind]) == pytest.approx(4.2, abs=1e-9)
+    assert {of["name"] for of in found["paths"] if abs(of["part_db"]) > 1e-6} <= {"A1 x", "A1 y", "A1 z"}
+    (wrong,) = with_parts([line | {"levels_dBA": [heard[0], heard[1] + 6.0]}], *runs)
+    assert "modes" not in wrong  # the record disagrees with the parts
+    (none,) = with_parts([line], runs[0], replace(runs[1], transfer_vectors=None))
+    assert "modes" not in none
+
+
+def test_an_order_outside_the_band_has_no_parts(runs):
+    run = runs[0]
+    assert (
+        order_parts(run.bearing_forces, run.housing, run.transfer_vectors, 1.0, high=1500.0, fidelity=DRAFT.acoustics)
+        is None
+    )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nvhchain.errors import InputError
-from nvhchain.sound import Sound, hearing, loudness_at, loudness_level, tone_prominence
+from nvhchain.sound import Sound, _mosqito, hearing, loudness_at, loudness_level, tone_prominence
 from nvhchain.sound.tonality import critical_band
 
 RATE = 48000
@@ -34,6 +34,103 @@ def test_loudness_of_tones_of_1_khz():
     found = loudness_at(Sound(tone(1000.0, 40.0), RATE, True), np.array([0.0, 20.0]))
     assert found == pytest.approx([1.0, 4.0], rel=0.05)
     assert loudness_level(4.0) == pytest.approx(60.0)
+
+
+def in_third_octaves(level):
+    """Noise with these levels (dB) in the third octaves from 25 Hz on."""
+    middle = 10.0 ** (np.arange(14, 14 + len(level)) / 10)
+    return sum(noise(f * 10**-0.05, f * 10**0.05, of, seed=round(f)) for f, of in zip(middle, level, strict=True))
+
+
+SIGNAL_1 = (
+    -60,
+    -60,
+    78,
+    79,
+    89,
+    72,
+    80,
+    89,
+    75,
+    87,
+    85,
+    79,
+    86,
+    80,
+    71,
+    70,
+    72,
+    71,
+    72,
+    74,
+    69,
+    65,
+    67,
+    77,
+    68,
+    58,
+    45,
+    30,
+)
+"""Levels of the third octaves from 25 Hz to 12.5 kHz (dB), ISO 532-1, annex B.2."""
+
+
+@pytest.mark.parametrize(
+    ("signal", "loudness"),
+    [
+        pytest.param(in_third_octaves(SIGNAL_1), 83.296, id="1: third octaves"),
+        pytest.param(tone(250.0, 80.0), 14.655, id="2: 250 Hz, 80 dB"),
+        pytest.param(tone(1000.0, 60.0), 4.019, id="3: 1 kHz, 60 dB"),
+        pytest.param(tone(4000.0, 40.0), 1.549, id="4: 4 kHz, 40 dB"),
+        pytest.param(in_third_octaves([42.7] * 30), 10.498, id="5: pink noise, 60 dB from 0.3 Hz on"),
+    ],
+)
+def test_loudness_of_the_steady_signals_of_iso_532_1(signal, loudness):
+    """Annexes B.2 and B.3, synthesised from their description: within 5 % or 0.1 sone (section 5.1)."""
+    found = loudness_at(Sound(signal, RATE, True), np.zeros(1))
+    assert found == pytest.approx([loudness], rel=0.05, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "samples"),
+    [
+        pytest.param(0.010, {0.028: 4.300, 0.040: 1.873, 0.080: 0.593, 0.200: 0.101}, id="10: 10 ms"),
+        pytest.param(0.050, {0.040: 5.025, 0.068: 5.975, 0.120: 1.495, 0.200: 0.455}, id="11: 50 ms"),
+        pytest.param(0.500, {0.080: 6.355, 0.200: 7.770, 0.400: 8.063, 0.600: 1.662}, id="12: 500 ms"),
+    ],
+)
+def test_loudness_over_time_of_the_tone_pulses_of_iso_532_1(seconds, samples):
+    """Annex B.4, tones of 1 kHz and 70 dB with Gaussian edges: within 5 % or 0.1 sone in 2 ms (section 6.1)."""
+    time = np.arange(RATE) / RATE
+    away = np.maximum(0.015 - time, 0.0) + np.maximum(time - 0.013 - seconds, 0.0)
+    pulse = np.exp(-((away / 0.00166) ** 2)) * np.sin(2 * np.pi * 1000.0 * time)
+    check_over_time(2e-5 * 10 ** (70 / 20) * np.sqrt(2) * pulse, samples)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("frequency", "samples"),
+    [
+        pytest.param(250.0, {7.5: 5.572, 8.5: 7.882, 9.5: 11.415}, id="6: 250 Hz"),
+        pytest.param(1000.0, {7.5: 6.434, 8.5: 9.109, 9.5: 12.932}, id="7: 1 kHz"),
+        pytest.param(4000.0, {7.5: 9.749, 8.5: 13.791, 9.5: 19.615}, id="8: 4 kHz"),
+    ],
+)
+def test_loudness_over_time_of_the_rising_tones_of_iso_532_1(frequency, samples):
+    """Annex B.4, tones that rise from 30 to 80 dB between 0.1 and 10.1 s; the last three seconds."""
+    start = 7.0
+    time = start + np.arange(round(3.0 * RATE)) / RATE
+    pressure = 2e-5 * np.sqrt(2) * 10 ** ((30.0 + 5.0 * (time - 0.1)) / 20)
+    found = {at - start: loudness for at, loudness in samples.items()}
+    check_over_time(pressure * np.sin(2 * np.pi * frequency * time), found)
+
+
+def check_over_time(signal, samples):
+    """Compare the loudness (sone) at times (s) with the standard's, within its tolerances."""
+    time, found, _ = _mosqito.loudness_in_time(signal)
+    for at, loudness in samples.items():
+        near = found[np.abs(time - at) < 0.003]
+        assert np.abs(near - loudness).min() <= max(0.05 * loudness, 0.1), at
 
 
 def test_sharpness_of_a_narrow_band_at_1_khz():

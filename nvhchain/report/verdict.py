@@ -281,7 +281,8 @@ def _remedy(*configurations: tuple[str, Mapping[str, Any]]) -> str:
     _, _, source, name = max(parts)
     if source not in KNOBS:
         return ""
-    return f"; the {source} of {name} widens them most: a finer --fidelity or knobs of fidelity.{KNOBS[source]} narrow them"
+    narrower = f"a finer --fidelity or knobs of fidelity.{KNOBS[source]} narrow them"
+    return f"; the {source} of {name} widens them most: {narrower}"
 
 
 def _width(configuration: Mapping[str, Any]) -> float:

@@ -68,9 +68,8 @@ def wave_pressure(
             moved = velocity[piece] @ waves[node].T
             total[:, :, : moved.shape[1]] += sets[:, :, node, None] * moved
         k = 2 * np.pi / resistance.air.speed_of_sound * frequency[piece]
-        pressure[piece], highest = outgoing.pressure(k, total[0])
-        last[piece] = np.abs(highest)
-        error[piece] = np.maximum(*(np.abs(outgoing.pressure(k, one)[0]) for one in total[1:]))
+        (pressure[piece], *errors), highest = outgoing.pressure(k, total)
+        last[piece], error[piece] = np.abs(highest[0]), np.abs(errors).max(axis=0)
     peak = np.abs(pressure).max(axis=0, initial=0.0)
     peak = np.where(peak > 0, peak, 1.0)
     told = SoundAccuracy(

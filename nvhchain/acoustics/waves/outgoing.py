@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.special import spherical_jn, spherical_yn
 
 from nvhchain.acoustics.waves.high_plane import body_waves, polar_functions
 from nvhchain.acoustics.waves.multipoles import frame, waves_from_middle
@@ -39,34 +38,43 @@ class OutgoingWaves:
         self._count = len(points)
 
     def pressure(self, wavenumber: FloatArray, waves: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-        """Return the sound pressure (n_k, n_point) of waves (n_k, n_row) Pa m, and the part of the highest degrees.
+        """Return the sound pressure (n_set, n_k, n_point) of sets of waves (n_set, n_k, n_row) Pa m.
+
+        The second array is the part of the highest degree, which is that of each wavenumber.
 
         p = −jk Σ j^−l h_l(kr) a_lm Y_lm, h_l of the second kind, follows from the far field r e^{jkr} p = Σ a_lm Y_lm.
-        The highest degree is that of each wavenumber.
+        h_l+1 = (2l + 1)/x h_l − h_l−1 is stable upwards, as |h_l| grows with l.
         """
-        amplitude = np.zeros((len(wavenumber), len(self._degree)), dtype=complex)
-        rows = min(waves.shape[1], amplitude.shape[1])
-        amplitude[:, :rows] = waves[:, :rows]
+        sets, count = waves.shape[:2]
+        amplitude = np.zeros((sets, count, len(self._degree)), dtype=complex)
+        rows = min(waves.shape[2], amplitude.shape[2])
+        amplitude[:, :, :rows] = waves[:, :, :rows]
         if self._mirrors:
             assert self.plane is not None
             height = float(self.plane.height(self._origin[None])[0])
-            amplitude = np.stack(
-                [body_waves(a, k * height, self.order) for k, a in zip(wavenumber, amplitude, strict=True)]
+            amplitude = np.array(
+                [
+                    [body_waves(a, k * height, self.order) for k, a in zip(wavenumber, of, strict=True)]
+                    for of in amplitude
+                ]
             )
-        top = np.where(amplitude != 0, self._degree, 0).max(axis=1, initial=0)
+        top = np.where((amplitude != 0).any(axis=0), self._degree, 0).max(axis=1, initial=0)
         radius, back = np.unique(self._radius, return_inverse=True)
-        found = np.zeros((2, len(wavenumber), len(self._radius)), dtype=complex)
+        found = np.zeros((2, sets, count, len(self._radius)), dtype=complex)
+        lines = np.arange(count)
+        kr = wavenumber[:, None] * radius
+        before, now = np.exp(-1j * kr) / kr, 1j * np.exp(-1j * kr) / kr  # h of degrees −1 and 0
         for l in range(int(top.max(initial=0)) + 1):
-            lines, at = np.flatnonzero(top >= l), self._degree == l
-            kr = wavenumber[lines, None] * radius
-            radial = (1, -1j, -1, 1j)[l % 4] * (spherical_jn(l, kr) - 1j * spherical_yn(l, kr))
-            part = (-1j * wavenumber[lines, None] * radial)[:, back] * (
-                amplitude[np.ix_(lines, at)] @ self._harmonics[:, at].T
-            )
-            found[0, lines] += part
-            found[1, lines] = part
+            inside = top[lines] >= l
+            lines, kr, before, now = lines[inside], kr[inside], before[inside], now[inside]
+            at = self._degree == l
+            radial = ((-1j) ** (l + 1) * wavenumber[lines, None] * now)[:, back]
+            part = radial * (amplitude[:, lines][:, :, at] @ self._harmonics[:, at].T)
+            found[0][:, lines] += part
+            found[1][:, lines] = part
+            before, now = now, (2 * l + 1) / kr * now - before
         if self._mirrors:
-            found = found[:, :, : self._count] + found[:, :, self._count :]
+            found = found[..., : self._count] + found[..., self._count :]
         return found[0], found[1]
 
 

@@ -48,9 +48,10 @@ def _housings(stored: Stored) -> dict[str, ReducedHousing]:
     found: dict[str, ReducedHousing] = {}
     for run in stored.runs:
         velocity = run.hand_off("surface_velocity", SurfaceVelocity)
-        if velocity is not None:
-            of = stored.radiating(ReducedHousing, velocity.surface.content_hash)
-            found |= {run.name: of[0]} if len(of) == 1 else {}
+        surface = "" if velocity is None else velocity.surface.content_hash
+        own = stored.radiating(ReducedHousing, surface) if surface else [stored.housing(run)]
+        if len(own) == 1 and own[0] is not None:
+            found[run.name] = own[0]
     return found
 
 
@@ -64,13 +65,13 @@ def _campbell(stored: Stored, recorded: Sequence[tuple[int, StoredRun, Mapping[s
         top = max((max(row) for row in of["over_speed_Hz"] if row), default=1.0)
         fastest = max(of["speed_rpm"])
         on = panel(place)
-        for name, order in of["orders"].items():
+        for order, names in _rays(of["orders"], 60.0 * top / fastest):
             reach = min(fastest, 60.0 * top / order)
             traces.append(
                 {
                     "type": "scatter", "mode": "lines+text", "x": rounded([0.0, reach]),
-                    "y": rounded([0.0, order * reach / 60.0]), "text": ["", label(name)],
-                    "textposition": "top left", "textfont": {"size": 10, "color": "#59636e"},
+                    "y": rounded([0.0, order * reach / 60.0]), "text": ["", label(names)],
+                    "textposition": "middle right", "textfont": {"size": 10, "color": "#59636e"},
                     "line": {"color": "#8a929b", "width": 1, "dash": "dot"}, "hoverinfo": "skip", **on,
                 }
             )  # fmt: skip
@@ -94,6 +95,7 @@ def _campbell(stored: Stored, recorded: Sequence[tuple[int, StoredRun, Mapping[s
                     **on,
                 }
             )  # fmt: skip
+        layout[f"xaxis{end}"]["range"] = [0.0, 1.35 * fastest]
         where = {"xref": f"x{end}", "yref": f"y{end} domain"}
         layout.setdefault("shapes", []).append(upright(of["nominal_rpm"], "dash", **where))
     caption = (
@@ -101,6 +103,21 @@ def _campbell(stored: Stored, recorded: Sequence[tuple[int, StoredRun, Mapping[s
         "orders. Dashed: the speed of the case."
     )
     return Figure(caption, traces, layout, height=400)
+
+
+def _rays(orders: Mapping[str, float], steepest: float) -> list[tuple[float, str]]:
+    """Return rising orders with the names at their ends; rays that end close together are named at the first."""
+    found: list[tuple[float, str]] = []
+    last = 0.0
+    for name, order in sorted(orders.items(), key=lambda item: item[1]):
+        if found and min(order, steepest) - last < 0.05 * steepest:
+            at = max(number for number, (_, names) in enumerate(found) if names)
+            found[at] = (found[at][0], f"{found[at][1]}, {name}")
+            found.append((order, ""))
+        else:
+            last = min(order, steepest)
+            found.append((order, name))
+    return found
 
 
 def _table(run: StoredRun, of: Mapping[str, Any]) -> Table:

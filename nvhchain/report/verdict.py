@@ -281,8 +281,8 @@ def _remedy(*configurations: tuple[str, Mapping[str, Any]]) -> str:
     _, _, source, name = max(parts)
     if source not in KNOBS:
         return ""
-    narrower = f"a finer --fidelity or knobs of fidelity.{KNOBS[source]} narrow them"
-    return f"; the {source} of {name} widens them most: {narrower}"
+    narrower = f"a finer --fidelity or knobs of fidelity.{KNOBS[source]} narrow it"
+    return f"; most of this width is the numerical error of the {source} in {name}: {narrower}"
 
 
 def _width(configuration: Mapping[str, Any]) -> float:

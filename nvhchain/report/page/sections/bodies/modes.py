@@ -95,7 +95,7 @@ def _campbell(stored: Stored, recorded: Sequence[tuple[int, StoredRun, Mapping[s
                     **on,
                 }
             )  # fmt: skip
-        layout[f"xaxis{end}"]["range"] = [0.0, 1.35 * fastest]
+        layout[f"xaxis{end}"]["range"], layout[f"yaxis{end}"]["range"] = [0.0, 1.35 * fastest], [0.0, 1.05 * top]
         where = {"xref": f"x{end}", "yref": f"y{end} domain"}
         layout.setdefault("shapes", []).append(upright(of["nominal_rpm"], "dash", **where))
     caption = (

@@ -105,7 +105,8 @@ def _over_run_up(stored: Stored) -> list[Any]:
         each = {number: of[kind] for number, of in parts.items()}
         at = {number: _nearest(of, order * speed / (2 * np.pi)) for number, of in each.items()}
         title = f"{30 * speed / np.pi:.0f} rpm, {order * speed / (2 * np.pi):.0f} Hz: the loudest speed of {name}"
-        found += [_over_speed(stored, each, order, CAPTIONS[kind]), _panels(stored, [title], at, CAPTIONS[kind])]
+        bars_of = _panels(stored, [title], at, f"{CAPTIONS[kind]} At the loudest speed.")
+        found += [_over_speed(stored, each, order, CAPTIONS[kind]), bars_of]
     return found
 
 

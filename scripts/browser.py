@@ -7,6 +7,7 @@ import json
 import os
 import shutil
 import subprocess
+import sys
 import tempfile
 from pathlib import Path
 from types import TracebackType
@@ -142,3 +143,18 @@ class Browser:
         for end in self._here:
             os.close(end)
         self._profile.cleanup()
+
+
+def main(arguments: list[str]) -> None:
+    """Write a picture of the first screen of a page: PAGE OUT.png [WIDTH HEIGHT]."""
+    page, out, *size = arguments
+    width, height = map(int, size or (1300, 857))
+    with Browser(Path(page), (width, height)) as browser:
+        emulated = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
+        browser._call("Emulation.setDeviceMetricsOverride", **emulated)
+        browser.run("new Promise((done) => setTimeout(done, 3000))")
+        browser.picture(Path(out))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -70,7 +70,7 @@ def _campbell(stored: Stored, recorded: Sequence[tuple[int, StoredRun, Mapping[s
             traces.append(
                 {
                     "type": "scatter", "mode": "lines+text", "x": rounded([0.0, reach]),
-                    "y": rounded([0.0, order * reach / 60.0]), "text": ["", label(names)],
+                    "y": rounded([0.0, order * reach / 60.0]), "text": ["", f"\u2002{label(names)}"],
                     "textposition": "middle right", "textfont": {"size": 10, "color": "#59636e"},
                     "line": {"color": "#8a929b", "width": 1, "dash": "dot"}, "hoverinfo": "skip", **on,
                 }

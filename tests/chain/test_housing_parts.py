@@ -80,7 +80,7 @@ def test_command_finds_the_run_and_draws_the_line_it_is_asked_for(told, case, lo
         command += ["--use", str(made)]
     assert main([*command, "--at", "1250"]) == 0
     made = capsys.readouterr().out.split("\n")[:-1]
-    assert made == [str(tmp_path / "out" / f"contributions-{kind}.csv") for kind in ("modes", "panels")]
+    assert made == [str(tmp_path / "out" / f"contributions-{kind}.csv") for kind in ("paths", "modes", "panels")]
     assert main([*command, "--at", "190"]) == 2
     assert "at = 190 Hz: the lines lie between 200 and 1900 Hz" in capsys.readouterr().err
 
@@ -90,12 +90,16 @@ def test_what_has_no_contributions_is_refused(case, fidelity, request, tmp_path)
     loud = replace(fidelity, acoustics=replace(fidelity.acoustics, radiation="equivalent_radiated_power"))
     for odd, level, message in (
         (nvh.load_case(folder / "sphere/pulsating.toml"), fidelity, "has no housing"),
-        (nvh.load_case(folder / "gearbox/run_up_solid.toml"), fidelity, "runs up"),
         (replace(case, quantities=("surface_velocity",)), fidelity, "does not ask for `pressure`"),
         (case, loud, "has no phase"),
     ):
         with pytest.raises(InputError, match=message):
             contributions(odd, fidelity=level, out=tmp_path)
+    with pytest.raises(InputError, match="has constant speed"):
+        contributions(case, fidelity=fidelity, order=20.0, out=tmp_path)
+    rising = nvh.load_case(folder / "gearbox/run_up_solid.toml")
+    with pytest.raises(InputError, match=r"order = -1\.0: give an order"):
+        contributions(rising, fidelity=fidelity, order=-1.0, out=tmp_path)
     assert not list(tmp_path.iterdir())
 
 

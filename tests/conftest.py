@@ -23,6 +23,23 @@ def pytest_collection_modifyitems(items):
     items.sort(key=lambda item: (item.path.name not in FIRST, item.path not in slow))
 
 
+@pytest.fixture(scope="module")
+def common_operators(tmp_path_factory):
+    """Let whole runs use mesh laws, housings and transfer vectors that another test of any process has computed.
+
+    For modules whose claims begin at the end of a run; those on caches, locks, kills and times compute their own.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("NVHCHAIN_CACHE", str(of_all(tmp_path_factory) / "operators"))
+        yield
+
+
+def of_all(tmp_path_factory):
+    """Temporary folder that all processes of the tests share."""
+    base = tmp_path_factory.getbasetemp()
+    return base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+
+
 @pytest.fixture(scope="session")
 def cases(request):
     folder = request.config.rootpath / "cases" / "gearbox"
@@ -35,8 +52,7 @@ def cases(request):
 @pytest.fixture(scope="session")
 def compared(cases, tmp_path_factory):
     """(folder, summary, record) of one comparison; every process of the tests has a copy of the same one."""
-    base, out = tmp_path_factory.getbasetemp(), tmp_path_factory.mktemp("compare")
-    shared = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "compared"
+    shared, out = of_all(tmp_path_factory) / "compared", tmp_path_factory.mktemp("compare")
     with FileLock(f"{shared}.lock"):
         if not (shared / "returned.pickle").exists():
             record = Record()

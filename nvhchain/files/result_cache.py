@@ -11,7 +11,7 @@ import shutil
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from functools import cache, partial
 from pathlib import Path
 from typing import Any, Protocol, TypeVar, runtime_checkable
@@ -123,12 +123,17 @@ def _user() -> str:
 
 
 @contextmanager
-def _exclusive(path: Path | None) -> Iterator[None]:
-    """Let one of a user's processes on this machine at a time look for, or make, the content of `path`."""
-    if path is None:
+def _exclusive(*paths: Path | None) -> Iterator[None]:
+    """Let one of a user's processes on this machine at a time look for, or make, the content of the files `paths`."""
+    with ExitStack() as held:
+        for path in sorted({path.resolve() for path in paths if path}):  # in one order: no two wait for each other
+            held.enter_context(_locked(path))
         yield
-        return
-    place = hashlib.sha256(os.fsencode(path.resolve())).hexdigest()[:16]
+
+
+@contextmanager
+def _locked(path: Path) -> Iterator[None]:
+    place = hashlib.sha256(os.fsencode(path)).hexdigest()[:16]
     remove_abandoned_locks()
     lock = Path(tempfile.gettempdir()) / f"{_own_prefix()}-{place}.lock"
     hold = FileLock(lock)
@@ -249,7 +254,7 @@ class ResultCache:
             "fidelity": dataclasses.asdict(fidelity) if fidelity is not None else None,
         }
         common = _common(name, key)
-        with concerning(stage), _exclusive(path or common):
+        with concerning(stage), _exclusive(path, common):
             there = cached_result(path, kind, key)
             if there is None:
                 there = cached_result(common, kind, key)

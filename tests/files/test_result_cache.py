@@ -104,7 +104,10 @@ def test_changed_inputs_and_fidelity_are_computed_again(counted):
     assert len(calls) == 3
 
 
-def test_who_comes_second_waits_and_finds(tmp_path):
+@pytest.mark.parametrize("folders", [("one", "one"), ("one", "two"), ("one", "common"), (None, "one")])
+def test_who_comes_second_waits_and_finds(tmp_path, monkeypatch, folders):
+    """In the folder of both, or in the common one."""
+    monkeypatch.setenv("NVHCHAIN_CACHE", str(tmp_path / "common"))
     made, first_is_at_it = [], Event()
 
     def slowly(progress):
@@ -113,16 +116,19 @@ def test_who_comes_second_waits_and_finds(tmp_path):
         sleep(0.3)
         return FieldPressure([50.0], [[0.0, 0, 1]], [[1.0 + 1j]], provenance={})
 
-    def ask():
-        return ResultCache(tmp_path).cached("p", FieldPressure, "acoustics", (1.0,), slowly, fidelity=None)
+    def ask(folder):
+        store = ResultCache(tmp_path / folder if folder else None)
+        return store.cached("p-{key}", FieldPressure, "acoustics", (1.0,), slowly, fidelity=None)
 
     with ThreadPoolExecutor(2) as pool:
-        first = pool.submit(ask)
+        first = pool.submit(ask, folders[0])
         first_is_at_it.wait()
-        second = pool.submit(ask)
+        second = pool.submit(ask, folders[1])
         assert first.result().content_hash == second.result().content_hash
     assert len(made) == 1
-    assert [path.name for path in tmp_path.iterdir()] == ["p.h5"]
+    assert {path.name for path in tmp_path.iterdir()} == {"common", *filter(None, folders)}
+    assert len({path.name for path in tmp_path.rglob("*.h5")}) == 1
+    assert not [path for path in tmp_path.rglob("*") if path.is_file() and path.suffix != ".h5"]
 
 
 def test_a_process_that_was_killed_at_a_stage_holds_up_nobody(counted):

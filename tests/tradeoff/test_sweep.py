@@ -38,7 +38,7 @@ from nvhchain.tradeoff import (
 )
 from nvhchain.tradeoff import knobs as catalogue
 from nvhchain.tradeoff import sweep as sweeping
-from nvhchain.tradeoff.measure import Cost, measured_run
+from nvhchain.tradeoff.measure import Cost, Ledger, measured_run
 from nvhchain.tradeoff.worker import _clocks
 
 pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
@@ -146,6 +146,15 @@ def test_stages_whose_cost_is_lost_are_not_counted_as_free(swept, sphere, tmp_pa
     (tmp_path / "costs.json").write_text("{garbage")
     with pytest.raises(InputError, match=r"costs\.json: not what stages took .* measure again"):
         tradeoff(sphere, out=tmp_path, fidelity=BASE, knobs=KNOBS)
+
+
+def test_a_sweep_computes_for_itself_what_the_common_folder_of_runs_holds(sphere, tmp_path, monkeypatch):
+    monkeypatch.setenv("NVHCHAIN_CACHE", str(tmp_path / "common"))
+    nvh.run(sphere, fidelity=BASE)
+    assert [file.name[:16] for file in (tmp_path / "common").iterdir()] == ["transfer_vectors"]
+    folders = {"out": tmp_path / "out", "operators": tmp_path / "operators"}
+    run = measured_run(sphere, BASE, **folders, ledger=Ledger(tmp_path / "costs.json"), watcher=Record())
+    assert run.stages["transfer_vectors"].seconds > 0
 
 
 def test_what_a_sweep_left_without_its_cost_is_measured_again(swept, sphere, tmp_path, here):

@@ -16,11 +16,14 @@ from nvhchain.testing.coarse_runs import COARSE, Record
 FIRST = ("test_engines.py", "test_reference_regression.py")
 """Long files, one for each of two processes: of the sound and of gears, so that they compile different kernels."""
 
+COPIED = "test_tutorial.py"
+"""File that copies what is compiled: the last of the slow ones, or it would compile all in a folder of its own."""
+
 
 def pytest_collection_modifyitems(items):
     """Run files with slow tests first: what is left at the end is shared evenly between processes."""
     slow = {item.path for item in items if item.get_closest_marker("slow")}
-    items.sort(key=lambda item: (item.path.name not in FIRST, item.path not in slow))
+    items.sort(key=lambda item: (item.path.name not in FIRST, item.path not in slow, item.path.name == COPIED))
 
 
 @pytest.fixture(scope="module")

@@ -84,8 +84,10 @@ def test_pressure_on_the_surface_is_estimated_within_a_factor_of_three(air, moti
 
 @pytest.mark.parametrize(
     ("body", "motion", "frequency", "distance", "least", "most"),
-    [(PLATE, bending, 200.0, 1.0, 6.0, 7.0), (BLOCK, twisting, 1.0, 1000.0, 9.0, 12.0)],
-    ids=["bending", "twisting"],
+    [
+        pytest.param(PLATE, bending, 200.0, 1.0, 6.0, 7.0, id="bending", marks=pytest.mark.slow),
+        pytest.param(BLOCK, twisting, 1.0, 1000.0, 9.0, 12.0, id="twisting"),
+    ],
 )
 def test_errors_beyond_that_of_the_mesh_are_bounded_as_solve_direct_bounds_them(
     air, body, motion, frequency, distance, least, most

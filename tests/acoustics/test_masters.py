@@ -130,6 +130,7 @@ def test_the_estimate_from_three_to_five_masters_is_within_a_factor_of_ten_of_th
     assert worst / 10 < estimate < 10 * worst
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:the air in openings")
 def test_peaks_predicted_between_masters_are_tested_before_they_are_trusted(resonator, air):
     """Without a master at the predicted peak 11 masters passed for 1 dB and were wrong by 4.6 dB at 257 Hz."""
@@ -189,6 +190,7 @@ def test_a_band_is_refused_where_masters_in_it_would_be_the_same_number_and_solv
     assert len(atv.frequency) == 5
 
 
+@pytest.mark.slow
 def test_of_many_points_those_far_apart_decide_and_all_are_tested(box, air):
     """One point near the surface among a thousand far away, where every 16th would miss it."""
     far = bodies.shell(1000, 5.0)

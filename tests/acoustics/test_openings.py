@@ -75,12 +75,14 @@ def test_the_mesh_does_not_damp_the_air_in_a_cavity(heard):
         assert LINES[level.argmax()] / np.ptp(wide) > 180
 
 
+@pytest.mark.slow
 def test_resonances_are_missed_by_no_more_than_is_stated(heard):
     coarse, fine = (LINES[levels(pressure).argmax()] for pressure in heard)
     stated = resonance_shift(resonator(1)) - resonance_shift(resonator(2))
     assert 0.7 < stated / (coarse / fine - 1) < 1.4
 
 
+@pytest.mark.slow
 def test_lines_beside_a_resonance_err_by_no_more_than_is_stated(heard):
     """Between 0.02 and 2.2 dB were stated where 18 are found."""
     coarse, fine = heard
@@ -100,6 +102,7 @@ def test_a_resonance_that_the_mesh_misses_is_warned_of(air):
         radiate(vectors, velocity, fidelity=FIDELITY)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:the parts of the motion cancel")
 def test_a_direct_solution_states_it_from_one_more_solution_beside_the_line(air, heard):
     """Nearly as much as from twelve masters; nothing was said but by how much the resonance is missed."""
@@ -123,6 +126,7 @@ def test_a_direct_solution_states_it_from_one_more_solution_beside_the_line(air,
             assert told.resonance_error_db == pytest.approx(stated)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:the parts of the motion cancel")
 def test_sound_power_from_radiation_resistance_states_it_too(air):
     surface = resonator(1)
@@ -138,6 +142,7 @@ def test_sound_power_from_radiation_resistance_states_it_too(air):
     assert power.accuracy.resonance_error_db == pytest.approx(heard.accuracy.resonance_error_db, rel=0.05)
 
 
+@pytest.mark.slow
 def test_modal_transfer_vectors_state_it_too(air, heard):
     surface = resonator(1)
     atv = transfer_vectors(surface, bodies.shell(3, 0.5), np.linspace(230.0, 280.0, 12), air=air, fidelity=FIDELITY)

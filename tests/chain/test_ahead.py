@@ -61,6 +61,7 @@ def test_the_other_process_ends_with_its_caller_and_leaves_nothing_half_written(
     assert len(list(tmp_path.glob("mesh_law*.h5"))) == 0
 
 
+@pytest.mark.slow
 def test_what_comes_next_is_compiled_ahead_and_nothing_for_sound_where_none_is_asked_for(
     case, coarse, tmp_path, monkeypatch, worth
 ):
@@ -74,6 +75,7 @@ def test_what_comes_next_is_compiled_ahead_and_nothing_for_sound_where_none_is_a
         asked.clear()
 
 
+@pytest.mark.slow
 def test_transfer_vectors_are_made_while_the_laws_are(case, coarse, tmp_path, record, request, worth):
     heard = nvh.load_case(request.config.rootpath / "cases" / "small" / "single_stage.toml")
     heard = replace(heard, band=case.band)

@@ -9,6 +9,8 @@ import pytest
 from nvhchain.cli import main, parser
 from nvhchain.cli.examples import COMMANDS
 
+pytestmark = pytest.mark.usefixtures("common_operators")
+
 PAGES = Path(__file__).parents[2] / "docs"
 CHEAP = ("new", "check", "plan", "export", "import", "schema", "completion", "study")
 COMPUTED = ("run", "report", "sound", "hearing", "tables", "plot", "modes", "contributions", "gear-field")

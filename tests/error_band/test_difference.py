@@ -9,6 +9,8 @@ import nvhchain as nvh
 from nvhchain.error_band import COVERAGE, SHARED, ErrorBand, difference_limits
 from nvhchain.errors import InputError
 
+pytestmark = pytest.mark.usefixtures("common_operators")
+
 CASES = Path(__file__).parents[2] / "cases"
 LINES = np.array([500.0, 1000.0])
 

@@ -19,6 +19,8 @@ from nvhchain.chain import Result
 from nvhchain.cli import main, parser
 from nvhchain.fidelity import PRESETS
 
+pytestmark = pytest.mark.usefixtures("common_operators")
+
 ROOT = Path(__file__).parents[2]
 
 

@@ -10,6 +10,8 @@ import pytest
 
 from nvhchain.cli import main
 
+pytestmark = pytest.mark.usefixtures("common_operators")
+
 PAGES = Path(__file__).parents[2] / "docs" / "tutorials"
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from nvhchain.cli import main
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("common_operators")]
 
 PAGES = Path(__file__).parents[2] / "docs" / "tutorials"
 

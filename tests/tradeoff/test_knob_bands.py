@@ -7,7 +7,11 @@ from benchmarks.chain.error_band_knobs import judged_rows
 from nvhchain.tradeoff import deviation, shipped_sweep
 from nvhchain.tradeoff.knobs import FINER_SETTINGS
 
-pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("ignore:too low a singular_order")]
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.usefixtures("common_operators"),
+    pytest.mark.filterwarnings("ignore:too low a singular_order"),
+]
 
 ROWS = [
     (row.knob, row.value)

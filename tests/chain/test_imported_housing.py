@@ -19,7 +19,10 @@ from nvhchain.housing.exchange.casting_model import casting_model
 from nvhchain.interop import read_nastran, write_modal_hdf5, write_modal_uff, write_nastran, write_vtu
 from nvhchain.scene import preflight
 
-pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
+pytestmark = [
+    pytest.mark.usefixtures("common_operators"),
+    pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning"),  # models are coarse on purpose
+]
 
 FIDELITY = HousingFidelity(element_size=0.02, elements_per_turn=10)
 MODAL_BAND = 2500.0
@@ -41,6 +44,7 @@ def folder(request, tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_gearbox_in_an_imported_housing_moves_like_in_the_casting(request, folder, coarse):
     fine_faces = replace(coarse.acoustics, elements_per_wavelength=10.0)
     fidelity = replace(coarse, housing=FIDELITY, acoustics=fine_faces)

@@ -70,6 +70,7 @@ def test_long_needles_err_by_less_than_is_stated(case, motion):
     assert error.max() < 0.1
 
 
+@pytest.mark.slow
 def test_plan_names_the_new_surface_and_keeps_its_time_in_bounds(case, capsys):
     file = case(*cylinder(644 // 4, 1, 1))
     assert main(["plan", str(file)]) == 0
@@ -81,6 +82,7 @@ def test_plan_names_the_new_surface_and_keeps_its_time_in_bounds(case, capsys):
     assert 500 < plan.steps[1].counts["triangles"] < 4000
 
 
+@pytest.mark.slow
 def test_new_surface_keeps_volume_area_shape_and_every_body():
     one, faces = cylinder(64, 1, 1)
     both = Surface(np.concatenate([one, one + np.array([0.2, 0, 0])]), np.concatenate([faces, faces + len(one)]))

@@ -87,6 +87,7 @@ def test_transfer_vectors_are_the_direct_solution_at_every_scale(tried, ka, scal
     assert np.abs(pressure - direct.pressure).max() < 1e-8 * np.abs(direct.pressure).max()
 
 
+@pytest.mark.slow
 @given(ka=powers(1e-4, 4.0), distance=powers(1.05, 1e4), strength=powers(1e-9, 1e9))
 def test_scattering_of_a_source_near_and_far_is_finite_and_linear(tried, ka, distance, strength):
     air = Air()

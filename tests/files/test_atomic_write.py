@@ -78,6 +78,7 @@ WRITERS = """
 """
 
 
+@pytest.mark.slow
 def test_no_writer_is_silent_at_any_byte_at_which_the_system_takes_no_more(tmp_path):
     """A limit on the size of files stops the kernel at that byte; a signal for it is ignored by Python."""
     command = [sys.executable, "-c", textwrap.dedent(WRITERS), str(tmp_path), "24"]

@@ -70,6 +70,7 @@ def changed(tmp_path):
     return write
 
 
+@pytest.mark.slow
 def test_own_mesh_written_and_read_gives_the_same_compliance(tmp_path):
     own = flank_compliance(BODY, FIDELITY, reach=1, friction=True)
     path = tmp_path / "gear.vtu"

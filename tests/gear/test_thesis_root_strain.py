@@ -77,6 +77,7 @@ def test_static_modes_meet_nodal_forces_at_three_root_elements_and_a_gauge(modes
         assert np.abs(gauge - read).max() < 0.03 * np.abs(read).max()
 
 
+@pytest.mark.slow
 def test_teeth_over_a_slot_are_pressed_along_the_rim_where_those_between_are_not(modes):
     """Least gauge strain of the passage over the greatest: the rim over a slot bends."""
     _, reduced = modes

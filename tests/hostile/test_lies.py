@@ -31,7 +31,15 @@ assert found.growth < 60, found
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize(("kind", "count"), [("files", 80), ("bits", 60), ("summaries", 60), ("cases", 60)])
+@pytest.mark.parametrize(
+    ("kind", "count"),
+    [
+        ("files", 80),
+        ("bits", 60),
+        pytest.param("summaries", 60, marks=pytest.mark.slow),
+        pytest.param("cases", 60, marks=pytest.mark.slow),
+    ],
+)
 def test_lies_end_in_one_line_or_are_right(kind, count, tmp_path):
     lies(kind, count, tmp_path)
 

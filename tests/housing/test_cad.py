@@ -48,6 +48,7 @@ def test_seats_bolts_and_walls_of_the_example_are_found(case, found):
     assert np.allclose(np.hypot(*around[:, :2].T), 0.024, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_mass_of_the_elements_is_that_of_the_solid(case, found):
     with pytest.warns(nvh.errors.AccuracyWarning, match="2 faces"):
         model, seats = case.housing.model(case, COARSE)

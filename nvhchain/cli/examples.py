@@ -46,7 +46,7 @@ COMMANDS = {
     "hearing": "nvhchain hearing out/mine",
     "microphones": "nvhchain microphones out/mine --iso3744",
     "tables": "nvhchain tables out/mine --out mine.xlsx",
-    "tradeoff": "nvhchain tradeoff mine/single_stage.toml --fidelity draft --knob dynamics.time_step --out out/steps",
+    "tradeoff": "nvhchain tradeoff mine/single_stage.toml --fidelity draft --knob acoustics.radiation --out out/levels",
     "study": "nvhchain study blanks.toml --plan",
     "plan": "nvhchain plan mine/single_stage.toml --fidelity draft",
     "check": "nvhchain check mine/single_stage.toml --set operation.input_speed_rpm=1500",

@@ -8,7 +8,7 @@ import scipy.sparse as sp
 import nvhchain.fem.eigen as eigen
 from nvhchain.conventions import STEEL
 from nvhchain.errors import InputError, SolverError
-from nvhchain.fem import factorize, lowest_modes, modes_below, stiffness_and_mass
+from nvhchain.fem import factorize, lowest_modes, modes_and_residual, modes_below, stiffness_and_mass
 from nvhchain.testing import elements as meshes
 
 
@@ -45,12 +45,47 @@ def test_a_frequency_that_more_modes_share_than_a_block_has_vectors_is_found_as_
     assert np.abs(shapes.T @ (M @ shapes) - np.eye(pairs)).max() < 1e-10
 
 
-def test_factor_of_the_stiffness_can_be_handed_in():
+@pytest.mark.parametrize("n", [15, 30])
+def test_residual_flexibility_is_that_of_the_modes_above_the_limit(n):
+    """Few unknowns take dense algebra, more take Lanczos."""
+    K, M, _ = membrane(n)
+    load = np.zeros((n * n, 3))
+    load[[7, 40], [0, 1]] = 1.0
+    load[:, 2] = load[:, 0] + 1e-6 * load[:, 1]
+    frequency, shapes, residual = modes_and_residual(K, M, 0.13, load)
+    values, exact = np.linalg.eigh(K.toarray())
+    above = values > (2 * np.pi * 0.13) ** 2
+    assert 8 <= len(frequency) == (~above).sum()
+    exact = (exact[:, above] / values[above]) @ exact[:, above].T @ load
+    assert np.abs(residual - exact).max() < 1e-8 * np.abs(exact).max()
+
+
+def test_limit_on_a_natural_frequency_counts_its_modes():
+    """The grid of three springs and the wall in line: ω² = 2 is exact in binary, and K − 2 M is singular."""
     K, M, exact = membrane(30)
-    with factorize(K) as factor:
-        frequency, _ = lowest_modes(K, M, 0.1, factor=factor)
-    assert np.abs(frequency / exact[: len(frequency)] - 1).max() < 1e-10
-    assert exact[len(frequency)] > 0.1
+    single = sp.diags([2.0], shape=(1, 1))
+    K, M = sp.block_diag([K, single], format="csr"), sp.identity(901, format="csr")
+    f_max = np.sqrt(2.0) / (2 * np.pi)
+    assert (2 * np.pi * f_max) ** 2 == pytest.approx(2.0, rel=1e-15)
+    frequency, _ = lowest_modes(K, M, f_max)
+    assert frequency[-1] == pytest.approx(f_max, rel=1e-12)
+    assert len(frequency) == 1 + (exact < f_max).sum() == modes_below(K, M, f_max)
+
+
+def test_slow_modes_on_soft_springs_keep_their_digits():
+    nodes, elements = meshes.brick((4, 2, 2), (0.2, 0.08, 0.06))
+    K, M = stiffness_and_mass(nodes, elements, "hex20", STEEL)
+    corners = np.ptp(nodes, axis=0).sum() - nodes.sum(axis=1) < 1e-9
+    soft = sp.diags(np.repeat(np.where(corners | (nodes.sum(axis=1) < 1e-9), 1e3, 0.0), 3))
+    K = sp.csr_matrix(K + soft + sp.diags(np.where(np.arange(K.shape[0]) % 3 == 2, 10.0, 0.0)))
+    frequency, shapes = lowest_modes(K, M, 20e3)
+    # the first six by inertia relief: the springs are far too soft to bend the block
+    rigid = shapes[:, :6]
+    values = scipy.linalg.eigvalsh(rigid.T @ (K @ rigid), rigid.T @ (M @ rigid))
+    exact = np.sqrt(scipy.linalg.eigh(K.toarray(), M.toarray(), eigvals_only=True)[:6]) / (2 * np.pi)
+    assert frequency[:6] == pytest.approx(exact, rel=1e-5)
+    assert frequency[:6] == pytest.approx(np.sqrt(values) / (2 * np.pi), rel=1e-6)
+    assert exact[5] < 1e-2 * frequency[6]
 
 
 def test_free_block_has_six_rigid_modes_at_zero_and_matches_the_dense_solution():
@@ -84,15 +119,30 @@ def test_no_mode_below_the_limit_is_an_empty_answer():
     assert shapes.shape == (900, 0)
 
 
-def test_missed_mode_is_an_error(monkeypatch):
+@pytest.mark.parametrize(("wrong", "message"), [(-1, "60 modes found"), (1, "60 of 61 modes")])
+def test_missed_mode_is_an_error(monkeypatch, wrong, message):
     K, M, exact = membrane(30)
-    f_max = (exact[59] + exact[60]) / 2
-    monkeypatch.setattr(eigen, "modes_below", lambda *_: 59)
-    with pytest.raises(SolverError, match="60 modes found"):
-        lowest_modes(K, M, f_max)
-    monkeypatch.setattr(eigen, "modes_below", lambda *_: 61)
-    with pytest.raises(SolverError, match="60 of 61 modes"):
-        lowest_modes(K, M, f_max)
+
+    def miscounted(*args, **options):
+        factor = factorize(*args, **options)
+        factor.negative += wrong
+        return factor
+
+    monkeypatch.setattr(eigen, "factorize", miscounted)
+    with pytest.raises(SolverError, match=message):
+        lowest_modes(K, M, (exact[59] + exact[60]) / 2)
+
+
+@pytest.mark.parametrize("n", [15, 30])
+def test_stiffness_with_a_negative_eigenvalue_is_an_error(n):
+    K, M, _ = membrane(n)
+    with pytest.raises(SolverError, match="stiffness matrix has the eigenvalue -0.2"):
+        lowest_modes(sp.csr_matrix(K - (0.2 + first(n)) * M), M, 0.13)
+
+
+def first(n):
+    """Lowest eigenvalue of the membrane."""
+    return 8 * np.sin(np.pi / (2 * (n + 1))) ** 2
 
 
 def test_f_max_must_be_positive():

@@ -42,7 +42,7 @@ class Counts:
         self.teeth = defaultdict(set)
         self.responses = 0
         self._wrap(patch, exterior, "band_values", self._solved)
-        self._wrap(patch, seat_modes, "lowest_modes", self._modes)
+        self._wrap(patch, seat_modes, "modes_and_residual", self._modes)
         solve = body_flexibility.HeldBody.solve
 
         def counted(body, loads, at=None):
@@ -67,7 +67,7 @@ class Counts:
         self.frequencies += list(frequency)
         self.points.append(solved.values.shape[1])
 
-    def _modes(self, result, stiffness, mass, limit):
+    def _modes(self, result, stiffness, mass, limit, load):
         self.modes_to.append(limit)
         self.unknowns.append(stiffness.shape[0])
         self.modes.append(result[0])

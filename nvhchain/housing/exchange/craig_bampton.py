@@ -13,7 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from nvhchain.errors import require
-from nvhchain.fem import factorize, lowest_modes, modes_below
+from nvhchain.fem import factorize, lowest_modes
 from nvhchain.fem.modal_model import CraigBampton
 from nvhchain.fem.solid_model import RigidSet, SolidModel
 from nvhchain.fidelity import HousingFidelity
@@ -52,10 +52,9 @@ def craig_bampton(
     inner, outer = slice(0, K.shape[0] - boundary), slice(K.shape[0] - boundary, K.shape[0])
     K_ii, M_ii = sp.csr_matrix(K[inner, inner]), sp.csr_matrix(M[inner, inner])
     K_ib = K[inner, outer].toarray()
-    below = modes_below(K_ii, M_ii, f_top)  # before the other factors: one of the two is in memory at a time
     with factorize(K_ii) as factor:
         follow = -factor.solve(K_ib)
-        frequency, shapes = lowest_modes(K_ii, M_ii, f_top, factor=factor, count=below)
+    frequency, shapes = lowest_modes(K_ii, M_ii, f_top)
     basis = np.zeros((K.shape[0], boundary + len(frequency)))
     basis[inner, :boundary], basis[inner, boundary:] = follow, shapes
     basis[outer, :boundary] = np.eye(boundary)

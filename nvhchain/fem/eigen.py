@@ -51,7 +51,7 @@ _MOVED = 1e-6
 _SINGULAR = 1e8
 """Largest θσ of the modes beside f_max: rounding errors of the others are as many times larger."""
 
-_TOLERANCE, _FINEST = 1e-6, 1e-8
+_TOLERANCE, _FINEST = 2e-7, 1e-8
 """Residual of an eigenpair relative to its eigenvalue (of the inverted operator), and of the residual flexibility.
 
 It is the error of a shape beside modes that are well separated from it. The error of λ is about its square times σ. Slow

@@ -96,7 +96,9 @@ def modes_and_residual(K: Any, M: Any, f_max: float, load: FloatArray) -> tuple[
                 if shift > limit:
                     raise
     if (values < -_INDEFINITE * limit).any():
-        raise SolverError(f"stiffness matrix has the eigenvalue {values.min():.3g} rad²/s², at least 0 is needed: check it")
+        raise SolverError(
+            f"stiffness matrix has the eigenvalue {values.min():.3g} rad²/s², at least 0 is needed: check it"
+        )
     return *_finished(K, values, shapes), residual
 
 
@@ -189,13 +191,13 @@ def _next_block(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return M-orthonormal Q, also orthogonal to the basis, M Q, and R with new = Q R + a part in the basis.
 
-    norm : norm of the operator that made `new`.
+    norm : norm of the operator that made `new`, which is overwritten.
 
     Random directions replace those that depend on others or lie in the basis; R has rows of zeros for them. Otherwise
     the operator reveals no more modes of a repeated frequency than a block has vectors.
     """
     weighted = M @ new
-    new = new - ((weighted.T @ basis) @ basis.T).T  # by rows of the transpose: half the time
+    new -= ((weighted.T @ basis) @ basis.T).T  # by rows of the transpose: half the time
     gram = new.T @ weighted
     scale = np.sqrt(gram.diagonal().clip(np.finfo(float).tiny))
     value, vector = np.linalg.eigh(gram / np.outer(scale, scale))
@@ -203,7 +205,8 @@ def _next_block(
     room = min(new.shape[1], len(new) - basis.shape[1])
     keep = (value > _DEPENDENT * max(value[-1], np.finfo(float).tiny)) & (left > _NOTHING * norm)
     keep[: len(keep) - room] = False
-    Q = new @ (vector[:, keep] / np.sqrt(value[keep]) / scale[:, None])
+    # arrays are used again: fresh ones of this size cost as much time as the products
+    Q = np.matmul(new, vector[:, keep] / np.sqrt(value[keep]) / scale[:, None], out=weighted[:, : keep.sum()])
     R = (vector[:, keep] * np.sqrt(value[keep])).T * scale
     others = room - Q.shape[1]
     if others > 0:
@@ -217,7 +220,8 @@ def _next_block(
         weighted = M @ Q
     lower = np.linalg.cholesky(Q.T @ weighted)
     normalise = scipy.linalg.solve_triangular(lower, np.eye(len(lower)), lower=True).T
-    return Q @ normalise, weighted @ normalise, lower.T @ R
+    block = np.matmul(Q, normalise, out=new[:, : Q.shape[1]])
+    return block, np.matmul(weighted, normalise, out=Q), lower.T @ R
 
 
 def _orthogonal_part(basis: FloatArray, vectors: FloatArray, M: Any) -> FloatArray:

@@ -51,8 +51,8 @@ _SINGULAR = 1e8
 _TOLERANCE, _FINEST = 4e-7, 1e-8
 """Residual of an eigenpair relative to its eigenvalue (of the inverted operator), and of the residual flexibility.
 
-It is the error of a shape beside modes that are well separated from it. The error of λ is about its square times σ. Slow
-modes therefore converge to 1e-5 √(λ/σ), down to the second value.
+It is the error of a shape beside modes that are well separated from it. The error of λ is about its square times σ.
+Slow modes therefore converge to 1e-5 √(λ/σ), down to the second value.
 """
 
 _INDEFINITE = 0.01

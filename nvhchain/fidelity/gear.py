@@ -30,7 +30,8 @@ class GearFidelity(Knobs, package="gear"):
     load_pattern_tolerance: float = knob(1e-3, high=0.1, sweep=(1e-2, 3e-3, 1e-3),
         meaning="part of the forces from a tooth on the body that is neglected, relative")
     far_pattern_tolerance: float = knob(3e-2, high=0.5, sweep=(0.1, 0.03),
-        meaning="part of these forces with the same effect at all teeth of a sector, relative")
+        meaning="combinations of these forces that pass less below the rim, relative to the strongest, "
+                "do not answer one another through the web")
     bodies: str = knob("elements", choices=("elements", "analytic"), sweep=("analytic",),
         meaning="compliance of teeth and blanks: `elements` or, for a first look, `analytic`. The latter is a "
                 "Weber–Banaschek beam on a Sainsot–Velex ring, without holes or slots, and of a web its twist alone")

@@ -14,7 +14,7 @@ from nvhchain.acoustics.solutions import exterior
 from nvhchain.case import FieldPoint
 from nvhchain.fidelity import AcousticsFidelity, DynamicsFidelity, Fidelity, GearFidelity, HousingFidelity
 from nvhchain.gear import Slots
-from nvhchain.gear.compliance import body_flexibility
+from nvhchain.gear.compliance import flank_compliance
 from nvhchain.handoff import ForceSpectrum
 from nvhchain.housing.modes import seat_modes
 
@@ -43,14 +43,7 @@ class Counts:
         self.responses = 0
         self._wrap(patch, exterior, "band_values", self._solved)
         self._wrap(patch, seat_modes, "modes_and_residual", self._modes)
-        solve = body_flexibility.HeldBody.solve
-
-        def counted(body, loads, at=None):
-            for teeth in loads:
-                self.teeth[len(body.unknowns)].update(teeth)
-            return solve(body, loads, at)
-
-        patch.setattr(body_flexibility.HeldBody, "solve", counted)
+        self._wrap(patch, flank_compliance, "body_flexibility", self._bodies)
 
     @staticmethod
     def _wrap(patch, module, name, note):
@@ -62,6 +55,9 @@ class Counts:
             return result
 
         patch.setattr(module, name, counted)
+
+    def _bodies(self, response, mesh, *rest):
+        self.teeth[len(mesh.blank.top)].update(range(len(response)))
 
     def _solved(self, solved, frequency):
         self.frequencies += list(frequency)

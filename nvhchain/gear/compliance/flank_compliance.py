@@ -206,12 +206,18 @@ def _solved(
     mesh = gear_mesh(body, fidelity)
     tooth = condensed_tooth(body.geometry, mesh, body.material, friction=friction)
     patterns, share, strength = load_patterns(tooth, fidelity.load_pattern_tolerance)
-    far = int((strength > fidelity.far_pattern_tolerance).sum())
     return (
         tooth,
         share,
         body_flexibility(
-            mesh, tooth, body.material, patterns, far=far, sector=body.sector, reach=reach, progress=progress
+            mesh,
+            tooth,
+            body.material,
+            (patterns, strength),
+            far_tolerance=fidelity.far_pattern_tolerance,
+            sector=body.sector,
+            reach=reach,
+            progress=progress,
         ),
     )
 

@@ -31,6 +31,9 @@ _STRIP = 0.02
 """Width of web (normal modules) between a rounded opening and hub or rim. The circles on which the thickness changes
 cannot follow the opening's corners."""
 
+_CLEAR = 0.3
+"""Columns of the mesh between an opening, whose corners move columns, and the rows that stay even."""
+
 WEB_GROWTH = 0.5
 """Growth of elements beside the ends of a thin web, per distance from there; each is some 1.5 times the one before."""
 
@@ -43,7 +46,10 @@ class BlankMesh:
     bore : nodes on the bore.
     web_elements : quadrilaterals of the web.
     sector_elements : quadrilaterals under the first sector of teeth.
+    tooth_elements : quadrilaterals under the first tooth.
+    rim_elements : quadrilaterals of the rim, which repeats with every tooth: all where all teeth are alike.
     rotated_nodes : (n,) node that replaces each node when the blank turns by one sector.
+    next_nodes : (n,) node of the rim that replaces each of its nodes when it turns by one tooth, −1 below the rim.
     """
 
     plane: PlaneMesh
@@ -51,7 +57,10 @@ class BlankMesh:
     bore: IntArray
     web_elements: BoolArray
     sector_elements: BoolArray
+    tooth_elements: BoolArray
+    rim_elements: BoolArray
     rotated_nodes: IntArray
+    next_nodes: IntArray
 
 
 def innermost_solid(body: GearBody) -> float:
@@ -82,6 +91,7 @@ def blank_mesh(body: GearBody, top_radius: float, fidelity: GearFidelity) -> Bla
     height, fine = _heights(body, top_radius, fidelity)
     radii = _rows(body, top_radius, height, fine)
     rows = len(radii) - 1
+    whole = _whole_row(body, radii, step)
     grid = np.arange((rows + 1) * columns).reshape(rows + 1, columns)
     cell = np.ones((rows, columns), dtype=bool)
 
@@ -89,7 +99,7 @@ def blank_mesh(body: GearBody, top_radius: float, fidelity: GearFidelity) -> Bla
     curves: list[Curve] = []
     if cut is not None:
         fixed = np.zeros(move.shape, dtype=bool)
-        fixed[:, [0, rows]] = True
+        fixed[:, 0] = fixed[:, whole:] = True
         if web is not None:
             fixed[0, [_row(radii, web.hub_radius), _row(radii, web.rim_radius)]] = True
         for i in range(cut.count):
@@ -114,8 +124,9 @@ def blank_mesh(body: GearBody, top_radius: float, fidelity: GearFidelity) -> Bla
     curves = [Curve(new[c.corners], c.radius, c.angle) for c in curves]
     plane = quadratic_mesh(radius[used], angle[used], number.reshape(quads.shape), tuple(curves))
 
-    turned = new[np.roll(grid, -per_tooth * body.sector, axis=1)].ravel()[used]
-    edges = plane.edge_nodes(turned[plane.edges[:, 0]], turned[plane.edges[:, 1]])
+    rim = 0 if body.sector == 1 else whole
+    turned, following = (new[np.roll(grid, -per_tooth * teeth, axis=1)].ravel()[used] for teeth in (body.sector, 1))
+    following[used // columns < rim] = -1
     under = per_tooth * np.arange(gear.teeth)[:, None] + np.arange(per_tooth + 1)
     web_row = np.zeros(rows, dtype=bool)
     if web is not None:
@@ -127,8 +138,28 @@ def blank_mesh(body: GearBody, top_radius: float, fidelity: GearFidelity) -> Bla
         bore=np.append(new[grid[0]], plane.edge_nodes(new[grid[0]], new[after[0]])),
         web_elements=web_row[row],
         sector_elements=column < per_tooth * body.sector,
-        rotated_nodes=np.append(turned, edges),
+        tooth_elements=column < per_tooth,
+        rim_elements=row >= rim,
+        rotated_nodes=_with_edges(plane, turned),
+        next_nodes=_with_edges(plane, following),
     )
+
+
+def _whole_row(body: GearBody, radii: FloatArray, step: float) -> int:
+    """Return the row of corners from which on the mesh is even: above the web, and `_CLEAR` columns above openings."""
+    web, cut = body.blank.web, _openings(body)
+    above = 0.0 if cut is None else cut.outer_radius * (1.0 + _CLEAR * step)
+    rows = max(int(np.searchsorted(radii, above)), 0 if web is None else _row(radii, web.rim_radius))
+    return min(rows, len(radii) - 1)
+
+
+def _with_edges(plane: PlaneMesh, turned: IntArray) -> IntArray:
+    """Return the nodes that replace all nodes, from those (corners,) that replace the corners; −1 is passed on."""
+    ends = turned[plane.edges]
+    moved = (ends >= 0).all(axis=1)
+    edges = np.full(len(ends), -1)
+    edges[moved] = plane.edge_nodes(*ends[moved].T)
+    return np.append(turned, edges)
 
 
 def rows_over_even(body: GearBody, top_radius: float, fidelity: GearFidelity) -> float:

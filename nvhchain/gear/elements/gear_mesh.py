@@ -56,7 +56,8 @@ class GearMesh:
 
     pitch, blank : transverse meshes.
     pitch_solid, blank_solid : solid meshes.
-    sector_elements : bricks of the blank under the first sector of teeth.
+    sector_elements, tooth_elements, rim_elements : bricks of the blank under the first sector of teeth, under the first
+        tooth, and in the rim.
     """
 
     pitch: PitchMesh
@@ -64,6 +65,8 @@ class GearMesh:
     pitch_solid: SolidMesh
     blank_solid: SolidMesh
     sector_elements: BoolArray
+    tooth_elements: BoolArray
+    rim_elements: BoolArray
 
 
 def gear_mesh(body: GearBody, fidelity: GearFidelity) -> GearMesh:
@@ -73,12 +76,18 @@ def gear_mesh(body: GearBody, fidelity: GearFidelity) -> GearMesh:
     stations, in_web = _stations(body, fidelity)
     present = np.ones((len(in_web), len(blank.plane.quads)), dtype=bool)
     present[:, blank.web_elements] = in_web[:, None]
+
+    def bricks(quads: BoolArray) -> BoolArray:
+        return np.asarray(np.broadcast_to(quads, present.shape)[present])
+
     return GearMesh(
         pitch=pitch,
         blank=blank,
         pitch_solid=pitch_solid,
         blank_solid=_swept(body, blank.plane, rim, pitch.inner_radius, stations, present),
-        sector_elements=np.broadcast_to(blank.sector_elements, present.shape)[present],
+        sector_elements=bricks(blank.sector_elements),
+        tooth_elements=bricks(blank.tooth_elements),
+        rim_elements=bricks(blank.rim_elements),
     )
 
 

@@ -24,7 +24,7 @@ import scipy.sparse as sp
 from nvhchain.conventions import Material, Progress
 from nvhchain.errors import ResourceError
 from nvhchain.fem._sparse import BLOCK, factorize
-from nvhchain.gear.compliance.tooth_compliance import CondensedTooth, cylindrical_stiffness, unknowns
+from nvhchain.gear.compliance.tooth_compliance import CondensedTooth, cylindrical_stiffness
 from nvhchain.gear.elements.gear_mesh import GearMesh
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray
 from nvhchain.runtime.memory import free_memory
@@ -49,7 +49,7 @@ class _Repeated:
     """
 
     def __init__(self, turned: IntArray, sectors: int, moving: IntArray, last: IntArray | None = None) -> None:
-        """Number the nodes.
+        """Assign numbers to the unknowns of the nodes.
 
         turned: (n,) node that replaces each node when the body turns by one sector.  moving: nodes that move.
         last: those of them with the last unknowns of a sector.
@@ -126,8 +126,6 @@ class _Repeated:
         return np.asfortranarray((matrix if rows is None else matrix[rows]) @ forces)
 
 
-
-
 class HeldBody:
     """Factored stiffness of the blank with all its condensed teeth, bore held.
 
@@ -189,7 +187,7 @@ def body_flexibility(
 ) -> FloatArray:
     """Return the response of tooth t to patterns of force on tooth t + d.
 
-    patterns: forces (3 n_i, r) on the shared nodes of one tooth, and the strength (r,) with which flank loads excite each.
+    patterns: forces (3 n_i, r) on the shared nodes of one tooth, and the strength (r,) of each under flank loads.
     The response is the conjugate displacement.
     far_tolerance: combinations of patterns that pass less than this part of the strongest below the rim pass nothing.
     progress: called with (solutions done, solutions of the body).

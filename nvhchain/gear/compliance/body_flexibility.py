@@ -190,7 +190,7 @@ def body_flexibility(
     patterns: forces (3 n_i, r) on the shared nodes of one tooth, and the strength (r,) of each under flank loads.
     The response is the conjugate displacement.
     far_tolerance: combinations of patterns that pass less than this part of the strongest below the rim pass nothing.
-    progress: called with (solutions done, solutions of the body).
+    progress: called with (teeth done, teeth of the sector), averaged over the harmonics.
     Returns (sector, reach + 1, r, r): response (m/N).
     """
     forces, strength = patterns
@@ -286,7 +286,7 @@ def _through_web(
                 found = tested @ factor.solve(load)[rows]
                 response[:, :, batch, :count] = found.reshape(sector, r, -1, count)
                 if progress is not None:
-                    progress(k * sector + batch.stop, len(body.harmonics) * sector)
+                    progress((k * sector + batch.stop) // len(body.harmonics), sector)
         response[:, :count, :, count:] = response[:, count:, :, :count].conj().transpose(2, 3, 0, 1)
         for t in range(sector):
             phase = weight * body.phase(k, -turns[t])[:, None, None]

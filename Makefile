@@ -7,8 +7,9 @@ FIDELITY ?= standard
 OUT ?= out
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
-# two processes on two cores: threads of their libraries would only wait for each other
-TESTS := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 $(BIN)/python -m pytest --durations=15 -n 2 --dist loadfile --no-loadscope-reorder
+# two processes on two cores: threads of their libraries would only wait for each other;
+# commands that tests start read modules that are compiled once, also where the environment forbids to keep them
+TESTS := PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 $(BIN)/python -m pytest --durations=15 -n 2 --dist loadfile --no-loadscope-reorder
 
 .PHONY: help setup demo gallery test test-all extremes kills lies lint docs clean distclean
 

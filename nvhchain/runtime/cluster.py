@@ -6,7 +6,6 @@ and in the number of tasks that share a machine. They also signal a lost worker 
 
 from __future__ import annotations
 
-import asyncio
 import os
 import signal
 import sys
@@ -112,6 +111,8 @@ def connect(address: str, *, timeout: float = 10.0) -> Iterator[Executor]:
     timeout: time (s) in which the scheduler, and then its first worker, must answer.
     """
     require(0 < timeout < float("inf"), f"timeout = {timeout:g} s must be positive and finite")
+    import asyncio  # slow to import
+
     distributed = _distributed()
     try:
         # A client waits for ever for a listener that is no scheduler. A client without a scheduler is closed by the
@@ -137,6 +138,8 @@ def connect(address: str, *, timeout: float = 10.0) -> Iterator[Executor]:
 
 async def _identity(address: str, timeout: float) -> None:
     """Raise an error unless a dask process answers with its identity within `timeout` (s)."""
+    import asyncio
+
     async with import_module("distributed.core").rpc(address, timeout=timeout) as scheduler:
         await asyncio.wait_for(scheduler.identity(), timeout)
 

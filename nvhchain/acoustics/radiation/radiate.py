@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
 
 from nvhchain.acoustics.accuracy.cancellation import (
@@ -30,39 +29,6 @@ from nvhchain.kinds import checked
 
 _BLOCK_BYTES = 2**28
 """Bytes of remainders at the nodes that are held at once; the points of a block share the reading of velocities."""
-
-_COMPLEX_2 = nb.types.Array(nb.complex128, 2, "C", readonly=True)
-_REAL_1 = nb.types.Array(nb.float64, 1, "C", readonly=True)
-
-
-@nb.njit(nb.complex128[:, ::1](_REAL_1, _REAL_1, _COMPLEX_2), cache=True, nogil=True)
-def _delayed(wavenumber, distance, velocity):  # type: ignore[no-untyped-def]
-    """Return v e^{−jkr} for every line and face.
-
-    Equally spaced lines, like those of a Fourier transform, advance the phase by a multiplication. Their spacing may
-    differ by rounding only. After a piece of lines, the phase is therefore still correct to about 1e-12 rad.
-    """
-    lines, faces = velocity.shape
-    delayed = np.empty((lines, faces), dtype=np.complex128)
-    phase = np.empty(faces, dtype=np.complex128)
-    advance = np.empty(faces, dtype=np.complex128)
-    spacing = np.inf
-    for line in range(lines):
-        k = wavenumber[line]
-        step = k - wavenumber[line - 1] if line > 0 else np.inf
-        if abs(step - spacing) <= 4e-16 * k:
-            for f in range(faces):
-                phase[f] *= advance[f]
-        else:
-            spacing = wavenumber[line + 1] - k if line + 1 < lines else np.inf
-            for f in range(faces):
-                phase[f] = complex(np.cos(k * distance[f]), -np.sin(k * distance[f]))
-            if spacing < np.inf:
-                for f in range(faces):
-                    advance[f] = complex(np.cos(spacing * distance[f]), -np.sin(spacing * distance[f]))
-        for f in range(faces):
-            delayed[line, f] = velocity[line, f] * phase[f]
-    return delayed
 
 
 @checked
@@ -211,6 +177,8 @@ def _evaluate(
     pressure = np.zeros(shape, dtype=complex)
     error, shifted = np.zeros(shape), np.zeros(shape)
     pieces = [lines[batch] for batch in line_batches(len(lines))]
+    from nvhchain.acoustics.radiation._delay import delayed  # compiled
+
     ends = range(len(smooth.atv.points))
     together = max(1, _BLOCK_BYTES // (16 * len(smooth.node) * len(smooth.atv.surface.triangles)))
     blocks = [ends[start : start + together] for start in range(0, len(ends), together)]
@@ -226,7 +194,7 @@ def _evaluate(
             moved = smooth.shift_weights(frequency, shift) if shift > 0 else misfit[:0]
             needed = support(np.concatenate([weights, *misfit, *moved]))
             for end, value, distance in zip(block, values, distances, strict=True):
-                projected = _delayed(smooth.wavenumber(frequency), distance, velocity) @ value[needed].T
+                projected = delayed(smooth.wavenumber(frequency), distance, velocity) @ value[needed].T
                 pressure[piece, end % points] += (projected * weights[:, needed]).sum(axis=1)
                 error[piece, end % points] += np.abs((projected * misfit[:, :, needed]).sum(axis=2)).max(axis=0)
                 shifted[piece, end % points] += np.abs((projected * moved[:, :, needed]).sum(axis=2)).sum(axis=0)

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
@@ -44,6 +43,8 @@ def neighbours(surface: Surface, reach: float) -> IntArray:
 
     Each box is widened on every side by `reach` times half the longest edge of its triangle.
     """
+    from nvhchain.acoustics.surfaces._pairs import sweep  # compiled
+
     corners = surface.vertices[surface.triangles]
     margin = 0.5 * reach * surface.longest_edges[:, None]
     low, high = corners.min(axis=1) - margin, corners.max(axis=1) + margin
@@ -53,33 +54,9 @@ def neighbours(surface: Surface, reach: float) -> IntArray:
     turned = np.roll(np.arange(3), -axis)
     boxes = np.ascontiguousarray(np.concatenate([low[:, turned], high[:, turned]], axis=1)[order])
     triangles = np.ascontiguousarray(surface.triangles[order])
-    pairs = np.empty((_sweep(boxes, triangles, np.empty((0, 2), dtype=np.int64)), 2), dtype=np.int64)
-    _sweep(boxes, triangles, pairs)
+    pairs = np.empty((sweep(boxes, triangles, np.empty((0, 2), dtype=np.int64)), 2), dtype=np.int64)
+    sweep(boxes, triangles, pairs)
     return order[pairs]
-
-
-@numba.njit("int64(float64[:,::1], int64[:,::1], int64[:,::1])", cache=True, nogil=True)
-def _sweep(boxes, triangles, pairs):
-    """Count overlapping boxes (n, 6), sorted by their first lower limit, and list as many as `pairs` holds."""
-    found = 0
-    for i in range(len(boxes)):
-        for j in range(i + 1, len(boxes)):
-            if boxes[j, 0] > boxes[i, 3]:
-                break
-            if boxes[j, 1] > boxes[i, 4] or boxes[j, 4] < boxes[i, 1]:
-                continue
-            if boxes[j, 2] > boxes[i, 5] or boxes[j, 5] < boxes[i, 2]:
-                continue
-            shared = False
-            for p in range(3):
-                for q in range(3):
-                    shared |= triangles[i, p] == triangles[j, q]
-            if shared:
-                continue
-            if found < len(pairs):
-                pairs[found, 0], pairs[found, 1] = i, j
-            found += 1
-    return found
 
 
 def crossing_pairs(surface: Surface, pairs: IntArray) -> IntArray:

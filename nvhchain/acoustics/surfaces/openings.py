@@ -1,11 +1,9 @@
 """Resolution of the openings of a body: triangles that face each other across air."""
 
-# mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
 
 from functools import lru_cache
 
-import numba
 import numpy as np
 
 from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane, Surface
@@ -47,28 +45,10 @@ def opening_energy_ratio(
 @lru_cache(maxsize=8)
 def _opening_widths(surface: Surface, plane: RigidPlane | None) -> FloatArray:
     """Return the width (n_face,) m of the air before every triangle; inf if no other stands opposite."""
+    from nvhchain.acoustics.surfaces._pairs import opening_widths  # compiled
+
     centroids, normals = surface.centroids, surface.normals
     if plane is not None:
         centroids = np.concatenate([centroids, plane.mirror(centroids)])
         normals = np.concatenate([normals, plane.mirror_direction(normals)])
-    return np.asarray(_widths(len(surface.triangles), centroids, normals))
-
-
-@numba.njit("float64[::1](int64, float64[:,::1], float64[:,::1])", cache=True, nogil=True)
-def _widths(count, centroids, normals):
-    """Return the width (count,) m of the air before the first triangles; inf if no other stands opposite."""
-    widths = np.full(count, np.inf)
-    for i in range(count):
-        nearest = np.inf
-        for j in range(len(centroids)):
-            x, y = centroids[j, 0] - centroids[i, 0], centroids[j, 1] - centroids[i, 1]
-            z = centroids[j, 2] - centroids[i, 2]
-            square = x * x + y * y + z * z
-            if square >= nearest:
-                continue
-            ahead = x * normals[i, 0] + y * normals[i, 1] + z * normals[i, 2]
-            behind = x * normals[j, 0] + y * normals[j, 1] + z * normals[j, 2]
-            if ahead > 0.0 > behind and (normals[i] * normals[j]).sum() < _OPPOSITE:
-                nearest = square
-        widths[i] = np.sqrt(nearest)
-    return widths
+    return np.asarray(opening_widths(len(surface.triangles), centroids, normals, _OPPOSITE))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from importlib import import_module
 from typing import ClassVar, Protocol, runtime_checkable
 
 from nvhchain.acoustics.systems.compression import Stripe, compressed_size, compressed_systems
@@ -12,7 +13,6 @@ from nvhchain.acoustics.systems.dense import dense_system
 from nvhchain.acoustics.systems.frequency_blocks import BAND
 from nvhchain.acoustics.systems.iterative import iteration_size, patches_size
 from nvhchain.acoustics.systems.linear_system import SolverRecord, System
-from nvhchain.acoustics.waves.layer_potentials import compiled_layers
 from nvhchain.errors import InputError, ResourceError, is_whole, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane, Surface
@@ -191,7 +191,7 @@ def compile_kernels(engine: str, fidelity: AcousticsFidelity) -> None:
     Without this call, compilation happens at first use.
     """
     found = engine_named(engine)
-    compiled_layers()
+    import_module("nvhchain.acoustics.waves._layers")
     if fidelity.radiation == "boundary_elements":
         found.compile(fidelity)
 

@@ -36,6 +36,8 @@ class Started:
     def __init__(self, arguments: list[str], place: Path) -> None:
         self.place, self.code = place, None
         (place / "temporary").mkdir(parents=True, exist_ok=True)
+        for name in ("out.txt", "err.txt"):  # here: a signal may arrive before the copy has opened them
+            (place / name).write_text("")
         sys.stdout.flush()
         sys.stderr.flush()
         self.pid = os.fork()

@@ -113,7 +113,10 @@ def fitted(blank: Callable[[float], Blank], low: float, high: float, mass: float
 
 
 def spur() -> Study:
-    """The pairs of the thesis, ch. 3: a solid gear drives a lightweight one, pure involutes."""
+    """Spur pairs with thick teeth, x = 0.36: a solid gear drives a lightweight one, pure involutes.
+
+    Those of the thesis, without profile shift, are the pairs of `reference_pairs.py`.
+    """
     web = {"web_thickness": 12e-3, "hub_radius": HUB, "rim_radius": RIM}
     return Study(
         GearPair(GearBody(SPUR), GearBody(SPUR), 0.15),

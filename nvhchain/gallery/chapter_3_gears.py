@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 
 from nvhchain import plots
+from nvhchain.fidelity import GearFidelity
 from nvhchain.gallery.chapter_3_lumped import HYSTERESIS, SWEPT, titles
 from nvhchain.gallery.figures import grid
 from nvhchain.gallery.gears import (
@@ -22,6 +23,7 @@ from nvhchain.gallery.gears import (
 )
 from nvhchain.gallery.item import Item, Numbers, Place, Stated
 from nvhchain.gear import WHEEL, GearBody, GearPair, loaded_transmission_error, mass_properties
+from nvhchain.handoff import FloatArray
 from nvhchain.lumped import THESIS_PAIRS, pair_from_error, steady_sweep
 from nvhchain.lumped import GearPair as GearPairModel
 from nvhchain.lumped.gear_pairs import DAMPING_RATIO, HALF_BACKLASH
@@ -79,17 +81,23 @@ def displaced(place: Place, quantity: str) -> Numbers:
     return field_numbers(field)
 
 
+@cache
+def static_error(name: str, fidelity: GearFidelity, excluded: bool) -> tuple[FloatArray, FloatArray]:
+    """Return wheel angle (rad) and transmission error (m) of a pair over its body period, tip edges excluded or not."""
+    touching = engagement(SPUR, SPUR, BLANKS[name], gear_fidelity(fidelity, ANGLES_PER_MESH))
+    corner_gap = 0.0 if excluded else touching.fidelity.corner_gap
+    here = replace(touching, fidelity=replace(touching.fidelity, corner_gap=corner_gap))
+    return loaded_transmission_error(here, TORQUE)
+
+
 def table_3_2(place: Place) -> Numbers:
     """Compute stiffness and orders of the four pairs with and without contact of tip edges; sweep both."""
     found: Numbers = {}
     lumped: dict[str, list[GearPairModel]] = {label: [] for label in TIP_EDGES}
     for name, blank in BLANKS.items():
-        touching = engagement(SPUR, SPUR, blank, gear_fidelity(place.fidelity.gear, ANGLES_PER_MESH))
-        pair, theirs = touching.pair, THESIS_PAIRS[name]
+        pair, theirs = GearPair(GearBody(SPUR), GearBody(SPUR, blank), CENTRE_DISTANCE), THESIS_PAIRS[name]
         for label, pairs in lumped.items():
-            corner_gap = 0.0 if label else touching.fidelity.corner_gap
-            here = replace(touching, fidelity=replace(touching.fidelity, corner_gap=corner_gap))
-            _, error = loaded_transmission_error(here, TORQUE)
+            _, error = static_error(name, place.fidelity.gear, bool(label))
             lines = orders(error, pair)
             found[f"{name}: stiffness{label} / 10⁸ N/m"] = 1e-8 * TORQUE / SPUR.base_radius / float(error.mean())
             found[f"{name}: mesh order{label} / µm"] = 1e6 * lines[57]

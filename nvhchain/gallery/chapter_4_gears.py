@@ -69,6 +69,14 @@ def gear_data(_: Place) -> Numbers:
     }
 
 
+@cache
+def transmission_error(
+    gear: int, torque: float, friction: float, fidelity: GearFidelity
+) -> tuple[FloatArray, FloatArray]:
+    """Return wheel angle (rad) and transmission error (m) of a gear; friction acts in the balance of torque alone."""
+    return loaded_transmission_error(meshed(gear, fidelity), torque, friction=friction, friction_bending=False)
+
+
 def transmission_errors(place: Place, friction: float) -> Numbers:
     """Draw the transmission errors of both pairs at 50 and 300 Nm; friction acts in the balance of torque alone."""
     found: Numbers = {}
@@ -76,7 +84,7 @@ def transmission_errors(place: Place, friction: float) -> Numbers:
     for gear in GEARS:
         touching = meshed(gear, place.fidelity.gear)
         for torque in TORQUES:
-            angle, error = loaded_transmission_error(touching, torque, friction=friction, friction_bending=False)
+            angle, error = transmission_error(gear, torque, friction, place.fidelity.gear)
             half, period = len(angle) // 2, len(angle) * angle[1]
             centred = np.r_[angle[half:] - period, angle[:half]], np.r_[error[half:], error[:half]]
             curves.setdefault(NAMES[gear], {})[f"{torque:g} Nm"] = centred

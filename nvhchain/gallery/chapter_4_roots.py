@@ -68,7 +68,7 @@ def _strain(gear: int, fidelity: GearFidelity) -> dict[Load, FloatArray]:
     shares = {50.0: PASSAGE, 300.0: PASSAGE, NOMINAL: single_contact(pair)}
     loads = [(name, torque) for name in teeth for torque in shares]
     without, rubbed = (
-        [m for name, torque in loads for m in _passage(touching, teeth[name], torque, shares[torque], friction)]
+        [m for name, torque in loads for m in passage(touching, teeth[name], torque, shares[torque], friction)]
         for friction in (0.0, FRICTION)
     )
     numbers = tuple(teeth.values())
@@ -86,7 +86,7 @@ def _strain(gear: int, fidelity: GearFidelity) -> dict[Load, FloatArray]:
     }
 
 
-def _passage(touching: Engagement, tooth: int, torque: float, shares: FloatArray, friction: float) -> list[LoadedMesh]:
+def passage(touching: Engagement, tooth: int, torque: float, shares: FloatArray, friction: float) -> list[LoadedMesh]:
     """Return the loaded meshes while a wheel tooth passes the pitch point; friction acts in the balance of torque."""
     pair, force, guess, found = touching.pair, touching.pair.normal_force(torque), 1e-5, []
     for share in shares:

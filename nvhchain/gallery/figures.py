@@ -22,12 +22,16 @@ def grid(rows: int, columns: int, *, width: float = 6.0, height: float = 4.0) ->
     return list(figure.subplots(rows, columns, squeeze=False).ravel())
 
 
-def write_curves(panels: Mapping[str, Curves], picture: Path, *, labels: tuple[str, str]) -> None:
-    """Write curves, one panel per title; `labels` are those of both axes."""
+def write_curves(
+    panels: Mapping[str, Curves], picture: Path, *, labels: tuple[str, str], ticks: Sequence[str] = ()
+) -> None:
+    """Write curves, one panel per title; `labels` are those of both axes, `ticks` those of whole abscissae."""
     axes = grid(1, len(panels))
     for ax, (title, curves) in zip(axes, panels.items(), strict=True):
         for name, (x, y) in curves.items():
             ax.plot(x, y, label=name)
+        if ticks:
+            ax.set_xticks(range(len(ticks)), ticks)
         _finish(ax, title, labels)
     save(axes, picture)
 
@@ -52,4 +56,5 @@ def _finish(ax: Axes, title: str, labels: tuple[str, str]) -> None:
     ax.set_xlabel(labels[0])
     ax.set_ylabel(labels[1])
     ax.grid(alpha=0.3)
-    ax.legend()
+    if len(ax.get_legend_handles_labels()[0]) > 1:
+        ax.legend()

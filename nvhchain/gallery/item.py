@@ -70,9 +70,9 @@ class Item:
     title : str
         Content.
     verdict : str
-        One sentence: agreement and deviations, or the reason why the item is not made.
-    make : callable, optional
-        Writes the picture and returns our numbers; None for an item that is not made.
+        One sentence: agreement and deviations.
+    make : callable
+        Writes the picture and returns our numbers.
     stated : mapping of str to Stated
         Numbers of the thesis by quantity.
     reading : str
@@ -88,7 +88,7 @@ class Item:
     number: str
     title: str
     verdict: str
-    make: Callable[[Place], Numbers] | None = None
+    make: Callable[[Place], Numbers]
     stated: Mapping[str, Stated] = field(default_factory=dict)
     reading: str = ""
     uses: tuple[str, ...] = ("lumped",)

@@ -27,7 +27,7 @@ class Made:
     item : Item
         Figure or table.
     numbers : dict
-        Quantity → our number; empty for an item that is not made.
+        Quantity → our number; empty for an item that has not been made.
     seconds : float
         Time that it took when it was computed (s).
     failure : Exception, optional
@@ -41,12 +41,12 @@ class Made:
 
     @property
     def pending(self) -> bool:
-        """True for an item that can be made, but has not been."""
-        return self.item.make is not None and not self.numbers
+        """True for an item that has not been made."""
+        return not self.numbers
 
     @property
     def picture(self) -> str:
-        """File name of the picture; empty for a table and for an item that is not made."""
+        """File name of the picture; empty for a table and for a pending item."""
         return f"{self.item.name}.png" if self.numbers and self.item.drawn else ""
 
     @property
@@ -81,9 +81,7 @@ def made_items(
         place = Place(out / f"{item.name}.png", shared, cases, fidelity)
         made, outcome = _cached(item, place), "cached"
         if wanted is None or item.number in wanted:
-            if item.make is None:
-                outcome = "not made"
-            elif made.pending:
+            if made.pending:
                 made = _computed(item, place)
                 outcome = f"failed: {made.failure}" if made.failure else f"{made.seconds:.1f} s"
             progress(f"{item.number}: {outcome}")
@@ -111,7 +109,6 @@ def _cached(item: Item, place: Place) -> Made:
 
 
 def _computed(item: Item, place: Place) -> Made:
-    assert item.make is not None
     start = time.perf_counter()
     try:
         numbers = item.make(place)

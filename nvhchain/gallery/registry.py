@@ -13,6 +13,7 @@ from nvhchain.gallery import (
     chapter_4_rig,
     chapter_4_roots,
     chapter_5,
+    unrecorded,
 )
 from nvhchain.gallery.item import Item
 
@@ -24,13 +25,6 @@ def _place(item: Item) -> tuple[int, bool, int, str]:
     return int(found[1]), item.number.startswith("table"), int(found[2]), item.number
 
 
-_UNRECORDED = "Not made: the project has no record of its content, and the thesis is no part of the project."
-
-_UNMADE = (
-    Item("3.3", "Unknown", _UNRECORDED),
-    *(Item(f"4.{number}", "Unknown", _UNRECORDED) for number in (1, 2, 4, 5, 6, 9, 10, 11, 14)),
-)
-
 ITEMS: tuple[Item, ...] = tuple(
     sorted(
         (
@@ -40,7 +34,7 @@ ITEMS: tuple[Item, ...] = tuple(
             *chapter_4_gears.ITEMS,
             *chapter_4_roots.ITEMS,
             *chapter_5.ITEMS,
-            *_UNMADE,
+            *unrecorded.ITEMS,
         ),
         key=_place,
     )

@@ -1,4 +1,4 @@
-"""Torsional test rig: test pair and reaction pair, closed into a ring by two shafts (thesis, ch. 3)."""
+"""Torsional test rig: test pair and reaction pair, closed into a ring by two shafts (thesis, ch. 4)."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ from nvhchain.conventions import STEEL
 from nvhchain.fem.elements import reference_element
 from nvhchain.fem.solid_model import ElementBlock, SolidModel
 from nvhchain.fidelity import DRAFT, GearFidelity
-from nvhchain.gallery.gears import BLANKS, SPUR
+from nvhchain.gallery.gears import BLANKS, CENTRE_DISTANCE, SPUR
 from nvhchain.gear import (
     WHEEL,
     GearBody,
@@ -77,11 +77,13 @@ class Model:
     """A wheel and its elements; in mesh with a pinion of the same teeth where its contact line is wanted.
 
     points: of the grid of the loaded flank, by rows and levels, at which a force stands.
+    apart: centre distance, over that of the reference circles.
     """
 
     wheel: GearBody
     fidelity: GearFidelity
     points: tuple[tuple[int, int], ...]
+    apart: float = 1.001
 
 
 def models() -> dict[str, Model]:
@@ -98,6 +100,7 @@ def models() -> dict[str, Model]:
             GearBody(SPUR, BLANKS["d"]),
             replace(exact, profile_elements=3, width_layers=4),
             ((3, 4), (6, 0)),
+            CENTRE_DISTANCE / (SPUR.teeth * SPUR.normal_module),
         ),
     }
 
@@ -107,7 +110,7 @@ def one_tooth(model: Model) -> tuple[GearPair, LoadedMesh]:
     wheel = model.wheel
     helix = -wheel.geometry.helix_angle
     pinion = GearBody(replace(wheel.geometry, helix_angle=helix))
-    pair = GearPair(pinion, wheel, 1.001 * nominal_centre_distance(pinion.geometry, wheel.geometry))
+    pair = GearPair(pinion, wheel, model.apart * nominal_centre_distance(pinion.geometry, wheel.geometry))
     lines = contact_lines(pair, PLACE * pair.mesh_period, slices=SLICES)
     on = lines.tooth[WHEEL] == 0
     force = on * (1 + 0.4 * np.sin(1.0 + lines.axial / 3e-3)) * FORCE / on.sum()

@@ -28,8 +28,9 @@ def write_curves(
     """Write curves, one panel per title; `labels` are those of both axes, `ticks` those of whole abscissae."""
     axes = grid(1, len(panels))
     for ax, (title, curves) in zip(axes, panels.items(), strict=True):
-        for name, (x, y) in curves.items():
-            ax.plot(x, y, label=name)
+        for index, (name, (x, y)) in enumerate(curves.items()):
+            # coinciding curves stay visible: the earlier one as a rim around the later one
+            ax.plot(x, y, label=name, linewidth=1.6 + 1.2 * (len(curves) - 1 - index))
         if ticks:
             ax.set_xticks(range(len(ticks)), ticks)
         _finish(ax, title, labels)

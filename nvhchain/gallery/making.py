@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import time
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
+from functools import cache
 from math import nan
 from pathlib import Path
 
@@ -90,7 +92,20 @@ def made_items(
 
 
 def _key(item: Item, place: Place) -> str:
-    return fingerprint(item.number, place.fidelity, *(code_version(package) for package in ("gallery", *item.uses)))
+    settings = [f"{name}={value}" for name, value in sorted(getattr(item.make, "keywords", {}).items())]
+    code = making_code(Path(__file__).parent), *(code_version(package) for package in item.uses)
+    return fingerprint(item.number, place.fidelity, *settings, *code)
+
+
+@cache
+def making_code(folder: Path) -> str:
+    """Return a digest of the code in a folder; lists of items do not count, so that a verdict can be worded anew."""
+    nodes = [node for path in sorted(folder.glob("*.py")) for node in ast.parse(path.read_text(encoding="utf-8")).body]
+    return fingerprint(*(ast.dump(node) for node in nodes if not (isinstance(node, ast.Assign) and _lists_items(node))))
+
+
+def _lists_items(node: ast.Assign) -> bool:
+    return any(isinstance(target, ast.Name) and target.id == "ITEMS" for target in node.targets)
 
 
 def _record(item: Item, place: Place) -> Path:

@@ -140,20 +140,28 @@ def order_spectra(
 
 @styled
 def rig_responses(
-    frequency: FloatArray, responses: Mapping[str, ComplexArray], *, axes: Sequence[Axes] | None = None
+    frequency: FloatArray,
+    responses: Mapping[str, ComplexArray],
+    *,
+    base_radius: float | None = None,
+    axes: Sequence[Axes] | None = None,
 ) -> list[Axes]:
-    """Draw magnitudes of mesh twists per torque over frequency.
+    """Draw magnitudes of mesh twists per torque over frequency, or of transmission errors per mesh force.
 
     frequency (n_f,): frequencies (Hz).
     responses mapping of str to (n_f,) complex array: name → twist per torque (rad/Nm).
+    base_radius: of both meshes (m), which turns twists per torque into transmission errors per force.
     axes: one; that of a new figure by default.
     """
     require(len(responses) > 0, "no response given: at least one is needed")
     (ax,) = panels(1, axes, height=4.4)
+    per_force = 1.0 if base_radius is None else 1e3 * base_radius**2
     for index, (name, response) in enumerate(responses.items()):
-        ax.semilogy(frequency, MICRO * np.abs(response), color=colour(index), label=name)
+        ax.semilogy(frequency, MICRO * per_force * np.abs(response), color=colour(index), label=name)
     ax.set_xlabel("frequency / Hz")
-    ax.set_ylabel("twist per torque / (µrad/Nm)")
+    ax.set_ylabel(
+        "twist per torque / (µrad/Nm)" if base_radius is None else "transmission error per mesh force / (µm/kN)"
+    )
     ax.margins(x=0.0)
     ax.legend()
     return [ax]

@@ -28,8 +28,12 @@ def main() -> None:
     )
     write_pages(made, out)
     count = sum(bool(each.numbers) for each in made)
-    seconds = sum(each.seconds for each in made)
-    head = f"{count} of {len(made)} items are made, in {seconds / 60.0:.0f} min at `standard`.\n\n"
+    clock, used = sum(each.seconds for each in made) / 60.0, sum(each.processor_seconds for each in made) / 60.0
+    head = (
+        f"{count} of {len(made)} items are made at `standard`, in {used:.0f} minutes of processor time and {clock:.0f} "
+        "minutes by the clock, added up over the items. Runs of the gearbox and operators that are found count as "
+        "nothing.\n\n"
+    )
     publish("gallery", head + verdicts(made))
     for each in made:
         if each.failure or each.missed:

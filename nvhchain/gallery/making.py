@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import json
+import os
 import time
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
@@ -32,6 +33,8 @@ class Made:
         Quantity → our number; empty for an item that has not been made.
     seconds : float
         Time that it took when it was computed (s).
+    processor_seconds : float
+        Time of all processors that it took (s), ended child processes included.
     failure : Exception, optional
         Error that ended it.
     """
@@ -39,6 +42,7 @@ class Made:
     item: Item
     numbers: Numbers
     seconds: float
+    processor_seconds: float = 0.0
     failure: Exception | None = None
 
     @property
@@ -117,21 +121,23 @@ def _cached(item: Item, place: Place) -> Made:
     try:
         kept = json.loads(_record(item, place).read_text(encoding="utf-8"))
         if kept["key"] == _key(item, place) and (place.picture.exists() or not item.drawn):
-            return Made(item, {str(name): float(value) for name, value in kept["numbers"].items()}, kept["seconds"])
+            numbers = {str(name): float(value) for name, value in kept["numbers"].items()}
+            return Made(item, numbers, kept["seconds"], kept["processor_seconds"])
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         pass  # no record, or a damaged one: made again
     return Made(item, {}, 0.0)
 
 
 def _computed(item: Item, place: Place) -> Made:
-    start = time.perf_counter()
+    start, used = time.perf_counter(), sum(os.times()[:4])
     try:
         numbers = item.make(place)
     except OSError:
         raise  # the folder cannot be written: no item can be made
     except Exception as error:
-        return Made(item, {}, time.perf_counter() - start, error)
-    made = Made(item, numbers, time.perf_counter() - start)
-    record = {"key": _key(item, place), "numbers": numbers, "seconds": made.seconds}
+        return Made(item, {}, time.perf_counter() - start, failure=error)
+    made = Made(item, numbers, time.perf_counter() - start, sum(os.times()[:4]) - used)
+    seconds = {"seconds": made.seconds, "processor_seconds": made.processor_seconds}
+    record = {"key": _key(item, place), "numbers": numbers} | seconds
     write_text(_record(item, place), json.dumps(record, indent=1) + "\n")
     return made

@@ -19,6 +19,7 @@ import nvhchain as nvh
 from benchmarks.publish import publish
 from nvhchain.cli.examples import examples_folder
 from nvhchain.fidelity import PRESETS
+from nvhchain.report import compare
 
 DATA = Path(__file__).parents[2] / "tests" / "regression" / "two_designs.json"
 COMPARISONS = {"2500 rpm": ("solid", "slotted"), "run-up": ("run_up_solid", "run_up_slotted")}
@@ -34,7 +35,7 @@ def compared(out: Path, fidelity: str, comparison: str) -> dict[str, Any]:
             (out / fidelity / "operators").mkdir(exist_ok=True)
             operators.symlink_to(out.resolve() / fidelity / "operators", target_is_directory=True)
         cases = [nvh.load_case(examples_folder() / "gearbox" / f"{name}.toml") for name in COMPARISONS[comparison]]
-        nvh.compare(cases, fidelity=PRESETS[fidelity], out=folder)
+        compare(cases, fidelity=PRESETS[fidelity], out=folder)
     solid, slotted = json.loads((folder / "summary.json").read_text())["configurations"].values()
     found = {
         "solid": [solid["overall_dBA"], *solid["error_band_dBA"]],

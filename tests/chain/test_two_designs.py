@@ -6,6 +6,7 @@ from math import inf
 import pytest
 
 import nvhchain as nvh
+from nvhchain.report import compare
 
 
 @pytest.fixture
@@ -36,7 +37,7 @@ def test_the_run_up_at_draft_is_the_recorded_one(record, pytestconfig, tmp_path)
     """That at 2500 rpm is repeated by tests/project/test_own_tutorials.py."""
     folder = pytestconfig.rootpath / "cases" / "gearbox"
     both = [nvh.load_case(folder / f"run_up_{name}.toml") for name in ("solid", "slotted")]
-    found = nvh.compare(both, fidelity=nvh.DRAFT, out=tmp_path)["configurations"]
+    found = compare(both, fidelity=nvh.DRAFT, out=tmp_path)["configurations"]
     for name, each in found.items():
         design = name.removesuffix("-run-up")
         assert each["overall_dBA"] == pytest.approx(record["draft"]["run-up"][design][0], abs=0.2), design

@@ -158,8 +158,8 @@ def main() -> None:
         "The error comes from all the time in which a force is off the straight line that the propagator holds",
         "exactly, not from the instants at which flanks part and strike: what is left of the force is constant",
         "within a step, which is right to second order. Where both flanks strike, steps cut where forces leave their",
-        "straight line take less work than short steps throughout; where one flank parts they take more. `path_correction`",
-        "takes less than either, so the time loop keeps one step.",
+        "straight line take less work than short steps throughout; where one flank parts they take more.",
+        "`path_correction` takes less than either, so the time loop keeps one step.",
         "",
         "`path_correction` adds to the mean force of a step what the bend of its way and its rise within the step "
         "leave out",

@@ -135,7 +135,7 @@ ITEMS = (
     _item(
         "3.3",
         "Static transmission errors of the four pairs at 350 Nm",
-        f"{_OURS}a and c repeat with every tooth, the holes of b add half as much, and d swings by 26 µm, four times as "
+        f"{_OURS}a and c repeat with every tooth, the holes of b add half as much, d swings by 26 µm, four times as "
         "far as a.",
         pair_errors,
         {

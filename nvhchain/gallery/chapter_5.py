@@ -238,7 +238,7 @@ ITEMS = (
             verdict,
             partial(low_speed, design=design),
             {},
-            _ORDER,
+            f"{_ORDER} Low speed is taken as {SLOW:g} rpm of the input.",
             _USES,
             {"peak to peak A–B / µm": Stated(swing, 0.1), "peak to peak B–C / µm": Stated(15.5, 0.1)},
         )

@@ -30,7 +30,7 @@ def write_curves(
     for ax, (title, curves) in zip(axes, panels.items(), strict=True):
         for index, (name, (x, y)) in enumerate(curves.items()):
             # coinciding curves stay visible: the earlier one as a rim around the later one
-            ax.plot(x, y, label=name, linewidth=1.6 + 1.2 * (len(curves) - 1 - index))
+            ax.plot(x, y, label=name, linewidth=1.5 + 0.8 * (len(curves) - 1 - index))
         if ticks:
             ax.set_xticks(range(len(ticks)), ticks)
         _finish(ax, title, labels)

@@ -27,14 +27,15 @@ SHARE, PRESSURE = "share of the load / %", "largest pressure / MPa"
 
 
 def pair_errors(place: Place) -> Numbers:
-    """Draw the static transmission errors of the four pairs of table 3.2 over a turn."""
+    """Draw the static transmission errors of the four pairs of table 3.2 over their periods."""
     found: Numbers = {}
     panels: dict[str, dict[str, tuple[FloatArray, FloatArray]]] = {}
-    for label in TIP_EDGES:
-        curves = panels.setdefault(f"{TORQUE:g} Nm, tip edges {'excluded' if label else 'in contact'}", {})
-        for name, title in zip(BLANKS, titles(), strict=True):
-            curves[title] = static_error(name, place.fidelity.gear, bool(label))
-            found[f"{name}: peak to peak{label} / µm"] = 1e6 * float(np.ptp(curves[title][1]))
+    for name, title in zip(BLANKS, titles(), strict=True):
+        curves = panels.setdefault(f"{title}, {TORQUE:g} Nm", {})
+        for label in TIP_EDGES:
+            curve = static_error(name, place.fidelity.gear, bool(label))
+            curves[f"tip edges {'excluded' if label else 'in contact'}"] = curve
+            found[f"{name}: peak to peak{label} / µm"] = 1e6 * float(np.ptp(curve[1]))
     save(plots.transmission_errors(panels), place.picture)
     return found
 

@@ -46,8 +46,8 @@ def test_numbers_are_as_near_to_the_thesis_as_the_verdict_states(made, number):
 @pytest.mark.slow
 @pytest.mark.usefixtures("common_operators")
 def test_table_3_2_is_as_near_to_the_thesis_as_its_verdict_states(tmp_path):
-    (each,) = making.made_items(chosen(["table 3.2"]), tmp_path, fidelity=DRAFT, cases=CASES)
-    assert each.missed == []
+    each, curves = making.made_items(chosen(["table 3.2", "3.3"]), tmp_path, fidelity=DRAFT, cases=CASES)[::-1]
+    assert each.missed == curves.missed == []
     stiffness = [each.numbers[f"{name}: stiffness / 10⁸ N/m"] for name in "acbd"]
     assert sorted(stiffness, reverse=True) == stiffness
     for name, theirs in THESIS_PAIRS.items():  # tip edges, which the thesis seems to exclude, take 13 to 18 %
@@ -60,7 +60,7 @@ def test_table_3_2_is_as_near_to_the_thesis_as_its_verdict_states(tmp_path):
 @pytest.mark.slow
 @pytest.mark.usefixtures("common_operators")
 def test_transmission_errors_of_chapter_4_are_as_near_to_the_thesis_as_their_verdicts_state(tmp_path):
-    for each in making.made_items(chosen(["4.12", "4.13"]), tmp_path, fidelity=DRAFT, cases=CASES):
+    for each in making.made_items(chosen(["4.12", "4.13", "4.14"]), tmp_path, fidelity=DRAFT, cases=CASES):
         assert each.missed == [], each.item.number
 
 

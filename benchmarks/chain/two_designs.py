@@ -71,9 +71,9 @@ def main() -> None:
         "chain/two_designs",
         "\n".join(
             [
-                "Levels 1 m behind the rear wall, limits in brackets where they exist: at 2500 rpm overall, in the "
-                "run-up from rest to 2500 rpm in 20 s as the equivalent level of the whole record. The limits of a "
-                "difference are those of steady comparisons.",
+                "Levels 1 m behind the rear wall, with limits in brackets where they exist. At 2500 rpm the level is the "
+                "overall one. In the run-up from rest to 2500 rpm in 20 s it is the equivalent level of the whole "
+                "record. Only steady comparisons have limits of the difference.",
                 "",
                 head,
                 "|---|---|---:|---:|---:|---:|",

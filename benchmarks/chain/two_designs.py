@@ -71,8 +71,8 @@ def main() -> None:
         "chain/two_designs",
         "\n".join(
             [
-                "Levels 1 m behind the rear wall, with limits in brackets where they exist. At 2500 rpm the level is the "
-                "overall one. In the run-up from rest to 2500 rpm in 20 s it is the equivalent level of the whole "
+                "Levels 1 m behind the rear wall, with limits in brackets where they exist. At 2500 rpm the level is "
+                "the overall one. In the run-up from rest to 2500 rpm in 20 s it is the equivalent level of the whole "
                 "record. Only steady comparisons have limits of the difference.",
                 "",
                 head,

@@ -95,10 +95,18 @@ class Browser:
         path.write_bytes(base64.b64decode(self._call("Page.captureScreenshot", format="png", **clip)["data"]))
         return path
 
-    def printed(self, path: Path) -> Path:
-        """Write the page as a printer receives it (PDF)."""
-        path.write_bytes(base64.b64decode(self._call("Page.printToPDF", printBackground=True)["data"]))
-        return path
+    def paper(self, width: float, height: float) -> None:
+        """Lay the page out as a printer receives it.
+
+        Parameters
+        ----------
+        width, height : float
+            Size of the paper (inches) with margins of 0.4 inches.
+        """
+        inner = {name: round(96 * (size - 0.8)) for name, size in (("width", width), ("height", height))}
+        self._call("Emulation.setEmulatedMedia", media="print")
+        self.run("window.dispatchEvent(new Event('beforeprint'))")
+        self._call("Emulation.setDeviceMetricsOverride", **inner, deviceScaleFactor=1, mobile=False)
 
     def _call(self, method: str, **parameters: Any) -> dict[str, Any]:
         """Return the answer to a command; errors of the page are kept on the way."""

@@ -153,16 +153,15 @@ class ErrorBand:
 def format_parts(parts: Sequence[tuple[str, float, float]]) -> str:
     """Return the largest parts of confidence limits as text.
 
-    parts sequence of (str, float, float): source, share and frequency (Hz) of its largest line; the largest part
-    first.
-    Returns text such as "71 % from housing (most at 4833 Hz), 12 % from gear.slices (most at 1667 Hz)"; empty without
-    parts of at least a tenth.
+    parts: source, share and frequency (Hz) of its largest line; the largest part first.
+    Returns text such as "71 % from housing, 12 % from gear (most at 4833 Hz)", in which parts of one frequency stand
+    together; empty without parts of at least a tenth.
     """
-    return ", ".join(
-        f"{100 * share:.0f} % from {source} (most at {frequency:.0f} Hz)"
-        for source, share, frequency in parts[:3]
-        if share >= 0.1
-    )
+    groups: dict[str, list[str]] = {}
+    for source, share, frequency in parts[:3]:
+        if share >= 0.1:
+            groups.setdefault(f"most at {frequency:.0f} Hz", []).append(f"{100 * share:.0f} % from {source}")
+    return "; ".join(f"{', '.join(causes)} ({where})" for where, causes in groups.items())
 
 
 def format_level(level: float, unit: str, limits: Sequence[float | None]) -> str:

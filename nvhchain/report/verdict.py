@@ -69,9 +69,12 @@ def verdict(summary: Mapping[str, Any]) -> list[str]:
         sentences.append(_overall(name, configuration, base, first, point))
         if "over_speed" in configuration:
             parts = _lines(configuration, first) if "causes" in configuration else []
-            sentences += [_over_speed(configuration, first), *(parts or _orders(name, configuration, base, first))]
+            sentences += [
+                _over_speed(name, configuration, first),
+                *(parts or _orders(name, configuration, base, first)),
+            ]
         else:
-            sentences += [*_states(configuration, first), *_lines(configuration, first)]
+            sentences += [*_states(name, configuration, first), *_lines(configuration, first)]
     return sentences + [line for name, of in summary["configurations"].items() for line in _limits(name, of)]
 
 
@@ -96,7 +99,7 @@ def _overall(name: str, other: Mapping[str, Any], base: str, first: Mapping[str,
     return f"{name} is {abs(difference):.1f} dB {word} than {base} at {point}{speed} ({limits}){decided}"
 
 
-def _over_speed(other: Mapping[str, Any], first: Mapping[str, Any]) -> str:
+def _over_speed(name: str, other: Mapping[str, Any], first: Mapping[str, Any]) -> str:
     speed, level = _curve(other["over_speed"])
     base_speed, base_level = _curve(first["over_speed"])
     chosen = (speed >= base_speed.min()) & (speed <= base_speed.max())
@@ -106,13 +109,13 @@ def _over_speed(other: Mapping[str, Any], first: Mapping[str, Any]) -> str:
     speed, low, high = speed[chosen], int(difference.argmin()), int(difference.argmax())
     word, count = _majority(difference)
     return (
-        f"  from {speed[0]:.0f} to {speed[-1]:.0f} rpm {word} at {count} of {len(speed)} speeds: between "
-        f"{_signed(difference[low])} dB at {speed[low]:.0f} rpm and {_signed(difference[high])} dB at "
+        f"  from {speed[0]:.0f} to {speed[-1]:.0f} rpm {name} is {word} at {count} of {len(speed)} speeds: "
+        f"between {_signed(difference[low])} dB at {speed[low]:.0f} rpm and {_signed(difference[high])} dB at "
         f"{speed[high]:.0f} rpm"
     )
 
 
-def _states(other: Mapping[str, Any], first: Mapping[str, Any]) -> list[str]:
+def _states(name: str, other: Mapping[str, Any], first: Mapping[str, Any]) -> list[str]:
     """Return the sentence on further steady speeds and torques; none without any."""
     of, before = other.get("steady_states"), first.get("steady_states")
     if of is None or before is None:
@@ -129,8 +132,8 @@ def _states(other: Mapping[str, Any], first: Mapping[str, Any]) -> list[str]:
     word, count = _majority(difference[known])
     what = "steady states" if len(torque) > 1 else "speeds"
     return [
-        f"  from {speed[0]:.0f} to {speed[-1]:.0f} rpm {word} at {count} of {known.sum()} {what}: between {low} dB at "
-        f"{at[0]} and {high} dB at {at[1]}; {_signed(float(mean[0] - mean[1]))} dB in the energy mean"
+        f"  from {speed[0]:.0f} to {speed[-1]:.0f} rpm {name} is {word} at {count} of {known.sum()} {what}: between "
+        f"{low} dB at {at[0]} and {high} dB at {at[1]}; {_signed(float(mean[0] - mean[1]))} dB in the energy mean"
     ]
 
 

@@ -113,9 +113,10 @@ def pair(tmp_path):
     return tmp_path
 
 
-def test_first_screen_names_the_louder_design_by_how_much_and_why(pair):
+def test_first_screen_names_the_quieter_design_by_how_much_and_why(pair):
     page = read(write_page(pair))
-    assert "holed is 20.0 dB louder than plain" in page.texts
+    assert "plain is 20.0 dB quieter than holed" in page.texts
+    assert "Why holed is louder:" in page.texts
     text = " ".join(page.texts)
     assert "dB: order 20 (1000 Hz, stage1 × 1) rises from 60.0 to 80.0 dB(A)" in text
     assert "Not decided" not in text
@@ -221,6 +222,31 @@ def test_page_in_a_browser_has_no_errors_and_its_body_moves_turns_and_sounds(pai
         page.run("document.querySelector('#sound .play').click()")
         assert page.run("document.querySelector('#sound .play').getAttribute('aria-pressed')") == "true"
         assert page.errors == []
+
+
+OUTSIDE = """[...document.querySelectorAll('.plot')].filter((plot) => plot.scrollWidth > plot.clientWidth + 1 ||
+[...plot.querySelectorAll('.main-svg')].some((svg) => {
+  const part = svg.getBoundingClientRect(), whole = plot.closest('figure').getBoundingClientRect();
+  return part.left < whole.left - 1 || part.right > whole.right + 1 || part.bottom > whole.bottom + 1;
+})).map((plot) => plot.id)"""
+
+TICKS = """[...document.querySelectorAll('.xaxislayer-above, .xaxislayer-below')].flatMap((axis) => {
+  const ticks = [...axis.querySelectorAll('.xtick text')].map((text) => text.getBoundingClientRect());
+  const apart = (a, b) => a.left >= b.right || a.top >= b.bottom || b.top >= a.bottom;
+  return ticks.slice(1).filter((of, at) => !apart(of, ticks[at]));
+}).length"""
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed: apt install chromium")
+@pytest.mark.parametrize("window", [800, 1700])
+def test_figures_fit_a4_and_letter_paper_from_a_window_of_any_width(pair, window):
+    with Browser(write_page(pair), (window, 900)) as browser:
+        browser.wait("document.querySelectorAll('#answer .js-plotly-plot').length >= 2")
+        for paper in ((8.27, 11.69), (11.69, 8.27), (8.5, 11.0), (11.0, 8.5)):
+            browser.paper(*paper)
+            assert browser.run(OUTSIDE) == []
+            assert browser.run(TICKS) == 0
+        assert browser.errors == []
 
 
 def test_seconds_of_every_step_are_listed(pair):

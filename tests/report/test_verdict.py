@@ -83,7 +83,7 @@ def test_run_ups_are_compared_over_the_speeds_that_they_share():
 
     first, second = run_up([1000, 2000, 3000], [50, 60, 70]), run_up([3500, 2500, 1500, 1000], [90, 62, 58, 49])
     assert verdict(summary(a=first, b=second))[1] == (
-        "  from 1000 to 2500 rpm quieter at 2 of 3 speeds: between −3.0 dB at 2500 rpm and +3.0 dB at 1500 rpm"
+        "  from 1000 to 2500 rpm b is quieter at 2 of 3 speeds: between −3.0 dB at 2500 rpm and +3.0 dB at 1500 rpm"
     )
 
 
@@ -115,9 +115,12 @@ def test_limits_name_their_largest_parts_and_the_line_to_blame():
     one = configuration({1: 60.0}, [55.0, 63.0])
     parts = [("housing", 0.85, 1000.0), ("masters", 0.12, 2000.0), ("gear.slices", 0.03, 1000.0)]
     one["limit_parts"] = [{"source": source, "share": share, "frequency_hz": f} for source, share, f in parts]
-    assert verdict(summary(a=configuration({1: 60.0}, [59.0, 61.0]), b=one))[-1] == (
-        "Limits of b: 85 % from housing (most at 1000 Hz), 12 % from masters (most at 2000 Hz)"
+    compared = summary(a=configuration({1: 60.0}, [59.0, 61.0]), b=one)
+    assert verdict(compared)[-1] == (
+        "Limits of b: 85 % from housing (most at 1000 Hz); 12 % from masters (most at 2000 Hz)"
     )
+    one["limit_parts"][1]["frequency_hz"] = 1000.0
+    assert verdict(compared)[-1] == "Limits of b: 85 % from housing, 12 % from masters (most at 1000 Hz)"
 
 
 def test_errors_cancel_in_the_difference_only_where_both_runs_share_their_operators():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -43,16 +44,10 @@ def blocks(stored: Stored) -> list[Any]:
     """Return the first screen, and what an unfinished run has so far."""
     sentences = verdict(stored.summary) if stored.summary.get("field_point") else []
     doubt = any(DOUBT in sentence for sentence in sentences)
-    headline = _headline(stored)
     hero = Hero(
-        headline=headline,
+        headline=_headline(stored),
         doubt="Not decided: within the confidence limits either may be the louder." if doubt else "",
-        sentences=(
-            [_shortened(of, headline) for of in sentences if doubt or not of.startswith("Limits of ")]
-            or _single(stored)
-        )
-        + _targets(stored)
-        + _assumed(stored),
+        sentences=(_compared(stored, sentences, doubt=doubt) or _single(stored)) + _targets(stored) + _assumed(stored),
         levels=_levels(stored),
         where=_bands(stored) or _over_speed(stored),
         speeds=_steady_speeds(stored),
@@ -61,10 +56,22 @@ def blocks(stored: Stored) -> list[Any]:
     return [hero] if stored.finished else [hero, _progress(stored)]
 
 
-def _shortened(sentence: str, headline: str) -> str:
-    """Return a sentence of the verdict without what the screen states above it."""
-    rest = sentence.replace(DOUBT, "").removeprefix(headline + " ")
-    return rest[0].upper() + rest[1:] if rest != sentence.replace(DOUBT, "") else rest
+def _compared(stored: Stored, sentences: list[str], *, doubt: bool) -> list[str]:
+    """Return the sentences of the verdict in the order of the questions: how much, at which speeds, and why."""
+    found: list[str] = []
+    why = ""
+    for sentence in sentences:
+        if match := re.match(r"(.+? is) [0-9.]+ dB (louder|quieter) than .+? at ", sentence):
+            why = "Why {} {}:".format(*match.groups())
+            sentence = sentence.replace(DOUBT, "")
+            found.append(f"At {sentence[match.end() :]}" if len(stored.runs) == 2 else sentence)
+        elif sentence.startswith("  from "):
+            found.append(f"F{sentence[3:]}")
+        elif doubt or not sentence.startswith("Limits of "):
+            found += [why] * (bool(why) and sentence.startswith(" "))
+            found.append(sentence)
+            why = ""
+    return found
 
 
 def _targets(stored: Stored) -> list[str]:
@@ -105,13 +112,13 @@ def _headline(stored: Stored) -> str:
     if not others:
         limits = stored.runs[0].summary.get("error_band_dBA", (None, first))
         return f"{base}: {format_level(first, 'dB(A)', limits)}"
-    name, level = min(others, key=lambda item: item[1]) if len(others) > 1 else others[0]
-    if min(level, first) <= SILENCE:
-        return f"{name} or {base} is silent"
-    difference = level - first
-    word = "louder" if difference > 0 else "quieter"
-    prefix = "Quietest of the others: " if len(others) > 1 else ""
-    return f"{prefix}{name} is {abs(difference):.1f} dB {word} than {base}"
+    others.append((base, first))
+    (quiet, level), (second, next_level), *_ = sorted(others, key=lambda item: item[1])
+    if level <= SILENCE:
+        return f"{quiet} is silent"
+    if len(others) == 2:
+        return f"{quiet} is {next_level - level:.1f} dB quieter than {second}"
+    return f"{quiet} is the quietest of {len(others)}, {next_level - level:.1f} dB below {second}"
 
 
 def _single(stored: Stored) -> list[str]:

@@ -147,7 +147,22 @@
   }, { rootMargin: "600px" });
   const pending = new Set(document.querySelectorAll(".plot"));
   for (const plot of pending) waiting.observe(plot);
+  /* On paper a plot is drawn for a narrow page, then scaled as a picture to the width that there is. */
+  const paper = [480, 1040];
   window.addEventListener("beforeprint", () => {
-    for (const plot of pending) if (!plot.hasChildNodes()) { waiting.unobserve(plot); draw(plot); }
+    for (const plot of pending) {
+      if (!plot.hasChildNodes()) { waiting.unobserve(plot); draw(plot); }
+      if (!plot.querySelector(".main-svg")) continue;
+      Plotly.relayout(plot, { autosize: false, width: paper[plot.closest(".evidence") ? 0 : 1] });
+      const { width, height } = plot._fullLayout;
+      plot.style.setProperty("--shape", `${width} / ${height}`);
+      for (const picture of plot.querySelectorAll(".main-svg")) picture.setAttribute("viewBox", `0 0 ${width} ${height}`);
+    }
+  });
+  window.addEventListener("afterprint", () => {
+    for (const plot of document.querySelectorAll(".plot:has(.main-svg)")) {
+      for (const picture of plot.querySelectorAll(".main-svg")) picture.removeAttribute("viewBox");
+      Plotly.relayout(plot, { autosize: true, width: null });
+    }
   });
 })();

@@ -41,14 +41,14 @@ def sound(options: argparse.Namespace) -> int:
 def microphones(options: argparse.Namespace) -> int:
     """Add microphones to a finished run or comparison."""
     from nvhchain.report import write_page
-    from nvhchain.report.sound.microphones import add_microphones
+    from nvhchain.report.sound.microphones import BALLOON, MICROPHONES, add_microphones
 
     lines = add_microphones(
         options.folder, points=options.at, standard=options.standard, balloon=options.balloon, radius=options.radius
     )
     for line in lines:
         show(line)
-    show(f"Page: {write_page(options.folder)}")
+    show(f"Page: {write_page(options.folder, added=(MICROPHONES, BALLOON))}")
     return 0
 
 

@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from nvhchain.cli import main
 from nvhchain.fidelity import DRAFT
 from nvhchain.files import hdf5
 from nvhchain.handoff import FieldPressure, ForceSpectrum
+from nvhchain.report import write_page
 from nvhchain.testing import ball_with_modes
 
 LINES = np.array([300.0, 1000.0, 1600.0])
@@ -54,6 +56,22 @@ def test_added_microphones_array_and_balloon_agree(finished, capsys):
     page = (finished / "report.html").read_text()
     assert "Directivity" in page
     assert '"type": "surface"' in page
+
+
+def test_page_with_added_microphones_is_the_page_made_as_a_whole(finished, tmp_path):
+    shutil.copytree(finished, tmp_path, dirs_exist_ok=True)
+    for name in ("microphones", "balloon"):
+        (tmp_path / f"{name}.h5").unlink(missing_ok=True)
+    summary = {"fidelity": "draft", "field_point": None, "configurations": {"ball": {"other_quantities": {}}}}
+    (tmp_path / "summary.json").write_text(json.dumps(summary))
+    write_page(tmp_path)
+    for flags in (["--at", "0", "0.2", "1"], ["--at", "0", "0.3", "1"], ["--balloon", "--radius", "1"]):
+        assert main(["microphones", str(tmp_path), *flags]) == 0
+        added = (tmp_path / "report.html").read_text()
+        assert added == write_page(tmp_path).read_text()
+    assert "(0, 0.3, 1)" in added
+    (tmp_path / "case.json").write_text(json.dumps({"name": "ball", "fidelity": "reference", "values": {}}))
+    assert "Fidelity: draft, reference." in write_page(tmp_path, added=("microphones",)).read_text()
 
 
 def test_microphones_without_waves_are_refused_with_a_remedy(finished, tmp_path, capsys):

@@ -2,31 +2,37 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from os.path import isfile
 from pathlib import Path
+from types import ModuleType
 
 from nvhchain.errors import InputError
 from nvhchain.files.hdf5 import write_text
 from nvhchain.report.page.sections import SECTIONS
-from nvhchain.report.page.stored import stored_results
+from nvhchain.report.page.stored import Stored, stored_results
 from nvhchain.report.page.tradeoff import FILE as TRADEOFF
 from nvhchain.report.page.tradeoff import tradeoff_sections
 
 
-def write_page(folder: str | Path) -> Path:
+def write_page(folder: str | Path, *, added: Collection[str] = ()) -> Path:
     """Write `report.html` to the folder of a run, comparison or trade-off.
 
     folder: folder that `run`, `compare` or `tradeoff` filled, completely or in part.
+    added: hand-offs that are new since the page was written; sections that show others are kept.
     """
-    from nvhchain.report.page._jinja import rendered  # jinja2 and plotly are imported for pages only
+    from nvhchain.report.page._jinja import rendered, renewed  # jinja2 and plotly are imported for pages only
 
     folder = Path(folder)
     if isfile(folder / TRADEOFF) and not isfile(folder / "summary.json"):
         write_text(folder / "report.html", rendered(f"{folder.resolve().name}: trade-off", tradeoff_sections(folder)))
         return folder / "report.html"
     stored = stored_results(folder)
+    page = stored.folder / "report.html"
+    keep = bool(added) and stored.finished and _up_to_date(page, stored, added)
+    chosen = [module for module in SECTIONS if not keep or set(added) & set(getattr(module, "SHOWN", ()))]
     try:
-        sections = [(module.__name__.rpartition(".")[2], module.TITLE, module.blocks(stored)) for module in SECTIONS]
+        sections = [(_name(module), module.TITLE, module.blocks(stored)) for module in chosen]
     except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
         if isinstance(error, InputError):
             raise
@@ -34,7 +40,23 @@ def write_page(folder: str | Path) -> Path:
             f"{folder}: summary.json or case.json is not what `nvhchain run` or `compare` leaves ({error!r:.100}): "
             "run it again"
         ) from None
-    title = " and ".join(run.name for run in stored.runs) + ": sound"
-    page = rendered(title, [section for section in sections if section[2]])
-    write_text(stored.folder / "report.html", page)
-    return stored.folder / "report.html"
+    sections = [section for section in sections if section[2]]
+    if keep:
+        text = renewed(page.read_text(encoding="utf-8"), sections, [_name(module) for module in SECTIONS])
+    else:
+        text = rendered(" and ".join(run.name for run in stored.runs) + ": sound", sections)
+    write_text(page, text)
+    return page
+
+
+def _name(module: ModuleType) -> str:
+    return module.__name__.rpartition(".")[2]
+
+
+def _up_to_date(page: Path, stored: Stored, added: Collection[str]) -> bool:
+    """Return True if a page is newer than all results of a finished run but those added."""
+    files = [path for run in stored.runs for path in run.folder.glob("*.json")] + stored.hand_off_files
+    files.append(stored.folder / "summary.json")
+    return isfile(page) and all(
+        path.stat().st_mtime_ns <= page.stat().st_mtime_ns for path in files if path.stem not in added
+    )

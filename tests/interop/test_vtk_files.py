@@ -54,9 +54,9 @@ def test_modes_are_steps_at_their_natural_frequencies(tmp_path):
         corners = [[grid.GetCell(i).GetPointId(j) for j in range(3)] for i in range(8)]
         assert corners == OCTAHEDRON.triangles.tolist()
         assert vtk_to_numpy(grid.GetPoints().GetData()) == pytest.approx(OCTAHEDRON.vertices)
-        assert vtk_to_numpy(grid.GetCellData().GetArray("normal_shape")) == pytest.approx(shapes[step])
+        assert vtk_to_numpy(grid.GetCellData().GetArray("normal_shape")) == pytest.approx(shapes[step], rel=1.3e-4)
         found = vtk_to_numpy(grid.GetPointData().GetArray("shape"))
-        assert found == pytest.approx(vertex_motion(OCTAHEDRON, shapes[step]))
+        assert found == pytest.approx(vertex_motion(OCTAHEDRON, shapes[step]), rel=1.3e-4, abs=1e-12)
 
 
 def test_housing_without_modes_is_refused_in_one_line(tmp_path):
@@ -77,13 +77,15 @@ def test_housing_without_modes_is_refused_in_one_line(tmp_path):
 
 
 def test_operating_shapes_are_steps_at_their_lines(tmp_path):
-    v = np.random.default_rng(2).standard_normal((2, 8, 2)) @ [1, 1j] * 1e-4
-    path = write_velocity_vtkhdf(SurfaceVelocity(np.array([50.0, 75.0]), v, OCTAHEDRON), tmp_path / "v.vtkhdf")
+    v = np.random.default_rng(2).standard_normal((3, 8, 2)) @ [1, 1j] * np.array([[1e-4], [1e-9], [1e-4]])
+    path = write_velocity_vtkhdf(SurfaceVelocity(np.array([50.0, 60.0, 75.0]), v, OCTAHEDRON), tmp_path / "v.vtkhdf")
     grid, times = read(path, 1)
-    assert list(times) == [50.0, 75.0]
-    assert vtk_to_numpy(grid.GetCellData().GetArray("normal_velocity_imaginary")) == pytest.approx(v[1].imag)
-    level = 20 * np.log10(np.abs(v[1]) / np.sqrt(2) / REFERENCE_VELOCITY)
-    assert vtk_to_numpy(grid.GetCellData().GetArray("level")) == pytest.approx(level)
+    assert list(times) == [50.0, 75.0]  # 60 Hz lies 100 dB lower
+    found = vtk_to_numpy(grid.GetCellData().GetArray("normal_velocity_imaginary"))
+    assert found == pytest.approx(v[2].imag, rel=1.3e-4)
+    assert (found != v[2].imag.astype(np.float32)).any()  # rounded, which halves the file
+    level = 20 * np.log10(np.abs(v[2]) / np.sqrt(2) / REFERENCE_VELOCITY)
+    assert vtk_to_numpy(grid.GetCellData().GetArray("level")) == pytest.approx(level, abs=0.02)
 
 
 def test_single_state_as_vtu(tmp_path):

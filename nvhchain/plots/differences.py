@@ -87,6 +87,10 @@ def difference_table(configurations: Mapping[str, Mapping[str, Any]], *, stronge
     return Table(header, tuple(rows))
 
 
+_SAME_SPEED = 0.02
+"""Relative range of speeds below which a record has no rows at speeds."""
+
+
 def _run_up_table(configurations: Mapping[str, Mapping[str, Any]]) -> Table:
     """Return levels and limits of whole records and at the speeds of the first, and the highest level of each order.
 
@@ -99,7 +103,8 @@ def _run_up_table(configurations: Mapping[str, Mapping[str, Any]]) -> Table:
     edges = {name: of["error_band_dBA"] for name, of in configurations.items()}
     rows = [("whole record / dB(A)", "", *_cells(overall, names), *_edges(edges, names))]
     curves = {name: _over_speed(of["over_speed"]) for name, of in configurations.items()}
-    for speed in curves[names[0]][0]:
+    speeds = curves[names[0]][0]
+    for speed in speeds if np.ptp(speeds) >= _SAME_SPEED * speeds.mean() else ():
         here = {
             name: [float(np.interp(speed, speeds, column)) for column in columns.T]
             for name, (speeds, columns) in curves.items()

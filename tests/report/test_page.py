@@ -302,6 +302,22 @@ def test_run_up_shows_levels_orders_and_maps(tmp_path):
     assert np.median(size) == pytest.approx(1.0, abs=0.01)
 
 
+def test_record_at_constant_speed_has_mean_levels_and_no_figures_over_speed(tmp_path):
+    time = np.arange(32000) / 4000.0
+    speed = 2 * np.pi * (15.0 + 0.7 * np.sin(2 * np.pi * 30.0 * time))  # swings twice a turn
+    case(tmp_path, "rattling", **{"band.high": 1500.0})
+    wave = np.sin(2 * np.pi * 300.0 * time)
+    hdf5.save(PressureHistory(time, [[0, 0, 1]], wave[:, None], speed), tmp_path / "pressure_history.h5")
+    force = BearingForces(time, wave[:, None, None] * np.ones((1, 2, 3)), BEARINGS, SEATS, speed)
+    hdf5.save(force, tmp_path / "bearing_forces.h5")
+    page = read(write_page(tmp_path))
+    titles = {of["layout"].get("xaxis", {}).get("title", {}).get("text") for of in page.figures.values()}
+    assert "input speed / rpm" not in titles
+    (levels,) = (of["data"][0] for name, of in page.figures.items() if name.startswith("plot-run_up"))
+    assert unpacked(levels["y"]).max() == pytest.approx(20 * np.log10(1 / np.sqrt(2) / 2e-5), abs=0.1)
+    assert "1.22" in page.cells  # N RMS: √(3/2)
+
+
 def test_folder_without_results_is_refused_in_one_line(tmp_path, capsys):
     for folder in (tmp_path, tmp_path / "none"):
         assert main(["report", str(folder)]) == 2

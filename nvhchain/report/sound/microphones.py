@@ -24,6 +24,9 @@ MICROPHONES, BALLOON = "microphones", "balloon"
 _SAME = 1e-9
 """Largest relative difference of the sound power of a run from that of the waves that belong to it."""
 
+_COMPARED = 8
+"""Number of lines at which sound powers are compared."""
+
 _RANGE = 60.0
 """Range (dB) of the sound power of lines that a balloon has."""
 
@@ -145,14 +148,16 @@ def _same(
     power: SoundPower,
     preset: Fidelity,
 ) -> bool:
-    """Return True if the waves carry the sound power of the run."""
+    """Return True if the waves carry the sound power of the run at its strongest lines."""
+    if not np.array_equal(forces.frequency, power.frequency):
+        return False
+    lines = np.sort(np.argsort(power.power)[-_COMPARED:])
+    strongest = forces.replace(frequency=forces.frequency[lines], force=forces.force[lines])
     try:
-        found = acoustics.modal_power(resistance, housing, forces, fidelity=preset.acoustics)
+        found = acoustics.modal_power(resistance, housing, strongest, fidelity=preset.acoustics)
     except InputError:
         return False
-    if not np.array_equal(found.frequency, power.frequency):
-        return False
-    return bool(np.abs(found.power - power.power).max() <= _SAME * power.power.max())
+    return bool(np.abs(found.power - power.power[lines]).max() <= _SAME * power.power.max())
 
 
 def _places(

@@ -22,7 +22,7 @@ from nvhchain.report.page.blocks import (
     whiskers,
 )  # fmt: skip
 from nvhchain.report.page.sections.lines.levels import UNITS
-from nvhchain.report.page.sections.speed.run_up import over_speed_traces, speed_range
+from nvhchain.report.page.sections.speed.run_up import constant_speed, over_speed_traces, speed_range
 from nvhchain.report.page.sections.speed.steady_states import over_steady_speeds, stored_states
 from nvhchain.report.page.stored import Stored
 from nvhchain.report.sound.targets import target_sentence
@@ -208,7 +208,8 @@ def _nominal(band: int) -> str:
 def _over_speed(stored: Stored) -> Figure | None:
     """Return the overall level over speed with its limits."""
     traces = over_speed_traces(stored.runs)
-    if not traces:
+    speeds = [row["speed_rpm"] for run in stored.runs for row in run.summary.get("over_speed", [])]
+    if not traces or constant_speed(speeds):
         return None
     layout = axes("input speed / rpm", "level / dB(A)", yaxis={"range": speed_range(stored.runs)})
     caption = "Overall level over the input speed. Shaded: confidence limits; open below where there is no lower limit."

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from nvhchain.handoff import BearingForces, FloatArray, ForceSpectrum
 from nvhchain.report.page.blocks import Figure, Table, colour, curve, grid, packed, rounded
+from nvhchain.report.page.sections.speed.run_up import constant_speed
 from nvhchain.report.page.stored import Stored, StoredRun
 
 TITLE = "Bearing forces"
@@ -25,7 +27,11 @@ def blocks(stored: Stored) -> list[Any]:
     if spectra:
         return _steady([(number, run.name, of) for number, run, of in spectra])
     records = stored.having(lambda run: run.hand_off("bearing_forces", BearingForces))
-    return [_over_speed(records)] if records and not records[0][2].periodic else []
+    if not records or records[0][2].periodic:
+        return []
+    if all(constant_speed(of.input_speed) for _, _, of in records):
+        return [_rms({run.name: (of.names, np.sqrt(of.force.var(axis=0).sum(axis=1))) for _, run, of in records})]
+    return [_over_speed(records)]
 
 
 def _steady(spectra: list[tuple[int, str, ForceSpectrum]]) -> list[Any]:
@@ -52,15 +58,18 @@ def _steady(spectra: list[tuple[int, str, ForceSpectrum]]) -> list[Any]:
             traces.append(curve(number, name, packed(x), packed(y), hover, place=place, **style))
     caption = "Force on the housing at every bearing: √(|F_x|² + |F_y|² + |F_z|²), peak."
     rms = {name: np.sqrt(0.5 * (sizes[name][moving[name]] ** 2).sum(axis=0)) for name in sizes}
-    rows = [
-        (
-            bearing,
-            *(f"{rms[name][of.names.index(bearing)]:.3g}" if bearing in of.names else "" for _, name, of in spectra),
-        )
-        for bearing in names
-    ]
-    table = Table(("bearing", *(f"{name} / N" for _, name, _ in spectra)), rows, "RMS of the fluctuating force.")
+    table = _rms({name: (of.names, rms[name]) for _, name, of in spectra})
     return [Figure(caption, traces, layout, height=110 + 190 * -(-len(names) // 2)), table]
+
+
+def _rms(found: Mapping[str, tuple[Sequence[str], FloatArray]]) -> Table:
+    """Return the table of RMS values (n_bearing,) N of configurations."""
+    bearings = next(iter(found.values()))[0]
+    rows = [
+        (of, *(f"{rms[list(names).index(of)]:.3g}" if of in names else "" for names, rms in found.values()))
+        for of in bearings
+    ]
+    return Table(("bearing", *(f"{name} / N" for name in found)), rows, "RMS of the fluctuating force.")
 
 
 def _over_speed(records: list[tuple[int, StoredRun, BearingForces]]) -> Figure:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from nvhchain import levels
 from nvhchain.handoff import FloatArray
@@ -33,6 +34,9 @@ TITLE = "Run-up"
 LINES, SPEEDS = 420, 200
 """Largest numbers of lines and speeds of a map; of more, the strongest of neighbours is drawn."""
 
+SAME_SPEED = 0.02
+"""Relative range of speeds that figures over speed need."""
+
 RANGE = 60.0
 """Range (dB) of the colours and of order cuts."""
 
@@ -49,12 +53,34 @@ def blocks(stored: Stored) -> list[Any]:
         f"Sound at {stored.runs[0].point_name(0)}. Orders count turns of the input; those with most A-weighted "
         "energy are followed. Windows last ten turns of the input."
     )
+    if all(constant_speed(of.input_speed) for _, _, of in heard):
+        return [Text(f"{note} The mean speed is constant."), _mean_levels(numbers, maps)]
     found: list[Any] = [Text(note), _overall(stored, numbers, curves)]
     if len(next(iter(curves.values()))) > 1:
         found.append(_order_cuts(numbers, curves))
     for number, (title, word) in enumerate((("frequency / Hz", "frequency"), ("order of the input", "order"))):
         found.append(_maps(stored, {name: of[number] for name, of in maps.items()}, title, word))
     return found
+
+
+def constant_speed(speed: ArrayLike) -> bool:
+    """Return True if the means of tenths of a record differ by less than `SAME_SPEED`."""
+    means = [part.mean() for part in np.array_split(np.asarray(speed, dtype=float), 10) if len(part)]
+    return bool(means) and bool(np.ptp(means) < SAME_SPEED * np.mean(means))
+
+
+def _mean_levels(numbers: dict[str, int], maps: dict[str, tuple[Waterfall, Waterfall]]) -> Figure:
+    """Return the mean level of all windows against frequency."""
+    traces, tops = [], []
+    for name, number in numbers.items():
+        of = maps[name][0]
+        level = levels.decibel(np.sqrt((np.abs(of.amplitude[:, 1:]) ** 2).mean(axis=0)))
+        tops.append(float(level.max()))
+        hover = "%{x:.0f} Hz: %{y:.1f} dB"
+        traces.append(curve(number, name, packed(of.axis[1:]), packed(level), hover, width=1.3))
+    span = {"range": [max(tops) - RANGE, max(tops) + 3.0]}
+    layout = axes("frequency / Hz", "level / dB re 20 µPa", yaxis=span)
+    return Figure("Sound pressure level of lines, mean of all windows.", traces, layout, height=360)
 
 
 def _overall(stored: Stored, numbers: dict[str, int], curves: dict[str, list[Curve]]) -> Figure:

@@ -101,10 +101,21 @@ def test_loudness_of_the_steady_signals_of_iso_532_1(signal, loudness):
 )
 def test_loudness_over_time_of_the_tone_pulses_of_iso_532_1(seconds, samples):
     """Annex B.4, tones of 1 kHz and 70 dB with Gaussian edges: within 5 % or 0.1 sone in 2 ms (section 6.1)."""
+    check_over_time(pulse(70.0, 0.015, 0.013 + seconds), samples)
+
+
+def test_loudness_over_time_of_the_combined_tone_pulses_of_iso_532_1():
+    """Annex B.4, signal 13: 100 ms at 60 dB and 10 ms at 80 dB, tones of 1 kHz with Gaussian edges."""
+    samples = {0.050: 2.701, 0.100: 3.373, 0.120: 3.375, 0.136: 9.976, 0.160: 3.446, 0.200: 1.594, 0.300: 0.372}
+    check_over_time(pulse(60.0, 0.015, 0.113) + pulse(80.0, 0.123, 0.131), samples)
+
+
+def pulse(level, start, end):
+    """One second with a tone of 1 kHz that has its full level (dB) from `start` to `end` (s)."""
     time = np.arange(RATE) / RATE
-    away = np.maximum(0.015 - time, 0.0) + np.maximum(time - 0.013 - seconds, 0.0)
-    pulse = np.exp(-((away / 0.00166) ** 2)) * np.sin(2 * np.pi * 1000.0 * time)
-    check_over_time(2e-5 * 10 ** (70 / 20) * np.sqrt(2) * pulse, samples)
+    away = np.maximum(start - time, 0.0) + np.maximum(time - end, 0.0)
+    full = 2e-5 * 10 ** (level / 20) * np.sqrt(2)
+    return full * np.exp(-((away / 0.00166) ** 2)) * np.sin(2 * np.pi * 1000.0 * time)
 
 
 @pytest.mark.slow

@@ -8,7 +8,7 @@ from math import degrees, pi
 
 import pytest
 
-from nvhchain.errors import FileFormatError, InputError
+from nvhchain.errors import FileFormatError, InputError, Mistakes, mistakes
 from nvhchain.interop.rexs import read_rexs
 from nvhchain.interop.rexs.contents.files import LARGEST
 from nvhchain.testing.rexs_units import gear_train
@@ -248,7 +248,28 @@ def test_a_circle_of_references_is_refused(tmp_path):
     one, other = made.of("shaft")
     made.attributes(one)["reference_component_for_position"] = (other, "none")
     made.attributes(other)["reference_component_for_position"] = (one, "none")
-    assert "runs in a circle" in refused(made, tmp_path)
+    assert refused(made, tmp_path).count("runs in a circle") == 1, "one line for a circle"
+
+
+def test_mistakes_of_places_relations_units_and_bearings_have_a_line_each(tmp_path):
+    made = gear_train((20, 31))
+    one, other = made.of("shaft")
+    made.attributes(one)["reference_component_for_position"] = (other, "none")
+    made.attributes(other)["reference_component_for_position"] = (one, "none")
+    gears = made.of("cylindrical_gear")
+    made.relations = [
+        (kind, ends) for kind, ends in made.relations if not any(e in gears and r == "part" for r, e in ends)
+    ]
+    made.attributes(gears[0])["face_width"] = (1.0, "furlong")
+    bearing = next(n for n, (kind, *_) in made.components.items() if kind == "rolling_bearing_with_catalog_geometry")
+    made.attributes(bearing)["inner_diameter"] = (90.0, "mm")
+    with pytest.raises(Mistakes) as caught:
+        read_rexs(made.save(tmp_path / "u.rexs"))
+    lines = mistakes(caught.value)
+    for words in ("runs in a circle", "'furlong' is none of REXS", "inner_diameter = 90 mm is not below outer_diam"):
+        assert sum(words in line for line in lines) == 1
+    assert sum("stands on no shaft" in line for line in lines) == 2
+    assert all(": " in line and "\n" not in line for line in lines)
 
 
 def test_gears_without_a_shaft_and_a_bearing_without_anything_are_refused(tmp_path):

@@ -85,6 +85,12 @@ def _bearing(parts: Parts, component: Component, lines: Mapping[int, Line]) -> I
         return None
     values = parts.values(component)
     _record_rest(parts, component)
+    bore, outside = (values.number(name, "m", low=0.0) or None for name in ("inner_diameter", "outer_diameter"))
+    if bore and outside and bore >= outside:
+        record.refuse(
+            f"{component.label}: inner_diameter = {1e3 * bore:g} mm is not below outer_diameter = {1e3 * outside:g} "
+            "mm: correct one of them"
+        )
     radial = _stiffness(parts, component, "radial_stiffness", "v_d_v", "w_d_w")
     return ImportedBearing(
         name=parts.names[component.id],
@@ -92,8 +98,8 @@ def _bearing(parts: Parts, component: Component, lines: Mapping[int, Line]) -> I
         outer_shaft="" if other is None else parts.names[other],
         z=place,
         kind=values.text("bearing_type") or component.type,
-        bore=values.number("inner_diameter", "m", low=0.0) or None,
-        outer_diameter=values.number("outer_diameter", "m", low=0.0) or None,
+        bore=bore,
+        outer_diameter=outside,
         width=values.number("width", "m", low=0.0) or None,
         radial_stiffness=radial if values.flag("radial_force_absorption") is not False else 0.0,
         axial_stiffness=_stiffness(parts, component, "axial_stiffness", "u_d_u"),

@@ -40,9 +40,13 @@ def frame_of(parts: Parts, component: Component, seen: tuple[int, ...] = ()) -> 
     if support is None or len(support) != 3:
         return None
     if component.id in seen:
-        circle = ", ".join(str(number) for number in (*seen, component.id))
+        members = seen[seen.index(component.id) :]
+        least = members.index(min(members))
+        members = (*members[least:], *members[:least], members[least])  # one line for a circle, wherever it begins
+        circle = ", ".join(map(str, members))
+        first = parts.document.components[members[0]].label
         parts.findings.refuse(
-            f"{component.label}: reference_component_for_position runs in a circle ({circle}): refer to the gear unit"
+            f"{first}: reference_component_for_position runs in a circle ({circle}): refer to the gear unit"
         )
         return None
     u = np.array(values.vector("u_axis_vector", "m") or (1.0, 0.0, 0.0))

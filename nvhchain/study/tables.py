@@ -265,11 +265,12 @@ def _summary(study: Study, rows: Sequence[Row], effects: Sequence[Effect]) -> li
         ):
             given = ", ".join(f"{name} = {_short(value)}" for name, value in _given(row).items())
             lines.append(
-                f"{word} {main}{several}: {row.responses[main]:.1f}{_limits(row, main)}, design {row.design} ({given})"
+                f"{word} {main}{several}: {row.responses[main]:.1f}{_unit(main)}{_limits(row, main)}, "
+                f"design {row.design} ({given})"
             )
         for effect in [effect for effect in effects if effect.response == main][:3]:
             lines.append(
-                f"{effect.parameter} changes {main} by {effect.change:.3g} on average "
+                f"{effect.parameter} changes {main} by {effect.change:.3g}{_unit(main)[:3]} on average "
                 f"({_short(effect.lowest)} lowest, {_short(effect.highest)} highest): "
                 f"{100 * effect.share:.0f} % of its variance"
             )
@@ -286,6 +287,13 @@ def _summary(study: Study, rows: Sequence[Row], effects: Sequence[Effect]) -> li
 def _given(row: Row) -> dict[str, Any]:
     points = {"speed_rpm": row.speed_rpm, "torque_Nm": row.torque}
     return row.values | {name: value for name, value in points.items() if value is not None}
+
+
+def _unit(name: str) -> str:
+    """Return the unit of a level after a blank; empty for other responses."""
+    if name.startswith("level"):
+        return " dB(A)"
+    return " dB" if name.startswith(("sound_power", "order ")) else ""
 
 
 def _limits(row: Row, name: str) -> str:

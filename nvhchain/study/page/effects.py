@@ -6,7 +6,7 @@ from typing import Any
 
 from nvhchain.report.page.blocks import Figure, Table, Text, axes, label, rounded
 from nvhchain.study.analysis import idle_parameters
-from nvhchain.study.page.results import Results, text_of
+from nvhchain.study.page.results import Results, text_of, unit_of
 
 TITLE = "Effects"
 
@@ -32,7 +32,11 @@ def blocks(results: Results) -> list[Any]:
             "marker": {"color": "#0072b2"},
             "hovertemplate": "%{y}: %{x:.2f} (%{text})<extra></extra>",
         }
-        layout = axes(f"highest less lowest mean of {results.main}", "", yaxis={"autorange": "reversed"})
+        layout = axes(
+            f"highest less lowest mean of {unit_of(str(results.main)).replace('(A)', '')}",
+            "",
+            yaxis={"autorange": "reversed"},
+        )
         caption = "Mean over all other values. Text: value with the lowest mean → value with the highest."
         found.append(Figure(caption, [bars], layout, height=110 + 38 * len(shown)))
     idle = [name for name in idle_parameters(effects) if name not in ("speed_rpm", "torque_Nm")]

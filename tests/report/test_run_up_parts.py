@@ -1,6 +1,7 @@
 """Orders of a run-up by path and mode: they add up to the sound of steady states, and to the part of a difference."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -12,7 +13,8 @@ from nvhchain.conventions import REFERENCE_PRESSURE
 from nvhchain.fidelity import DRAFT
 from nvhchain.handoff import BearingForces, ForceSpectrum
 from nvhchain.housing import respond
-from nvhchain.report.causes.run_up import order_parts, with_parts
+from nvhchain.housing.casting.contributions import Panels, panel_contributions
+from nvhchain.report.causes.run_up import order_load, order_parts, with_parts
 from nvhchain.testing import ball_with_modes
 
 pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # a coarse ball on purpose
@@ -58,6 +60,19 @@ def test_parts_of_an_order_add_up_to_the_sound_of_steady_states_at_its_speeds(ru
     velocity = respond(runs[0].housing, ForceSpectrum(paths.frequency, force, ball_with_modes.BEARINGS))
     steady = radiate(runs[0].transfer_vectors, velocity, fidelity=DRAFT.acoustics).pressure
     assert np.abs(paths.total) == pytest.approx(np.abs(steady), rel=5e-3)
+
+
+def test_panels_of_an_order_add_up_to_its_paths(runs):
+    run = runs[0]
+    load = order_load(run.bearing_forces, run.transfer_vectors, ORDER, high=1500.0)
+    velocity = respond(run.housing, load)
+    halves = Panels(("low", "high"), (velocity.surface.centroids[:, 2] > 0).astype(int))
+    panels = panel_contributions(velocity, halves, partial(radiate, run.transfer_vectors, fidelity=DRAFT.acoustics))
+    paths, _ = parts(run)
+    assert panels.frequency == pytest.approx(paths.frequency, rel=1e-12)
+    assert panels.shares.sum(axis=2) == pytest.approx(1.0, abs=1e-9)
+    assert np.abs(panels.total - paths.total).max() < 5e-3 * np.abs(paths.total).max()
+    assert (np.abs(panels.pressure).max(axis=0) > 0).all()
 
 
 def test_modes_and_paths_add_up_to_the_part_of_an_order_in_a_difference(runs):

@@ -19,7 +19,7 @@ from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.files.hdf5 import write_text
 from nvhchain.files.result_cache import Watcher
 from nvhchain.handoff import Surface
-from nvhchain.housing import Casting
+from nvhchain.housing import Casting, respond
 from nvhchain.housing.casting.contributions import (
     Contributions,
     Panels,
@@ -30,7 +30,7 @@ from nvhchain.housing.casting.contributions import (
 from nvhchain.names import safe_names
 from nvhchain.plots.files import save
 from nvhchain.report.causes.paths import force_parts
-from nvhchain.report.causes.run_up import result_parts
+from nvhchain.report.causes.run_up import order_load, result_parts
 from nvhchain.report.marks import order_marks
 from nvhchain.report.run_up import curves_of, loudest, run_up_maps
 
@@ -67,8 +67,8 @@ def contributions(
     Returns
     -------
     dict of str to Contributions
-        `paths`, `modes` and, at constant speed and where the housing has named parts, `panels`. The frequencies of a
-        run-up are those of the order at rising speeds.
+        `paths`, `modes` and, where the housing has named parts, `panels`. The frequencies of a run-up are those of the
+        order at rising speeds.
 
     Raises
     ------
@@ -104,7 +104,10 @@ def contributions(
         )
     found = dict(zip(("paths", "modes"), split, strict=True))
     velocity = result.surface_velocity
-    panels = _panels(case, velocity.surface) if velocity is not None and turns is None else None
+    if turns is not None:
+        load = order_load(of[forces], of["transfer_vectors"], turns, high=float(case.band.high))
+        velocity = None if load is None else respond(of["housing"], load)
+    panels = None if velocity is None else _panels(case, velocity.surface)
     if panels is not None and velocity is not None:
         radiate = partial(acoustics.radiate, of["transfer_vectors"], fidelity=fidelity.acoustics)
         found["panels"] = panel_contributions(velocity, panels, radiate)

@@ -72,6 +72,17 @@ def order_speeds(forces: BearingForces, order: float, low: float, high: float) -
     return np.unique(speed[inside & (frequency >= low) & (frequency <= high)])
 
 
+def order_load(forces: BearingForces, vectors: TransferVectors, order: float, *, high: float) -> ForceSpectrum | None:
+    """Return the bearing forces of an order of a run-up as lines order × speed; None where no speed lies in the band.
+
+    high : highest frequency (Hz).
+    """
+    speeds = order_speeds(forces, order, float(vectors.frequency[0]), min(high, float(vectors.frequency[-1])))
+    if not len(speeds):
+        return None
+    return ForceSpectrum(order * speeds / (2 * np.pi), order_forces(forces, order, speeds), forces.names)
+
+
 def order_parts(
     forces: BearingForces,
     housing: ReducedHousing,
@@ -88,12 +99,8 @@ def order_parts(
 
     high : highest frequency (Hz).
     """
-    ends = float(vectors.frequency[0]), min(high, float(vectors.frequency[-1]))
-    speeds = order_speeds(forces, order, *ends)
-    if not len(speeds):
-        return None
-    load = ForceSpectrum(order * speeds / (2 * np.pi), order_forces(forces, order, speeds), forces.names)
-    return force_parts(load, housing, vectors, fidelity)
+    load = order_load(forces, vectors, order, high=high)
+    return None if load is None else force_parts(load, housing, vectors, fidelity)
 
 
 def result_parts(run: Result, order: float) -> tuple[Contributions, Contributions] | None:

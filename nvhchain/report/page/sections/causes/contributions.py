@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -49,7 +50,9 @@ PARTS = 12
 def blocks(stored: Stored) -> list[Any]:
     """Return paths and modes of the loudest lines or order, and bars of what `nvhchain contributions` has written."""
     run_up = _over_run_up(stored)
-    return run_up or [*_by_path_and_mode(stored), *_written(stored)]
+    if run_up:
+        return [*run_up, *_written(stored, ("panels",))]
+    return [*_by_path_and_mode(stored), *_written(stored, ("modes", "panels"))]
 
 
 def _by_path_and_mode(stored: Stored) -> list[Any]:
@@ -204,11 +207,11 @@ def _panels(stored: Stored, titles: list[str], parts: dict[int, Contributions], 
     return Figure(caption, traces, layout, height=120 + 190 * len(titles))
 
 
-def _written(stored: Stored) -> list[Any]:
+def _written(stored: Stored, kinds: Sequence[str]) -> list[Any]:
     """Return bars of the shares in the tables of `nvhchain contributions`."""
     found = []
     for run in stored.runs:
-        for kind in ("modes", "panels"):
+        for kind in kinds:
             path = run.folder / f"contributions-{kind}.csv"
             if not path.is_file():
                 continue
@@ -237,7 +240,7 @@ def _figure(rows: list[dict[str, str]], title: str) -> Figure | None:
     traces = [
         {
             "type": "bar",
-            "name": f"{float(row['frequency / Hz']):.0f} Hz, {float(row['level / dB']):.1f} dB",
+            "name": f"{_speed(row)}{float(row['frequency / Hz']):.0f} Hz, {float(row['level / dB']):.1f} dB",
             "x": [label(name) for name in strongest],
             "y": rounded((100 * float(row[name]) for name in strongest), 1),
             "marker": {"color": shade, "line": {"color": "#1d2329", "width": 0.5}},
@@ -247,3 +250,9 @@ def _figure(rows: list[dict[str, str]], title: str) -> Figure | None:
     ]
     layout = axes("", "share / %", xaxis={"type": "category"}, bargap=0.3)
     return Figure(f"{title} in the loudest lines at {here[0]['field point']}.", traces, layout)
+
+
+def _speed(row: dict[str, str]) -> str:
+    """Return the input speed of a row of a run-up, with a comma; empty at constant speed."""
+    speed = row.get("input speed / rpm")
+    return f"{float(speed):.0f} rpm, " if speed else ""

@@ -1,21 +1,30 @@
-"""Mesh laws of gears with deviations against the contact problem, at standstill and in the time loop.
+"""Mesh laws of gears with deviations against the contact problem, at standstill and in every step of the time loop.
 
-    python -m benchmarks deviations
+    python -m benchmarks deviations             docs/measured/gear/deviations.md
+    python -m benchmarks deviations KIND ...    these kinds in the time loop, printed
 
-Prints errors of transmission errors and of sidebands, for the single stage.
+Single stage, 60 N·m, 1800 rpm. A kind of deviation is drawn at the limit of its class for the pinion; all teeth have
+their own pitch, slopes and topography. Both results are transmission errors, over all turns of the gears.
 """
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 import nvhchain as nvh
+from benchmarks.publish import publish
 from nvhchain import dynamics, gear
 from nvhchain.case import Deviations, GearboxCase
 from nvhchain.fidelity import GearFidelity
+from nvhchain.gear.deviations.drawn import drawn_deviations
+from nvhchain.gear.deviations.flanks import GearDeviations
+from nvhchain.gear.deviations.pairs import PairDeviations
+from nvhchain.gear.deviations.tolerances import FlankTolerances, flank_tolerances
 from nvhchain.handoff import FloatArray, MeshLaw
 
 CASE = Path(__file__).parents[2] / "cases/small/single_stage.toml"
@@ -24,12 +33,45 @@ EVERY = 8
 ANALYTIC = replace(nvh.DRAFT.gear, slices=8, bodies="analytic")
 """Gears in the time loop, whose contact problem is solved at every step."""
 LOOP = replace(nvh.DRAFT.dynamics, time_step=40e-6, settle_level=1e-3, contact_residual=1e-6)
+REACH = 30.0
+"""dB below the mesh order down to which sidebands are compared."""
+NONE = FlankTolerances(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+KINDS = {
+    "pitch": ("single_pitch", "cumulative_pitch"),
+    "run-out": ("run_out", "cumulative_pitch"),
+    "profile slope": ("profile_slope",),
+    "profile form": ("profile_form",),
+    "helix slope": ("helix_slope",),
+    "helix form": ("helix_form",),
+    "topography": (),
+    "all of a class": tuple(vars(NONE)),
+}
+"""Kind of deviation → tolerances that it fills."""
 
 
-def deviated(case: GearboxCase, fidelity: GearFidelity) -> tuple[MeshLaw, gear.Engagement]:
+def kind_deviations(geometry: gear.GearGeometry, kind: str, grade: int) -> GearDeviations:
+    """Return deviations of one kind at the limits of a class, other teeth each with their own."""
+    limits = flank_tolerances(geometry, grade)
+    drawn = drawn_deviations(geometry, replace(NONE, **{name: getattr(limits, name) for name in KINDS[kind]}), seed=1)
+    if kind == "pitch":
+        return replace(drawn, eccentricity=0.0)
+    if kind != "topography":
+        return drawn
+    # a bump of f_fα on a grid of every tooth, at a place and with a size of its own
+    random = np.random.default_rng(1)
+    profile, face = np.linspace(0.0, 1.0, 9)[:, None], np.linspace(0.0, 1.0, 7)
+    grid = [
+        limits.profile_form
+        * random.uniform(0.3, 1.0)
+        * np.exp(-(((profile - random.uniform()) / 0.3) ** 2) - ((face - random.uniform()) / 0.4) ** 2)
+        for _ in range(geometry.teeth)
+    ]
+    return replace(drawn, drive=replace(drawn.drive, topography=np.array(grid)))
+
+
+def deviated(case: GearboxCase, fidelity: GearFidelity, deviations: PairDeviations) -> tuple[MeshLaw, gear.Engagement]:
     """Return the mesh law of a stage with deviations, and its contact problem."""
-    (pair,), (force,), (deviations,) = case.pairs, case.mesh_forces, case.deviations
-    assert deviations is not None
+    (pair,), (force,) = case.pairs, case.mesh_forces
     compliances = gear.pair_compliances(pair, fidelity)
     law = gear.mesh_law(pair, nominal_force=force, fidelity=fidelity, compliances=compliances)
     springs = gear.tooth_pairs(pair, law, nominal_force=force, fidelity=fidelity, compliances=compliances)
@@ -37,60 +79,98 @@ def deviated(case: GearboxCase, fidelity: GearFidelity) -> tuple[MeshLaw, gear.E
     return gear.deviated_mesh_law(pair, law, springs, deviations), contact
 
 
-def drawn(grade: int, *, wheel: bool) -> GearboxCase:
-    """Return the single stage with gears of a class."""
+def drawn_stage(grade: int) -> GearboxCase:
+    """Return the single stage with both gears of a class."""
     case = nvh.load_case(CASE)
     assert isinstance(case, GearboxCase)
     gears = [replace(one, deviations=Deviations(grade, seed=1 + i)) for i, one in enumerate(case.gears)]
-    return replace(case, gears=(gears[0], gears[1] if wheel else case.gears[1]))
+    return replace(case, gears=(gears[0], gears[1]))
 
 
-def compare(title: str, found: FloatArray, exact: FloatArray, mesh: int) -> None:
-    """Print the errors over the swing, and of the lines within 30 dB of the mesh order."""
+def compared(title: str, found: FloatArray, exact: FloatArray, mesh: int) -> str:
+    """Return a row: errors over the swing, and those of the lines within reach of the mesh order."""
     error, swing = found - exact, np.ptp(exact)
-    print(f"{title}: swing {1e6 * swing:.1f} µm, error {100 * np.abs(error).max() / swing:.1f} % at most, ", end="")
-    print(f"{100 * error.std() / swing:.1f} % in the mean square")
     mine, theirs = (np.abs(np.fft.rfft(values)) for values in (found, exact))
-    near = [k for k in range(mesh // 2, 3 * mesh // 2) if theirs[k] > theirs[mesh] * 10 ** (-30 / 20)]
-    for k in sorted(near, key=lambda k: -theirs[k]):
-        below, off = (20 * np.log10(one) for one in (theirs[k] / theirs[mesh], mine[k] / theirs[k]))
-        print(f"  order {k - mesh:+d}: {below:6.1f} dB, error {off:+.2f} dB")
+    near = [k for k in range(mesh // 2, 3 * mesh // 2) if theirs[k] > theirs[mesh] * 10 ** (-REACH / 20) and k != mesh]
+    off = {k: 20 * np.log10(mine[k] / theirs[k]) for k in near}
+    worst = max(off, key=lambda k: abs(off[k]), default=None)
+    side = "–, –" if worst is None else f"{off[worst]:+.2f}, {20 * np.log10(theirs[worst] / theirs[mesh]):.0f}"
+    order = 20 * np.log10(mine[mesh] / theirs[mesh])
+    return (
+        f"| {title} | {1e6 * swing:.1f} | {100 * np.abs(error).max() / swing:.1f} | {100 * error.std() / swing:.1f} "
+        f"| {order:+.2f} | {len(near)} | {side} |"
+    )
+
+
+def in_the_loop(case: GearboxCase, kind: str, grade: int) -> str:
+    """Return the row of a kind of deviation of the pinion, in the time loop."""
+    (pair,) = case.pairs
+    law, contact = deviated(case, ANALYTIC, PairDeviations(kind_deviations(pair.pinion.geometry, kind, grade), None))
+    stiff = tuple(replace(one, radial_damping=12e3, axial_damping=6e3) for one in case.bearings)
+    box = replace(case.gearbox_with_gears, bearings=stiff)
+    found, exact = (
+        dynamics.bearing_forces(
+            box,
+            [law],
+            None,
+            input_speed=case.operation.input_speed,
+            input_torque=case.operation.input_torque,
+            f_max=2500.0,
+            fidelity=replace(LOOP, mesh_level=level),
+            contact_forces=[contact.mesh_force],
+        ).transmission_error
+        for level in ("table", "contact")
+    )
+    assert found is not None
+    assert exact is not None
+    return compared(f"{kind}, class {grade}", found[:, 0], exact[:, 0], 20)
+
+
+def at_standstill(grade: int) -> str:
+    """Return the row of both gears of a class, with finite element bodies."""
+    case = drawn_stage(grade)
+    (deviations,) = case.deviations
+    assert deviations is not None
+    law, contact = deviated(case, nvh.DRAFT.gear, deviations)
+    force, guess, exact = case.mesh_forces[0], 1e-5, []
+    for angle in law.angle[::EVERY]:
+        guess = gear.loaded_mesh(contact, float(angle), force, guess=guess).deflection
+        exact.append(guess)
+    return compared(f"both gears, class {grade}", gear.deflection_at_force(law, force)[::EVERY], np.array(exact), 60)
+
+
+def table(rows: Iterator[str]) -> list[str]:
+    """Return a table, printed row by row."""
+    lines = [
+        "| deviation | swing / µm | error / % of it | in the mean square | mesh order / dB | sidebands within "
+        f"{REACH:.0f} dB | worst of them / dB, at |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for row in rows:
+        print(row, file=sys.stderr, flush=True)
+        lines.append(row)
+    return lines
 
 
 def main() -> None:
-    """Print all comparisons."""
-    for grade in (4, 6):
-        case = drawn(grade, wheel=True)
-        law, contact = deviated(case, nvh.DRAFT.gear)
-        force, angles = case.mesh_forces[0], law.angle[::EVERY]
-        guess, exact = 1e-5, []
-        for angle in angles:
-            guess = gear.loaded_mesh(contact, float(angle), force, guess=guess).deflection
-            exact.append(guess)
-        found = gear.deflection_at_force(law, force)[::EVERY]
-        compare(f"class {grade}, both gears, all turns", found, np.array(exact), 60)
-    for grade in (4, 6):
-        case = drawn(grade, wheel=False)
-        law, contact = deviated(case, ANALYTIC)
-        stiff = tuple(replace(one, radial_damping=12e3, axial_damping=6e3) for one in case.bearings)
-        box = replace(case.gearbox_with_gears, bearings=stiff)
-        records = [
-            dynamics.bearing_forces(
-                box,
-                [law],
-                None,
-                input_speed=case.operation.input_speed,
-                input_torque=case.operation.input_torque,
-                f_max=2500.0,
-                fidelity=replace(LOOP, mesh_level=level),
-                contact_forces=[contact.mesh_force],
-            )
-            for level in ("table", "contact")
-        ]
-        found, exact_loop = (
-            record.transmission_error[:, 0] for record in records if record.transmission_error is not None
-        )
-        compare(f"class {grade}, pinion, in the time loop", found, exact_loop, 20)
+    """Publish all comparisons, or print some."""
+    case = nvh.load_case(CASE)
+    assert isinstance(case, GearboxCase)
+    if sys.argv[1:]:
+        print("\n".join(table(in_the_loop(case, kind, 6) for kind in sys.argv[1:])))
+        return
+    loop = table(
+        in_the_loop(case, kind, grade) for grade in (6, 4) for kind in KINDS if grade == 6 or len(KINDS[kind]) > 2
+    )
+    still = table(at_standstill(grade) for grade in (4, 6))
+    publish(
+        "gear/deviations",
+        "Contact problem in every step of the time loop against the law, deviations of the pinion, analytic bodies:\n\n"
+        + "\n".join(loop)
+        + "\n\nContact problem at standstill against the law, deviations of both gears, finite elements:\n\n"
+        + "\n".join(still)
+        + "\n",
+    )
 
 
 if __name__ == "__main__":

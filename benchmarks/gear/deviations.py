@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +20,7 @@ import nvhchain as nvh
 from benchmarks.publish import publish
 from nvhchain import dynamics, gear
 from nvhchain.case import Deviations, GearboxCase
-from nvhchain.fidelity import GearFidelity
+from nvhchain.fidelity import DynamicsFidelity, GearFidelity
 from nvhchain.gear.deviations.drawn import drawn_deviations
 from nvhchain.gear.deviations.flanks import GearDeviations
 from nvhchain.gear.deviations.pairs import PairDeviations
@@ -87,23 +87,48 @@ def drawn_stage(grade: int) -> GearboxCase:
     return replace(case, gears=(gears[0], gears[1]))
 
 
-def compared(title: str, found: FloatArray, exact: FloatArray, mesh: int) -> str:
-    """Return a row: errors over the swing, and those of the lines within reach of the mesh order."""
-    error, swing = found - exact, np.ptp(exact)
+@dataclass(frozen=True)
+class Errors:
+    """Errors of a transmission error against the exact one.
+
+    swing : swing of the exact one (m).
+    largest, mean_square : errors over the swing.
+    mesh_order : error (dB) of the mesh order.
+    sidebands : (level over the mesh order, error) (dB) of every line within reach of it.
+    """
+
+    swing: float
+    largest: float
+    mean_square: float
+    mesh_order: float
+    sidebands: tuple[tuple[float, float], ...]
+
+    @property
+    def worst(self) -> tuple[float, float] | None:
+        """Sideband with the largest error."""
+        return max(self.sidebands, key=lambda one: abs(one[1]), default=None)
+
+    def row(self, title: str) -> str:
+        """Return the row of a table."""
+        side = "–" if self.worst is None else f"{self.worst[1]:+.2f}, {self.worst[0]:.0f}"
+        return (
+            f"| {title} | {1e6 * self.swing:.1f} | {100 * self.largest:.1f} | {100 * self.mean_square:.1f} "
+            f"| {self.mesh_order:+.2f} | {len(self.sidebands)} | {side} |"
+        )
+
+
+def errors(found: FloatArray, exact: FloatArray, mesh: int) -> Errors:
+    """Return the errors of a transmission error over `mesh` mesh periods."""
+    error, swing = found - exact, float(np.ptp(exact))
     mine, theirs = (np.abs(np.fft.rfft(values)) for values in (found, exact))
-    near = [k for k in range(mesh // 2, 3 * mesh // 2) if theirs[k] > theirs[mesh] * 10 ** (-REACH / 20) and k != mesh]
-    off = {k: 20 * np.log10(mine[k] / theirs[k]) for k in near}
-    worst = max(off, key=lambda k: abs(off[k]), default=None)
-    side = "–, –" if worst is None else f"{off[worst]:+.2f}, {20 * np.log10(theirs[worst] / theirs[mesh]):.0f}"
-    order = 20 * np.log10(mine[mesh] / theirs[mesh])
-    return (
-        f"| {title} | {1e6 * swing:.1f} | {100 * np.abs(error).max() / swing:.1f} | {100 * error.std() / swing:.1f} "
-        f"| {order:+.2f} | {len(near)} | {side} |"
-    )
+    levels, off = 20 * np.log10(theirs / theirs[mesh]), 20 * np.log10(mine / theirs)
+    near = [k for k in range(mesh // 2, 3 * mesh // 2) if levels[k] > -REACH and k != mesh]
+    sidebands = tuple((float(levels[k]), float(off[k])) for k in near)
+    return Errors(swing, float(np.abs(error).max()) / swing, float(error.std()) / swing, float(off[mesh]), sidebands)
 
 
-def in_the_loop(case: GearboxCase, kind: str, grade: int) -> str:
-    """Return the row of a kind of deviation of the pinion, in the time loop."""
+def in_the_loop(case: GearboxCase, kind: str, grade: int, loop: DynamicsFidelity = LOOP) -> Errors:
+    """Return the errors of the dynamic transmission error with a kind of deviation of the pinion."""
     (pair,) = case.pairs
     law, contact = deviated(case, ANALYTIC, PairDeviations(kind_deviations(pair.pinion.geometry, kind, grade), None))
     stiff = tuple(replace(one, radial_damping=12e3, axial_damping=6e3) for one in case.bearings)
@@ -116,18 +141,18 @@ def in_the_loop(case: GearboxCase, kind: str, grade: int) -> str:
             input_speed=case.operation.input_speed,
             input_torque=case.operation.input_torque,
             f_max=2500.0,
-            fidelity=replace(LOOP, mesh_level=level),
+            fidelity=replace(loop, mesh_level=level),
             contact_forces=[contact.mesh_force],
         ).transmission_error
         for level in ("table", "contact")
     )
     assert found is not None
     assert exact is not None
-    return compared(f"{kind}, class {grade}", found[:, 0], exact[:, 0], 20)
+    return errors(found[:, 0], exact[:, 0], 20)
 
 
-def at_standstill(grade: int) -> str:
-    """Return the row of both gears of a class, with finite element bodies."""
+def at_standstill(grade: int) -> Errors:
+    """Return the errors of both gears of a class, with finite element bodies."""
     case = drawn_stage(grade)
     (deviations,) = case.deviations
     assert deviations is not None
@@ -136,7 +161,7 @@ def at_standstill(grade: int) -> str:
     for angle in law.angle[::EVERY]:
         guess = gear.loaded_mesh(contact, float(angle), force, guess=guess).deflection
         exact.append(guess)
-    return compared(f"both gears, class {grade}", gear.deflection_at_force(law, force)[::EVERY], np.array(exact), 60)
+    return errors(gear.deflection_at_force(law, force)[::EVERY], np.array(exact), 60)
 
 
 def table(rows: Iterator[str]) -> list[str]:
@@ -157,12 +182,11 @@ def main() -> None:
     case = nvh.load_case(CASE)
     assert isinstance(case, GearboxCase)
     if sys.argv[1:]:
-        print("\n".join(table(in_the_loop(case, kind, 6) for kind in sys.argv[1:])))
+        print("\n".join(table(in_the_loop(case, kind, 6).row(kind) for kind in sys.argv[1:])))
         return
-    loop = table(
-        in_the_loop(case, kind, grade) for grade in (6, 4) for kind in KINDS if grade == 6 or len(KINDS[kind]) > 2
-    )
-    still = table(at_standstill(grade) for grade in (4, 6))
+    kinds = [(kind, 6) for kind in KINDS] + [("all of a class", 4)]
+    loop = table(in_the_loop(case, kind, grade).row(f"{kind}, class {grade}") for kind, grade in kinds)
+    still = table(at_standstill(grade).row(f"both gears, class {grade}") for grade in (4, 6))
     publish(
         "gear/deviations",
         "Contact problem in every step of the time loop against the law, deviations of the pinion, analytic bodies:\n\n"

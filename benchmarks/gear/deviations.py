@@ -121,10 +121,14 @@ def errors(found: FloatArray, exact: FloatArray, mesh: int) -> Errors:
     """Return the errors of a transmission error over `mesh` mesh periods."""
     error, swing = found - exact, float(np.ptp(exact))
     mine, theirs = (np.abs(np.fft.rfft(values)) for values in (found, exact))
-    levels, off = 20 * np.log10(theirs / theirs[mesh]), 20 * np.log10(mine / theirs)
-    near = [k for k in range(mesh // 2, 3 * mesh // 2) if levels[k] > -REACH and k != mesh]
-    sidebands = tuple((float(levels[k]), float(off[k])) for k in near)
-    return Errors(swing, float(np.abs(error).max()) / swing, float(error.std()) / swing, float(off[mesh]), sidebands)
+
+    def off(k: int) -> float:
+        return float(20 * np.log10(mine[k] / theirs[k]))
+
+    heard = theirs[mesh] * 10 ** (-REACH / 20)
+    near = [k for k in range(mesh // 2, 3 * mesh // 2) if theirs[k] > heard and k != mesh]
+    sidebands = tuple((float(20 * np.log10(theirs[k] / theirs[mesh])), off(k)) for k in near)
+    return Errors(swing, float(np.abs(error).max()) / swing, float(error.std()) / swing, off(mesh), sidebands)
 
 
 def in_the_loop(case: GearboxCase, kind: str, grade: int, loop: DynamicsFidelity = LOOP) -> Errors:
@@ -140,7 +144,7 @@ def in_the_loop(case: GearboxCase, kind: str, grade: int, loop: DynamicsFidelity
             None,
             input_speed=case.operation.input_speed,
             input_torque=case.operation.input_torque,
-            f_max=2500.0,
+            f_max=0.1 / loop.time_step,
             fidelity=replace(loop, mesh_level=level),
             contact_forces=[contact.mesh_force],
         ).transmission_error

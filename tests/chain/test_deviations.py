@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import nvhchain as nvh
+from benchmarks.gear.deviations import LOOP, in_the_loop
 from nvhchain.case import Deviations, GearboxCase
 from nvhchain.handoff import BearingForces
 from nvhchain.testing.coarse_runs import SMALL, TINY
@@ -58,3 +59,15 @@ def test_deviations_go_with_every_option(changes: tuple[str, ...]) -> None:
     """Friction, shuttling and tilt; coast; a run-up; another centre distance."""
     made = forces(*changes, deviations=Deviations(6, seed=2))
     assert np.ptp(made.force) > 1.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["topography", "all of a class"])
+def test_the_time_loop_meets_the_contact_problem_in_every_step(kind: str) -> None:
+    """Pinion of class 6: within 3 % of the swing, and within 1 dB at sidebands within 30 dB of the mesh order."""
+    case = nvh.load_case(SMALL)
+    assert isinstance(case, GearboxCase)
+    met = in_the_loop(case, kind, 6, replace(LOOP, time_step=100e-6, settle_level=0.02))
+    assert met.largest < 0.03
+    assert abs(met.mesh_order) < 1.0
+    assert max(abs(error) for _, error in met.sidebands) < 1.0

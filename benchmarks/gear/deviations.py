@@ -32,7 +32,7 @@ EVERY = 8
 """Angles of the law from one contact problem at standstill to the next."""
 ANALYTIC = replace(nvh.DRAFT.gear, slices=8, bodies="analytic")
 """Gears in the time loop, whose contact problem is solved at every step."""
-LOOP = replace(nvh.DRAFT.dynamics, time_step=40e-6, settle_level=1e-3, contact_residual=1e-6)
+LOOP = replace(nvh.DRAFT.dynamics, time_step=80e-6, settle_level=1e-2, contact_residual=1e-6)
 REACH = 30.0
 """dB below the mesh order down to which sidebands are compared."""
 NONE = FlankTolerances(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)

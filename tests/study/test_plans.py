@@ -217,6 +217,12 @@ def test_more_designs_than_the_disk_holds_are_refused_with_numbers(study_file, t
         run_study(study, out=tmp_path / "out", fidelity=nvh.DRAFT)
 
 
+def test_more_designs_than_the_memory_holds_are_refused_with_numbers(study_file, capsys):
+    path = study_file('plan = "monte_carlo"\ndesigns = 1000000000\nmost_designs = 10000000000\n' + RADIUS)
+    assert main(["study", str(path), "--plan"]) == 2
+    assert "1000000000 runs need about 3.73e+04 GiB for their cases and rows" in capsys.readouterr().err
+
+
 def test_the_table_is_written_as_parquet(study_file, tmp_path):
     parquet = pytest.importorskip("pyarrow.parquet")
     study = load_study(study_file(RADIUS.replace("low = 5\nhigh = 20", "values = [5, 10]")))

@@ -266,6 +266,7 @@ def test_tables_are_ascii_with_empty_cells():
         (RADII + "low = 1\nhigh = 2\n", "not values and low and high"),
         (RADII.replace("values = [5, 10, 20]", "low = 3\nhigh = 1"), "low = 3 must be below high = 1"),
         (RADII.replace("[5, 10, 20]", "[5, 5.0]"), "all values give the same case"),
+        (RADII.replace("body.radius_mm", "name").replace("[5, 10, 20]", '["a", "b"]'), "all values give the same case"),
         (RADII + RADII, "radius"),
         ('plan = "list"\n' + RADII + SPEEDS, "as many values everywhere, not"),
         ('plan = "sobol"\ndesigns = 6\n' + RADII, "needs a power of two, such as 8"),

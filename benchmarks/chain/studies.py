@@ -4,53 +4,53 @@
     python -m benchmarks studies OUT blanks [FIDELITY]    twenty gear bodies from rest to full speed in 20 s
     python -m benchmarks studies OUT                      docs/measured/chain/studies.md from all that OUT holds
 
-Each study of cases/studies runs as `nvhchain study` with two workers in an empty folder of OUT. The operators of the
-thousand gearboxes come first, from a study of two of them. Processor seconds are those of the command and all its
-processes. Those of other programs on the machine are taken at the same time: they lengthen the wall time.
+Each study of cases/studies runs as `nvhchain study` with two workers in a folder of OUT. The operators of the thousand
+gearboxes come first, from a study of two of them. Processor seconds are those of the command and all its processes.
+Other programs on the machine lengthen the wall time. An interrupted benchmark goes on where it stopped, and its parts
+add up; the table counts the designs that are done.
 """
 
 from __future__ import annotations
 
-import csv
 import json
 import resource
-import shutil
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 import psutil
 
-from benchmarks.publish import ROOT, commit, publish
+from benchmarks.publish import ROOT, publish
 
-BARS = {"factory draft": 15, "blanks draft": 8, "blanks standard": 20}
+PARTS = "parts.json"
+"""File of the seconds of the parts in which a study has run."""
+ASKED = {"factory": 1000, "blanks": 20}
+"""Study → number of designs."""
+BARS = {("factory", "draft"): 15, ("blanks", "draft"): 8, ("blanks", "standard"): 20}
 """Study and fidelity → longest wall time on two idle cores (min)."""
 WORKERS = 2
 
 
-def measure(out: Path, name: str, fidelity: str) -> dict[str, Any]:
-    """Run a study in an empty folder; return designs, seconds and the ends of its table."""
+def measure(out: Path, name: str, fidelity: str) -> None:
+    """Run a study to its end, or to an interruption; keep the seconds of this part."""
     folder, study = out / f"{name}-{fidelity}", ROOT / "cases" / "studies" / f"{name}.toml"
-    shutil.rmtree(folder, ignore_errors=True)
     operators = folder / "operators"
-    if name == "factory":
+    if name == "factory" and not operators.exists():
         first = out / "first.toml"
         text = study.read_text(encoding="utf-8").replace("designs = 1000", "designs = 2\nseed = 2")
         first.write_text(text.replace('"../', f'"{study.parent.parent.as_posix()}/'), encoding="utf-8")
         run(first, out / "first", operators, fidelity)
-        shutil.rmtree(out / "first")
-    found = run(study, folder, operators, fidelity)
-    rows = list(csv.DictReader((folder / "study.csv").open(encoding="utf-8", newline="")))
-    levels = sorted(float(row["level"]) for row in rows if row["level"])
-    return found | {
-        "designs": len(rows),
-        "refused": sum(bool(row["refused"]) for row in rows),
-        "lowest": levels[0],
-        "highest": levels[-1],
-        "commit": commit(),
-    }
+    part = run(study, folder, operators, fidelity)
+    parts = parts_of(folder)
+    (folder / PARTS).write_text(json.dumps([*parts, part], indent=1))
+
+
+def parts_of(folder: Path) -> list[dict[str, float]]:
+    """Return the seconds of the parts in which a study has run."""
+    file = folder / PARTS
+    return list(json.loads(file.read_text())) if file.exists() else []
 
 
 def run(study: Path, out: Path, operators: Path, fidelity: str) -> dict[str, float]:
@@ -58,7 +58,8 @@ def run(study: Path, out: Path, operators: Path, fidelity: str) -> dict[str, flo
     words = ["study", str(study), "--fidelity", fidelity, "--workers", str(WORKERS)]
     command = [sys.executable, "-m", "nvhchain.cli", *words, "--out", str(out), "--operators", str(operators)]
     own, busy, began = _own(), _busy(), time.perf_counter()
-    subprocess.run(command, check=True, cwd=ROOT)
+    with subprocess.Popen(command, cwd=ROOT) as child, suppress(KeyboardInterrupt):
+        child.wait()
     wall, own = time.perf_counter() - began, _own() - own
     return {"wall": wall, "processor": own, "others": max(0.0, _busy() - busy - own)}
 
@@ -75,57 +76,56 @@ def _busy() -> float:
     return float(times.user + times.nice + times.system)
 
 
-def page(runs: dict[str, dict[str, Any]]) -> str:
-    """Return the table of all runs that were measured."""
+def page(out: Path) -> str:
+    """Return the table of all studies that were measured."""
     head = (
         "study",
         "fidelity",
-        "designs, refused",
+        "designs, refused ones",
         "level / dB(A)",
         "processor s",
         "of it each",
-        "other programs",
+        "cores of other programs",
         "wall min",
-        "alone on two cores, min",
+        "all on two idle cores, min",
         "bar / min",
     )
     lines = ["| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
-    for key, one in runs.items():
-        name, fidelity = key.split()
-        bar = BARS.get(key)
-        lines.append(
-            f"| {name} | {fidelity} | {one['designs']}, {one['refused']} | {one['lowest']:.1f} … {one['highest']:.1f} "
-            f"| {one['processor']:.0f} | {one['processor'] / one['designs']:.2f} | {one['others']:.0f} s, "
-            f"{one['others'] / one['wall']:.1f} cores | {one['wall'] / 60:.1f} | {_alone(one):.1f} "
-            f"| {bar if bar else '–'} |"
-        )
+    for folder in sorted(out.glob("*-*/")):
+        parts = parts_of(folder)
+        if parts:
+            lines.append(row(folder, *folder.name.rsplit("-", 1), parts))
     return "\n".join(lines) + (
         "\n\n*factory*: a thousand single stages of class 6 at one speed, operators there before. *blanks*: twenty "
-        "bodies of gear 2 in the two-stage gearbox, each from rest to 2500 rpm in 20 s, operators included; the first "
-        "alone, then two at once. *other programs*: their processor seconds during the run, on the same two cores. "
-        "*alone on two cores*: half the processor seconds, the wall time without other programs if both cores are busy "
-        "throughout.\n"
+        "bodies of gear 2 in the two-stage gearbox, each from rest to 2500 rpm in 20 s, operators included. The first "
+        "design runs alone, then two at once. *Cores of other programs*: their processor seconds over the wall time, "
+        "on the same two cores. *All on two idle cores*: half the processor seconds, if both cores are busy "
+        "throughout. Of a study that is not done it counts each further design like those done, with their share of "
+        "the operators.\n"
     )
 
 
-def _alone(one: dict[str, Any]) -> float:
-    return float(one["processor"] / WORKERS / 60)
+def row(folder: Path, name: str, fidelity: str, parts: list[dict[str, float]]) -> str:
+    """Return the row of a study."""
+    done = [json.loads(file.read_text()) for file in (folder / "rows").glob("*.json")]
+    levels = sorted(one["responses"]["level"] for one in done if one["refused"] is None)
+    wall, processor, others = (sum(part[key] for part in parts) for key in ("wall", "processor", "others"))
+    asked, bar = ASKED[name], BARS.get((name, fidelity), "–")
+    return (
+        f"| {name} | {fidelity} | {len(done)} of {asked}, {len(done) - len(levels)} "
+        f"| {levels[0]:.1f} … {levels[-1]:.1f} | {processor:.0f} | {processor / len(done):.2f} | {others / wall:.1f} | {wall / 60:.1f} "
+        f"| {processor / len(done) * asked / WORKERS / 60:.1f} | {bar} |"
+    )
 
 
 def main() -> None:
     """Measure the named study, or publish all."""
     out = Path(sys.argv[1])
     out.mkdir(parents=True, exist_ok=True)
-    record = out / "studies.json"
-    runs = json.loads(record.read_text()) if record.exists() else {}
     if len(sys.argv) > 2:
-        name, fidelity = sys.argv[2], [*sys.argv[3:], "draft"][0]
-        found = measure(out, name, fidelity)
-        runs = json.loads(record.read_text()) if record.exists() else {}  # other studies may have ended meanwhile
-        record.write_text(json.dumps(runs | {f"{name} {fidelity}": found}, indent=1))
-        print(json.dumps(found))
-        return
-    publish("chain/studies", page(runs))
+        measure(out, sys.argv[2], [*sys.argv[3:], "draft"][0])
+    else:
+        publish("chain/studies", page(out))
 
 
 if __name__ == "__main__":

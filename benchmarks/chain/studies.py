@@ -113,8 +113,8 @@ def row(folder: Path, name: str, fidelity: str, parts: list[dict[str, float]]) -
     asked, bar = ASKED[name], BARS.get((name, fidelity), "–")
     return (
         f"| {name} | {fidelity} | {len(done)} of {asked}, {len(done) - len(levels)} "
-        f"| {levels[0]:.1f} … {levels[-1]:.1f} | {processor:.0f} | {processor / len(done):.2f} | {others / wall:.1f} | {wall / 60:.1f} "
-        f"| {processor / len(done) * asked / WORKERS / 60:.1f} | {bar} |"
+        f"| {levels[0]:.1f} … {levels[-1]:.1f} | {processor:.0f} | {processor / len(done):.2f} "
+        f"| {others / wall:.1f} | {wall / 60:.1f} | {processor / len(done) * asked / WORKERS / 60:.1f} | {bar} |"
     )
 
 

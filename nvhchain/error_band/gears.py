@@ -18,7 +18,7 @@ from scipy.fft import irfft, next_fast_len, rfft
 
 from nvhchain.case import GearboxCase
 from nvhchain.fidelity import GearFidelity
-from nvhchain.gear import GearGeometry, quasi_static_transmission_error
+from nvhchain.gear import GearGeometry, MicroGeometry, quasi_static_transmission_error
 from nvhchain.handoff import FloatArray, MeshLaw
 
 LAYER_ERROR, SLICE_ERROR, ANGLE_ERROR, PATTERN_ERROR = 1.2e-3, 4.0, 2.5e-4, 0.7
@@ -84,6 +84,9 @@ FED, FED_MARGIN = 0.5, 3.0
 
 FED_MARGIN: largest gain of forces over their excitation at a line, over the largest at the known lines around it.
 """
+
+APART = 0.1
+"""Change of the mesh force, over the force, between the transmission errors whose difference is the compliance."""
 
 SAME_ORDER = 0.01
 """Largest distance (orders) of an excitation from the line that it belongs to."""
@@ -155,14 +158,30 @@ def force_error(case: GearboxCase, laws: Sequence[MeshLaw], fidelity: GearFideli
     gears = {gear.name: gear for gear in case.gears}
     spectra = []
     for stage, law, force in zip(case.stages, laws, case.mesh_forces, strict=True):
-        wheel = gears[stage.wheel]
+        pinion, wheel = gears[stage.pinion], gears[stage.wheel]
         teeth = round(law.period * law.teeth[1] / (2 * np.pi))
         base = case.mesh_orders[stage.name] / teeth
         _, deflection = quasi_static_transmission_error(law, force)
         harmonics = np.abs(np.fft.rfft(deflection)) / len(deflection)
         error = law_error(wheel.geometry, fidelity)
+        if any(of.geometry.micro != MicroGeometry() for of in (pinion, wheel)):
+            error *= _against_compliance(law, force, harmonics, teeth)
         spectra.append((base, *_law_spectrum(harmonics, teeth, error, fidelity, min(int(highest / base) + 1, FINEST))))
     return folded(spectra, highest)
+
+
+def _against_compliance(law: MeshLaw, force: float, harmonics: FloatArray, teeth: int) -> float:
+    """Return the strongest mesh harmonic of the compliance over that of the transmission error, 1 or more.
+
+    harmonics: those of the transmission error.
+
+    Micro-geometry cancels a part of the transmission error that the compliance makes, F ∂E/∂F. Errors of finite
+    elements and contact are errors of the compliance, and remain.
+    """
+    more, less = (quasi_static_transmission_error(law, share * force)[1] for share in (1.0 + APART, 1.0 - APART))
+    made = np.abs(np.fft.rfft(more - less)) / (2.0 * APART * len(more))
+    strongest = harmonics[teeth::teeth].max(initial=0.0)
+    return max(1.0, float(made[teeth::teeth].max(initial=0.0) / strongest)) if strongest > 0 else 1.0
 
 
 def folded(spectra: Sequence[tuple[Fraction, FloatArray, FloatArray]], highest: float) -> ForceError:

@@ -8,8 +8,18 @@ import pytest
 
 import nvhchain as nvh
 from nvhchain.error_band import COVERAGE
-from nvhchain.error_band.gears import AMPLIFICATION, FED_MARGIN, SLICE_ERROR, UNKNOWN, folded, force_error, law_error
+from nvhchain.error_band.gears import (
+    AMPLIFICATION,
+    FED_MARGIN,
+    SLICE_ERROR,
+    UNKNOWN,
+    _against_compliance,
+    folded,
+    force_error,
+    law_error,
+)
 from nvhchain.fidelity import DRAFT, REFERENCE, STANDARD
+from nvhchain.gear import quasi_static_transmission_error
 from nvhchain.testing.hand_offs import mesh_law
 
 
@@ -67,6 +77,24 @@ def test_analytic_gear_bodies_leave_all_of_the_mesh_harmonics_open(case):
     assert first == pytest.approx(AMPLIFICATION, rel=0.05)
     assert third == pytest.approx(AMPLIFICATION * 10 / 3, rel=0.1)
     assert force_error(case, laws, DRAFT.gear, 80.0).relative(np.array([20.0]))[0] < 0.01
+
+
+def test_errors_of_the_compliance_remain_where_relief_cancels_its_harmonic():
+    """E = F (c₀ + c₁ cos) − m cos: the harmonic that is left is F c₁ − m, its error that of F c₁."""
+    law, force, left = mesh_law([1e-6]), 1000.0, 0.2
+    teeth = round(law.period * law.teeth[1] / (2 * np.pi))
+    wave = np.cos(2 * np.pi * teeth * law.angle / law.period)[:, None]
+    deflection, mean = np.linspace(0.0, 40e-6, 200), 1e-8
+    relieved = (deflection + (1 - left) * 0.1 * mean * force * wave) / (mean * (1 + 0.1 * wave))
+    made = law.replace(deflection=deflection, force=np.maximum(relieved, 0.0))
+    _, error = quasi_static_transmission_error(made, force)
+    harmonics = np.abs(np.fft.rfft(error)) / len(error)
+    assert _against_compliance(made, force, harmonics, teeth) == pytest.approx(1 / left, rel=0.02)
+    even = law.replace(deflection=deflection, force=deflection / (mean * (1 + 0.1 * wave)))
+    _, error = quasi_static_transmission_error(even, force)
+    assert _against_compliance(even, force, np.abs(np.fft.rfft(error)) / len(error), teeth) == pytest.approx(
+        1, rel=0.01
+    )
 
 
 def test_slices_err_with_the_square_of_the_overlap_and_spur_gears_not_at_all(case):

@@ -39,6 +39,9 @@ KNOBS = {
 SILENCE = -100.0
 """Level (dB) at and below which a line counts as silent."""
 
+HEARD = 0.0
+"""Level (dB(A)) at and below which nobody hears a line, the threshold of hearing."""
+
 
 def verdict(summary: Mapping[str, Any]) -> list[str]:
     """Return sentences that compare every configuration with the first.
@@ -196,9 +199,9 @@ def _line(cause: Mapping[str, Any], origin: str) -> str:
 
 def _change(before: float | None, after: float | None) -> str:
     """Return how the level of a line (dB(A)) changes."""
-    if before is None or before <= SILENCE:
+    if before is None or before <= HEARD:
         return f"appears at {_level(after)} dB(A)"
-    if after is None or after <= SILENCE:
+    if after is None or after <= HEARD:
         return f"disappears from {_level(before)} dB(A)"
     return f"{'rises' if after > before else 'falls'} from {_level(before)} to {_level(after)} dB(A)"
 

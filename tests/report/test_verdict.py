@@ -67,7 +67,7 @@ def test_an_undecided_comparison_names_the_knobs_that_narrow_the_widest_limits()
 
 def test_lines_that_make_the_difference_are_named_with_their_weighted_levels_and_shares():
     first, second = (
-        configuration({1: 60.0, 2: 50.0, 3: 40.0}, [59, 61]),
+        configuration({1: 60.0, 2: 50.0, 3: 40.0, 4: -8.0}, [59, 61]),  # order 4 is below the threshold of hearing
         configuration({1: 60.0, 2: 60.0, 4: 50.0}, [62, 64]),
     )
     assert verdict(summary(a=first, b=second))[1:] == [

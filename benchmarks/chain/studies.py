@@ -35,7 +35,7 @@ WORKERS = 2
 
 def measure(out: Path, name: str, fidelity: str) -> None:
     """Run a study to its end, or to an interruption; keep the seconds of this part."""
-    folder, study = out / f"{name}-{fidelity}", ROOT / "cases" / "studies" / f"{name}.toml"
+    folder, study = out / f"{name}-{fidelity}", Path(__file__).with_name(f"{name}.toml")
     operators = folder / "operators"
     if name == "factory" and not operators.exists():
         first = out / "first.toml"

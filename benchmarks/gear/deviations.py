@@ -1,4 +1,4 @@
-"""Mesh laws of gears with deviations against the contact problem, at standstill and in every step of the time loop.
+"""Laws of gears with deviations against the contact problem, at standstill and in every step of the time loop.
 
     python -m benchmarks deviations             docs/measured/gear/deviations.md
     python -m benchmarks deviations KIND ...    these kinds in the time loop, printed

@@ -67,7 +67,7 @@ DRAFT = Fidelity(
     ),
     DynamicsFidelity(time_step=20e-6),
     HousingFidelity(element_size=0.013, mode_ratio=1.4),
-    AcousticsFidelity(elements_per_wavelength=3.0, masters=64, master_tolerance_db=0.5, precision="single"),
+    AcousticsFidelity(elements_per_wavelength=3.0, masters=64, master_tolerance_db=0.5),
     option_tolerance_db=1.5,
 )
 STANDARD = Fidelity(
@@ -75,7 +75,7 @@ STANDARD = Fidelity(
     GearFidelity(profile_elements=4, width_layers=10, slices=32, angles_per_mesh=96, deflections=24),
     DynamicsFidelity(time_step=10e-6),
     HousingFidelity(element_size=0.0105, mode_ratio=1.4),
-    AcousticsFidelity(elements_per_wavelength=4.5, masters=128, master_tolerance_db=0.25, precision="single"),
+    AcousticsFidelity(elements_per_wavelength=4.5, masters=128, master_tolerance_db=0.25),
 )
 REFERENCE = Fidelity(
     "reference",

@@ -42,11 +42,11 @@ def test_variants_leave_out_the_base_and_end_with_the_other_presets(sphere, gear
         assert [row[1] for row in made if row[0] == "preset"] == ["draft", "reference"]
         assert all(asdict(fidelity) | {"name": ""} != asdict(STANDARD) | {"name": ""} for _, _, fidelity in made)
         assert len({(knob, value) for knob, value, _ in made}) == len(made)
-    double = replace(DRAFT, acoustics=replace(DRAFT.acoustics, precision="double"))
+    single = replace(DRAFT, acoustics=replace(DRAFT.acoustics, precision="single"))
     mine = variants(sphere, replace(DRAFT, name="mine"), ["preset"])
     assert [row[:2] for row in mine if row[0] == "preset"] == [("preset", "standard"), ("preset", "reference")]
-    assert [row[0] for row in variants(sphere, double, ["acoustics.precision"])] == ["acoustics.precision"]
-    assert variants(sphere, DRAFT, ["acoustics.precision"]) == ()
+    assert [row[0] for row in variants(sphere, DRAFT, ["acoustics.precision"])] == ["acoustics.precision"]
+    assert variants(sphere, single, ["acoustics.precision"]) == ()
 
 
 def test_a_radiator_turns_acoustics_only_and_a_steady_gearbox_nothing_of_the_run_up(sphere, gearbox):

@@ -4,7 +4,7 @@
     python -m benchmarks studies OUT blanks [FIDELITY]    twenty gear bodies from rest to full speed in 20 s
     python -m benchmarks studies OUT                      docs/measured/chain/studies.md from all that OUT holds
 
-Each study of cases/studies runs as `nvhchain study` with two workers in a folder of OUT. The operators of the thousand
+Each study of this folder runs as `nvhchain study` with two workers in a folder of OUT. The operators of the thousand
 gearboxes come first, from a study of two of them. Processor seconds are those of the command and all its processes.
 Other programs on the machine lengthen the wall time. An interrupted benchmark goes on where it stopped, and its parts
 add up; the table counts the designs that are done.

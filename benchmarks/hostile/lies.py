@@ -432,7 +432,8 @@ def small_file_systems(folder: Path, count: int, seed: int, seconds: float) -> O
             unmount()
         if ending.startswith(FAULT):
             return ending
-        return ending if out.getvalue() == usual.out else f"{FAULT}{room} kB: then {out.getvalue()} for {usual.out}"
+        said = out.getvalue().replace(str(place), str(folder))
+        return ending if said == usual.out else f"{FAULT}{room} kB: then {said} for {usual.out}"
 
     try:
         return judged("full file systems", count, judge, seconds=seconds)

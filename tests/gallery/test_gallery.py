@@ -11,7 +11,7 @@ from nvhchain.cli.examples import examples_folder
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DRAFT, STANDARD
 from nvhchain.gallery import making, registry
-from nvhchain.gallery.command import main
+from nvhchain.gallery.__main__ import main
 from nvhchain.gallery.item import Item, Stated
 from nvhchain.gallery.registry import ITEMS, chosen
 from nvhchain.lumped import THESIS_PAIRS

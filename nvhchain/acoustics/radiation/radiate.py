@@ -171,14 +171,14 @@ def _evaluate(
     are interpolated; no vector between masters is formed. Sound that reaches a point by way of a plane comes in further
     rows of `smooth` and is added.
     """
+    from nvhchain.acoustics.radiation._delay import delayed  # compiled
+
     lines = _radiating(surface_velocity)
     shape = (len(surface_velocity.frequency), points)
     check_memory(32 * shape[0] * points, "pressures and their error estimates")
     pressure = np.zeros(shape, dtype=complex)
     error, shifted = np.zeros(shape), np.zeros(shape)
     pieces = [lines[batch] for batch in line_batches(len(lines))]
-    from nvhchain.acoustics.radiation._delay import delayed  # compiled
-
     ends = range(len(smooth.atv.points))
     together = max(1, _BLOCK_BYTES // (16 * len(smooth.node) * len(smooth.atv.surface.triangles)))
     blocks = [ends[start : start + together] for start in range(0, len(ends), together)]

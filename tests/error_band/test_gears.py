@@ -19,7 +19,7 @@ from nvhchain.error_band.gears import (
     law_error,
 )
 from nvhchain.fidelity import DRAFT, REFERENCE, STANDARD
-from nvhchain.gear import quasi_static_transmission_error
+from nvhchain.gear import Flank, MicroGeometry, quasi_static_transmission_error
 from nvhchain.testing.hand_offs import mesh_law
 
 
@@ -95,6 +95,18 @@ def test_errors_of_the_compliance_remain_where_relief_cancels_its_harmonic():
     assert _against_compliance(even, force, np.abs(np.fft.rfft(error)) / len(error), teeth) == pytest.approx(
         1, rel=0.01
     )
+
+
+def test_limits_of_forces_count_what_relief_cancels_only_where_a_gear_has_micro_geometry(case, monkeypatch):
+    relief = MicroGeometry(drive=Flank(profile_crowning=5e-6))
+    gear = case.gears[1]
+    relieved = replace(case, gears=(case.gears[0], replace(gear, geometry=replace(gear.geometry, micro=relief))))
+    monkeypatch.setattr("nvhchain.error_band.gears._against_compliance", lambda *_: 5.0)
+    plain, more = (
+        force_error(of, [mesh_law([1e-6])], REFERENCE.gear, 80.0).relative(np.array([20.0]))[0]
+        for of in (case, relieved)
+    )
+    assert 2.0 * plain < more < 5.0 * plain + 1e-12
 
 
 def test_slices_err_with_the_square_of_the_overlap_and_spur_gears_not_at_all(case):

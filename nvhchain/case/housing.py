@@ -97,14 +97,20 @@ def reduce_elements(
     face_size: float,
     knobs: HousingFidelity,
     progress: Any,
+    *,
+    meshed: bool = False,
 ) -> ReducedHousing:
-    """Return the reduced finite elements and seats of a housing with the opening and damping that it states."""
+    """Return the reduced finite elements and seats of a housing with the opening and damping that it states.
+
+    meshed: whether the elements are made here, not given.
+    """
     reduced = reduce_model(
         *parts,
         f_max=case.band.high,
         faces=RadiatingFaces(face_size, mounting_plane=given.mounting_plane, opening=given.opening),
         modal_damping=given.modal_damping,
         fidelity=knobs,
+        meshed=meshed,
         progress=progress,
     )
     return reduced.replace(structural_damping=given.structural_damping)

@@ -224,7 +224,7 @@ def reduce_mesh(
     report(2)
     modes = seat_modes(K, M, count, f_top)
     errors = frequency_errors(mesh.nodes, mesh.elements, casting.material, T @ modes.shapes, modes.frequency)
-    modes, errors = without_error(modes, errors) if corrected else (modes, _EDGE_FACTOR * errors)
+    modes, errors = with_errors(modes, errors, corrected=corrected)
     report(3)
     reduced = ReducedHousing(
         natural_frequency=modes.frequency,
@@ -249,13 +249,16 @@ def reduce_mesh(
     return reduced
 
 
-def without_error(modes: SeatModes, errors: FloatArray) -> tuple[SeatModes, FloatArray]:
-    """Return the modes with lower frequencies, in rising order, and the relative error that is left of them.
+def with_errors(modes: SeatModes, errors: FloatArray, *, corrected: bool) -> tuple[SeatModes, FloatArray]:
+    """Return the modes and the relative error that is stated of their frequencies.
 
     errors (m,): half of the energy of the stress jumps over that of the mode (`frequency_errors`).
+    corrected: whether frequencies are lowered by the error of the elements; the modes are then sorted anew.
 
     An eigenvalue is too high by the energy that the elements miss: λ = λ_h (1 − _MISSED J), with J of the jumps.
     """
+    if not corrected:
+        return modes, _EDGE_FACTOR * errors
     lower = modes.frequency * np.sqrt(np.maximum(1.0 - 2.0 * _MISSED * errors, 0.0))
     order = np.argsort(lower, kind="stable")
     left = _LEFT * (1.0 - lower / np.where(modes.frequency > 0.0, modes.frequency, 1.0))

@@ -5,7 +5,7 @@ import pytest
 
 from nvhchain.conventions import STEEL
 from nvhchain.fem import frequency_errors, lowest_modes, stiffness_and_mass
-from nvhchain.fem.mesh_error import _stresses
+from nvhchain.fem.mesh_error import _inverse_jacobians, _stresses
 from nvhchain.testing import elements as meshes
 
 SIDES = np.array([0.2, 0.1, 0.02])
@@ -47,8 +47,8 @@ def test_a_stress_that_is_the_same_everywhere_errs_by_nothing_and_so_does_a_rigi
     stretched, turned = nodes @ np.diag([1.0, -0.3, 0.2]), np.cross([1.0, 2.0, 3.0], nodes)
     linear = np.column_stack([stretched.ravel(), turned.ravel()])
     assert frequency_errors(nodes, elements, STEEL, linear, np.array([100.0, 100.0])).max() < 1e-12
-    bent = np.column_stack([nodes[:, 0] ** 3, 0 * nodes[:, 0], 0 * nodes[:, 0]]).reshape(-1, 1)
-    assert frequency_errors(nodes, elements, STEEL, bent, np.array([100.0]))[0] > 0
+    bent = np.column_stack([nodes[:, 0] ** 4, 0 * nodes[:, 0], 0 * nodes[:, 0]]).reshape(-1, 1)
+    assert frequency_errors(nodes, elements, STEEL, bent, np.array([100.0]))[0] > 1e-7
     assert frequency_errors(nodes, elements, STEEL, bent, np.array([0.0]))[0] == 0
 
 
@@ -58,12 +58,25 @@ def test_squares_of_stresses_are_the_energy_of_the_stiffness_matrix():
     K, _ = stiffness_and_mass(nodes, elements, "tet10", STEEL, mass=False)
     x, y, z = nodes.T
     motion = np.stack([x * y + 0.3 * z, y * y - x * z, 0.2 * x + z * y], axis=1)
-    corners = nodes[elements[:, :4]]
-    edges = corners[:, 1:] - corners[:, :1]
-    stress = _stresses(edges, elements, STEEL, motion[:, :, None])[..., 0]
+    inverse, volume = _inverse_jacobians(nodes[elements])
+    stress = _stresses(inverse, elements, STEEL, motion[:, :, None])[..., 0]
     squares = (stress**2).sum(axis=(1, 2)) + (stress.sum(axis=1) ** 2).sum(axis=1)
-    energy = np.linalg.det(edges) / 120 @ squares
+    energy = volume / 20 @ squares
     assert energy == pytest.approx(motion.ravel() @ K @ motion.ravel(), rel=1e-12)
+
+
+def test_curved_elements_have_no_jumps_where_the_stress_is_the_same_everywhere():
+    """Elements that are folded at a corner are taken as straight: their stress then differs."""
+    nodes, elements = meshes.tetrahedra((3, 2, 2), SIDES)
+    middle = np.setdiff1d(elements, elements[:, :4])
+    curved, folded = nodes.copy(), nodes.copy()
+    curved[middle] += 0.03 * min(SIDES) * np.random.default_rng(1).uniform(-1, 1, (len(middle), 3))
+    folded[middle[0]] += 2.0 * max(SIDES)
+    frequency = np.array([100.0])
+    pull = [(at @ [[1.0, 0.2, 0.0], [0.1, 0.5, 0.0], [0.3, 0.0, 2.0]]).reshape(-1, 1) for at in (curved, folded)]
+    scale = frequency_errors(nodes, elements, STEEL, (nodes**4).reshape(-1, 1) / max(SIDES) ** 3, frequency)[0]
+    assert frequency_errors(curved, elements, STEEL, pull[0], frequency)[0] < 1e-20 * scale
+    assert np.isfinite(frequency_errors(folded, elements, STEEL, pull[1], frequency)).all()
 
 
 def test_modes_are_judged_one_by_one():

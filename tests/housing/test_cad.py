@@ -9,9 +9,10 @@ import pytest
 
 import nvhchain as nvh
 from nvhchain.case import Cad
-from nvhchain.conventions import STEEL
+from nvhchain.conventions import ALUMINIUM, STEEL
 from nvhchain.errors import InputError
 from nvhchain.fem import lowest_modes, stiffness_and_mass
+from nvhchain.fem.solid_model import ElementBlock, SolidModel
 from nvhchain.fidelity import DRAFT, HousingFidelity
 from nvhchain.housing import CadBolt, CadPart, CadSeat, cad_model, survey
 from nvhchain.housing.cad import _gmsh
@@ -83,6 +84,30 @@ def test_cantilever_in_a_step_file_has_the_frequency_of_a_beam(tmp_path):
     beam = 1.87510407**2 / (2 * np.pi * 0.3**2) * np.sqrt(STEEL.young / STEEL.density / 12) * np.array([8e-3, 12e-3])
     assert frequency[:2] == pytest.approx(beam, rel=5e-3)
     assert float(made["volume"]) == pytest.approx(300 * 12 * 8)
+
+
+def test_elements_as_long_as_a_fillet_are_straightened_and_not_refused(tmp_path):
+    """Flat elements on a fillet have two arcs that cross: their mid-edge nodes come close, and are right."""
+    write_step(
+        tmp_path / "box.step",
+        """
+outer, inner = occ.addBox(0, 0, 0, 90, 65, 50), occ.addBox(5, 5, 5, 80, 55, 40)
+occ.synchronize()
+edges = gmsh.model.getBoundary(gmsh.model.getBoundary([(3, inner)], oriented=False), combined=False, oriented=False)
+inner = occ.fillet([inner], sorted({tag for _, tag in edges}), [4])[0][1]
+occ.cut([(3, outer)], [(3, inner)])
+""",
+    )
+    job = {"file": str(tmp_path / "box.step"), "size": 13, "smallest": 6.5, "per_turn": 16, "ignore": 0}
+    made = _gmsh.mesh(job | {"lengths": [0, 1e4], "dimension": 3})
+    count, elements = len(made["nodes"]), made["elements"]
+    block = ElementBlock("tet10", elements, ALUMINIUM, np.arange(1, len(elements) + 1))
+    box = SolidModel(1e-3 * made["nodes"], np.arange(1, count + 1), (block,), (), np.zeros((count, 3), dtype=bool))
+    sound, notes = sound_mesh(box)
+    assert any("overlapped themselves straightened" in note for note in notes)
+    _, M = stiffness_and_mass(sound.nodes, sound.blocks[0].nodes, "tet10", ALUMINIUM)
+    mass = float((M @ np.ones((M.shape[0], 1)))[::3].sum())
+    assert mass == pytest.approx(1e-9 * float(made["volume"]) * ALUMINIUM.density, rel=0.01)
 
 
 @pytest.mark.slow

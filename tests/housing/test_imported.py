@@ -20,6 +20,7 @@ from nvhchain.housing.imported.seats import bearing_seats
 from nvhchain.housing.imported.solid_model import constrained, reduce_model
 from nvhchain.housing.modes.damping import DampingCurve
 from nvhchain.housing.modes.mounting_plane import MountingPlane
+from nvhchain.housing.reduction import reduce_mesh
 from nvhchain.housing.skin.skin import solid_skin
 from nvhchain.interop import read_nastran, write_nastran
 from nvhchain.testing.elements import held_box
@@ -42,6 +43,26 @@ def foreign(mesh, casting, fidelity, surface, tmp_path_factory):
         modal_damping=casting.modal_damping,
         fidelity=fidelity,
     )
+
+
+@pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")
+@pytest.mark.parametrize("corrected", [False, True])
+def test_elements_made_here_state_and_correct_their_frequencies_as_a_casting_does(
+    corrected, mesh, casting, surface, motion, fidelity
+):
+    """Given elements keep their frequencies and state no error of them."""
+    own = reduce_mesh(mesh, casting, surface, motion, F_MAX, corrected=corrected)
+    model = casting_model(mesh, casting)
+    seats = bearing_seats(model, {bore.name: bore.centre for bore in casting.bores})
+    knobs = replace(fidelity, mode_ratio=1.0, corrected_frequencies=corrected)
+    faces = RadiatingFaces(0.022, mounting_plane=ENGINE, surface=surface)
+    options = {"f_max": F_MAX, "faces": faces, "modal_damping": casting.modal_damping, "fidelity": knobs}
+    made = reduce_model(model, seats, meshed=True, **options)
+    assert made.natural_frequency == pytest.approx(own.natural_frequency, rel=1e-9)
+    assert made.accuracy.frequency_error == pytest.approx(own.accuracy.frequency_error, rel=1e-6)
+    given = reduce_model(model, seats, **options)
+    assert given.accuracy.frequency_error is None
+    assert (given.natural_frequency[0] > 1.01 * made.natural_frequency[0]) == corrected
 
 
 @pytest.mark.filterwarnings("ignore:.*tetrahedra are 5.6 times as long")

@@ -21,7 +21,7 @@ from nvhchain.housing.reduction import (
     check_thin_walls,
     held_matrices,
     seat_flexibility,
-    without_error,
+    with_errors,
 )
 
 F_MAX = 4000.0
@@ -138,7 +138,7 @@ def rms(values):
 def test_a_correction_keeps_rigid_modes_and_the_order_of_frequencies_with_their_shapes():
     shapes = np.arange(12.0).reshape(3, 4)
     modes = SeatModes(np.array([0.0, 100.0, 101.0, 200.0]), shapes, np.zeros((3, 3)), np.zeros((3, 3)), np.arange(3))
-    lower, left = without_error(modes, np.array([0.0, 0.01, 0.1, 0.0]))
+    lower, left = with_errors(modes, np.array([0.0, 0.01, 0.1, 0.0]), corrected=True)
     np.testing.assert_allclose(lower.frequency, [0.0, 101 * np.sqrt(0.916), 100 * np.sqrt(0.9916), 200.0])
     np.testing.assert_array_equal(lower.shapes, shapes[:, [0, 2, 1, 3]])
     np.testing.assert_allclose(left, 0.5 * (1.0 - np.sqrt([1.0, 0.916, 0.9916, 1.0])))

@@ -194,7 +194,8 @@ def _compact(model: SolidModel, notes: list[str]) -> SolidModel:
 def _check_middles(model: SolidModel) -> None:
     """Refuse elements whose mid-edge nodes are given for the wrong edges.
 
-    Such a node belongs to another edge in a neighbour, or lies in the middle of another edge of its element.
+    Such a node belongs to another edge in a neighbour, or lies in the middle of another edge of its element, whose own
+    node is elsewhere. (A flat element on a fillet has two arcs that cross, with both nodes in their places.)
     """
     found = []
     for block in (block for block in model.blocks if block.quadratic):
@@ -203,7 +204,9 @@ def _check_middles(model: SolidModel) -> None:
         nodes = block.nodes[:, CORNERS[block.shape] :]
         apart = np.linalg.norm(model.nodes[nodes][:, :, None] - middle[:, None], axis=3)
         own = np.diagonal(apart, axis1=1, axis2=2)
-        swapped = (apart.min(axis=2) < _SWAPPED * length) & (own > _BENT * length)
+        bent = own > _BENT * length
+        other = np.take_along_axis(bent, apart.argmin(axis=2), axis=1)
+        swapped = bent & other & (apart.min(axis=2) < _SWAPPED * length)
         edge = edge_nodes(block).min(axis=2) * len(model.nodes) + edge_nodes(block).max(axis=2)
         label = np.broadcast_to(block.labels[:, None], nodes.shape)
         found.append(np.stack([part.ravel() for part in (nodes, edge, label, own / length, swapped)], axis=1))

@@ -10,7 +10,7 @@ import scipy.sparse as sp
 
 from nvhchain.conventions import Progress
 from nvhchain.errors import require, warn_caller
-from nvhchain.fem import rigid_map, stiffness_and_mass
+from nvhchain.fem import frequency_errors, rigid_map, stiffness_and_mass
 from nvhchain.fem.solid_model import RigidSet, SolidModel
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, HousingAccuracy, ReducedHousing
@@ -19,7 +19,7 @@ from nvhchain.housing.imported.repair import sound_mesh
 from nvhchain.housing.imported.structure import structural_matrices
 from nvhchain.housing.modes.damping import DampingCurve, check_modal_damping, damping_of_modes
 from nvhchain.housing.modes.seat_modes import seat_modes
-from nvhchain.housing.reduction import accurate, finished
+from nvhchain.housing.reduction import accurate, finished, with_errors
 from nvhchain.housing.skin.envelope import RadiatingFaces, outer_envelope
 from nvhchain.housing.skin.mapping_error import skin_sources, stated_mapping_errors
 from nvhchain.housing.skin.normal_motion import normal_motion
@@ -38,6 +38,7 @@ def reduce_model(
     faces: RadiatingFaces,
     modal_damping: float | DampingCurve,
     fidelity: HousingFidelity,
+    meshed: bool = False,
     progress: Progress | None = None,
 ) -> ReducedHousing:
     """Reduce an imported model to modes and residual flexibility at its seats.
@@ -48,6 +49,8 @@ def reduce_model(
     modal_damping: fraction of critical damping of every mode, or a curve over the natural frequency.
     fidelity: fidelity; modes up to mode_ratio · f_max, or the number for truncation_tolerance_db, as in
     `reduce_housing`.
+    meshed: True for quadratic tetrahedra of the fidelity's size, not of a file: the accuracy also states the error of
+    their natural frequencies, which fidelity.corrected_frequencies lowers.
     Returns reduced housing; its provenance lists repairs. Its accuracy states the errors (dB) of truncation and of the
     mapping onto the faces.
 
@@ -81,7 +84,10 @@ def reduce_model(
     count = len(seats)
 
     def reduce_to(f_top: float) -> ReducedHousing:
-        modes = seat_modes(K, M, count, f_top)
+        modes, wrong = seat_modes(K, M, count, f_top), None
+        if meshed:
+            wrong = _frequency_errors(model, T @ modes.shapes, modes.frequency)
+            modes, wrong = with_errors(modes, wrong, corrected=fidelity.corrected_frequencies)
         tell(5, _STEPS)
         reduced = ReducedHousing(
             natural_frequency=modes.frequency,
@@ -93,7 +99,9 @@ def reduce_model(
             names=tuple(seat.name for seat in seats),
             positions=np.array([seat.reference for seat in seats]),
             surface=envelope.surface,
-            accuracy=HousingAccuracy(residual_mass=modes.residual_mass.reshape(count, 3, count, 3)),
+            accuracy=HousingAccuracy(
+                frequency_error=wrong, residual_mass=modes.residual_mass.reshape(count, 3, count, 3)
+            ),
         )
         errors = stated_mapping_errors(reduced, places, to_flux @ modes.shapes, to_flux @ modes.residual, f_max)
         return reduced.replace(accuracy=reduced.accuracy | errors)
@@ -108,6 +116,16 @@ def reduce_model(
     }
     tell(_STEPS, _STEPS)
     return finished(reduced.replace(provenance=report), fidelity)
+
+
+def _frequency_errors(model: SolidModel, shapes: FloatArray, frequency: FloatArray) -> FloatArray:
+    """Return the relative errors of the natural frequencies by all quadratic tetrahedra."""
+    each = [
+        frequency_errors(model.nodes, block.nodes, block.material, shapes, frequency)
+        for block in model.blocks
+        if block.kind == "tet10"
+    ]
+    return np.asarray(np.sum(each, axis=0))
 
 
 def rigid_motions(model: SolidModel, frequency: FloatArray) -> list[str]:

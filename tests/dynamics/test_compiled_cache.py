@@ -44,7 +44,12 @@ def test_changed_code_that_is_inlined_is_compiled_anew_and_unchanged_is_not(tmp_
         (tmp_path / "inner.py").write_text(INNER.format(factor))
         environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": os.pathsep.join(sys.path)}
         found = subprocess.run(
-            [sys.executable, "-B", "outer.py"], cwd=tmp_path, env=environment, capture_output=True, text=True, check=True
+            [sys.executable, "-B", "outer.py"],
+            cwd=tmp_path,
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=True,
         )
         value, hits = found.stdout.split()
         return float(value), int(hits)

@@ -24,6 +24,7 @@ from nvhchain.housing.skin.envelope import RadiatingFaces, outer_envelope
 from nvhchain.housing.skin.mapping_error import skin_sources, stated_mapping_errors
 from nvhchain.housing.skin.normal_motion import normal_motion
 from nvhchain.housing.skin.skin import model_skin
+from nvhchain.housing.skin.thin_walls import longest_for_their_wall, wall_thickness
 
 _STEPS = 6
 _FREE = 6
@@ -81,13 +82,13 @@ def reduce_model(
     K, M, T = constrained(model)
     tell(3, _STEPS)
     to_faces, to_flux = (sp.csr_matrix(skin.restrict(operator) @ T) for operator in (motion, flux))
-    count = len(seats)
+    count, ratio = len(seats), longest_for_their_wall(model, skin, wall_thickness(skin)) if meshed else None
 
     def reduce_to(f_top: float) -> ReducedHousing:
         modes, wrong = seat_modes(K, M, count, f_top), None
         if meshed:
             wrong = _frequency_errors(model, T @ modes.shapes, modes.frequency)
-            modes, wrong = with_errors(modes, wrong, corrected=fidelity.corrected_frequencies)
+            modes, wrong = with_errors(modes, wrong, corrected=fidelity.corrected_frequencies, ratio=ratio)
         tell(5, _STEPS)
         reduced = ReducedHousing(
             natural_frequency=modes.frequency,

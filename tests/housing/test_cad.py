@@ -110,6 +110,22 @@ occ.cut([(3, outer)], [(3, inner)])
     assert mass == pytest.approx(1e-9 * float(made["volume"]) * ALUMINIUM.density, rel=0.01)
 
 
+def test_holes_far_smaller_than_the_elements_are_meshed(tmp_path):
+    """Long elements cross each other in tapped holes of 4 mm; elements there are made smaller, not the part refused."""
+    write_step(
+        tmp_path / "frame.step",
+        """
+body, _ = occ.cut([(3, occ.addBox(0, 0, 0, 90, 65, 50))], [(3, occ.addBox(8.2, 8.2, -1, 73.6, 48.6, 43))])
+occ.cut(body, [(3, occ.addCylinder(x, y, -1, 0, 0, 20, 2)) for x in (4.1, 85.9) for y in (4.1, 60.9)])
+""",
+    )
+    job = {"file": str(tmp_path / "frame.step"), "size": 13, "smallest": 6.5, "per_turn": 16, "ignore": 0}
+    made = _gmsh.mesh(job | {"lengths": [0, 1e4], "dimension": 3})
+    corners = made["nodes"][made["elements"][:, :4]]
+    volume = np.linalg.det(corners[:, 1:] - corners[:, :1]).sum() / 6
+    assert volume == pytest.approx(float(made["volume"]), rel=0.01)
+
+
 @pytest.mark.slow
 def test_parametric_casting_as_step_has_the_same_modes(casting, tmp_path):
     fidelity = HousingFidelity(element_size=0.019, elements_per_turn=8.0, elements_per_bending_wavelength=3.0)

@@ -31,6 +31,9 @@ _OTHER_SHAPES = ("Plane", "Cone", "Sphere", "Torus")
 _BROKEN = "StepReaderData"
 """Word of OpenCASCADE's reader in its last message on a damaged file, after which it may crash."""
 
+_NARROW = (0.4, 0.2)
+"""Factors on the smallest element that are tried where faces of small holes cross each other."""
+
 _SAMPLES, _ROUND = 9, 2e-3
 """Samples each way over a spline, and the largest distance (mm) of one from the cylinder that it counts as."""
 
@@ -117,7 +120,7 @@ def _meshed(job: dict[str, Any]) -> dict[str, Any]:
         found |= {"nodes": skin["nodes"], "elements": skin["elements"][outer], "face": skin["face"][outer]}
         found["members"] = _pairs(found["face"], found["elements"])
     else:
-        generate(gmsh, 3, job["size"], job["smallest"])
+        generate(gmsh, 3, job["size"], job["smallest"], _NARROW)
         gmsh.model.mesh.setOrder(2)
         found |= _tetrahedra(gmsh)
     gmsh.finalize()

@@ -24,7 +24,7 @@ _TIME_LIMIT = 900.0
 
 _OPEN = "the skin of the casting is not closed: avoid edges that nearly coincide"
 
-FINER = (1.0, 0.8, 0.65, 0.5)
+FINER = (0.8, 0.65, 0.5)
 """Factors on the size of the elements that are tried in turn: faces of long ones cross in narrow places."""
 
 
@@ -87,21 +87,28 @@ def _meshed(job: bytes) -> dict[str, np.ndarray]:
     return made
 
 
-def generate(gmsh: Any, dimension: int, size: float, smallest: float) -> None:
-    """Mesh with elements between `smallest` and `size`, or with finer ones where their faces cross each other."""
-    for factor in FINER:
-        gmsh.option.setNumber("Mesh.MeshSizeMax", factor * size)
-        gmsh.option.setNumber("Mesh.MeshSizeMin", factor * smallest)
-        try:
-            gmsh.model.mesh.generate(dimension)
-            if not (len(gmsh.model.mesh.getElementsByType(4)[0]) if dimension == 3 else _is_closed(gmsh)):
-                raise RuntimeError(_OPEN)
-        except Exception:  # gmsh has no class for a mesh that it cannot make
-            if factor == FINER[-1]:
-                raise
-            gmsh.model.mesh.clear()
-        else:
-            return
+def generate(gmsh: Any, dimension: int, size: float, smallest: float, narrow: tuple[float, ...] = ()) -> None:
+    """Mesh with elements between `smallest` and `size`, or with finer ones where their faces cross each other.
+
+    narrow: factors on `smallest` alone that are tried first after a failure, for small holes.
+    """
+    gmsh.option.setNumber("General.AbortOnError", 0)  # an exception would leave gmsh busy for ever
+    tries = [(1.0, 1.0), *((1.0, factor) for factor in narrow), *((factor, factor) for factor in FINER)]
+    for largest, least in tries:
+        gmsh.option.setNumber("Mesh.MeshSizeMax", largest * size)
+        gmsh.option.setNumber("Mesh.MeshSizeMin", least * smallest)
+        gmsh.model.mesh.clear()
+        gmsh.model.mesh.generate(dimension)
+        if _is_full(gmsh) if dimension == 3 else _is_closed(gmsh):
+            break
+    else:
+        raise RuntimeError(f"{gmsh.logger.getLastError() or 'no mesh'}: {_OPEN}")
+    gmsh.option.setNumber("General.AbortOnError", 2)
+
+
+def _is_full(gmsh: Any) -> bool:
+    """Return True if every solid has tetrahedra."""
+    return all(len(gmsh.model.mesh.getElementsByType(4, tag)[0]) for _, tag in gmsh.model.getEntities(3))
 
 
 def _is_closed(gmsh: Any) -> bool:

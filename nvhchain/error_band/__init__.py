@@ -20,11 +20,18 @@ Resonances of shafts on bearings that move with the housing's FE mesh are covere
 line lay on one, forces have been 3 dB off with limits of 1.3 dB.
 """
 
-from nvhchain.error_band.band import COVERAGE, ErrorBand, format_level, format_limits, format_parts
-from nvhchain.error_band.difference import SHARED, difference_limits, pass_probability
-from nvhchain.error_band.files import save_error_bands
-from nvhchain.error_band.quantities import Origin, error_band, force_band, power_band, velocity_band
-from nvhchain.error_band.run_bands import BANDS
-from nvhchain.error_band.run_up import RunUpBand, run_up_band, run_up_force_band
+from typing import TYPE_CHECKING
+
+from nvhchain.runtime.deferred import deferred
+
+if TYPE_CHECKING:
+    from nvhchain.error_band.band import COVERAGE, ErrorBand, format_level, format_limits, format_parts
+    from nvhchain.error_band.difference import SHARED, difference_limits, pass_probability
+    from nvhchain.error_band.files import save_error_bands
+    from nvhchain.error_band.quantities import Origin, error_band, force_band, power_band, velocity_band
+    from nvhchain.error_band.run_bands import BANDS
+    from nvhchain.error_band.run_up import RunUpBand, run_up_band, run_up_force_band
+
+__getattr__ = deferred(__name__, __file__)
 
 __all__ = ["ErrorBand", "format_limits"]

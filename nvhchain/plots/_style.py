@@ -11,9 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from nvhchain.errors import require
-
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-"""Palette of Okabe and Ito, in the order of the configurations."""
+from nvhchain.plots.marks import COLOURS
 
 MARK_LINES = (("#8C8C8C", "-"), ("#8C8C8C", (0, (2, 2))), ("#8C8C8C", (0, (6, 2))))
 """Colour and dashes of the vertical lines at mesh orders, one per stage."""

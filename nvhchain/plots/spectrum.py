@@ -14,7 +14,8 @@ from nvhchain import levels
 from nvhchain.errors import require
 from nvhchain.handoff import FieldPressure, FloatArray, ForceSpectrum, SoundPower
 from nvhchain.plots._style import colour, figure_of, panels, styled
-from nvhchain.plots.waterfall import OrderMarks, add_order_axis, draw_mesh_orders, matching
+from nvhchain.plots.marks import OrderMarks, matching
+from nvhchain.plots.waterfall import add_order_axis, draw_mesh_orders
 
 if TYPE_CHECKING:
     from nvhchain.error_band import ErrorBand

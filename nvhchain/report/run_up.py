@@ -11,8 +11,7 @@ import numpy as np
 
 from nvhchain import levels
 from nvhchain.handoff import BearingForces, FloatArray, PressureHistory
-from nvhchain.plots import OrderMarks
-from nvhchain.report.marks import order_name
+from nvhchain.plots.marks import OrderMarks, order_name
 from nvhchain.spectrum import Waterfall, order_cut, order_waterfall, waterfall
 
 ORDER_RESOLUTION = 0.15

@@ -12,7 +12,7 @@ from nvhchain.chain import steady_map
 from nvhchain.chain.running import OPERATORS
 from nvhchain.cli import main
 from nvhchain.report.steady_states import steady_maps
-from nvhchain.report.verdict import verdict
+from nvhchain.report.sentences import verdict
 
 pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection
 from os.path import isfile
 from pathlib import Path
-from types import ModuleType
+from typing import Any
 
 from nvhchain.errors import InputError
 from nvhchain.files.hdf5 import write_text
-from nvhchain.report.page.sections import SECTIONS
+from nvhchain.report.page.sections import RENEWED, SECTIONS, section_module
 from nvhchain.report.page.stored import Stored, stored_results
 from nvhchain.report.page.tradeoff import FILE as TRADEOFF
 from nvhchain.report.page.tradeoff import tradeoff_sections
@@ -19,7 +19,7 @@ def write_page(folder: str | Path, *, added: Collection[str] = ()) -> Path:
     """Write `report.html` to the folder of a run, comparison or trade-off.
 
     folder: folder that `run`, `compare` or `tradeoff` filled, completely or in part.
-    added: hand-offs that are new since the page was written; sections that show others are kept.
+    added: hand-offs of microphones that are new since the page was written; sections that show others are kept.
     """
     from nvhchain.report.page._jinja import rendered, renewed  # jinja2 and plotly are imported for pages only
 
@@ -30,9 +30,8 @@ def write_page(folder: str | Path, *, added: Collection[str] = ()) -> Path:
     stored = stored_results(folder)
     page = stored.folder / "report.html"
     keep = bool(added) and stored.finished and _up_to_date(page, stored, added)
-    chosen = [module for module in SECTIONS if not keep or set(added) & set(getattr(module, "SHOWN", ()))]
     try:
-        sections = [(_name(module), module.TITLE, module.blocks(stored)) for module in chosen]
+        sections = [_section(name, stored) for name in (RENEWED if keep else SECTIONS)]
     except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
         if isinstance(error, InputError):
             raise
@@ -42,15 +41,21 @@ def write_page(folder: str | Path, *, added: Collection[str] = ()) -> Path:
         ) from None
     sections = [section for section in sections if section[2]]
     if keep:
-        text = renewed(page.read_text(encoding="utf-8"), sections, [_name(module) for module in SECTIONS])
+        text = renewed(page.read_text(encoding="utf-8"), sections, [_id(name) for name in SECTIONS])
     else:
         text = rendered(" and ".join(run.name for run in stored.runs) + ": sound", sections)
     write_text(page, text)
     return page
 
 
-def _name(module: ModuleType) -> str:
-    return module.__name__.rpartition(".")[2]
+def _section(name: str, stored: Stored) -> tuple[str, str, list[Any]]:
+    """Return id, title and blocks of a section."""
+    module = section_module(name)
+    return _id(name), module.TITLE, module.blocks(stored)
+
+
+def _id(name: str) -> str:
+    return name.rpartition(".")[2]
 
 
 def _up_to_date(page: Path, stored: Stored, added: Collection[str]) -> bool:

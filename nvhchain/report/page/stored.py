@@ -14,9 +14,8 @@ from nvhchain.errors import InputError, require
 from nvhchain.files import hdf5
 from nvhchain.handoff import FieldPressure, FloatArray, HandOff, PressureHistory, ReducedHousing
 from nvhchain.names import check_names
-from nvhchain.plots import OrderMarks
+from nvhchain.plots.marks import OrderMarks, order_name
 from nvhchain.report.causes.paths import radiating
-from nvhchain.report.marks import order_name
 from nvhchain.report.run_up import run_up_maps, sample_rate
 from nvhchain.spectrum import Waterfall
 

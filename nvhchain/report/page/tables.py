@@ -19,7 +19,7 @@ from nvhchain.errors import require
 from nvhchain.files.atomic_write import write_output
 from nvhchain.files.hdf5 import writable_folder, write_text
 from nvhchain.report.page.blocks import Figure, Hero, Table
-from nvhchain.report.page.sections import SECTIONS
+from nvhchain.report.page.sections import SECTIONS, section_module
 from nvhchain.report.page.stored import stored_results
 from nvhchain.runtime.extras import check_installed
 
@@ -49,9 +49,9 @@ def page_tables(folder: str | Path) -> list[PageTable]:
     """
     stored = stored_results(Path(folder))
     found: list[PageTable] = []
-    for module in SECTIONS:
-        section = module.__name__.rpartition(".")[2]
-        parts = [of for block in module.blocks(stored) for of in _parts(block)]
+    for name in SECTIONS:
+        section = name.rpartition(".")[2]
+        parts = [of for block in section_module(name).blocks(stored) for of in _parts(block)]
         for number, (caption, rows) in enumerate(parts, start=1):
             end = f"-{number}" if len(parts) > 1 else ""
             found.append(PageTable(section[:_LONGEST_NAME] + end, caption, rows))

@@ -12,7 +12,7 @@ import numpy as np
 
 from nvhchain.errors import require
 from nvhchain.files.hdf5 import write_text
-from nvhchain.report.marks import order_name
+from nvhchain.plots.marks import order_name
 from nvhchain.report.page.stored import Stored, StoredRun, stored_results
 from nvhchain.report.sound.write import BACKGROUND
 from nvhchain.sound import (

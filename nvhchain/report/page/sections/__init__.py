@@ -1,34 +1,38 @@
 """Sections of the page: each module has a TITLE and a function `blocks` of the stored results, empty without any."""
 
-from nvhchain.report.page.sections import answer, cases, limits, making
-from nvhchain.report.page.sections.bodies import gears, housing, modes
-from nvhchain.report.page.sections.causes import bearing_forces, contributions, transmission_errors, why
-from nvhchain.report.page.sections.lines import differences, history, levels, spectrum
-from nvhchain.report.page.sections.listening import hearing, microphones, sound, targets
-from nvhchain.report.page.sections.speed import moving_housing, run_up, steady_states
+from importlib import import_module
+from types import ModuleType
 
 SECTIONS = (
-    answer,
-    why,
-    targets,
-    sound,
-    hearing,
-    spectrum,
-    steady_states,
-    run_up,
-    moving_housing,
-    differences,
-    levels,
-    microphones,
-    contributions,
-    housing,
-    modes,
-    bearing_forces,
-    transmission_errors,
-    history,
-    gears,
-    cases,
-    limits,
-    making,
+    "answer",
+    "causes.why",
+    "listening.targets",
+    "listening.sound",
+    "listening.hearing",
+    "lines.spectrum",
+    "speed.steady_states",
+    "speed.run_up",
+    "speed.moving_housing",
+    "lines.differences",
+    "lines.levels",
+    "listening.microphones",
+    "causes.contributions",
+    "bodies.housing",
+    "bodies.modes",
+    "causes.bearing_forces",
+    "causes.transmission_errors",
+    "lines.history",
+    "bodies.gears",
+    "cases",
+    "limits",
+    "making",
 )
-"""Sections in their order on the page."""
+"""Modules of the sections in their order on the page."""
+
+RENEWED = ("listening.microphones", "making")
+"""Sections that are made anew when microphones are added to a finished run."""
+
+
+def section_module(name: str) -> ModuleType:
+    """Return the module of a section, imported at its first use."""
+    return import_module(f"{__name__}.{name}")

@@ -25,8 +25,8 @@ from nvhchain.report.page.sections.lines.levels import UNITS
 from nvhchain.report.page.sections.speed.run_up import constant_speed, over_speed_traces, speed_range
 from nvhchain.report.page.sections.speed.steady_states import over_steady_speeds, stored_states
 from nvhchain.report.page.stored import Stored
+from nvhchain.report.sentences import SILENCE, verdict
 from nvhchain.report.sound.targets import target_sentence
-from nvhchain.report.verdict import SILENCE, verdict
 
 TITLE = "Verdict"
 

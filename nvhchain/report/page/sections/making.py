@@ -8,12 +8,8 @@ from typing import Any
 from nvhchain.files import hdf5
 from nvhchain.report.page.blocks import Table, Text
 from nvhchain.report.page.stored import Stored
-from nvhchain.report.sound.microphones import BALLOON, MICROPHONES
 
 TITLE = "How it was made"
-
-SHOWN = (MICROPHONES, BALLOON)
-"""Hand-offs that are added to a finished run, of which a row is shown."""
 
 
 def blocks(stored: Stored) -> list[Any]:

@@ -14,9 +14,6 @@ from nvhchain.report.sound.microphones import BALLOON, MICROPHONES, added_levels
 
 TITLE = "Directivity"
 
-SHOWN = (MICROPHONES, BALLOON)
-"""Hand-offs that the section shows and no other."""
-
 RANGE = 40.0
 """Range (dB) of a balloon: levels this far below the loudest direction lie in the middle."""
 

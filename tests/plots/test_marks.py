@@ -2,7 +2,7 @@
 
 import pytest
 
-from nvhchain.report.marks import order_name
+from nvhchain.plots.marks import order_name
 
 MESH, SLOTS = {"stage1": 20.0, "stage2": 12.0}, {"stage1": 2.0}
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from nvhchain.error_band import format_parts
 from nvhchain.levels import a_weighting
-from nvhchain.report.marks import order_name
+from nvhchain.plots.marks import order_name
 
 LINES = 3
 """Largest number of lines named for a difference."""

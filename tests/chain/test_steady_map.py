@@ -11,8 +11,8 @@ import nvhchain as nvh
 from nvhchain.chain import steady_map
 from nvhchain.chain.running import OPERATORS
 from nvhchain.cli import main
-from nvhchain.report.steady_states import steady_maps
 from nvhchain.report.sentences import verdict
+from nvhchain.report.steady_states import steady_maps
 
 pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")
 

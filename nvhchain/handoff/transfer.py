@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -182,6 +183,19 @@ class RadiationResistance(HandOff):
         """Return the waves (n_row, n_column) of a master without the zero rows at its end."""
         used = np.flatnonzero(self.waves[master].any(axis=1))
         return self.waves[master, : used[-1] + 1 if len(used) else 0]
+
+    @cached_property
+    def inner_products(self) -> tuple[ComplexArray, ComplexArray]:
+        """Inner products (n_master, n_master) of waves over frequency above 0 Hz, the first factor conjugate or not.
+
+        Every column counts alike: its norm over all masters is 1.
+        """
+        above = np.flatnonzero(self.frequency > 0)
+        values = self.waves[above] / self.frequency[above, None, None]
+        square = sum(np.einsum("fwc,fwc->c", part, part) for part in (values.real, values.imag))
+        values *= 1.0 / np.sqrt(np.where(square > 0, square, 1.0))
+        values = values.reshape(len(above), -1)
+        return values.conj() @ values.T, values @ values.T
 
 
 class SolvedBand(HandOff):

@@ -51,6 +51,16 @@ def test_waves_give_the_pressure_of_boundary_elements(housing, plane):
     assert found.input_speed == 188.5
 
 
+@pytest.mark.parametrize("plane", [None, FLOOR], ids=["free", "on a floor"])
+def test_points_alone_have_the_pressure_that_they_have_among_many(housing, plane):
+    load = forces(np.array([300.0, 700.0, 990.0, 1400.0]))
+    waves = radiation_resistance(housing_shapes(housing), np.linspace(200.0, 1800.0, 9), fidelity=FINE, plane=plane)
+    many = np.concatenate([POINTS, np.random.default_rng(1).uniform([-2, -2, 0.5], 2, (200, 3))])
+    alone, among = (wave_pressure(waves, housing, load, points, fidelity=FINE) for points in (POINTS, many))
+    assert alone.pressure == pytest.approx(among.pressure[:, :3], rel=1e-10)
+    assert alone.accuracy.interpolation_error == pytest.approx(among.accuracy.interpolation_error[:3], rel=0.02)
+
+
 def test_lines_between_masters_state_their_error(housing):
     load = forces(np.array([700.0, 990.0, 1400.0]))
     waves = radiation_resistance(housing_shapes(housing), np.linspace(200.0, 1800.0, 9), fidelity=FINE)

@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 HEAVY = {
     "gmsh",
@@ -27,8 +29,9 @@ print(json.dumps([time.process_time() - start, sorted({name.partition(".")[0] fo
 """
 
 
-def imported_in_fresh_process() -> tuple[float, set[str]]:
-    done = subprocess.run([sys.executable, "-c", PROBE], capture_output=True, text=True, check=True, cwd=ROOT)
+def imported_in_fresh_process(module: str = "nvhchain") -> tuple[float, set[str]]:
+    probe = PROBE.replace("import nvhchain", f"import {module}")
+    done = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True, cwd=ROOT)
     seconds, modules = json.loads(done.stdout)
     return seconds, set(modules)
 
@@ -44,3 +47,8 @@ def test_importing_the_package_stays_below_half_a_second_and_opens_no_engine():
     runs = [imported_in_fresh_process() for _ in range(3)]
     assert not runs[0][1] & HEAVY
     assert statistics.median(seconds for seconds, _ in runs) < 0.5
+
+
+@pytest.mark.parametrize("module", ["report.sound.microphones", "report.page.sections.listening.microphones"])
+def test_microphones_are_added_without_the_packages_that_draw_and_compile(module):
+    assert not imported_in_fresh_process(f"nvhchain.{module}")[1] & {"gmsh", "matplotlib", "numba", "pyvista"}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -56,20 +58,19 @@ def wave_pressure(
     lines = np.flatnonzero(velocity.any(axis=1) & (frequency > 0))
     nodes = waves_nodes(resistance, fidelity)
     outgoing = OutgoingWaves(housing.surface, resistance.plane, places, _order(resistance, housing.surface))
+    summed = _at_few_points if outgoing.few else _at_many_points
     pressure = np.zeros((len(frequency), len(places)), dtype=complex)
     error, last = np.zeros(pressure.shape), np.zeros(pressure.shape)
     waves: dict[int, ComplexArray] = {}
     for piece in (lines[batch] for batch in line_batches(len(lines))):
         sets = np.stack([nodes.weights(frequency[piece]), *nodes.error_weights(frequency[piece])])
-        total = np.zeros((len(sets), len(piece), resistance.waves.shape[1]), dtype=complex)
         for node in np.flatnonzero(sets.any(axis=(0, 1))).tolist():
             if node not in waves:
-                waves[node] = np.sqrt(resistance.air.impedance) * node_waves(resistance, nodes, node)
-            moved = velocity[piece] @ waves[node].T
-            total[:, :, : moved.shape[1]] += sets[:, :, node, None] * moved
+                of = np.sqrt(resistance.air.impedance) * node_waves(resistance, nodes, node)
+                waves[node] = outgoing.by_degree(of) if outgoing.few else of
         k = 2 * np.pi / resistance.air.speed_of_sound * frequency[piece]
-        (pressure[piece], *errors), highest = outgoing.pressure(k, total)
-        last[piece], error[piece] = np.abs(highest[0]), np.abs(errors).max(axis=0)
+        (pressure[piece], *errors), highest = summed(outgoing, k, velocity[piece], sets, waves)
+        last[piece], error[piece] = np.abs(highest), np.abs(errors).max(axis=0)
     peak = np.abs(pressure).max(axis=0, initial=0.0)
     peak = np.where(peak > 0, peak, 1.0)
     told = SoundAccuracy(
@@ -94,6 +95,48 @@ def wave_pressure(
         SoundAccuracy(expected_error_db=expected) | told,
         provenance={"stage": "acoustics.wave_pressure", "fidelity": repr(fidelity)},
     )
+
+
+def _at_few_points(
+    outgoing: OutgoingWaves,
+    wavenumber: FloatArray,
+    velocity: ComplexArray,
+    sets: ComplexArray,
+    waves: Mapping[int, ComplexArray],
+) -> tuple[ComplexArray, ComplexArray]:
+    """Return pressures (n_set, n_k, n_point), and the part of the highest degree in those of the first set.
+
+    waves: node → sums over the orders of each degree at the points (`OutgoingWaves.by_degree`). Only they depend on
+    the node, so that the waves themselves are never summed.
+    """
+    top = np.zeros(len(wavenumber), dtype=int)
+    for node, of in waves.items():
+        used = np.flatnonzero(of.any(axis=(0, 1)))
+        top[sets[0, :, node] != 0] = np.maximum(top[sets[0, :, node] != 0], used[-1] if len(used) else 0)
+    radial = outgoing.radial(wavenumber, top)
+    count, points, degrees = radial.shape
+    total, highest = np.zeros((len(sets), count, points), dtype=complex), np.zeros((count, points), dtype=complex)
+    for node in np.flatnonzero(sets.any(axis=(0, 1))).tolist():
+        part = (velocity @ waves[node].reshape(len(waves[node]), -1)).reshape(count, points, degrees) * radial
+        total += sets[:, :, node, None] * part.sum(axis=2)
+        highest += sets[0, :, node, None] * part[np.arange(count), :, top]
+    return total, highest
+
+
+def _at_many_points(
+    outgoing: OutgoingWaves,
+    wavenumber: FloatArray,
+    velocity: ComplexArray,
+    sets: ComplexArray,
+    waves: Mapping[int, ComplexArray],
+) -> tuple[ComplexArray, ComplexArray]:
+    """Return the same as `_at_few_points`; `waves` holds node → waves (n_row, n_column)."""
+    used = np.flatnonzero(sets.any(axis=(0, 1))).tolist()
+    total = np.zeros((len(sets), len(wavenumber), max(len(waves[node]) for node in used)), dtype=complex)
+    for node in used:
+        total[:, :, : len(waves[node])] += sets[:, :, node, None] * (velocity @ waves[node].T)
+    pressure, highest = outgoing.pressure(wavenumber, total)
+    return pressure, highest[0]
 
 
 @checked

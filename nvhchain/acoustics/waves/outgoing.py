@@ -6,7 +6,7 @@ import numpy as np
 
 from nvhchain.acoustics.waves.high_plane import body_waves, polar_functions
 from nvhchain.acoustics.waves.multipoles import frame, waves_from_middle
-from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane, Surface
+from nvhchain.handoff import ComplexArray, FloatArray, IntArray, RigidPlane, Surface
 
 
 class OutgoingWaves:
@@ -59,23 +59,49 @@ class OutgoingWaves:
                 ]
             )
         top = np.where((amplitude != 0).any(axis=0), self._degree, 0).max(axis=1, initial=0)
-        radius, back = np.unique(self._radius, return_inverse=True)
+        radial, place = self._radial(wavenumber, top)
         found = np.zeros((2, sets, count, len(self._radius)), dtype=complex)
-        lines = np.arange(count)
+        for l in range(int(top.max(initial=0)) + 1):
+            lines, at = np.flatnonzero(top >= l), self._degree == l
+            part = radial[lines, :, l][:, place] * (amplitude[:, lines][:, :, at] @ self._harmonics[:, at].T)
+            found[0][:, lines] += part
+            found[1][:, lines] = part
+        if self._mirrors:
+            found = found[..., : self._count] + found[..., self._count :]
+        return found[0], found[1]
+
+    @property
+    def few(self) -> bool:
+        """True where sums over degrees at the points are fewer numbers than the waves, and no mirror image is added."""
+        return not self._mirrors and self._count <= self.order + 1
+
+    def by_degree(self, waves: ComplexArray) -> ComplexArray:
+        """Return the sums Σ_m a_lm Y_lm (n_column, n_point, n_degree) of waves (n_row, n_column) at the points."""
+        found = np.zeros((waves.shape[1], self._count, self.order + 1), dtype=complex)
+        degree = self._degree[: len(waves)]
+        for l in np.unique(degree):
+            at = np.flatnonzero(degree == l)
+            found[:, :, l] = (self._harmonics[:, at] @ waves[at]).T
+        return found
+
+    def radial(self, wavenumber: FloatArray, top: IntArray) -> ComplexArray:
+        """Return −jk j^−l h_l(kr) (n_k, n_point, n_degree) 1/m; zero above the degree `top` of each wavenumber."""
+        found, place = self._radial(wavenumber, top)
+        return found[:, place]
+
+    def _radial(self, wavenumber: FloatArray, top: IntArray) -> tuple[ComplexArray, IntArray]:
+        """Return the radial functions (n_k, n_radius, n_degree) at different radii, and the radius of every point."""
+        radius, place = np.unique(self._radius, return_inverse=True)
+        found = np.zeros((len(wavenumber), len(radius), self.order + 1), dtype=complex)
+        lines = np.arange(len(wavenumber))
         kr = wavenumber[:, None] * radius
         before, now = np.exp(-1j * kr) / kr, 1j * np.exp(-1j * kr) / kr  # h of degrees −1 and 0
         for l in range(int(top.max(initial=0)) + 1):
             inside = top[lines] >= l
             lines, kr, before, now = lines[inside], kr[inside], before[inside], now[inside]
-            at = self._degree == l
-            radial = ((-1j) ** (l + 1) * wavenumber[lines, None] * now)[:, back]
-            part = radial * (amplitude[:, lines][:, :, at] @ self._harmonics[:, at].T)
-            found[0][:, lines] += part
-            found[1][:, lines] = part
+            found[lines, :, l] = (-1j) ** (l + 1) * wavenumber[lines, None] * now
             before, now = now, (2 * l + 1) / kr * now - before
-        if self._mirrors:
-            found = found[..., : self._count] + found[..., self._count :]
-        return found[0], found[1]
+        return found, place
 
 
 def _harmonics(direction: FloatArray, order: int) -> FloatArray:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any, cast
 
@@ -98,9 +100,9 @@ def add_microphones(
     """
     require(points is not None or standard is not None or balloon, "no microphones are named: give points or an array")
     require(radius is None or 0 < radius < np.inf, f"radius = {radius} m of the array must be positive and finite")
-    told = []
+    told, load = [], cache(hdf5.load)
     for run in stored_results(Path(folder)).runs:
-        waves = run_waves(run)
+        waves = run_waves(run, load)
         places, names = _places(waves, points, standard, radius)
         if len(places):
             pressure = waves.pressure(places)
@@ -115,16 +117,20 @@ def add_microphones(
 
 def add_balloons(folder: str | Path) -> None:
     """Write the balloon of every run in a folder that holds the waves of its sound power."""
+    load = cache(hdf5.load)
     for run in stored_results(Path(folder)).runs:
         try:
-            waves = run_waves(run)
+            waves = run_waves(run, load)
         except InputError:
             continue
         _balloon(waves, None)
 
 
-def run_waves(run: StoredRun) -> RunWaves:
-    """Return the waves that belong to the sound power of a run; InputError without them."""
+def run_waves(run: StoredRun, load: Callable[[Path, type[Any]], Any]) -> RunWaves:
+    """Return the waves that belong to the sound power of a run; InputError without them.
+
+    load: function that reads a hand-off; one that remembers lets runs share waves and what follows from them.
+    """
     power, forces = run.hand_off("sound_power", SoundPower), run.hand_off("force_spectrum", ForceSpectrum)
     remedy = "add `sound_power` to its quantities, at `radiation` = boundary_elements, and run it again"
     missing = f"{run.name} has no sound power at constant speed, whose waves microphones need: {remedy}"
@@ -134,8 +140,8 @@ def run_waves(run: StoredRun) -> RunWaves:
     files = [path for place in folders for path in sorted(place.glob("radiation_resistance*.h5"))]
     housings = [path for place in folders for path in sorted(place.glob("housing*.h5"))]
     for path in sorted(files, key=lambda path: -path.stat().st_mtime):
-        resistance = hdf5.load(path, RadiationResistance)
-        for housing in (hdf5.load(other, ReducedHousing) for other in housings):
+        resistance = load(path, RadiationResistance)
+        for housing in (load(other, ReducedHousing) for other in housings):
             if resistance.housing == housing.content_hash and _same(resistance, housing, forces, power, preset):
                 return RunWaves(run, resistance, housing, forces, preset)
     raise InputError(f"{run.name}: no waves in {run.folder} belong to its sound power: {remedy}")

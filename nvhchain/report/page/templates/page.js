@@ -133,8 +133,17 @@
 
   const kinds = { spectrum, motion: (place, content, height) => movingBodies(place, content, height, choice), player: (place, content) => soundPlayer(place, content, choice), plotly: (plot, { data, layout }, height) =>
       Plotly.newPlot(plot, data, base(layout, height), { ...config, displayModeBar: plot.closest(".evidence") ? false : undefined }) };
+  /* Width (pixels) below which names under bars would overlap, or panels be too narrow: then the figure scrolls. */
+  const least = ({ data, layout }) => {
+    const panels = 280 * (layout?.grid?.columns ?? 1);
+    const named = (Array.isArray(data) ? data : []).map(({ x }) => (typeof x?.[0] === "string" ? x : []));
+    return Math.max(panels, ...named.map((x) => x.length * (8 + 6 * Math.max(0, ...x.flatMap((name) => name.split("<br>")).map((row) => row.length)))));
+  };
   const draw = (plot) => {
     const content = JSON.parse(document.querySelector(`script[data-plot="${plot.id}"]`).textContent);
+    /* A fixed height: without one, Plotly loses the height of a plot when the window changes its width. */
+    if (["plotly", "spectrum"].includes(content.kind)) plot.style.height = `${plot.dataset.height}px`;
+    if (content.kind === "plotly" && !plot.closest(".evidence")) plot.style.minWidth = `${least(content)}px`;
     kinds[content.kind](plot, content, Number(plot.dataset.height));
     plot.style.minHeight = "";
   };

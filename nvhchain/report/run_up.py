@@ -163,6 +163,6 @@ def _cuts(in_orders: Waterfall, orders: Sequence[float], marks: OrderMarks) -> l
     found = []
     for order, cut in zip(orders, cuts.T, strict=True):
         origin = order_name(order, marks.mesh, marks.slots)
-        name = f"order {order:g}" + (f" ({origin})" if origin else "")
+        name = f"order {order:.4g}" + (f" ({origin})" if origin else "")
         found.append(Curve(name, "dB", in_orders.input_speed, cut, order))
     return found

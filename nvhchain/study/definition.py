@@ -158,6 +158,22 @@ class Study:
         """Parameters, and tolerances of a search."""
         return (*self.parameters, *(self.goal.scatter if self.goal is not None else ()))
 
+    def unit(self, name: str) -> str:
+        """Return the unit of a parameter in print; empty for a number."""
+        return next((parameter.unit for parameter in self.varied if parameter.name == name), "")
+
+    def title(self, name: str) -> str:
+        """Return name and unit of a parameter, of the speed or of the torque."""
+        titles = {parameter.name: parameter.title for parameter in self.varied}
+        return ({"speed_rpm": "speed / rpm", "torque_Nm": "torque / N m"} | titles).get(name, name)
+
+    def text(self, name: str, value: object) -> str:
+        """Return name, value and unit of a parameter, of the speed or of the torque."""
+        points = {"speed_rpm": "speed = {:g} rpm", "torque_Nm": "torque = {:g} N m"}
+        if name in points:
+            return points[name].format(value)
+        return next(parameter.text(value) for parameter in self.varied if parameter.name == name)
+
     @property
     def scatter(self) -> tuple[Parameter, ...]:
         """Parameters of the scatter of production, if those are deviations, tolerances and damping alone."""

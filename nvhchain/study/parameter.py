@@ -26,6 +26,21 @@ _SCATTER = re.compile(
 )
 """Places of a case that change neither housing modes nor transfer vectors, and vary from one gearbox to the next."""
 
+_PRINTED = {"mm": "mm", "um": "µm", "deg": "°", "mrad": "mrad", "rpm": "rpm", "kg_cm2": "kg cm²", "GPa": "GPa"}
+"""Unit at the end of a key → the same in print."""
+
+_SI = (
+    (r"torque", "N m"),
+    (r"(axial|radial|bearing)_stiffness$", "N/m"),
+    (r"(axial|radial)_damping$", "N s/m"),
+    (r"_load(_rating)?$", "N"),
+    (r"^mass$", "kg"),
+    (r"^density$", "kg/m³"),
+    (r"^duration$", "s"),
+    (r"frequency$", "Hz"),
+)
+"""Last name of a path without a unit → its SI unit; others are ratios and numbers."""
+
 
 @dataclass(frozen=True)
 class Parameter:
@@ -115,6 +130,30 @@ class Parameter:
         return float(norm.ppf(share, self.mean, self.deviation))
 
     @property
+    def unit(self) -> str:
+        """Unit of the values in print, as the paths have it; empty for numbers, variants and mixed units."""
+        units = {_unit(path) for path in self.paths}
+        return units.pop() if len(units) == 1 and not self.draw else ""
+
+    @property
+    def title(self) -> str:
+        """Name and unit, such as "hole radius / mm"."""
+        return f"{self._plain_name} / {self.unit}" if self.unit else self.name
+
+    def text(self, value: object) -> str:
+        """Return name, value and unit, such as "hole radius = 14 mm"."""
+        number = f"{value:.4g}".replace("-", "−") if isinstance(value, float) else str(value)
+        gap = "" if self.unit in ("", "°") else " "
+        return f"{self._plain_name} = {number}{gap}{self.unit}"
+
+    @property
+    def _plain_name(self) -> str:
+        """Name without the unit at its end."""
+        return next(
+            (self.name.removesuffix(f"_{key}") for key, unit in _PRINTED.items() if unit == self.unit), self.name
+        )
+
+    @property
     def is_scatter(self) -> bool:
         """True where only deviations of gears, tolerances of axes, and damping vary."""
         return all(_SCATTER.search(path) for path in self.given_paths)
@@ -196,6 +235,15 @@ def _toml(value: Any) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     return json.dumps(value) if isinstance(value, str) else repr(value)
+
+
+def _unit(path: str) -> str:
+    """Return the unit of the values of a path in print; empty for a number."""
+    key = path.rpartition(".")[2]
+    for ending, unit in _PRINTED.items():
+        if key.endswith(f"_{ending}"):
+            return unit
+    return next((unit for pattern, unit in _SI if re.search(pattern, key)), "")
 
 
 def _in_si(path: str, value: float) -> tuple[str, float]:

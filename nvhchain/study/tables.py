@@ -196,7 +196,7 @@ def _write_slopes(study: Study, rows: Sequence[Row], folder: Path) -> list[str]:
     write_text(folder / "slopes.csv", _csv(_flat(one) for one in found))
     main = main_response(rows)
     return [
-        f"One unit of {one.parameter} changes {main}{_at(one)} by {one.value:.3g} ± {one.error:.1g}"
+        f"One {study.unit(one.parameter) or 'unit'} of {one.parameter} changes {main}{_at(one)} by {one.value:.3g} ± {one.error:.1g}"
         for one in found
         if one.response == main
     ]
@@ -215,7 +215,7 @@ def _search_lines(study: Study, rows: Sequence[Row]) -> list[str]:
     best, (base, *_) = best_score(study, rows), scores(study, rows)
     if best is None:
         return ["No design meets all targets: widen the ranges, or raise the targets"]
-    given = ", ".join(f"{key} = {_short(value)}" for key, value in best.values.items())
+    given = ", ".join(study.text(*one)[:60] for one in best.values.items())
     form = ".1f" if name.startswith("level") else ".4g"
     lines = [f"Best {name}: {share}{best.responses[name]:{form}}, design {best.design} ({given})"]
     if base.responses and base.design != best.design:
@@ -263,7 +263,7 @@ def _summary(study: Study, rows: Sequence[Row], effects: Sequence[Effect]) -> li
             ("Lowest", min(heard, key=lambda row: row.responses[main])),
             ("Highest", max(heard, key=lambda row: row.responses[main])),
         ):
-            given = ", ".join(f"{name} = {_short(value)}" for name, value in _given(row).items())
+            given = ", ".join(study.text(*one)[:60] for one in _given(row).items())
             lines.append(
                 f"{word} {main}{several}: {row.responses[main]:.1f}{_unit(main)}{_limits(row, main)}, "
                 f"design {row.design} ({given})"

@@ -289,6 +289,7 @@ def test_run_up_shows_levels_orders_and_maps(tmp_path):
     run_up = [of for name, of in page.figures.items() if name.startswith("plot-run_up")]
     titles = [note["text"] for of in run_up for note in of["layout"].get("annotations", [])]
     assert titles[0] == "<b>order 20 (stage1 × 1)</b>"
+    assert "Run-up" in page.texts
     assert sum(trace["type"] == "heatmap" for of in run_up for trace in of["data"]) == 2
     for figure in page.figures.values():
         if figure["kind"] == "player":
@@ -316,6 +317,8 @@ def test_record_at_constant_speed_has_mean_levels_and_no_figures_over_speed(tmp_
     (levels,) = (of["data"][0] for name, of in page.figures.items() if name.startswith("plot-run_up"))
     assert unpacked(levels["y"]).max() == pytest.approx(20 * np.log10(1 / np.sqrt(2) / 2e-5), abs=0.1)
     assert "1.22" in page.cells  # N RMS: √(3/2)
+    assert "Record at constant speed" in page.texts
+    assert "Run-up" not in page.texts
 
 
 def test_folder_without_results_is_refused_in_one_line(tmp_path, capsys):

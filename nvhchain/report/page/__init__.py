@@ -51,7 +51,8 @@ def write_page(folder: str | Path, *, added: Collection[str] = ()) -> Path:
 def _section(name: str, stored: Stored) -> tuple[str, str, list[Any]]:
     """Return id, title and blocks of a section."""
     module = section_module(name)
-    return _id(name), module.TITLE, module.blocks(stored)
+    title = module.title(stored) if hasattr(module, "title") else module.TITLE
+    return _id(name), title, module.blocks(stored)
 
 
 def _id(name: str) -> str:

@@ -16,6 +16,10 @@ GOOD = 0.5
 """Error (dB) of mesh harmonics below which a cheaper setting is named on the first screen."""
 
 
+NAMED = 8
+"""Largest number of settings whose names stand beside their points."""
+
+
 def tradeoff_sections(folder: Path) -> list[tuple[str, str, list[Any]]]:
     """Return name, title and blocks of the sections of the page of a trade-off in a folder."""
     sweep = json_table(folder / FILE)
@@ -29,6 +33,9 @@ def tradeoff_sections(folder: Path) -> list[tuple[str, str, list[Any]]]:
     sentences += [
         f"  {_name(row)}: {_seconds(row) - cost:+.1f} s, {_worst(row):+z.2f} dB".replace("-", "−") for row in cheap[:5]
     ]
+    if measured:
+        best = min(measured, key=lambda row: abs(_worst(row)))
+        sentences.append(f"Least error: {_name(best)}, {abs(_worst(best)):.2g} dB in {_seconds(best):.0f} s.")
     headline = f"{sweep['case']}: {len(cheap)} of {len(measured)} settings are cheaper within {GOOD:g} dB"
     hero = Hero(headline, "", sentences, _figure(measured, cost), None, None, "")
     head = ("knob", "value", "processor / s", "memory / MB", "overall / dB", "worst line / dB", "worst harmonic / dB")
@@ -53,9 +60,10 @@ def _figure(rows: list[Mapping[str, Any]], cost: float) -> Figure:
         of = [row for row in rows if row["knob"].partition(".")[0] == group]
         traces.append(
             {
-                "type": "scatter", "mode": "markers", "name": label(group), "x": rounded(map(_seconds, of)),
+                "type": "scatter", "mode": "markers+text" if len(rows) <= NAMED else "markers", "name": label(group), "x": rounded(map(_seconds, of)),
                 "y": rounded((max(abs(_worst(row)), 1e-4) for row in of), 5), "text": [label(_name(row)) for row in of],
                 "marker": {"color": colour(number), "symbol": SYMBOLS[number % len(SYMBOLS)], "size": 8},
+                "textposition": "top center", "cliponaxis": False,
                 "hovertemplate": "%{text}<br>%{x:.1f} s, %{y:.3g} dB<extra></extra>",
             }
         )  # fmt: skip
@@ -85,4 +93,7 @@ def _worst(row: Mapping[str, Any]) -> float:
 
 def _errors(row: Mapping[str, Any]) -> tuple[str, str, str]:
     error = row["deviation"]
-    return f"{error['overall']:+z.3f}", f"{error['worst_line']:+z.3f}", f"{_worst(row):+z.3f}"
+    overall, line, harmonic = (
+        f"{value:+z.3f}".replace("-", "−") for value in (error["overall"], error["worst_line"], _worst(row))
+    )
+    return overall, line, harmonic

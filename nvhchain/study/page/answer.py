@@ -60,8 +60,8 @@ def _pareto(results: Results) -> Figure | None:
     here = [row for row in results.worst if x in row.responses and y in row.responses]
     best = {row.design for row in results.best}
     traces = [
-        _points([row for row in here if row.design not in best], x, y, "other designs", "#8a929b"),
-        _points(results.best, x, y, "best designs", "#d55e00")
+        _points(results, [row for row in here if row.design not in best], "other designs", "#8a929b"),
+        _points(results, results.best, "best designs", "#d55e00")
         | {"mode": "lines+markers+text", "line": {"shape": "vh", "color": "#d55e00", "width": 1.5}},
     ]
     traces[1] |= {"text": [str(row.design) for row in results.best], "textposition": "top right"}
@@ -75,7 +75,9 @@ def _pareto(results: Results) -> Figure | None:
     )
 
 
-def _points(rows: list[Row], x: str, y: str, name: str, colour: str) -> dict[str, Any]:
+def _points(results: Results, rows: list[Row], name: str, colour: str) -> dict[str, Any]:
+    assert results.pair is not None
+    y, x = results.pair
     trace: dict[str, Any] = {
         "type": "scatter",
         "mode": "markers",
@@ -83,7 +85,7 @@ def _points(rows: list[Row], x: str, y: str, name: str, colour: str) -> dict[str
         "x": [row.responses[x] for row in rows],
         "y": rounded(row.responses[y] for row in rows),
         "marker": {"color": colour, "size": 8},
-        "customdata": [label(f"design {row.design}: {design_text(row)}") for row in rows],
+        "customdata": [label(f"design {row.design}: {design_text(results.study, row)}") for row in rows],
         "hovertemplate": "%{customdata}<br>%{x:.4g}, %{y:.4g}<extra></extra>",
     }
     if any(y in row.limits for row in rows):
@@ -119,7 +121,7 @@ def _over_speed(results: Results) -> Figure | None:
             {
                 "type": "scatter",
                 "mode": "lines+markers",
-                "name": label(f"{row.design}: {design_text(row)}"[:60]),
+                "name": label(f"{row.design}: {design_text(results.study, row)}"[:60]),
                 "x": [speed for speed, _ in own],
                 "y": rounded(level for _, level in own),
             }

@@ -14,6 +14,7 @@ from nvhchain.study.page.results import (
     point_titles,
     response_text,
     text_of,
+    unit_of,
 )
 
 TITLE = "Designs"
@@ -33,11 +34,11 @@ def blocks(results: Results) -> list[Any]:
     parameters = list(used[0][1].values)
     responses = responses_of(results.rows)
     limited = {name for name in responses if any(name in row.limits for _, row in used)}
-    head = ["design", *parameters, *point_titles(results.study)]
+    head = ["design", *map(results.study.title, parameters), *point_titles(results.study)]
     for name in responses:
-        head += [name, f"{name}, 95 % limits"] if name in limited else [name]
+        head += [unit_of(name), "95 % limits"] if name in limited else [unit_of(name)]
         if results.differences and name == main:
-            head += ["less design 0", "limits of it"]
+            head += ["less design 0 / dB", "limits of it"]
     cells = []
     for index, row in used[:MOST_ROWS]:
         line = [str(row.design), *(text_of(row.values[name]) for name in parameters)]
@@ -50,7 +51,7 @@ def blocks(results: Results) -> list[Any]:
                 found = results.differences.get(index)
                 line += ["", ""] if found is None else [level_text(found.change), limits_of(found.limits)]
         cells.append(line)
-    text = "A click on a title sorts. Levels are in dB(A)."
+    text = "A click on a title sorts."
     if results.differences:
         text += (
             " Errors of shared models cancel in the limits of a difference from design 0 at the same operating point."

@@ -26,7 +26,7 @@ def blocks(results: Results) -> list[Any]:
             "type": "bar",
             "orientation": "h",
             "x": rounded((effect.change for effect in shown), 3),
-            "y": [label(effect.parameter) for effect in shown],
+            "y": [label(results.study.title(effect.parameter)) for effect in shown],
             "text": [label(note) for note in notes],
             "textposition": "auto",
             "marker": {"color": "#0072b2"},
@@ -44,8 +44,8 @@ def blocks(results: Results) -> list[Any]:
         found.append(Text(f"No response depends on {', '.join(idle)}.", "doubt"))
     rows = [
         (
-            effect.response,
-            effect.parameter,
+            unit_of(effect.response),
+            results.study.title(effect.parameter),
             text_of(effect.change),
             text_of(effect.lowest),
             text_of(effect.highest),

@@ -6,7 +6,7 @@ from typing import Any
 
 from nvhchain.report.page.blocks import Figure, Table, axes, label, rounded
 from nvhchain.study.analysis import sensitivity
-from nvhchain.study.page.results import Results, limits_of
+from nvhchain.study.page.results import Results, limits_of, unit_of
 
 TITLE = "Sobol indices"
 
@@ -28,7 +28,7 @@ def blocks(results: Results) -> list[Any]:
             {
                 "type": "bar",
                 "name": name,
-                "x": [label(index.parameter) for index in shown],
+                "x": [label(results.study.title(index.parameter)) for index in shown],
                 "y": rounded(middle, 3),
                 "marker": {"color": colour},
                 "error_y": {
@@ -43,8 +43,8 @@ def blocks(results: Results) -> list[Any]:
     layout = axes("", f"share of the variance of {results.main}", barmode="group", showlegend=True)
     rows = [
         (
-            index.response,
-            index.parameter,
+            unit_of(index.response),
+            results.study.title(index.parameter),
             f"{index.first:.2f}",
             limits_of(index.first_limits, 2),
             f"{index.total:.2f}",

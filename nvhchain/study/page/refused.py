@@ -13,7 +13,7 @@ TITLE = "Refused"
 def blocks(results: Results) -> list[Any]:
     """Return the table of refused runs."""
     rows = [
-        (str(row.design), design_text(row), *point_texts(row), row.refused)
+        (str(row.design), design_text(results.study, row), *point_texts(row), row.refused)
         for row in results.rows
         if row.refused is not None
     ]

@@ -111,9 +111,9 @@ _ENDINGS = {"_kg_m2": "kg m²", "_kg": "kg", "_um": "µm", "_MPa": "MPa", "_sone
 """Ending of a response's name → its unit on axes."""
 
 
-def design_text(row: Row) -> str:
+def design_text(study: Study, row: Row) -> str:
     """Return the values of a row in words."""
-    return ", ".join(f"{name} = {text_of(value)}" for name, value in row.values.items())
+    return ", ".join(study.text(name, value) for name, value in row.values.items())
 
 
 def point_titles(study: Study) -> list[str]:

@@ -21,7 +21,7 @@ def blocks(results: Results) -> list[Any]:
     names = [main, *(name for name in results.study.targets if name != main)]
     rows = [
         (
-            one.response,
+            unit_of(one.response),
             *point_texts(one),
             f"{one.percent:g} %",
             level_text(one.value),
@@ -41,7 +41,7 @@ def blocks(results: Results) -> list[Any]:
             )
         )
     ranking = influences(results.study, results.rows, main)
-    return [*found, *(_ranking(ranking, main) if ranking else [_few(results)])]
+    return [*found, *(_ranking(results, ranking, main) if ranking else [_few(results)])]
 
 
 def _few(results: Results) -> Text:
@@ -98,13 +98,13 @@ def distribution(results: Results) -> Figure | None:
     return Figure(caption, [trace], layout, height=320)
 
 
-def _ranking(ranking: list[Influence], main: str) -> list[Any]:
+def _ranking(results: Results, ranking: list[Influence], main: str) -> list[Any]:
     """Return bars of the influences, and their table."""
     trace = {
         "type": "bar",
         "orientation": "h",
         "x": rounded(100 * one.share for one in ranking),
-        "y": [label(one.parameter) for one in ranking],
+        "y": [label(results.study.title(one.parameter)) for one in ranking],
         "marker": {"color": "#0072b2"},
         "error_x": {
             "type": "data",
@@ -117,7 +117,7 @@ def _ranking(ranking: list[Influence], main: str) -> list[Any]:
     layout = axes(f"share of the variance of {main} / %", "", yaxis={"autorange": "reversed"})
     rows = [
         (
-            one.parameter,
+            results.study.title(one.parameter),
             f"{100 * one.share:.0f} %",
             limits_of([100 * limit for limit in one.share_limits], 0),
             f"{one.correlation:.2f}".replace("-", "−"),

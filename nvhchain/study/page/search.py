@@ -33,7 +33,7 @@ def blocks(results: Results) -> list[Any]:
         for score in sorted(valid, key=lambda score: score.responses[goal.response])[:MOST_BEST]
     ]
     percent = f", {goal.percent:g} % of {goal.draws} gearboxes" if goal.draws else ""
-    head = ("design", *(parameter.name for parameter in results.study.parameters), *names)
+    head = ("design", *(parameter.title for parameter in results.study.parameters), *map(unit_of, names))
     caption = f"Best designs that meet all targets, at their worst operating point{percent}."
     return [Table(head, rows, caption, numbers=1, sortable=True)] if rows else []
 
@@ -61,8 +61,7 @@ def course(results: Results) -> Figure | None:
                     "y": rounded((score.responses[name] for score in some), 3),
                     "marker": {"color": colour, "symbol": symbol, "size": 7},
                     "customdata": [
-                        label(", ".join(f"{key} = {text_of(value)}" for key, value in score.values.items()))
-                        for score in some
+                        label(", ".join(results.study.text(*given) for given in score.values.items())) for score in some
                     ],
                     "hovertemplate": "design %{x}: %{y:.4g}<br>%{customdata}<extra></extra>",
                 }

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from nvhchain.report.page.blocks import Figure, Table, Text, axes, bars, label, rounded
-from nvhchain.study.page.results import Results, point_texts, point_titles, text_of
+from nvhchain.study.page.results import Results, point_texts, point_titles, text_of, unit_of
 from nvhchain.study.plans.gradient import slopes
 
 TITLE = "Slopes"
@@ -23,8 +23,8 @@ def blocks(results: Results) -> list[Any]:
             continue
         rows[one.response == results.main].append(
             (
-                one.parameter,
-                one.response,
+                results.study.title(one.parameter),
+                unit_of(one.response),
                 *point_texts(one),
                 text_of(one.value),
                 f"± {text_of(one.error, 2)}",
@@ -61,7 +61,7 @@ def tornado(results: Results) -> Figure | None:
                 "type": "bar",
                 "orientation": "h",
                 "name": ", ".join(point_texts(own[0])) or "level",
-                "y": [label(one.parameter) for one in own],
+                "y": [label(results.study.title(one.parameter)) for one in own],
                 "x": rounded((one.value * width for one, width in zip(own, widths, strict=True)), 3),
                 "error_x": {
                     "type": "data",

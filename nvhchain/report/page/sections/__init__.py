@@ -1,4 +1,7 @@
-"""Sections of the page: each module has a TITLE and a function `blocks` of the stored results, empty without any."""
+"""Sections of the page: each module has a TITLE and a function `blocks` of the stored results, empty without any.
+
+A function `title` of the stored results replaces TITLE where the headline depends on them.
+"""
 
 from importlib import import_module
 from types import ModuleType

@@ -63,6 +63,14 @@ def blocks(stored: Stored) -> list[Any]:
     return found
 
 
+def title(stored: Stored) -> str:
+    """Return the headline: what the records are."""
+    speeds = [of.input_speed for _, _, of in stored.having(lambda run: run.pressure_history)]
+    if speeds and all(map(constant_speed, speeds)):
+        return "Record at constant speed"
+    return "Run-down" if speeds and all(of[-1] < of[0] for of in speeds) else TITLE
+
+
 def constant_speed(speed: ArrayLike) -> bool:
     """Return True if the means of tenths of a record differ by less than `SAME_SPEED`."""
     means = [part.mean() for part in np.array_split(np.asarray(speed, dtype=float), 10) if len(part)]

@@ -149,9 +149,8 @@ class Parameter:
     @property
     def _plain_name(self) -> str:
         """Name without the unit at its end."""
-        return next(
-            (self.name.removesuffix(f"_{key}") for key, unit in _PRINTED.items() if unit == self.unit), self.name
-        )
+        endings = (f"_{key}" for key, unit in _PRINTED.items() if unit == self.unit)
+        return self.name.removesuffix(next(endings, ""))
 
     @property
     def is_scatter(self) -> bool:

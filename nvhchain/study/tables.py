@@ -62,7 +62,7 @@ def write_study(study: Study, rows: Sequence[Row], out: str | Path) -> list[str]
     write_text(folder / "study.csv", rows_csv(study, rows))
     write_parquet(records_of(study, rows), folder / "study.parquet")
     effects = main_effects(study, rows)
-    write_text(folder / "effects.csv", _csv(_effect_record(effect) for effect in effects))
+    write_text(folder / "effects.csv", _csv(_effect_record(study, effect) for effect in effects))
     lines = _search_lines(study, rows) if study.goal is not None else []
     if study.plan == "gradient":
         lines += _write_slopes(study, rows, folder)
@@ -196,7 +196,8 @@ def _write_slopes(study: Study, rows: Sequence[Row], folder: Path) -> list[str]:
     write_text(folder / "slopes.csv", _csv(_flat(one) for one in found))
     main = main_response(rows)
     return [
-        f"One {study.unit(one.parameter) or 'unit'} of {one.parameter} changes {main}{_at(one)} by {one.value:.3g} ± {one.error:.1g}"
+        f"One {study.unit(one.parameter) or 'unit'} of {one.parameter} changes {main}{_at(one)} by {one.value:.3g} ± "
+        f"{one.error:.1g}"
         for one in found
         if one.response == main
     ]
@@ -243,10 +244,11 @@ def _cell(value: Any) -> Any:
     return "" if value is None else value
 
 
-def _effect_record(effect: Effect) -> dict[str, Any]:
+def _effect_record(study: Study, effect: Effect) -> dict[str, Any]:
     return {
         "response": effect.response,
         "parameter": effect.parameter,
+        "unit": study.unit(effect.parameter),
         "change": effect.change,
         "lowest_at": effect.lowest,
         "highest_at": effect.highest,
@@ -269,9 +271,10 @@ def _summary(study: Study, rows: Sequence[Row], effects: Sequence[Effect]) -> li
                 f"design {row.design} ({given})"
             )
         for effect in [effect for effect in effects if effect.response == main][:3]:
+            unit = f" {study.unit(effect.parameter)}".rstrip()
             lines.append(
                 f"{effect.parameter} changes {main} by {effect.change:.3g}{_unit(main)[:3]} on average "
-                f"({_short(effect.lowest)} lowest, {_short(effect.highest)} highest): "
+                f"({_short(effect.lowest)}{unit} lowest, {_short(effect.highest)}{unit} highest): "
                 f"{100 * effect.share:.0f} % of its variance"
             )
     unused = idle_parameters(effects) if study.plan != "optimise" else []

@@ -406,3 +406,32 @@ def test_ten_interruptions_at_random_moments_end_with_the_same_table(sphere, tmp
             interrupted += 1
     assert interrupted >= 8
     assert run("out", None)[1] == table
+
+
+@pytest.mark.parametrize(
+    ("name", "path", "title", "text"),
+    [
+        ("hole_radius_mm", "gears.wheel.blank.hole_radius_mm", "hole_radius / mm", "hole_radius = 2.5 mm"),
+        ("relief", "gears.wheel.geometry.micro.drive.tip_relief.amount_um", "relief / µm", "relief = 2.5 µm"),
+        ("slot", "gears.wheel.blank.angular_width_deg", "slot / °", "slot = 2.5°"),
+        ("torque", "operation.input_torque", "torque / N m", "torque = 2.5 N m"),
+        ("shift", "gears.wheel.geometry.profile_shift", "shift", "shift = 2.5"),
+    ],
+)
+def test_parameters_have_the_unit_in_which_their_path_is_typed(name, path, title, text):
+    parameter = Parameter(name, (path,), low=1.0, high=4.0)
+    assert parameter.title == title
+    assert parameter.text(2.5) == text
+
+
+def test_lines_and_page_of_a_study_state_units(sphere, tmp_path):
+    study = Study(str(sphere), (Parameter("radius_mm", ("body.radius_mm",), (8, 10.5)),), "grid")
+    rows = run_study(study, fidelity=nvh.DRAFT, out=tmp_path / "out")
+    lines = write_study(study, rows, tmp_path / "out")
+    assert "design 0 (radius = 8 mm)" in lines[0]
+    assert "(8 mm lowest, 10.5 mm highest)" in lines[2]
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "radius / mm" in page
+    assert "level / dB(A)" in page
+    assert '"error_x"' in page  # levels of both designs on the first screen
+    assert (tmp_path / "out" / "effects.csv").read_text().splitlines()[1].startswith("level,radius_mm,mm,")

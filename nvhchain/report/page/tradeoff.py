@@ -60,7 +60,8 @@ def _figure(rows: list[Mapping[str, Any]], cost: float) -> Figure:
         of = [row for row in rows if row["knob"].partition(".")[0] == group]
         traces.append(
             {
-                "type": "scatter", "mode": "markers+text" if len(rows) <= NAMED else "markers", "name": label(group), "x": rounded(map(_seconds, of)),
+                "type": "scatter", "name": label(group), "x": rounded(map(_seconds, of)),
+                "mode": "markers+text" if len(rows) <= NAMED else "markers",
                 "y": rounded((max(abs(_worst(row)), 1e-4) for row in of), 5), "text": [label(_name(row)) for row in of],
                 "marker": {"color": colour(number), "symbol": SYMBOLS[number % len(SYMBOLS)], "size": 8},
                 "textposition": "top center", "cliponaxis": False,
@@ -68,6 +69,8 @@ def _figure(rows: list[Mapping[str, Any]], cost: float) -> Figure:
             }
         )  # fmt: skip
     layout = axes("processor time / s", "error of the worst harmonic / dB", yaxis={"type": "log", "dtick": 1})
+    if len(rows) <= NAMED:
+        layout["margin"] = {"l": 60, "r": 70, "t": 34, "b": 46}  # room for the last name
     layout["shapes"] = [upright(cost, DASHES[2])]
     return Figure("One point per setting. Dotted: the preset.", traces, layout, height=420)
 

@@ -16,6 +16,9 @@ TITLE = "Answer"
 MOST_LINES = 14
 """Number of sentences on the first screen."""
 
+MOST_RANKED = 12
+"""Number of designs in the figure of one response."""
+
 MOST_CURVES = 8
 """Number of designs with a curve over speed of their own."""
 
@@ -29,9 +32,22 @@ def blocks(results: Results) -> list[Any]:
         for figure in (course(results), tornado(results), distribution(results), _pareto(results), _over_speed(results))
         if figure is not None
     ]
-    first, second = [*figures, None, None][:2]
+    first, second = [*figures, _ranked(results), None][:2]
     sentences = [f" {line}" for line in others[:MOST_LINES]]
     return [Hero(headline, doubt, sentences, first, second, None, "")]
+
+
+def _ranked(results: Results) -> Figure | None:
+    """Return the main response of the best designs with its limits; None for one design."""
+    main = str(results.main)
+    ranked = sorted((row for row in results.worst if main in row.responses), key=lambda row: row.responses[main])
+    if len(ranked) < 2:
+        return None
+    rows = ranked[:MOST_RANKED]
+    trace = _points(results, rows, "", "#0072b2", across=True)
+    layout = axes(unit_of(main), "", yaxis={"type": "category", "autorange": "reversed"}, showlegend=False)
+    caption = f"The {len(rows)} lowest of {len(ranked)} designs with 95 % limits." if len(rows) < len(ranked) else ""
+    return Figure(caption or "All designs with 95 % limits.", [trace], layout, height=100 + 26 * len(rows))
 
 
 def _doubt(results: Results) -> str:
@@ -75,22 +91,23 @@ def _pareto(results: Results) -> Figure | None:
     )
 
 
-def _points(results: Results, rows: list[Row], name: str, colour: str) -> dict[str, Any]:
-    assert results.pair is not None
-    y, x = results.pair
+def _points(results: Results, rows: list[Row], name: str, colour: str, *, across: bool = False) -> dict[str, Any]:
+    """Return designs in the pair of responses, or the main response of each `across` the figure."""
+    y, x = (str(results.main), "") if across else results.pair or ("", "")
+    texts = [label(design_text(results.study, row)) for row in rows]
     trace: dict[str, Any] = {
         "type": "scatter",
         "mode": "markers",
         "name": name,
-        "x": [row.responses[x] for row in rows],
-        "y": rounded(row.responses[y] for row in rows),
+        ("y" if across else "x"): [text[:40] for text in texts] if across else [row.responses[x] for row in rows],
+        ("x" if across else "y"): rounded(row.responses[y] for row in rows),
         "marker": {"color": colour, "size": 8},
-        "customdata": [label(f"design {row.design}: {design_text(results.study, row)}") for row in rows],
-        "hovertemplate": "%{customdata}<br>%{x:.4g}, %{y:.4g}<extra></extra>",
+        "customdata": [f"design {row.design}: {text}" for row, text in zip(rows, texts, strict=True)],
+        "hovertemplate": "%{customdata}<br>" + ("%{x:.4g}" if across else "%{x:.4g}, %{y:.4g}") + "<extra></extra>",
     }
     if any(y in row.limits for row in rows):
         limits = [(row.responses[y], *row.limits.get(y, (None, None))) for row in rows]
-        trace["error_y"] = {
+        trace["error_x" if across else "error_y"] = {
             "type": "data",
             "symmetric": False,
             "array": rounded(0.0 if high is None else high - value for value, _, high in limits),

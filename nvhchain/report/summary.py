@@ -76,6 +76,8 @@ def _configurations(results: Mapping[str, Result]) -> dict[str, Any]:
             "slot_orders": slot_orders(result.case),
             "transmission_errors": _transmission_errors(result),
         }
+        if result.housing is not None:
+            found[name]["housing"] = result.housing.content_hash
     first, *others = results
     for name in others:
         found[name] |= _difference(results[first], results[name])

@@ -13,6 +13,7 @@ from nvhchain.fidelity import DRAFT
 from nvhchain.files import hdf5
 from nvhchain.handoff import FieldPressure, ForceSpectrum
 from nvhchain.report import write_page
+from nvhchain.report.page.stored import stored_results
 from nvhchain.testing import ball_with_modes
 
 LINES = np.array([300.0, 1000.0, 1600.0])
@@ -74,12 +75,29 @@ def test_page_with_added_microphones_is_the_page_made_as_a_whole(finished, tmp_p
     assert "Fidelity: draft, reference." in write_page(tmp_path, added=("microphones",)).read_text()
 
 
+def test_of_several_housings_the_page_shows_the_one_that_the_summary_names(finished, tmp_path):
+    for path in finished.glob("*.h5"):
+        (tmp_path / path.name).hardlink_to(path)
+    shutil.copy(finished / "case.json", tmp_path)
+    (run,) = (stored := stored_results(tmp_path)).runs
+    assert stored.housing(run) is None  # an unfinished run names none
+    named = hdf5.load(tmp_path / "housing-b.h5").content_hash
+    summary = {"fidelity": "draft", "field_point": None, "configurations": {"ball": {"other_quantities": {}}}}
+    summary["configurations"]["ball"]["housing"] = named
+    (tmp_path / "summary.json").write_text(json.dumps(summary))
+    (run,) = (stored := stored_results(tmp_path)).runs
+    assert stored.housing(run).content_hash == named
+
+
 def test_microphones_without_waves_are_refused_with_a_remedy(finished, tmp_path, capsys):
     for name in ("force_spectrum", "sound_power"):
         (tmp_path / f"{name}.h5").hardlink_to(finished / f"{name}.h5")
     assert main(["microphones", str(tmp_path), "--at", "0", "0", "1"]) == 2
     assert "no waves in" in (error := capsys.readouterr().err)
     assert "add `sound_power` to its quantities" in error
+    (tmp_path / "force_spectrum.h5").unlink()
+    assert main(["microphones", str(tmp_path), "--at", "0", "0", "1"]) == 2
+    assert "no bearing forces that drive its waves" in capsys.readouterr().err
     assert main(["microphones", str(finished)]) == 2
     assert "no microphones are named" in capsys.readouterr().err
     assert main(["microphones", str(finished), "--at", "0", "0", "0.05"]) == 2

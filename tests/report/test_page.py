@@ -249,6 +249,21 @@ def test_figures_fit_a4_and_letter_paper_from_a_window_of_any_width(pair, window
         assert browser.errors == []
 
 
+@pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed: apt install chromium")
+def test_figures_keep_height_and_room_for_names_in_windows_of_other_widths(pair):
+    drawn = "[...document.querySelectorAll('.js-plotly-plot')]"
+    with Browser(write_page(pair)) as browser:
+        browser.wait(f"{drawn}.length >= 2")
+        for width in (1000, 700, 390, 1300):
+            size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 500}
+            browser._call("Emulation.setDeviceMetricsOverride", **size)
+            browser.run("new Promise((done) => setTimeout(done, 600))")
+            assert browser.run(f"Math.min(...{drawn}.map((plot) => plot.clientHeight))") > 100
+            assert browser.run("document.documentElement.scrollWidth") == width
+            assert browser.run(TICKS) == 0
+        assert browser.errors == []
+
+
 def test_seconds_of_every_step_are_listed(pair):
     path = pair / "plain" / "pressure.h5"
     hdf5.save(hdf5.load(path).replace(provenance={"seconds": 12.34, "version": "1"}), path)

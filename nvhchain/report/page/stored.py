@@ -137,12 +137,17 @@ class Stored:
         return [path for folder in folders for path in sorted(folder.glob("*.h5"))]
 
     def housing(self, run: StoredRun) -> ReducedHousing | None:
-        """Return the only housing of a run, or of all runs; None without one."""
+        """Return the housing that the summary of a run names, or the only one there is; None without one."""
         own = sorted(run.folder.glob("housing*.h5"))
         every = own or [path for path in self.hand_off_files if path.name.startswith("housing")]
-        if len(every) == 1 and str(every[0]) not in self._loaded:
-            self._loaded[str(every[0])] = hdf5.load(every[0], ReducedHousing)
-        return self._loaded[str(every[0])] if len(every) == 1 else None
+        named = run.summary.get("housing")
+        if len(every) > 1 and not named:
+            return None
+        for path in map(str, every):
+            if path not in self._loaded:
+                self._loaded[path] = hdf5.load(path, ReducedHousing)
+        found = (self._loaded[str(path)] for path in every)
+        return next((of for of in found if len(every) == 1 or of.content_hash == named), None)
 
     def radiating(self, kind: type[H], surface: str) -> list[H]:
         """Return the hand-offs of a kind on a surface, by its content hash; each file is read once."""

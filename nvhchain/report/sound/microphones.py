@@ -134,7 +134,8 @@ def run_waves(run: StoredRun, load: Callable[[Path, type[Any]], Any]) -> RunWave
     power, forces = run.hand_off("sound_power", SoundPower), run.hand_off("force_spectrum", ForceSpectrum)
     remedy = "add `sound_power` to its quantities, at `radiation` = boundary_elements, and run it again"
     missing = f"{run.name} has no sound power at constant speed, whose waves microphones need: {remedy}"
-    power, forces = required(power, missing), required(forces, missing)
+    bare = f"{run.name} has no bearing forces that drive its waves: add the points to field_points and run it again"
+    power, forces = required(power, missing), required(forces, bare)
     preset = PRESETS.get(str(run.case.get("fidelity", "")), STANDARD)
     folders = list(dict.fromkeys([run.folder, run.folder.parent / "operators"]))
     files = [path for place in folders for path in sorted(place.glob("radiation_resistance*.h5"))]

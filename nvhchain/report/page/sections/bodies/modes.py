@@ -49,7 +49,8 @@ def _housings(stored: Stored) -> dict[str, ReducedHousing]:
     for run in stored.runs:
         velocity = run.hand_off("surface_velocity", SurfaceVelocity)
         surface = "" if velocity is None else velocity.surface.content_hash
-        own = stored.radiating(ReducedHousing, surface) if surface else [stored.housing(run)]
+        named = stored.housing(run)
+        own = stored.radiating(ReducedHousing, surface) if surface and named is None else [named]
         if len(own) == 1 and own[0] is not None:
             found[run.name] = own[0]
     return found

@@ -62,8 +62,10 @@ def test_operators_are_computed_once_for_both_configurations(compared):
 
 
 def test_summary_holds_speed_level_and_orders_of_the_input(compared):
-    summary = compared[1]
+    out, summary, _ = compared
+    housings = {hdf5.load(path).content_hash for path in (out / "operators").glob("housing*.h5")}
     for configuration in summary["configurations"].values():
+        assert configuration["housing"] in housings
         assert configuration["input_speed_rpm"] == pytest.approx(2500.0)
         assert 30 < configuration["overall_dBA"] < 110
         lower, upper = configuration["error_band_dBA"]

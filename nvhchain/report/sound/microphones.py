@@ -126,7 +126,7 @@ def add_balloons(folder: str | Path) -> None:
         _balloon(waves, None)
 
 
-def run_waves(run: StoredRun, load: Callable[[Path, type[Any]], Any]) -> RunWaves:
+def run_waves(run: StoredRun, load: Callable[..., Any]) -> RunWaves:
     """Return the waves that belong to the sound power of a run; InputError without them.
 
     load: function that reads a hand-off; one that remembers lets runs share waves and what follows from them.

@@ -15,6 +15,7 @@ from scipy.interpolate import make_interp_spline
 
 from nvhchain.errors import InputError, require
 from nvhchain.handoff import BearingForces, ComplexArray, FloatArray, ForceSpectrum
+from nvhchain.handoff.forces import force_and_moment
 from nvhchain.kinds import checked
 
 __all__ = ["force_spectrum", "order_cut", "sweep_waterfall", "waterfall"]
@@ -122,7 +123,7 @@ def force_spectrum(
         f"the record of {n / rate:.4g} s resolves {reached:.4g} Hz, but {resolution} Hz is asked for: record "
         f"{reached / spacing / (resolution or 1.0):.4g} s",
     )
-    frequency, amplitude = amplitude_spectrum(bearing_forces.force, rate, periodic=bearing_forces.periodic)
+    frequency, amplitude = amplitude_spectrum(bearing_forces.wrench, rate, periodic=bearing_forces.periodic)
     # a line at a limit is included in spite of rounding
     inside = np.flatnonzero((frequency >= low - 1e-6 * spacing) & (frequency <= high + 1e-6 * spacing))
     speed = bearing_forces.input_speed
@@ -137,7 +138,7 @@ def force_spectrum(
     )
     return ForceSpectrum(
         frequency=frequency[inside],
-        force=amplitude[inside],
+        **force_and_moment(amplitude[inside]),
         names=bearing_forces.names,
         input_speed=float(speed[0]) if constant else 0.0,
     )

@@ -179,7 +179,12 @@ class Casting(housing.Casting, Housing):
     ) -> ReducedHousing:
         """Mesh the casting and reduce it."""
         return housing.reduce_housing(
-            self, f_max=case.band.high, surface_size=self.face_size(face_size), fidelity=knobs, progress=progress
+            self,
+            f_max=case.band.high,
+            surface_size=self.face_size(face_size),
+            fidelity=knobs,
+            progress=progress,
+            motions=case.seat_motions,
         )
 
 

@@ -335,6 +335,11 @@ class GearboxCase:
             found.append(None if as_drawn else PairDeviations(pinion, wheel, tilt))
         return tuple(found)
 
+    @property
+    def seat_motions(self) -> int:
+        """Motions of the bearing seats: 3 translations, or 5 with tilts where a bearing has a model, thus moments."""
+        return 3 if all(bearing.model is None for bearing in self.bearings) else 5
+
     @cached_property
     def gearbox(self) -> Gearbox:
         """Dynamic model of shafts, bearings and meshes, without the inertia of the gears."""

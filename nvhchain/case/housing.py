@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 from nvhchain.case.bodies import Extent
@@ -104,8 +105,10 @@ def reduce_elements(
 
     meshed: whether the elements are made here, not given.
     """
+    model, seats = parts
     reduced = reduce_model(
-        *parts,
+        model,
+        [replace(seat, motions=case.seat_motions) for seat in seats],
         f_max=case.band.high,
         faces=RadiatingFaces(face_size, mounting_plane=given.mounting_plane, opening=given.opening),
         modal_damping=given.modal_damping,

@@ -173,7 +173,7 @@ def _heard(case: GearboxCase, result: Result) -> tuple[FloatArray, FloatArray]:
     swing = np.full(len(case.stages), np.nan) if error is None else np.ptp(error[:, : len(case.stages)], axis=0)
     if not audible.any():
         return np.full(len(case.field_points), -np.inf), swing
-    chosen = spectrum.replace(frequency=spectrum.frequency[audible], force=spectrum.force[audible])
+    chosen = spectrum.select(audible)
     velocity = housing.respond(reduced, chosen).normal_velocity
     between = acoustics.interpolate_vectors(vectors, chosen.frequency, fidelity=result.fidelity.acoustics)
     pressure = (between.vectors @ velocity[:, :, None])[:, :, 0]

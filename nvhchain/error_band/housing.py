@@ -145,7 +145,7 @@ def velocity_shares(housing: ReducedHousing, forces: ForceSpectrum, change: Forc
     rate, motion = _motion(housing, forces, lines)
     share = housing.surface.areas / housing.surface.areas.sum()
     mode = np.sqrt(housing.normal_shapes**2 @ share)
-    face = housing.face_residual.reshape(rate.shape[1], -1)
+    face = housing.flat_residual
     residual = np.sqrt(np.maximum(np.einsum("fi,ij,fj->f", rate.conj(), (face * share) @ face.T, rate).real, 0.0))
     passed = _surface_motion(housing, change, lines) if change is not None else np.zeros((len(lines), 1))
     return _shares(housing, lines, np.abs(motion)[:, None, :] * mode, residual[:, None], passed)
@@ -159,7 +159,8 @@ def bearing_velocity(housing: ReducedHousing, forces: ForceSpectrum) -> FloatArr
     squares = np.zeros(len(lines))
     for bearing in range(len(housing.names)):
         own = np.zeros_like(rate)
-        own[:, 3 * bearing : 3 * bearing + 3] = rate[:, 3 * bearing : 3 * bearing + 3]
+        at = slice(housing.motions * bearing, housing.motions * (bearing + 1))
+        own[:, at] = rate[:, at]
         parts = np.hstack([_modal_velocity(housing, own, lines), own])
         squares += ((parts.conj() @ gram) * parts).sum(axis=1).real
     return np.sqrt(np.maximum(squares, 0.0))[:, None]
@@ -197,24 +198,23 @@ def _shares(
 
 
 def _motion(housing: ReducedHousing, forces: ForceSpectrum, lines: FloatArray) -> tuple[ComplexArray, ComplexArray]:
-    """Return rates of force (n_f, 3 n_bearing) N/s and modal velocities (n_f, n_mode) at lines of the spectrum."""
+    """Return rates of force (n_f, motions · n_bearing) and modal velocities (n_f, n_mode) at lines of the spectrum."""
     rate = _rate(housing, forces, lines)
     return rate, _modal_velocity(housing, rate, lines)
 
 
 def _rate(housing: ReducedHousing, forces: ForceSpectrum, lines: FloatArray) -> ComplexArray:
     rows = np.searchsorted(0.5 * (forces.frequency[1:] + forces.frequency[:-1]), lines)
-    return np.asarray(2j * np.pi * lines[:, None] * forces.sort_bearings(housing.names)[rows])
+    return np.asarray(2j * np.pi * lines[:, None] * forces.sort_bearings(housing.names, housing.motions)[rows])
 
 
 def _modal_velocity(housing: ReducedHousing, rate: ComplexArray, lines: FloatArray) -> ComplexArray:
-    seats = housing.seat_shapes.reshape(len(housing.natural_frequency), rate.shape[1])
-    return np.asarray((rate @ seats.T) * housing.receptance(lines))
+    return np.asarray((rate @ housing.flat_shapes.T) * housing.receptance(lines))
 
 
 def _gram(housing: ReducedHousing) -> FloatArray:
     """Return surface means (n, n) of products of normal motions: modes, then residual motions under unit forces."""
-    shapes = np.vstack([housing.normal_shapes, housing.face_residual.reshape(3 * len(housing.names), -1)])
+    shapes = np.vstack([housing.normal_shapes, housing.flat_residual])
     return np.asarray((shapes * (housing.surface.areas / housing.surface.areas.sum())) @ shapes.T)
 
 

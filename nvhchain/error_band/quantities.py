@@ -223,7 +223,7 @@ def force_sources(
 
 def _forces_at_lines(spectrum: ForceSpectrum, lines: FloatArray) -> ForceSpectrum:
     """Return the forces at those of their lines that move something."""
-    return spectrum.replace(frequency=lines, force=spectrum.force[np.searchsorted(spectrum.frequency, lines)])
+    return spectrum.select(np.searchsorted(spectrum.frequency, lines)).replace(frequency=lines)
 
 
 def step_error(frequency: FloatArray, step: float) -> FloatArray:

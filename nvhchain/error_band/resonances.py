@@ -16,14 +16,15 @@ from nvhchain.dynamics import flank_transfer
 from nvhchain.error_band.housing import lowered
 from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import ComplexArray, ForceSpectrum, MeshLaw, ReducedHousing
+from nvhchain.handoff.forces import force_and_moment
 
 
 @dataclass(frozen=True, eq=False)
 class ForceChange:
     """Change of bearing forces from matrices in the order of `names`.
 
-    away : (n_f, 3 n_bearing, n_mesh) force on the bearings per force between flanks (N/N).
-    flanks : (n_f, n_mesh, 3 n_bearing) force between the flanks per force on the bearings (N/N).
+    away : (n_f, motions · n_bearing, n_mesh) force on the bearings per force between flanks (N/N).
+    flanks : (n_f, n_mesh, motions · n_bearing) force between the flanks per force on the bearings (N/N).
     names : names of the bearings.
     """
 
@@ -33,8 +34,10 @@ class ForceChange:
 
     def apply(self, forces: ForceSpectrum) -> ForceSpectrum:
         """Return the change of forces (N), at the lines that it was made for."""
-        moved = self.away @ (self.flanks @ forces.sort_bearings(self.names)[..., None])
-        return forces.replace(force=moved.reshape(len(moved), -1, 3), names=self.names)
+        motions = self.away.shape[1] // len(self.names)
+        moved = self.away @ (self.flanks @ forces.sort_bearings(self.names, motions)[..., None])
+        moved = moved.reshape(len(moved), -1, motions)
+        return forces.replace(names=self.names, **force_and_moment(moved))
 
 
 def force_change(
@@ -49,7 +52,7 @@ def force_change(
     lines = forces.frequency
     gearbox, moved = case.gearbox_on_rigid_seats, lowered(housing)
     if moved is None or not mesh_laws or case.options.rigid_housing:
-        none = np.zeros((len(lines), 3 * len(forces.names), 0), dtype=complex)
+        none = np.zeros((len(lines), forces.wrench.shape[2] * len(forces.names), 0), dtype=complex)
         return ForceChange(none, none.transpose(0, 2, 1), forces.names)
     here, there = (
         flank_transfer(

@@ -16,6 +16,7 @@ from nvhchain.error_band.radiation import radiation_error
 from nvhchain.error_band.resonances import force_change
 from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import BearingForces, FloatArray, ForceSpectrum, PressureHistory, ReducedHousing, TransferVectors
+from nvhchain.handoff.forces import force_and_moment
 from nvhchain.housing import respond
 from nvhchain.spectrum import amplitude_spectrum
 
@@ -161,13 +162,15 @@ def _instants(case: GearboxCase, forces: BearingForces) -> Iterator[_Instant]:
     for part in parts:
         first = part.start + (len(part) - count) // 2
         window = slice(first, first + count)
-        lines, force = amplitude_spectrum(forces.force[window], rate, periodic=False)
+        lines, force = amplitude_spectrum(forces.wrench[window], rate, periodic=False)
         heard = (lines >= low) & (lines <= high) & (lines > 0)
         speed = forces.input_speed[window]
         turns = float(speed.mean()) / (2 * np.pi)
         sweep = lines * float(np.ptp(speed)) / (2 * np.pi) / 2.0 + MAIN_LOBE * rate / count
         yield _Instant(
-            ForceSpectrum(lines[heard], force[heard], forces.names, input_speed=float(speed.mean())),
+            ForceSpectrum(
+                lines[heard], names=forces.names, input_speed=float(speed.mean()), **force_and_moment(force[heard])
+            ),
             sweep[heard] / turns,
         )
 

@@ -81,6 +81,7 @@ class RigidSet:
     label : label of the reference node.
     held : (6,) bool, True for the fixed translations and rotations of the reference point.
     rotations : True if the rotations of nodes of shells and beams follow, too.
+    motions : 3 for a seat that takes forces, 5 for one that takes moments about x and y, too.
     """
 
     name: str
@@ -89,6 +90,7 @@ class RigidSet:
     label: int = 0
     held: IntArray = field(default_factory=lambda: np.zeros(6, dtype=bool))
     rotations: bool = True
+    motions: int = 3
 
 
 @dataclass(frozen=True, eq=False)

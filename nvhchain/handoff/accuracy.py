@@ -45,7 +45,7 @@ class HousingAccuracy(Accuracy):
     )
     residual_mass: FloatArray | None = array(
         "kg m2/N2",
-        "bearing, axis, loaded_bearing=bearing, loaded_axis",
+        "bearing, motion, loaded_bearing=bearing, loaded_motion=motion",
         "mass of the residual motions, from which the truncation error follows",
         default=None,
     )

@@ -20,7 +20,7 @@ from nvhchain.names import check_names
 
 LABELS: dict[str, tuple[str, ...]] = {
     "axis": ("x", "y", "z"),
-    "loaded_axis": ("x", "y", "z"),
+    "tilt": ("about x", "about y"),
     "gear": ("pinion", "wheel"),
     "corner": ("first", "second", "third"),
     "re_im": ("re", "im"),

@@ -36,6 +36,9 @@ class BearingForces(HandOff):
     error_names: tuple[Label, ...] | None = array(
         "", "ends", "shafts of every mesh, then input and output", default=None
     )
+    moment: FloatArray | None = array(
+        "N m", "time, bearing, tilt", "moment of every bearing on the housing, about x and y", default=None
+    )
 
     def _check(self) -> None:
         step = np.diff(self.time)
@@ -44,6 +47,11 @@ class BearingForces(HandOff):
             jitter < 1e-4,
             f"BearingForces.time is not uniform (steps differ by {100 * jitter:.3g} % of the mean): resample it first",
         )
+
+    @property
+    def wrench(self) -> FloatArray:
+        """Forces (n_t, n_bearing, 3), with the moments (n_t, n_bearing, 5) where they are recorded."""
+        return self.force if self.moment is None else np.concatenate([self.force, self.moment], axis=2)
 
     @property
     def sample_rate(self) -> float:
@@ -56,7 +64,7 @@ class BearingForces(HandOff):
         Parameters
         ----------
         quantity : str
-            `force`, `mesh_deflection`, `transmission_error` or `output_lag`.
+            `force`, `moment`, `mesh_deflection`, `transmission_error` or `output_lag`.
 
         Raises
         ------
@@ -65,6 +73,7 @@ class BearingForces(HandOff):
         """
         known = {
             "force": self.force,
+            "moment": self.moment,
             "mesh_deflection": self.mesh_deflection,
             "transmission_error": self.transmission_error,
             "output_lag": self.output_lag,
@@ -77,9 +86,12 @@ class BearingForces(HandOff):
             )
         return history
 
-    def sort_bearings(self, names: tuple[str, ...]) -> FloatArray:
-        """Return the force (n_t, 3 n_bearing) N with the bearings in the order of `names`, which must be the same."""
-        return np.asarray(_sort_bearings(self.force, self.names, names).reshape(len(self.time), -1))
+    def sort_bearings(self, names: tuple[str, ...], motions: int = 3) -> FloatArray:
+        """Return the force (n_t, motions · n_bearing), the bearings in the order of `names`, which must be the same.
+
+        motions : 3 for forces (N), 5 for forces and moments about x and y (N m) of every bearing.
+        """
+        return np.asarray(_sort_bearings(self, names, motions))
 
 
 class ForceSpectrum(HandOff):
@@ -89,6 +101,9 @@ class ForceSpectrum(HandOff):
     force: ComplexArray = array("N", "frequency, bearing, axis", "bearing force spectrum, peak")
     names: tuple[str, ...] = array("", "bearing", "bearing names")
     input_speed: float = value("rad/s", "speed of the input shaft, 0 where it varies", default=0.0)
+    moment: ComplexArray | None = array(
+        "N m", "frequency, bearing, tilt", "spectrum of the moments about x and y, peak", default=None
+    )
 
     def _check(self) -> None:
         require(
@@ -96,13 +111,32 @@ class ForceSpectrum(HandOff):
             f"ForceSpectrum.input_speed = {self.input_speed} rad/s must not be negative: 0 where it varies",
         )
 
-    def sort_bearings(self, names: tuple[str, ...]) -> ComplexArray:
-        """Return the force (n_f, 3 n_bearing) N with the bearings in the order of `names`, which must be the same."""
-        return _sort_bearings(self.force, self.names, names).reshape(len(self.frequency), -1)
+    @property
+    def wrench(self) -> ComplexArray:
+        """Forces (n_f, n_bearing, 3), with the moments (n_f, n_bearing, 5) where there are any."""
+        return self.force if self.moment is None else np.concatenate([self.force, self.moment], axis=2)
+
+    def select(self, lines: Any) -> ForceSpectrum:
+        """Return the spectrum at some of its lines: indices, a slice or a mask."""
+        moment = None if self.moment is None else self.moment[lines]
+        return self.replace(frequency=self.frequency[lines], force=self.force[lines], moment=moment)
+
+    def sort_bearings(self, names: tuple[str, ...], motions: int = 3) -> ComplexArray:
+        """Return the force (n_f, motions · n_bearing), the bearings in the order of `names`, which must be the same.
+
+        motions : 3 for forces (N), 5 for forces and moments about x and y (N m) of every bearing.
+        """
+        return np.asarray(_sort_bearings(self, names, motions))
 
 
-def _sort_bearings(force: Any, bearings: tuple[str, ...], names: tuple[str, ...]) -> Any:
-    """Sort the forces (n, n_bearing, 3) of the bearings `bearings` in the order of `names`."""
+def force_and_moment(wrench: Any) -> dict[str, Any]:
+    """Return the fields `force` and `moment` of values (n, n_bearing, 3 or 5); 3 have no moment."""
+    return {"force": wrench[:, :, :3], "moment": wrench[:, :, 3:] if wrench.shape[2] > 3 else None}
+
+
+def _sort_bearings(forces: BearingForces | ForceSpectrum, names: tuple[str, ...], motions: int) -> Any:
+    """Sort forces (n, motions · n_bearing) in the order of `names`; bearings without moments have none."""
+    bearings = forces.names
     require(
         isinstance(names, Sequence) and all(isinstance(name, str) for name in names),
         f"{names!r} are no names of bearings: give a sequence of texts",
@@ -113,4 +147,8 @@ def _sort_bearings(force: Any, bearings: tuple[str, ...], names: tuple[str, ...]
         f"bearing names differ: the housing has {', '.join(names)}; unknown to it: "
         f"{', '.join(unknown) or 'none'}; without force: {', '.join(missing) or 'none'}",
     )
-    return force[:, [bearings.index(name) for name in names]]
+    order = [bearings.index(name) for name in names]
+    given = forces.force if motions == 3 else forces.wrench
+    found = np.zeros((len(given), len(names), motions), dtype=given.dtype)
+    found[:, :, : given.shape[2]] = given[:, order]
+    return found.reshape(len(given), -1)

@@ -26,16 +26,19 @@ class ReducedHousing(HandOff):
     -----
     Shapes are mass-normalised; those of faces are outward. Structural damping is a loss factor of twice the fraction of
     critical at the lines of a spectrum. In time all damping is viscous.
+
+    Motions of a seat are translations along x, y, z, or these and tilts about x and y (rad), on which moments act
+    (N m).
     """
 
     natural_frequency: FloatArray = array("Hz", "mode", "natural frequency, rising", lower_limit=0.0)
     modal_damping: FloatArray = array("1", "mode", "fraction of critical damping")
-    seat_shapes: FloatArray = array("kg-1/2", "mode, bearing, axis", "mode shapes at the seats")
+    seat_shapes: FloatArray = array("kg-1/2", "mode, bearing, motion", "mode shapes at the seats")
     normal_shapes: FloatArray = array("kg-1/2", "mode, face", "outward mode shapes of the faces")
     seat_residual: FloatArray = array(
-        "m/N", "bearing, axis, loaded_bearing=bearing, loaded_axis", "residual flexibility of the seats"
+        "m/N", "bearing, motion, loaded_bearing=bearing, loaded_motion=motion", "residual flexibility of the seats"
     )
-    face_residual: FloatArray = array("m/N", "bearing, axis, face", "residual flexibility of the faces, outward")
+    face_residual: FloatArray = array("m/N", "bearing, motion, face", "residual flexibility of the faces, outward")
     names: tuple[str, ...] = array("", "bearing", "bearing names")
     positions: FloatArray = array("m", "bearing, axis", "bearing seat centres")
     surface: Surface = value("", "radiating surface")
@@ -53,10 +56,39 @@ class ReducedHousing(HandOff):
             bool(((damping >= 0) & (damping < 1)).all()),
             "ReducedHousing.modal_damping must lie in 0 … 1 (fraction of critical damping)",
         )
-        matrix = self.seat_residual.reshape(3 * len(self.names), -1)
+        require(self.motions in (3, 5), f"ReducedHousing.seat_shapes has {self.motions} motions per seat: give 3 or 5")
+        matrix = self.seat_residual.reshape(self.motions * len(self.names), -1)
         require(
             bool(np.abs(matrix - matrix.T).max(initial=0.0) <= 1e-6 * np.abs(matrix).max(initial=0.0)),
             "ReducedHousing.seat_residual must be symmetric",
+        )
+
+    @property
+    def motions(self) -> int:
+        """Motions of every seat: 3 translations, or 5 with the tilts about x and y."""
+        return int(self.seat_shapes.shape[2])
+
+    @property
+    def flat_shapes(self) -> FloatArray:
+        """Mode shapes (n_mode, motions · n_bearing) at the seats."""
+        return self.seat_shapes.reshape(len(self.natural_frequency), self.motions * len(self.names))
+
+    @property
+    def flat_residual(self) -> FloatArray:
+        """Residual flexibility (motions · n_bearing, n_face) of the faces."""
+        return self.face_residual.reshape(self.motions * len(self.names), -1)
+
+    def drop_tilts(self) -> ReducedHousing:
+        """Return the housing with the translations of its seats alone."""
+        if self.motions == 3:
+            return self
+        mass = self.accuracy.residual_mass
+        accuracy = self.accuracy if mass is None else self.accuracy.replace(residual_mass=mass[:, :3, :, :3])
+        return self.replace(
+            seat_shapes=self.seat_shapes[:, :, :3],
+            seat_residual=self.seat_residual[:, :3, :, :3],
+            face_residual=self.face_residual[:, :3],
+            accuracy=accuracy,
         )
 
     def receptance(

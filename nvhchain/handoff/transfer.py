@@ -120,7 +120,7 @@ class ModalTransferVectors(HandOff):
     modes: ComplexArray = array(
         "Pa s m-1 kg-1/2", "frequency, point, mode", "pressure per velocity of a modal coordinate"
     )
-    residual: ComplexArray = array("Pa s/N", "frequency, point, bearing, axis", "pressure per rate of bearing force")
+    residual: ComplexArray = array("Pa s/N", "frequency, point, bearing, motion", "pressure per rate of bearing force")
     names: tuple[str, ...] = array("", "bearing", "bearing names")
     housing: str = value("", "content hash of the reduced housing")
     air: Air = value("speed_of_sound m/s, density kg/m3", "air around the body")
@@ -132,7 +132,7 @@ class NoiseTransferFunctions(HandOff):
 
     frequency: FloatArray = array("Hz", "frequency", "frequency", lower_limit=0.0)
     points: FloatArray = array("m", "point, axis", "field points")
-    functions: ComplexArray = array("Pa/N", "frequency, point, bearing, axis", "pressure per bearing force")
+    functions: ComplexArray = array("Pa/N", "frequency, point, bearing, motion", "pressure per bearing force")
     names: tuple[str, ...] = array("", "bearing", "bearing names")
     air: Air = value("speed_of_sound m/s, density kg/m3", "air around the body")
     accuracy: SoundAccuracy = value("", "stated accuracy", default=SoundAccuracy())

@@ -82,12 +82,14 @@ def reduce_housing(
     surface_size: float,
     fidelity: HousingFidelity,
     progress: Progress | None = None,
+    motions: int = 3,
 ) -> ReducedHousing:
     """Reduce the casting, bolted to a rigid plane, to modes and residual flexibility; without bolts it is free.
 
     f_max: upper limit of the band (Hz).
     surface_size: edge length of the radiating triangles (m).
     fidelity: fidelity; modes up to mode_ratio · f_max, or the number for truncation_tolerance_db.
+    motions: 3 for seats that take forces, 5 for those that take moments, too.
     Returns reduced housing. Its accuracy states the estimated truncation error (dB of surface velocity,
     `truncation_error`). It also states the error of the sound power due to the mapping onto the radiating faces.
 
@@ -105,7 +107,7 @@ def reduce_housing(
     tell(0, _STEPS)
     with ThreadPoolExecutor(1) as beside:  # both wait for gmsh, in a process of its own
         enveloped = beside.submit(radiating_surface, casting, surface_size)
-        mesh = mesh_casting(casting, fidelity)
+        mesh = replace(mesh_casting(casting, fidelity), motions=motions)
         tell(1, _STEPS)
         surface = enveloped.result()
     silent = mounting_plane_faces(surface)
@@ -229,22 +231,23 @@ def reduce_mesh(
     report(1)
     to_faces, count = sp.csr_matrix(motion @ T), len(casting.bores)
     report(2)
-    modes = seat_modes(K, M, count, f_top)
+    modes = seat_modes(K, M, count, f_top, mesh.motions)
     errors = frequency_errors(mesh.nodes, mesh.elements, casting.material, T @ modes.shapes, modes.frequency)
     modes, errors = with_errors(modes, errors, corrected=corrected)
     report(3)
+    square = (count, mesh.motions, count, mesh.motions)
     reduced = ReducedHousing(
         natural_frequency=modes.frequency,
         modal_damping=damping_of_modes(casting.modal_damping, modes.frequency),
-        seat_shapes=modes.shapes[modes.seats].T.reshape(-1, count, 3),
+        seat_shapes=modes.shapes[modes.seats].T.reshape(-1, count, mesh.motions),
         normal_shapes=(to_faces @ modes.shapes).T,
-        seat_residual=modes.residual[modes.seats].reshape(count, 3, count, 3),
-        face_residual=(to_faces @ modes.residual).T.reshape(count, 3, -1),
+        seat_residual=modes.residual[modes.seats].reshape(square),
+        face_residual=(to_faces @ modes.residual).T.reshape(count, mesh.motions, -1),
         names=tuple(bore.name for bore in casting.bores),
         positions=np.array([bore.centre for bore in casting.bores]),
         surface=surface,
         structural_damping=casting.structural_damping,
-        accuracy=HousingAccuracy(frequency_error=errors, residual_mass=modes.residual_mass.reshape(count, 3, count, 3)),
+        accuracy=HousingAccuracy(frequency_error=errors, residual_mass=modes.residual_mass.reshape(square)),
     )
     if f_max is not None:
         edge = float(np.sqrt(4 / np.sqrt(3) * np.median(surface.areas)))
@@ -290,7 +293,7 @@ def held_matrices(mesh: HousingMesh, casting: Casting) -> tuple[sp.csr_matrix, s
 
 
 def seat_flexibility(housing: ReducedHousing) -> FloatArray:
-    """Return the static flexibility (3 n_bearing, 3 n_bearing) m/N of the seats: modes plus residual."""
-    shapes = housing.seat_shapes.reshape(len(housing.natural_frequency), 3 * len(housing.names))
+    """Return the static flexibility (motions · n_bearing, …) m/N of the seats: modes plus residual."""
+    shapes = housing.flat_shapes
     omega2 = (2 * np.pi * housing.natural_frequency) ** 2
     return np.asarray(shapes.T @ (shapes / omega2[:, None]) + housing.seat_residual.reshape(shapes.shape[1], -1))

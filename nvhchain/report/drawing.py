@@ -182,9 +182,7 @@ def _bearing_forces(forces: Mapping[str, BearingForces], orders: bool, quantity:
         for name, record in forces.items()
     }
     last = max(_last_line(of) for of in lines.values())
-    return plots.bearing_force_spectra(
-        {name: of.replace(frequency=of.frequency[:last], force=of.force[:last]) for name, of in lines.items()}
-    )
+    return plots.bearing_force_spectra({name: of.select(slice(last)) for name, of in lines.items()})
 
 
 def _titled(record: BearingForces, quantity: str) -> str:

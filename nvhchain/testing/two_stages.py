@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from math import cos, pi, radians, sin, tan
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from nvhchain.bearings import StiffnessMatrix
 from nvhchain.dynamics import Bearing, Cylinder, Gearbox, Mesh, RigidBody, Shaft, run_up
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing, Surface
@@ -115,6 +117,28 @@ def gearbox(damping: float = 2500.0, rotation: int = 1) -> Gearbox:
         for side, z in (("1", -0.105), ("2", 0.105))
     )
     return Gearbox(shafts, bearings, (Mesh("A", "B", 0.05), Mesh("B", "C", -0.03)), "A", "C", rotation)
+
+
+def moment_bearings(box: Gearbox, matrix: FloatArray | None = None) -> Gearbox:
+    """Return a gearbox on bearings of a stiffness matrix (5, 5), by default one that couples forces and moments."""
+    if matrix is None:
+        matrix = np.diag([1.63e8, 1.63e8, 5.05e7, 1e6, 1e6])
+        matrix[[0, 4], [4, 0]], matrix[[1, 3], [3, 1]] = 2e6, -2e6
+    model = StiffnessMatrix(tuple(map(tuple, matrix.tolist())))
+    return replace(box, bearings=tuple(replace(bearing, model=model) for bearing in box.bearings))
+
+
+def tilting(housing: ReducedHousing) -> ReducedHousing:
+    """Return a housing whose seats also tilt, in its modes and in a residual that couples the motions of each seat."""
+    rng, seats = np.random.default_rng(3), len(housing.names)
+    noise = rng.standard_normal((5, 5)) * np.array([1.0, 1.0, 1.0, 15.0, 15.0])[:, None]
+    tilts = 4.0 * rng.standard_normal((len(housing.natural_frequency), seats, 2))
+    changed: ReducedHousing = housing.replace(
+        seat_shapes=np.concatenate([housing.seat_shapes, tilts], axis=2),
+        seat_residual=np.einsum("sr,ij->sirj", np.eye(seats), 2e-10 * noise @ noise.T),
+        face_residual=np.zeros((seats, 5, housing.normal_shapes.shape[1])),
+    )
+    return changed
 
 
 def housing(box: Gearbox, modes: int = 30, damping: float = 0.02, residual: float = 1.0) -> ReducedHousing:

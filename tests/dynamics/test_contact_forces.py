@@ -14,6 +14,7 @@ from nvhchain.dynamics.time_loop.quasi_static import law_phases
 from nvhchain.dynamics.time_loop.simulation import advance, bearing_force, quasi_static_state, simulation
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.spectrum import amplitude_spectrum
+from nvhchain.testing.two_stages import moment_bearings, tilting
 
 SPEED = 2500 * 2 * pi / 60
 
@@ -87,6 +88,12 @@ def test_housing_motion_in_the_run_is_its_forced_response_under_the_bearing_forc
     coarse, fine = (_identity_error(gearbox, laws, housing, step) for step in (1e-5, 5e-6))
     assert coarse < 1e-4
     assert fine < max(coarse / 3.5, 1e-6)
+
+
+def test_housing_identity_holds_for_seats_that_tilt_under_moments(make_gearbox, make_laws, make_housing):
+    gearbox = moment_bearings(make_gearbox(damping=0.0))
+    housing = tilting(make_housing(gearbox, modes=15, damping=0.03))
+    assert _identity_error(gearbox, make_laws(True, True), housing, 1e-5) < 1e-4
 
 
 def test_housing_identity_holds_with_bearing_damping(make_gearbox, make_laws, make_housing):

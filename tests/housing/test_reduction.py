@@ -20,6 +20,7 @@ from nvhchain.housing.reduction import (
     check_bending_resolution,
     check_thin_walls,
     held_matrices,
+    reduce_mesh,
     seat_flexibility,
     with_errors,
 )
@@ -84,6 +85,34 @@ def test_static_seat_flexibility_is_that_of_the_full_model(full, reduced):
     with factorize(K) as factor:
         exact = factor.solve(load)[seats]
     assert np.abs(seat_flexibility(reduced) - exact).max() < 1e-8 * np.abs(exact).max()
+
+
+def test_forces_and_moments_at_the_seats_move_the_reduced_housing_as_the_full_one(
+    full, mesh, casting, surface, motion, reduced
+):
+    K, M, T, _ = full
+    tilting = reduce_mesh(replace(mesh, motions=5), casting, surface, motion, 2.0 * F_MAX)
+    seats = seat_unknowns(K.shape[0], len(casting.bores), 5)
+    load = np.zeros((K.shape[0], len(seats)))
+    load[seats, np.arange(len(seats))] = 1.0
+    with factorize(K) as factor:
+        exact = factor.solve(load)[seats]
+    size = np.sqrt(np.outer(exact.diagonal(), exact.diagonal()))
+    assert np.abs((seat_flexibility(tilting) - exact) / size).max() < 1e-7
+    rng = np.random.default_rng(8)
+    frequency = np.linspace(0.08, 1.0, 12) * F_MAX
+    force = rng.standard_normal((12, len(seats))) * np.tile([1.0, 1.0, 1.0, 0.05, 0.05], len(casting.bores)) + 0j
+    faces = rng.choice(np.flatnonzero(~mounting_plane_faces(reduced.surface)), 40, replace=False)
+    loss = 2 * casting.modal_damping
+    u = np.array([full_response(K, M, seats, *line, loss) for line in zip(force, frequency, strict=True)])
+    expected = ((motion @ T)[faces] @ u.T).T
+    found = face_displacement(tilting, frequency, force, structural=True)[:, faces]
+    assert np.linalg.norm(found - expected) < 0.01 * np.linalg.norm(expected)
+    pushed = np.delete(np.arange(len(seats)), [3, 4, 8, 9])
+    alone = face_displacement(reduced, frequency, force[:, pushed], structural=True)[:, faces]
+    assert np.linalg.norm(alone - expected) > 0.1 * np.linalg.norm(expected)
+    same = seat_flexibility(reduced)
+    assert np.abs(seat_flexibility(tilting.drop_tilts()) - same).max() < 1e-8 * same.max()
 
 
 def test_modes_of_the_reduced_housing_are_mass_normalised_modes_of_the_full_one(full, reduced):

@@ -25,11 +25,11 @@ def forces():
 
 
 def test_an_order_is_found_with_its_amplitude_and_the_phase_between_channels(forces):
-    found = order_forces(forces, 20.0, np.array([70.0, 100.0, 130.0]))
+    found = order_forces(forces, 20.0, np.array([70.0, 100.0, 130.0])).force
     assert np.abs(found[:, 0, 0]) == pytest.approx(3.0, rel=2e-3)
     assert found[:, 0, 0] / found[:, 0, 2] == pytest.approx(-2.0 * np.exp(0.4j), rel=2e-3)
     assert np.abs(found[:, 1:]).max() < 1e-12
-    assert np.abs(order_forces(forces, 28.0, np.array([100.0]))).max() < 5e-3
+    assert np.abs(order_forces(forces, 28.0, np.array([100.0])).force).max() < 5e-3
 
 
 def test_motion_is_the_response_to_that_force_at_its_frequency(forces):

@@ -29,6 +29,9 @@ from nvhchain.handoff import (
 )
 from nvhchain.kinds import checked
 
+_ALONG = "x", "y", "z", "a tilt about x", "a tilt about y"
+"""Motions of a bearing seat."""
+
 _DEPENDENT = 1e-10
 """Mean square velocity, relative to that of the shapes, below which a combination of shapes counts as zero."""
 
@@ -149,9 +152,10 @@ def loaded_bearings(housing: ReducedHousing, force_spectrum: ForceSpectrum) -> N
     """Return the bearings and axes that carry a force at any line.
 
     housing: housing whose bearings set the order.
-    Returns (n_bearing, 3) of bool: True for each loaded axis of each bearing.
+    Returns (n_bearing, motions) of bool: True for each loaded axis of each bearing.
     """
-    return np.asarray(force_spectrum.sort_bearings(housing.names).any(axis=0).reshape(-1, 3))
+    force = force_spectrum.sort_bearings(housing.names, housing.motions)
+    return np.asarray(force.any(axis=0).reshape(-1, housing.motions))
 
 
 def _check_seats(resistance: RadiationResistance, housing: ReducedHousing, velocity: ComplexArray) -> None:
@@ -161,9 +165,9 @@ def _check_seats(resistance: RadiationResistance, housing: ReducedHousing, veloc
     missing = np.flatnonzero(velocity.any(axis=0) & moves & ~known) - len(housing.natural_frequency)
     require(
         len(missing) == 0,
-        f"bearing {housing.names[missing[0] // 3] if len(missing) else ''} carries a force along "
-        f"{'xyz'[missing[0] % 3] if len(missing) else ''} that the radiation resistance leaves out: make it for this "
-        "load (`loaded_seats`)",
+        f"bearing {housing.names[missing[0] // housing.motions] if len(missing) else ''} carries a force along "
+        f"{_ALONG[missing[0] % housing.motions] if len(missing) else ''} that the radiation resistance leaves out: "
+        "make it for this load (`loaded_seats`)",
     )
 
 
@@ -185,7 +189,7 @@ def modal_efficiency(
 
 def _modal_velocity(housing: ReducedHousing, force_spectrum: ForceSpectrum) -> tuple[FloatArray, ComplexArray]:
     """Return the lines (n_f,) Hz that carry force, and the velocities (n_f, n_column) of modes and residual motions."""
-    force = force_spectrum.sort_bearings(housing.names)
+    force = force_spectrum.sort_bearings(housing.names, housing.motions)
     loaded = loaded_lines(force)
     frequency = force_spectrum.frequency[loaded]
     rate, motion = modal_motion(housing, frequency, force[loaded])
@@ -193,7 +197,7 @@ def _modal_velocity(housing: ReducedHousing, force_spectrum: ForceSpectrum) -> t
 
 
 def loaded_lines(force: ComplexArray) -> IntArray:
-    """Return the lines at which forces (n_f, 3 n_bearing) are not zero; one silent line if there are none."""
+    """Return the lines at which forces (n_f, motions · n_bearing) are not zero; one silent line if there are none."""
     loaded = np.flatnonzero(force.any(axis=1))
     return loaded if loaded.size else np.array([0])
 
@@ -201,10 +205,9 @@ def loaded_lines(force: ComplexArray) -> IntArray:
 def modal_motion(
     housing: ReducedHousing, frequency: FloatArray, force: ComplexArray
 ) -> tuple[ComplexArray, ComplexArray]:
-    """Return rates of forces (n_f, 3 n_bearing) N/s and velocities (n_f, n_mode) of the modes under them."""
+    """Return rates of forces (n_f, motions · n_bearing) N/s and velocities (n_f, n_mode) of the modes under them."""
     rate = 2j * np.pi * frequency[:, None] * force
-    seats = housing.seat_shapes.reshape(len(housing.natural_frequency), 3 * len(housing.names))
-    return rate, (rate @ seats.T) * housing.receptance(frequency)
+    return rate, (rate @ housing.flat_shapes.T) * housing.receptance(frequency)
 
 
 @checked

@@ -83,8 +83,8 @@ def modal_transfer_vectors(
     _check_surface(atv, housing)
     lines = frequency_lines(frequency)
     check_lines(atv.frequency, lines)
-    modes, bearings = len(housing.natural_frequency), len(housing.names)
-    shapes = np.concatenate([housing.normal_shapes, housing.face_residual.reshape(3 * bearings, -1)])
+    modes, seats = len(housing.natural_frequency), (len(housing.names), housing.motions)
+    shapes = np.concatenate([housing.normal_shapes, housing.flat_residual])
     smooth = interpolant(atv, fidelity)
     told = interpolation_accuracy(smooth, atv, lines, fidelity)
     product = products(smooth, shapes.T, lines, len(atv.points), progress)
@@ -92,7 +92,7 @@ def modal_transfer_vectors(
         lines,
         atv.points,
         product[:, :, :modes],
-        housing.residual_gain() * product[:, :, modes:].reshape(len(lines), len(atv.points), bearings, 3),
+        housing.residual_gain() * product[:, :, modes:].reshape(len(lines), len(atv.points), *seats),
         housing.names,
         housing.content_hash,
         atv.air,
@@ -126,7 +126,7 @@ def noise_transfer_functions(modal: ModalTransferVectors, housing: ReducedHousin
     rate = 2j * np.pi * modal.frequency[:, None, None]
     weighted = modal.modes * housing.receptance(modal.frequency)[:, None, :]
     flat = weighted.reshape(weighted.shape[0] * weighted.shape[1], weighted.shape[2])
-    seats = housing.seat_shapes.reshape(flat.shape[1], 3 * len(housing.names))
+    seats = housing.flat_shapes
     compliant = (flat.real @ seats + 1j * (flat.imag @ seats)).reshape(*weighted.shape[:2], seats.shape[1])
     functions = rate * (compliant + modal.residual.reshape(compliant.shape))
     return NoiseTransferFunctions(
@@ -169,7 +169,7 @@ def modal_pressure(
     motion that cancel each other, as it has the velocities of the faces.
     """
     _check_housing(modal, housing)
-    force, loaded, rows = _loaded(force_spectrum, modal.names, modal.frequency)
+    force, loaded, rows = _loaded(force_spectrum, modal.names, housing.motions, modal.frequency)
     rate, velocity = modal_motion(housing, force_spectrum.frequency[loaded], force)
     residual = modal.residual.reshape(*modal.residual.shape[:2], -1)
     pressure = _products(modal.modes, velocity, rows) + _products(residual, rate, rows)
@@ -184,7 +184,8 @@ def transfer_pressure(functions: NoiseTransferFunctions, force_spectrum: ForceSp
     force_spectrum: bearing forces (N). Lines that carry force must be lines of `functions`.
     Returns pressure (Pa) at the lines that carry force.
     """
-    force, loaded, rows = _loaded(force_spectrum, functions.names, functions.frequency)
+    motions = functions.functions.shape[3]
+    force, loaded, rows = _loaded(force_spectrum, functions.names, motions, functions.frequency)
     values = functions.functions.reshape(*functions.functions.shape[:2], -1)
     return _field(functions, force_spectrum, loaded, _products(values, force, rows), "transfer_pressure")
 
@@ -195,10 +196,10 @@ def _products(operator: ComplexArray, load: ComplexArray, rows: IntArray | slice
 
 
 def _loaded(
-    spectrum: ForceSpectrum, names: tuple[str, ...], lines: FloatArray
+    spectrum: ForceSpectrum, names: tuple[str, ...], motions: int, lines: FloatArray
 ) -> tuple[ComplexArray, IntArray, IntArray | slice]:
-    """Return the force (n, 3 n_bearing) N at lines that carry any, these lines, and their rows in the operator."""
-    force = spectrum.sort_bearings(names)
+    """Return the force (n, …) at lines that carry any, these lines, and their rows in the operator."""
+    force = spectrum.sort_bearings(names, motions)
     loaded = loaded_lines(force)
     wanted = spectrum.frequency[loaded]
     rows = np.clip(np.searchsorted(lines, wanted), 1, max(1, len(lines) - 1))

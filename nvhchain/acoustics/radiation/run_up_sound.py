@@ -89,7 +89,7 @@ def run_up_pressure(
     makes no sound.
     """
     rate = bearing_forces.sample_rate
-    force = bearing_forces.sort_bearings(functions.names)
+    force = bearing_forces.sort_bearings(functions.names, functions.functions.shape[3])
     force = np.ascontiguousarray((force - force[0]).T)
     samples, bins = _record(functions.frequency, rate)
     delay = _delays(functions, bearing_forces, rate)

@@ -62,16 +62,17 @@ class SurfaceShapes:
 def housing_shapes(housing: ReducedHousing, loaded: ArrayLike | None = None) -> SurfaceShapes:
     """Return the shapes of a housing: normal shapes of its modes, then residual motion of every bearing and axis.
 
-    loaded (n_bearing, 3) of bool: bearings and axes that carry a force (`loaded_bearings`); by default all. The other
-    columns are zero and cost nothing; `modal_power` refuses forces there.
+    loaded (n_bearing, motions) of bool: bearings and axes that carry a force (`loaded_bearings`); by default all. The
+    other columns are zero and cost nothing; `modal_power` refuses forces there.
     Returns modes in kg^-½, residual motions in m/N.
     """
     residual = housing.face_residual.reshape(-1, housing.normal_shapes.shape[1])
     if loaded is not None:
         carries = np.asarray(loaded, dtype=bool)
         require(
-            carries.shape == (len(housing.names), 3),
-            f"loaded has shape {carries.shape}, but ({len(housing.names)}, 3) is needed: one per bearing and axis",
+            carries.shape == (len(housing.names), housing.motions),
+            f"loaded has shape {carries.shape}, but ({len(housing.names)}, {housing.motions}) is needed: one per "
+            "bearing and axis",
         )
         residual = np.where(carries.reshape(-1, 1), residual, 0.0)
     shapes = np.concatenate([housing.normal_shapes, residual]).T

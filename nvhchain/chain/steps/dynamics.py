@@ -116,7 +116,8 @@ def reduced_housing(run: Run) -> ReducedHousing:
     case, knobs = run.gearbox, run.fidelity.housing
     size = acoustics.required_element_size(case.band.high, case.air, run.fidelity.acoustics)
     contents = case.housing.read(case, size)
-    inputs = (case.housing, case.band.high, size, *contents)
+    tilting = (case.seat_motions,) if case.seat_motions > 3 else ()
+    inputs = (case.housing, case.band.high, size, *contents, *tilting)
     made: ReducedHousing = run.cached(
         HOUSING, inputs, lambda progress: case.housing.reduce(case, contents, size, knobs, progress)
     )

@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import eigh, null_space
 
-from nvhchain.dynamics.model.bearing_series import BearingSeries, bearing_series
+from nvhchain.dynamics.model.bearing_series import BearingSeries, bearing_series, motions_of
 from nvhchain.dynamics.model.gear_bodies import relieved, with_bodies
 from nvhchain.dynamics.model.gearbox import Gearbox
 from nvhchain.dynamics.model.mesh_rows import all_wrenches, error_wrenches, tilt_wrenches
@@ -59,8 +59,8 @@ class Assembly:
     mesh_error : (n_mesh, n) transmission error of each mesh (m; `error_wrenches`).
     torques : (n_rotor, n) rotation of each shaft where its torques enter, and of each loose gear, along its running
         direction.
-    bearing_stiffness, bearing_damping : (3 n_bearing, n) with bearing force on the housing = stiffness x + damping ẋ,
-        and a constant (`with_preload`).
+    bearing_stiffness, bearing_damping : (motions · n_bearing, n) with the force and the moment of a bearing on the
+        housing = stiffness x + damping ẋ, and a constant (`wrenches`).
     bearings : series of bearings and seats.
     bearing_map : (n_bearing motions, n) displacement of the shafts against the seats.
     own_stiffness : (n_lateral,) stiffness of the unknowns without bearings.
@@ -68,8 +68,8 @@ class Assembly:
     link_map : (n_link motions, n) displacement of their inner shafts against the outer ones.
     elastic_shaft : (n_elastic,) index of the shaft of each elastic motion.
     sections : cross-sections of the shafts.
-    seat_shapes : (3 n_bearing, n_mode) mode shapes at the seats, in the order of the bearings.
-    seat_residual : (3 n_bearing, 3 n_bearing) residual flexibility of the seats.
+    seat_shapes : (motions · n_bearing, n_mode) mode shapes at the seats, in the order of the bearings.
+    seat_residual : (motions · n_bearing, motions · n_bearing) residual flexibility of the seats.
     inertia : (n_rotor,) inertia about z (kg m²).
     free : (n_rotor, n_torsion) spins per unit τ, of unit kinetic energy and orthogonal to the common spin of the
         train.
@@ -137,11 +137,13 @@ class Assembly:
             load = load if series.preload is None else load - motion.T @ series.preload
         return load
 
-    def with_preload(self, force: FloatArray) -> FloatArray:
-        """Return bearing forces (…, 3 n_bearing) on the housing with their constant part (N)."""
-        if self.bearings.preload is None:
-            return force
-        return np.asarray(force + self.bearings.preload[self.bearings.translations])
+    def wrenches(self, force: FloatArray) -> FloatArray:
+        """Return forces and moments (n, n_bearing, motions) on the housing with their constant part (N, N m).
+
+        force : (n, motions · n_bearing) without it.
+        """
+        constant = 0.0 if self.bearings.preload is None else self.bearings.preload
+        return np.asarray((force + constant).reshape(len(force), -1, self.bearings.motions))
 
     def set_speed(self, input_speed: float) -> Assembly:
         """Return the assembly with the gyroscopic terms of another input speed (rad/s)."""
@@ -229,7 +231,8 @@ def assemble(
     loose = [(i, gear, gearbox.shaft_index(gear.name)) for i, gear in enumerate(gearbox.loose_gears, start=n_shaft)]
     spun = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
     twists += [Wrench(at, gear.body.z, kinematics.rotation[i] * spun, i) for i, gear, at in loose]
-    links = bearing_series(gearbox.shaft_bearings, np.zeros((3 * len(gearbox.shaft_bearings),) * 2))
+    pairs = gearbox.shaft_bearings
+    links = bearing_series(pairs, np.zeros((motions_of(pairs) * len(pairs),) * 2))
     between = [
         [
             Wrench(gearbox.shaft_index(bearing.shaft), bearing.z, push),
@@ -248,8 +251,8 @@ def assemble(
     )
     modes = slice(5 * n_shaft, 5 * n_shaft + n_mode)
     bearing_map = np.array([shafts.rows([wrench])[0] for wrench in seats])
-    bearing_map[series.translations, modes] = -shapes
-    k_eff, c_eff, forces = series.stiffness, series.damping, series.translations
+    bearing_map[:, modes] = -shapes
+    k_eff, c_eff = series.stiffness, series.damping
 
     mass, own_stiffness, own_damping = _uncoupled_matrices(gearbox, shafts, modal_stiffness, modal_damping)
     link_map = np.array([shafts.rows(ends)[0] for ends in between]).reshape(-1, len(mass))
@@ -311,8 +314,8 @@ def assemble(
             ]
         ),
         torques=contact_rows([[twist] for twist in twists]),
-        bearing_stiffness=widened((k_eff @ bearing_map)[forces]),
-        bearing_damping=widened((c_eff @ bearing_map)[forces]),
+        bearing_stiffness=widened(k_eff @ bearing_map),
+        bearing_damping=widened(c_eff @ bearing_map),
         seat_shapes=shapes,
         seat_residual=residual,
         inertia=inertia,
@@ -341,8 +344,12 @@ def _laden(gearbox: Gearbox, shaft: Shaft) -> Shaft:
 
 
 def _housing_matrices(gearbox: Gearbox, housing: ReducedHousing | None) -> tuple[FloatArray, ...]:
-    """Return seat shapes (3 n_bearing, n_mode) and residual (3 n_bearing, 3 n_bearing), modal stiffness and damping."""
-    size = 3 * len(gearbox.bearings)
+    """Return seat shapes (m, n_mode) and residual (m, m), modal stiffness and damping; m = motions · n_bearing.
+
+    Seats of a housing without tilts do not tilt.
+    """
+    count, motions = len(gearbox.bearings), motions_of(gearbox.bearings)
+    size = motions * count
     if housing is None:
         return np.zeros((size, 0)), np.zeros((size, size)), np.zeros(0), np.zeros(0)
     seats, n_mode = _seats(gearbox.bearings, gearbox, housing), len(housing.natural_frequency)
@@ -350,11 +357,15 @@ def _housing_matrices(gearbox: Gearbox, housing: ReducedHousing | None) -> tuple
         n_mode == 0 or housing.natural_frequency[0] > 0,
         "the housing has a rigid-body mode (0 Hz): fix it at its bolts before it goes into the gearbox",
     )
-    residual = housing.seat_residual[seats][:, :, seats].reshape(size, -1)
+    known = min(motions, housing.motions)
+    shapes, residual = np.zeros((n_mode, count, motions)), np.zeros((count, motions, count, motions))
+    shapes[:, :, :known] = housing.seat_shapes[:, seats, :known]
+    residual[:, :known, :, :known] = housing.seat_residual[seats][:, :known, seats, :known]
+    flexible = residual.reshape(size, size)
     omega = 2.0 * np.pi * housing.natural_frequency
     return (
-        housing.seat_shapes[:, seats].reshape(n_mode, size).T,
-        0.5 * (residual + residual.T),
+        shapes.reshape(n_mode, size).T,
+        0.5 * (flexible + flexible.T),
         omega**2,
         2.0 * housing.modal_damping * omega,
     )

@@ -25,7 +25,7 @@ class BearingSeries:
     preload : (m,) force and moment on the seats without displacement of shafts and housing modes (N, N m); None for
         bearings through the origin.
     translations : (3 n_bearing,) rows of the translations.
-    residual : (m, m) residual flexibility of the seats; their tilts are rigid.
+    residual : (m, m) residual flexibility of the seats.
     """
 
     motions: int
@@ -36,15 +36,22 @@ class BearingSeries:
     residual: FloatArray
 
 
+def motions_of(bearings: Sequence[Bearing]) -> int:
+    """Return the motions of a bearing: 3 translations, or 5 with the tilts about x and y where one has a model."""
+    return 3 if all(bearing.model is None for bearing in bearings) else 5
+
+
 def bearing_series(bearings: Sequence[Bearing], residual: FloatArray) -> BearingSeries:
-    """Return the series of linear bearings and the residual flexibility (3 n_bearing, 3 n_bearing) of their seats.
+    """Return the series of linear bearings and the residual flexibility of their seats.
+
+    residual : (m, m) with the motions of `motions_of`.
 
     Without models the stiffness is (K_b⁻¹ + R)⁻¹. With T = (I + K_b R)⁻¹, which needs no inverse of K_b, it is
     T K_b. The damping is T C_b Tᵀ. A bearing with the force f₀ at the displacement u₀ has the preload T (f₀ − K_b u₀).
 
     Raises InputError if the stiffness of a bearing depends on its load, or if the residual makes a series unstable.
     """
-    if all(bearing.model is None for bearing in bearings):
+    if motions_of(bearings) == 3:
         k_b = np.array([k for b in bearings for k in (b.radial_stiffness, b.radial_stiffness, b.axial_stiffness)])
         c_b = np.array([c for b in bearings for c in (b.damping[0], *b.damping)])
         k_eff = np.linalg.inv(np.diag(1.0 / k_b) + residual)
@@ -55,8 +62,6 @@ def bearing_series(bearings: Sequence[Bearing], residual: FloatArray) -> Bearing
     size = 5 * len(bearings)
     translations = (5 * np.arange(len(bearings))[:, None] + np.arange(3)).ravel()
     k_b, c_b, apart = np.zeros((size, size)), np.zeros((size, size)), np.zeros(size)
-    flexible = np.zeros((size, size))
-    flexible[np.ix_(translations, translations)] = residual
     for i, bearing in enumerate(bearings):
         at = slice(5 * i, 5 * i + 5)
         if not bearing.linear:
@@ -69,13 +74,13 @@ def bearing_series(bearings: Sequence[Bearing], residual: FloatArray) -> Bearing
             apart[at] = force
         own = [bearing.radial_damping, bearing.radial_damping, bearing.axial_damping, 0.0, 0.0]
         c_b[at, at] = np.diag(own) + bearing.damping_time * k_b[at, at]
-    turned = np.linalg.inv(np.eye(size) + k_b @ flexible)
+    turned = np.linalg.inv(np.eye(size) + k_b @ residual)
     k_eff = turned @ k_b
     k_eff = 0.5 * (k_eff + k_eff.T)
     lowest, *_, highest = np.linalg.eigvalsh(k_eff)
     _check_stable(lowest >= -1e-9 * highest)
     return BearingSeries(
-        5, k_eff, turned @ c_b @ turned.T, turned @ apart if apart.any() else None, translations, flexible
+        5, k_eff, turned @ c_b @ turned.T, turned @ apart if apart.any() else None, translations, residual
     )
 
 

@@ -43,7 +43,7 @@ def flank_transfer(
     frequency (n_f,): frequencies (Hz).
     input_torque: mean torque along the input's rotation (N m).
     input_speed: speed of the input (rad/s), for gyroscopic terms if `gearbox.gyroscopic`.
-    Returns (n_f, 3 n_bearing, n_mesh) complex array: transfer functions (N/N).
+    Returns (n_f, motions · n_bearing, n_mesh) complex array: transfer functions (N/N).
 
     Meshes are springs of the mean slope of their laws.
     """

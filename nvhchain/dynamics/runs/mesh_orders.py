@@ -126,6 +126,7 @@ def _angle_rows(gearbox: Gearbox, mesh_laws: Sequence[MeshLaw], nominal: FloatAr
 def _response(assembly: Assembly, modes: ModalForm, push: ComplexArray, frequency: FloatArray) -> ComplexArray:
     """Return the bearing forces (n_f, 3 n_bearing) under generalised forces (n_f, n) at frequencies (n_f,) in Hz."""
     out = assembly.bearing_stiffness @ modes.displacement + assembly.bearing_damping @ modes.velocity
+    out = out[assembly.bearings.translations]
     turning = 2j * np.pi * frequency[:, None]
     # Re(out z) is half of the sum over z and its conjugate
     here = (push @ modes.input.T) / (turning - modes.eigenvalue) @ out.T

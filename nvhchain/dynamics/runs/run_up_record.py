@@ -16,6 +16,7 @@ from nvhchain.dynamics.runs.speed_ramp import RunUp, prepare, samples, start
 from nvhchain.errors import ResourceError
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing
+from nvhchain.handoff.forces import force_and_moment
 from nvhchain.kinds import checked
 from nvhchain.runtime.memory import free_memory
 from nvhchain.runtime.threads import one_blas_thread
@@ -25,13 +26,13 @@ from nvhchain.runtime.threads import one_blas_thread
 class Sampled:
     """Samples that become a hand-off.
 
-    force : (n, n_bearing, 3) bearing forces (N).
+    wrench : (n, n_bearing, motions) forces and moments on the housing (N, N m).
     drive, back : (n, n_mesh) deflections of drive flanks and of back flanks (m).
     error : (n, n_mesh) transmission errors (m).
     lag : (n,) lag of the output (rad).
     """
 
-    force: FloatArray
+    wrench: FloatArray
     drive: FloatArray
     back: FloatArray
     error: FloatArray
@@ -42,12 +43,18 @@ class Sampled:
         """Return space for `count` samples, not filled yet."""
         box = run.model.assembly.gearbox
         drive, back, error = (np.empty((count, len(box.meshes))) for _ in range(3))
-        return cls(np.empty((count, len(box.bearings), 3)), drive, back, error, np.empty(count))
+        return cls(
+            np.empty((count, len(box.bearings), run.model.assembly.bearings.motions)),
+            drive,
+            back,
+            error,
+            np.empty(count),
+        )
 
     def fill(self, first: int, piece: FloatArray) -> None:
         """Copy outputs (n, n_out) of a `Decimator` to the samples from `first` on."""
         column = 0
-        for part in (self.force, self.drive, self.back, self.error, self.lag):
+        for part in (self.wrench, self.drive, self.back, self.error, self.lag):
             rows = part[first : first + len(piece)]
             width = rows[0].size
             rows[:] = piece[:, column : column + width].reshape(rows.shape)
@@ -63,14 +70,12 @@ def record(
     """
     gearbox = run.model.assembly.gearbox
     time = np.arange(first, first + len(sampled.lag), dtype=float) * run.sample_time
-    sampled.force[:] = run.model.assembly.with_preload(sampled.force.reshape(len(time), -1)).reshape(
-        sampled.force.shape
-    )
-    for part in (sampled.force, sampled.drive, sampled.error, sampled.lag):
+    sampled.wrench[:] = run.model.assembly.wrenches(sampled.wrench.reshape(len(time), -1))
+    for part in (sampled.wrench, sampled.drive, sampled.error, sampled.lag):
         part.flags.writeable = False
     made = BearingForces(
         time=time,
-        force=sampled.force,
+        **force_and_moment(sampled.wrench),
         names=tuple(bearing.name for bearing in gearbox.bearings),
         positions=np.array(gearbox.bearing_positions),
         input_speed=run.ramp.speed(time),

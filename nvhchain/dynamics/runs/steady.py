@@ -14,6 +14,7 @@ import numpy as np
 from scipy.fft import next_fast_len
 
 from nvhchain.conventions import Progress
+from nvhchain.dynamics.model.bearing_series import motions_of
 from nvhchain.dynamics.model.fluctuation import Drive, Fluctuation
 from nvhchain.dynamics.model.gearbox import Gearbox
 from nvhchain.dynamics.model.rigid_train import input_inertia
@@ -33,6 +34,7 @@ from nvhchain.dynamics.time_loop.simulation import (
 from nvhchain.errors import ResourceError, SolverError, require
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import BearingForces, FloatArray, IntArray, MeshLaw, ReducedHousing
+from nvhchain.handoff.forces import force_and_moment
 from nvhchain.kinds import checked
 from nvhchain.runtime.memory import free_memory
 from nvhchain.runtime.threads import one_blas_thread
@@ -96,7 +98,7 @@ def bearing_forces(
     check_step(gearbox, mesh_laws, kinematics, input_speed, f_max, fidelity)
     period = float(common) * 2.0 * pi / input_speed
     periods = max(1, ceil(duration / period * (1.0 - 1e-9)))
-    n_out = 3 * len(gearbox.bearings) + 3 * len(gearbox.meshes) + 1
+    n_out = motions_of(gearbox.bearings) * len(gearbox.bearings) + 3 * len(gearbox.meshes) + 1
     _check_memory(period / fidelity.time_step, n_out, periods, period)
     n_step = next_fast_len(ceil(period / fidelity.time_step), real=True)
 
@@ -134,7 +136,7 @@ def bearing_forces(
     drive, back = meshes[:, :n_mesh], meshes[:, n_mesh : 2 * n_mesh]
     made = BearingForces(
         time=np.arange(len(record), dtype=float) * model.step.step,
-        force=model.assembly.with_preload(record).reshape(len(record), -1, 3),
+        **force_and_moment(model.assembly.wrenches(record)),
         names=tuple(bearing.name for bearing in gearbox.bearings),
         positions=np.array(gearbox.bearing_positions),
         input_speed=np.full(len(record), input_speed),

@@ -101,8 +101,8 @@ def equilibrium(
 
     The torques fix the mesh forces, which act at mid-width, spread evenly over the points of meshes that tilt. Unknowns
     are shafts (rigid, or flexible with the gearbox's option) and housing modes. The seats' residual flexibility is in
-    series with the bearings. Seats do not tilt. The energy is convex, and Newton's method minimises it from the
-    unloaded position (`nvhchain.bearings.newton`).
+    series with the bearings. Seats of a reduced housing with five motions tilt. The energy is convex, and Newton's
+    method minimises it from the unloaded position (`nvhchain.bearings.newton`).
     """
     supports, n_seat = gearbox.supports, len(gearbox.bearings)
     made = [usual_stiffness(bearing) for bearing in supports]

@@ -110,7 +110,8 @@ def static_state(assembly: Assembly, table: LawTable, torque: FloatArray, phases
     )
     if wedged or len(points) > len(force):
         position = _settled(assembly, [(grids[e], rows[e]) for e in points], points, load, position)
-    return StaticState(position, force, assembly.with_preload(assembly.bearing_stiffness @ position).reshape(-1, 3))
+    carried = assembly.wrenches((assembly.bearing_stiffness @ position)[None])[0]
+    return StaticState(position, force, carried[:, :3])
 
 
 def _settled(

@@ -72,7 +72,7 @@ def modal_contributions(
         f"the load has {counted(len(lines), 'line')}, the modal transfer vectors {len(modal.frequency)}: "
         "make them at its lines",
     )
-    force = force_spectrum.sort_bearings(housing.names)
+    force = force_spectrum.sort_bearings(housing.names, housing.motions)
     rate = 2j * np.pi * lines[:, None]
     modes = modal.modes * (rate * modal_displacement(housing, lines, force))[:, None, :]
     residual = modal.residual.reshape(*modal.residual.shape[:2], -1)

@@ -37,6 +37,7 @@ class HousingMesh:
     seats : node numbers of each bore.
     bolts : node numbers of each bolt.
     skin : (k, 6) outward faces in contact with the outside air.
+    motions : 3 for seats that take forces, 5 for those that take moments about x and y, too.
     """
 
     nodes: FloatArray
@@ -44,6 +45,7 @@ class HousingMesh:
     seats: tuple[IntArray, ...]
     bolts: tuple[IntArray, ...]
     skin: IntArray
+    motions: int = 3
 
 
 def mesh_casting(casting: Casting, fidelity: HousingFidelity) -> HousingMesh:

@@ -82,10 +82,12 @@ def reduce_model(
     K, M, T = constrained(model)
     tell(3, _STEPS)
     to_faces, to_flux = (sp.csr_matrix(skin.restrict(operator) @ T) for operator in (motion, flux))
-    count, ratio = len(seats), longest_for_their_wall(model, skin, wall_thickness(skin)) if meshed else None
+    ratio = longest_for_their_wall(model, skin, wall_thickness(skin)) if meshed else None
+    count, motions = len(seats), max(seat.motions for seat in seats)
+    square = (count, motions, count, motions)
 
     def reduce_to(f_top: float) -> ReducedHousing:
-        modes, wrong = seat_modes(K, M, count, f_top), None
+        modes, wrong = seat_modes(K, M, count, f_top, motions), None
         if meshed:
             wrong = _frequency_errors(model, T @ modes.shapes, modes.frequency)
             modes, wrong = with_errors(modes, wrong, corrected=fidelity.corrected_frequencies, ratio=ratio)
@@ -93,16 +95,14 @@ def reduce_model(
         reduced = ReducedHousing(
             natural_frequency=modes.frequency,
             modal_damping=damping_of_modes(modal_damping, modes.frequency),
-            seat_shapes=modes.shapes[modes.seats].T.reshape(-1, count, 3),
+            seat_shapes=modes.shapes[modes.seats].T.reshape(-1, count, motions),
             normal_shapes=(to_faces @ modes.shapes).T,
-            seat_residual=modes.residual[modes.seats].reshape(count, 3, count, 3),
-            face_residual=(to_faces @ modes.residual).T.reshape(count, 3, -1),
+            seat_residual=modes.residual[modes.seats].reshape(square),
+            face_residual=(to_faces @ modes.residual).T.reshape(count, motions, -1),
             names=tuple(seat.name for seat in seats),
             positions=np.array([seat.reference for seat in seats]),
             surface=envelope.surface,
-            accuracy=HousingAccuracy(
-                frequency_error=wrong, residual_mass=modes.residual_mass.reshape(count, 3, count, 3)
-            ),
+            accuracy=HousingAccuracy(frequency_error=wrong, residual_mass=modes.residual_mass.reshape(square)),
         )
         errors = stated_mapping_errors(reduced, places, to_flux @ modes.shapes, to_flux @ modes.residual, f_max)
         return reduced.replace(accuracy=reduced.accuracy | errors)

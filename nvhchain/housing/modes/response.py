@@ -46,8 +46,8 @@ def respond(
 
 
 def aligned_force(housing: ReducedHousing, spectrum: ForceSpectrum) -> ComplexArray:
-    """Return forces (n_f, 3 n_bearing) N in the order of the housing's seats."""
-    return spectrum.sort_bearings(housing.names)
+    """Return forces (n_f, motions · n_bearing) in the order of the housing's seats (N, N m)."""
+    return spectrum.sort_bearings(housing.names, housing.motions)
 
 
 def modal_displacement(
@@ -58,11 +58,11 @@ def modal_displacement(
     structural: bool | None = None,
     damping: DampingCurve | None = None,
 ) -> ComplexArray:
-    """Return modal coordinates (n_f, n_mode) kg^½ m under seat forces (n_f, 3 n_bearing) N at `frequency` (n_f,) Hz.
+    """Return modal coordinates (n_f, n_mode) kg^½ m under seat forces (n_f, motions · n_bearing) at lines (n_f,) Hz.
 
     structural, damping : as in `respond`.
     """
-    shapes = housing.seat_shapes.reshape(len(housing.natural_frequency), 3 * len(housing.names))
+    shapes = housing.flat_shapes
     return np.asarray(times_real(force, shapes.T) * _receptance(housing, frequency, structural, damping))
 
 
@@ -88,14 +88,14 @@ def _coordinates(
     structural: bool | None,
     damping: DampingCurve | None,
 ) -> ComplexArray:
-    """Return modal coordinates, then forces on the residual: factors (n_f, n_mode + 3 n_bearing) of `_shapes`."""
+    """Return modal coordinates, then forces on the residual: factors (n_f, n_mode + m) of `_shapes`."""
     q = modal_displacement(housing, frequency, force, structural=structural, damping=damping)
     return np.hstack([q, force / _residual_loss(housing, frequency, structural, damping)])
 
 
 def _shapes(housing: ReducedHousing) -> FloatArray:
-    """Return outward shapes (n_mode + 3 n_bearing, n_face) of modes, kg^-½, and residual flexibility, m/N."""
-    return np.vstack([housing.normal_shapes, housing.face_residual.reshape(3 * len(housing.names), -1)])
+    """Return outward shapes (n_mode + motions · n_bearing, n_face) of modes, kg^-½, and residual flexibility, m/N."""
+    return np.vstack([housing.normal_shapes, housing.flat_residual])
 
 
 def seat_displacement(
@@ -106,12 +106,12 @@ def seat_displacement(
     structural: bool | None = None,
     damping: DampingCurve | None = None,
 ) -> ComplexArray:
-    """Return the displacement (n_f, 3 n_bearing) m of the seats: modal sum plus residual.
+    """Return the displacement (n_f, motions · n_bearing) m of the seats: modal sum plus residual.
 
     structural, damping : as in `respond`.
     """
     q = modal_displacement(housing, frequency, force, structural=structural, damping=damping)
-    shapes = housing.seat_shapes.reshape(len(housing.natural_frequency), 3 * len(housing.names))
+    shapes = housing.flat_shapes
     residual = housing.seat_residual.reshape(force.shape[1], -1)
     return times_real(q, shapes) + times_real(force / _residual_loss(housing, frequency, structural, damping), residual)
 

@@ -27,9 +27,9 @@ class SeatModes:
     ----------
     frequency : (m,) natural frequencies (Hz), 0 for rigid modes.
     shapes : (n, m) mode shapes (kg^-½).
-    residual : (n, 3 n_seat) residual flexibility (m/N).
-    residual_mass : (3 n_seat, 3 n_seat) residualᵀ M residual (kg m²/N²).
-    seats : (3 n_seat,) unknowns of the seats.
+    residual : (n, motions · n_seat) residual flexibility (m/N).
+    residual_mass : (motions · n_seat, …) residualᵀ M residual (kg m²/N²).
+    seats : (motions · n_seat,) unknowns of the seats.
     """
 
     frequency: FloatArray
@@ -39,14 +39,15 @@ class SeatModes:
     seats: IntArray
 
 
-def seat_modes(K: sp.csr_matrix, M: sp.csr_matrix, count: int, f_top: float) -> SeatModes:
+def seat_modes(K: sp.csr_matrix, M: sp.csr_matrix, count: int, f_top: float, motions: int = 3) -> SeatModes:
     """Return normal modes up to f_top (Hz), rigid ones included, and the residual of unit forces at the `count` seats.
 
     K, M : (n, n) with the six unknowns of every seat at the end (`rigid_map`).
+    motions : 3 for forces at the seats, 5 for forces and moments about x and y.
 
     Raises SolverError if a mode does not converge.
     """
-    seats = seat_unknowns(K.shape[0], count)
+    seats = seat_unknowns(K.shape[0], count, motions)
     load = np.zeros((K.shape[0], len(seats)))
     load[seats, np.arange(len(seats))] = 1.0
     frequency, shapes, residual = modes_and_residual(K, M, f_top, load)
@@ -55,7 +56,7 @@ def seat_modes(K: sp.csr_matrix, M: sp.csr_matrix, count: int, f_top: float) -> 
     return SeatModes(frequency, shapes, residual, residual.T @ (M @ residual), seats)
 
 
-def seat_unknowns(unknowns: int, seats: int) -> IntArray:
-    """Return the numbers (3 · seats,) of the seat translations; six unknowns of each reference point come last."""
+def seat_unknowns(unknowns: int, seats: int, motions: int = 3) -> IntArray:
+    """Return the numbers (motions · seats,) of the seats' motions; six unknowns of each reference point come last."""
     first = unknowns - 6 * np.arange(seats, 0, -1)
-    return np.asarray((first[:, None] + np.arange(3)).ravel(), dtype=np.int64)
+    return np.asarray((first[:, None] + np.arange(motions)).ravel(), dtype=np.int64)

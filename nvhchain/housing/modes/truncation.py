@@ -145,10 +145,9 @@ def fewest_modes(housing: ReducedHousing, f_max: float, tolerance_db: float) -> 
 
 def exclude_modes(housing: ReducedHousing, keep: int) -> ReducedHousing:
     """Return the housing with the lowest `keep` modes; the static share of the others moves to the residual."""
-    count = 3 * len(housing.names)
     omega2 = (2 * np.pi * housing.natural_frequency[keep:]) ** 2
     require(bool((omega2 > 0).all()), "a rigid mode has no static share: keep it")
-    seats = housing.seat_shapes[keep:].reshape(-1, count)
+    seats = housing.flat_shapes[keep:]
     share = (seats / omega2[:, None]).T
     at_seats = share @ seats
     mass = _residual_mass(housing) + (seats / omega2[:, None] ** 2).T @ seats
@@ -172,10 +171,11 @@ def append_ritz_vectors(housing: ReducedHousing) -> tuple[FloatArray, FloatArray
     """Return the modes, then the Ritz vectors that carry the residual flexibility, Σ ψψᵀ/λ, at most three per seat.
 
     The results are eigenvalues (k,) rad²/s², damping (k,), and mass-normalised motions of the seats (k, 3 n_bearing)
-    and the faces (k, n_face). Ritz vectors have the damping of the highest mode.
+    and the faces (k, n_face). Ritz vectors have the damping of the highest mode. Tilts of the seats are left out.
 
     Raises InputError if the housing has no residual mass.
     """
+    housing = housing.drop_tilts()
     count = 3 * len(housing.names)
     residual = housing.seat_residual.reshape(count, count)
     scale = np.sqrt(residual.diagonal().clip(np.finfo(float).tiny))
@@ -193,8 +193,8 @@ def append_ritz_vectors(housing: ReducedHousing) -> tuple[FloatArray, FloatArray
     return (
         np.concatenate([(2 * np.pi * housing.natural_frequency) ** 2, 1 / inverse]),
         np.concatenate([zeta, np.full(len(inverse), zeta[-1] if len(zeta) else 0.0)]),
-        np.vstack([housing.seat_shapes.reshape(-1, count), combination.T @ residual]),
-        np.vstack([housing.normal_shapes, combination.T @ housing.face_residual.reshape(count, -1)]),
+        np.vstack([housing.flat_shapes, combination.T @ residual]),
+        np.vstack([housing.normal_shapes, combination.T @ housing.flat_residual]),
     )
 
 
@@ -253,4 +253,4 @@ def _residual_mass(housing: ReducedHousing) -> FloatArray:
             "the reduced housing states no residual_mass in its accuracy: its truncation error can be estimated only "
             "where it was reduced"
         )
-    return stated.reshape(3 * len(housing.names), -1)
+    return stated.reshape(housing.motions * len(housing.names), -1)

@@ -102,11 +102,12 @@ def stated_mapping_errors(
     """Return the errors (dB) at some frequencies to f_max (Hz), for unit forces at the seats one after the other.
 
     places : (c, 3) m of the skin's sources.
-    flux_shapes, flux_residual : (c, n_mode) and (c, 3 n_bearing), volume that the skin displaces there in every mode
-        and residual motion.
+    flux_shapes, flux_residual : (c, n_mode) and (c, motions · n_bearing), volume that the skin displaces there in
+        every mode and residual motion.
     """
     lines, stated = np.geomspace(f_max / 8, f_max, _FREQUENCIES), []
-    load = np.eye(3 * len(reduced.names), dtype=complex)
+    load = np.eye(reduced.motions * len(reduced.names), dtype=complex)
+    load = load.reshape(len(reduced.names), reduced.motions, -1)[:, :3].reshape(3 * len(reduced.names), -1)
     for frequency in lines:
         alike, rate = np.full(len(load), frequency), 2j * np.pi * frequency
         gain = reduced.residual_gain()

@@ -25,6 +25,9 @@ from nvhchain.housing.casting.contributions import Contributions, modal_contribu
 
 H = TypeVar("H", bound=HandOff)
 
+PATHS = "x", "y", "z", "moment about x", "moment about y"
+"""Motions of a bearing seat."""
+
 SUM_ERROR = 1e-3
 """Largest difference of the sum of all parts from the stored pressure, relative to the strongest line."""
 
@@ -69,7 +72,7 @@ def line_parts(
     heard = pressure.pressure[rows[0]]
     if np.abs(pressure.frequency[rows[0]] - lines).max() > 1e-6 * lines.max():
         return None
-    found = force_parts(forces.replace(frequency=lines, force=forces.force[rows[1]]), housing, vectors, fidelity)
+    found = force_parts(forces.select(rows[1]), housing, vectors, fidelity)
     if found is None or np.abs(found[0].total - heard).max() > SUM_ERROR * np.abs(heard).max():
         return None
     return found
@@ -87,9 +90,9 @@ def force_parts(
             modes = modal_contributions(modal, housing, load)
     except InputError:
         return None
-    force = load.sort_bearings(housing.names)
+    force = load.sort_bearings(housing.names, housing.motions)
     parts = functions.reshape(*functions.shape[:2], -1) * force[:, None, :]
-    names = tuple(f"{name} {axis}" for name in housing.names for axis in "xyz")
+    names = tuple(f"{name} {axis}" for name in housing.names for axis in PATHS[: housing.motions])
     return Contributions(load.frequency, vectors.points, names, parts), modes
 
 

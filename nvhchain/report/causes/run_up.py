@@ -20,6 +20,7 @@ from nvhchain.handoff import (
     ReducedHousing,
     TransferVectors,
 )
+from nvhchain.handoff.forces import force_and_moment
 from nvhchain.housing.casting.contributions import Contributions
 from nvhchain.report.causes.differences import split_difference
 from nvhchain.report.causes.paths import force_parts
@@ -37,24 +38,24 @@ AGREEMENT = 2.0
 """Largest factor between the change of an order's energy in the records and in its parts, for parts to be stated."""
 
 
-def order_forces(forces: BearingForces, order: float, speeds: FloatArray) -> ComplexArray:
-    """Return the peak amplitude (n_speed, n_bearing, 3) N of an order of the input at speeds (rad/s).
+def order_forces(forces: BearingForces, order: float, speeds: FloatArray) -> ForceSpectrum:
+    """Return the peak amplitudes of an order of the input at speeds (rad/s), as lines order × speed.
 
     F = 2 ∫ w x exp(−j order θ) dθ / ∫ w dθ over `TURNS` turns about each speed, with a Hann window w in the angle θ of
     the input and x without its mean.
     """
     angle = cumulative_trapezoid(forces.input_speed, forces.time, initial=0.0)
-    found = []
+    found, wrench = [], forces.wrench
     for speed in speeds:
         middle = angle[np.abs(forces.input_speed - speed).argmin()]
         start, end = np.searchsorted(angle, middle + np.array([-1.0, 1.0]) * np.pi * TURNS)
         turned = angle[start:end] - middle
         weight = (1.0 + np.cos(turned / TURNS)) * forces.input_speed[start:end]
         weight /= weight.sum()
-        signal = forces.force[start:end]
+        signal = wrench[start:end]
         signal = signal - np.tensordot(weight, signal, 1)
         found.append(2.0 * np.tensordot(weight * np.exp(-1j * order * turned), signal, 1))
-    return np.array(found)
+    return ForceSpectrum(order * speeds / (2 * np.pi), names=forces.names, **force_and_moment(np.array(found)))
 
 
 def order_speeds(forces: BearingForces, order: float, low: float, high: float) -> FloatArray:
@@ -80,7 +81,7 @@ def order_load(forces: BearingForces, vectors: TransferVectors, order: float, *,
     speeds = order_speeds(forces, order, float(vectors.frequency[0]), min(high, float(vectors.frequency[-1])))
     if not len(speeds):
         return None
-    return ForceSpectrum(order * speeds / (2 * np.pi), order_forces(forces, order, speeds), forces.names)
+    return order_forces(forces, order, speeds)
 
 
 def order_parts(

@@ -57,7 +57,7 @@ class RunWaves:
         power = cast(SoundPower, self.run.hand_off("sound_power", SoundPower))
         loud = power.frequency[power.power > 10 ** (-_RANGE / 10) * power.power.max()]
         chosen = np.isin(self.forces.frequency, loud)
-        forces = self.forces.replace(frequency=self.forces.frequency[chosen], force=self.forces.force[chosen])
+        forces = self.forces.select(chosen)
         return replace(self, forces=forces)
 
     def array(self, standard: str, radius: float | None) -> tuple[FloatArray, float]:
@@ -159,7 +159,7 @@ def _same(
     if not np.array_equal(forces.frequency, power.frequency):
         return False
     lines = np.sort(np.argsort(power.power)[-_COMPARED:])
-    strongest = forces.replace(frequency=forces.frequency[lines], force=forces.force[lines])
+    strongest = forces.select(lines)
     try:
         found = acoustics.modal_power(resistance, housing, strongest, fidelity=preset.acoustics)
     except InputError:

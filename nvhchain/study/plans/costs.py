@@ -89,4 +89,4 @@ def _key(case: Case, name: str) -> str:
     seats: list[Any] = [(bearing.name, bearing.shaft, bearing.z) for bearing in case.bearings]
     axes = [(shaft.name, shaft.axis) for shaft in case.shafts]
     place = (case.field_points, case.air, case.reflecting_plane) if name != "housing" else ()
-    return fingerprint(case.housing, case.band, seats, axes, *place)
+    return fingerprint(case.housing, case.band, seats, axes, case.seat_motions, *place)

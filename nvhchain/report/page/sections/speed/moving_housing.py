@@ -8,7 +8,7 @@ import numpy as np
 
 from nvhchain import levels
 from nvhchain.conventions import REFERENCE_VELOCITY
-from nvhchain.handoff import BearingForces, ComplexArray, FloatArray, ForceSpectrum, ReducedHousing
+from nvhchain.handoff import BearingForces, ComplexArray, FloatArray, ReducedHousing
 from nvhchain.housing import respond
 from nvhchain.report.causes.run_up import LEAST_RISE, order_forces
 from nvhchain.report.page.moving import Colours, MovingBody, moving_bodies
@@ -79,8 +79,7 @@ def _motion(forces: BearingForces, housing: ReducedHousing, places: list[tuple[f
     rows = []
     for order in dict.fromkeys(order for order, _ in places):
         speeds = np.array([speed for of, speed in places if of == order])
-        spectrum = ForceSpectrum(order * speeds / (2 * np.pi), order_forces(forces, order, speeds), forces.names)
-        rows.append(respond(housing, spectrum).normal_velocity)
+        rows.append(respond(housing, order_forces(forces, order, speeds)).normal_velocity)
     return np.concatenate(rows)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -211,19 +212,22 @@ def indices_from(names: Sequence[str], response: str, values: ArrayLike, count: 
     other.
     count: number of designs of A.
 
-    Estimators of Saltelli et al. (2010) by scipy; limits are percentiles of 999 samples of designs.
+    Estimators of Saltelli et al. (2010) by scipy; limits are percentiles of 999 samples of designs. An index that is
+    the same in all samples is its own limit.
     """
     parts = np.asarray(values, dtype=float).reshape(len(names) + 2, count)
     parts = parts - parts.mean()  # less error of the estimators
     made = sobol_indices(
         func={"f_A": parts[:1], "f_B": parts[1:2], "f_AB": parts[2:, None, :]}, n=count, method="saltelli_2010"
     )
-    resampled = made.bootstrap(n_resamples=999)
-    limits = [
-        (np.atleast_1d(index.confidence_interval.low).ravel(), np.atleast_1d(index.confidence_interval.high).ravel())
-        for index in (resampled.first_order, resampled.total_order)
-    ]
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
+        warnings.simplefilter("ignore")  # samples that are all alike, of a parameter without effect
+        resampled = made.bootstrap(n_resamples=999)
     first, total = np.ravel(made.first_order), np.ravel(made.total_order)
+    limits = [
+        [np.where(np.isfinite(end), end, value) for end in map(np.ravel, index.confidence_interval)]
+        for index, value in ((resampled.first_order, first), (resampled.total_order, total))
+    ]
     return [
         SobolIndex(
             name,

@@ -124,6 +124,7 @@ class Study:
         check_names([parameter.name for parameter in self.varied], "parameters")
         for parameter in self.varied:
             require(parameter.name not in _COLUMNS, f"{parameter.name} is a column of every table: choose another name")
+        self._check_paths()
         lengths = {parameter.name: len(parameter.levels) for parameter in self.parameters}
         if self.plan in ("grid", "list"):
             for name, length in lengths.items():
@@ -179,6 +180,19 @@ class Study:
         """Parameters of the scatter of production, if those are deviations, tolerances and damping alone."""
         drawn = self.varied[len(self.parameters) :] if self.plan in PAIRED else self.parameters
         return drawn if all(one.is_scatter for one in drawn) else ()
+
+    def _check_paths(self) -> None:
+        """Refuse places of the case that two parameters set, or a parameter and the operating points."""
+        points = (("operation.input_speed_rpm", "speeds_rpm"), ("operation.input_torque", "torques"))
+        owner = {path: name for path, name in points if getattr(self, name)}
+        for parameter in self.varied:
+            for path in dict.fromkeys(parameter.given_paths):
+                require(
+                    path not in owner,
+                    f"{parameter.name} and {owner.get(path)} both set {path}, and only the last one counts: leave one "
+                    "of them out",
+                )
+                owner[path] = parameter.name
 
     def _check_goal(self) -> None:
         require(

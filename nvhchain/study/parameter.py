@@ -219,7 +219,11 @@ def parameter_from(table: Mapping[str, Any], place: str) -> Parameter:
     limits: dict[str, float] = {}
     for key in ("low", "high", "mean", "deviation"):
         if key in table:
-            (limits[key],) = map(float, numbers((table[key],), f"{name}: {key}"))
+            require(
+                isinstance(table[key], int | float) and not isinstance(table[key], bool) and isfinite(table[key]),
+                f"{name}: {key} = {table[key]!r} must be a finite number",
+            )
+            limits[key] = float(table[key])
     draw = table.get("draw", False)
     require(isinstance(draw, bool), f"{name}: draw = {draw!r}: give true or leave it out")
     return Parameter(str(name), tuple(paths), tuple(values), tuple(variants.items()), draw=draw, **limits)

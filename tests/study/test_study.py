@@ -189,6 +189,16 @@ def test_sobol_indices_of_the_ishigami_function_lie_within_their_limits():
         assert index.total == pytest.approx(total, abs=0.05)
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_parameter_without_effect_has_indices_of_zero_with_limits_and_no_warning():
+    names = tuple(Parameter(name, (f"a.{name}",), low=0.0, high=1.0) for name in ("x", "idle"))
+    study = Study("case.toml", names, plan="sensitivity", designs=8)
+    response = np.array([design["x"] for design in list_designs(study)])
+    idle = indices_from(["x", "idle"], "y", response, 8)[1]
+    assert (idle.first, idle.total) == (0.0, 0.0)
+    assert (idle.first_limits, idle.total_limits) == ((0.0, 0.0), (0.0, 0.0))
+
+
 def test_indices_leave_out_a_response_that_some_designs_lack(tmp_path):
     """A linear response: each share is that of the squared coefficient."""
     angles = tuple(Parameter(f"x{i}", (f"a.x{i}",), low=0.0, high=1.0) for i in range(2))
@@ -277,6 +287,9 @@ def test_tables_are_ascii_with_empty_cells():
         (RADII.replace("path =", "peth ="), "radius: unknown field 'peth'"),
         ("speeds_rpm = [1800, 1800]\n" + RADII, "repeats a value: give each one once"),
         ("speeds_rpm = [1800]\n" + RADII, "operation"),
+        (RADII + RADII.replace('"radius"', '"size"'), "size and radius both set body.radius_mm"),
+        ("torques = [5]\n" + RADII.replace("body.radius_mm", "operation.input_torque"), "radius and torques both set"),
+        (RADII.replace("values = [5, 10, 20]", "low = nan\nhigh = 1"), "radius: low = nan must be a finite number"),
         (RADII.replace("[5, 10", '["wide", 10'), "'wide' must be"),
     ],
 )
@@ -362,6 +375,19 @@ def test_a_plan_counts_shared_operators_once(sphere, tmp_path):
         "transfer vectors": 1,
         "velocity, pressure": 4,
     }
+
+
+def test_the_plan_of_a_search_counts_what_its_parameters_leave_alone_once(tmp_path):
+    path = tmp_path / "search.toml"
+    path.write_text(
+        f'case = "{Path("cases/small/single_stage.toml").resolve()}"\nplan = "optimise"\ndesigns = 12\n'
+        'torques = [40, 60]\n[optimise]\nresponse = "level"\ndraws = 3\n[[parameters]]\nname = "allowance"\n'
+        'path = "gears.pinion.geometry.thickness_allowance_um"\nlow = 30\nhigh = 60\n[[scatter]]\nname = "damping"\n'
+        'path = "bearings.A1.radial_damping"\nlow = 900\nhigh = 1500\n'
+    )
+    found = {cost.name: cost.times for cost in costs(load_study(path), nvh.DRAFT)}
+    assert (found["housing"], found["transfer vectors"], found["bearing forces"]) == (1, 1, 72)
+    assert found["mesh law stage"] == 24
 
 
 def test_no_workers_are_refused(sphere, tmp_path, capsys):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +15,8 @@ from nvhchain.fidelity import Fidelity
 from nvhchain.files.result_cache import fingerprint
 from nvhchain.scene import plan
 from nvhchain.study.definition import Study
-from nvhchain.study.plans.designs import count_designs, list_designs
+from nvhchain.study.parameter import Parameter
+from nvhchain.study.plans.designs import STEPS, count_designs, list_designs
 from nvhchain.study.rows import Row, operating_points
 
 MOST_LOADED = 200
@@ -48,18 +50,45 @@ def costs(study: Study, fidelity: Fidelity) -> list[Cost]:
 
     Returns steps in the order of a run. Each design counts with the seconds of the base case.
 
-    Searches and slopes choose their designs by results: every run counts as a different one. Parts of a mesh law that
-    designs share, such as finite elements of a gear, are not subtracted.
+    Searches and slopes choose their designs by results: a step counts for all designs if any parameter changes it.
+    Parts of a mesh law that designs share, such as finite elements of a gear, are not subtracted.
     """
     count = count_designs(study) * len(operating_points(study))
-    cases = list(_cases(study)) if study.plan not in ("optimise", "gradient") else []
+    chosen = study.plan not in ("optimise", "gradient")
+    cases = list(_cases(study)) if chosen else []
     scale = count / max(1, len(cases))
     found = []
     for step in plan(load_case(study.case), fidelity=fidelity).steps:
-        different = len({_key(case, step.name) for case in cases}) if step.step.shared else len(cases)
-        times = count if not cases else different if different < len(cases) or scale <= 1 else round(scale * different)
+        if not step.step.shared:
+            times = count
+        elif not chosen:
+            times = _searched(study, step.name)
+        else:
+            different = len({_key(case, step.name) for case in cases})
+            times = different if different < len(cases) or scale <= 1 else round(scale * different)
         found.append(Cost(step.name, times, step.seconds, step.megabytes))
     return found
+
+
+def _searched(study: Study, name: str) -> int:
+    """Return the largest number of different results of a shared step in a search, or in the steps of slopes."""
+    points = [load_case(study.case, changes=point.changes) for point in operating_points(study)]
+    first = _key(points[0], name)
+
+    def moves(parameter: Parameter) -> bool:
+        for share in (0.2, 0.8):
+            with suppress(InputError):
+                changes = [*parameter.changes(parameter.value_at(share)), *operating_points(study)[0].changes]
+                if _key(load_case(study.case, changes=changes), name) != first:
+                    return True
+        return False
+
+    moving = sum(map(moves, study.parameters))
+    times = len({_key(case, name) for case in points})
+    if study.goal is None:
+        return times * (1 + 2 * STEPS * moving)
+    drawn = study.goal.draws if any(map(moves, study.goal.scatter)) else 1
+    return times * drawn * (study.designs if moving else 1)
 
 
 def _cases(study: Study) -> Iterator[Case]:

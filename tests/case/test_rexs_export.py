@@ -9,6 +9,7 @@ import pytest
 from nvhchain.case import load_case
 from nvhchain.case.rexs import export_rexs, import_rexs
 from nvhchain.cli import main
+from nvhchain.dynamics.model.parts import SideLoad
 from nvhchain.gear.drawing.micro_geometry import Flank, MicroGeometry, Relief
 from nvhchain.testing.rexs_units import coaxial_unit
 
@@ -48,6 +49,18 @@ def test_gears_shafts_bearings_and_load_return_from_the_file(tmp_path, name):
     for field in ("input_speed", "input_torque"):
         assert getattr(case.operation, field) == pytest.approx(getattr(back.operation, field), rel=1e-8)
     assert (case.input_shaft, case.output_shaft) == (back.input_shaft, back.output_shaft)
+
+
+def test_side_loads_return_from_the_file(tmp_path):
+    case = load_case(CASES / "small/drawn_gears.toml")
+    first = case.shafts[0]
+    pull = SideLoad(first.segments[0].start + 0.004, (30.0, -50.0, 20.0), (3.0, -4.0))
+    case = replace(case, shafts=(replace(first, loads=(pull,)), *case.shafts[1:]))
+    back = returned(case, tmp_path)
+    (found,) = back.shafts[0].loads
+    assert found.z - pull.z == pytest.approx(back.bearings[0].z - case.bearings[0].z, abs=2e-9)
+    assert (found.force, found.moment) == (pytest.approx(pull.force), pytest.approx(pull.moment))
+    assert not back.shafts[1].loads
 
 
 def test_rolling_bearings_return_from_the_file(tmp_path):

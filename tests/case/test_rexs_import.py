@@ -392,15 +392,28 @@ def test_a_coaxial_unit_can_bend(tmp_path):
     assemble(case.gearbox_on_rigid_seats, case.straight_laws, None, fidelity=DRAFT.dynamics)
 
 
-def test_loads_that_the_chain_does_not_apply_are_listed(tmp_path):
+def test_side_loads_are_taken_in_the_frame_of_the_case_and_preload_is_listed(tmp_path):
     unit = gear_train((20, 31))
-    unit.load_cases[0][unit.of("external_load")[1]] = {"force_v_direction": (-1.2, "kN")}
+    load = unit.of("external_load")[1]
+    unit.load_cases[0][load] = {"force_v_direction": (-1.2, "kN"), "torque_around_w_axis": (7.0, "N m")}
+    unit.attributes(load)["u_coordinate_on_shaft"] = (2.0, "mm")
     bearing = unit.of("rolling_bearing_with_catalog_geometry")[0]
     unit.attributes(bearing)["preload_distance"] = (5.0, "mum")
-    _, page = imported(unit, tmp_path)
-    left = page.split("## Left out")[1].split("##")[0]
-    assert "up to 1200 N" in left
-    assert "axial clearance | -5 µm |" in left
+    case, page = imported(unit, tmp_path)
+    (found,) = [each for shaft in case.shafts for each in shaft.loads]
+    assert (found.force, found.moment) == ((-1200.0, 0.0, 0.0), (0.0, 7.0))
+    assert "-1200 | 0 | 0 | 0 | 7 |" in page
+    assert "axial clearance | -5 µm |" in page.split("## Left out")[1].split("##")[0]
+
+
+def test_a_side_load_without_a_place_is_left_out_by_name(tmp_path):
+    unit = gear_train((20, 31))
+    load = unit.of("external_load")[1]
+    unit.load_cases[0][load] = {"force_v_direction": (-1.2, "kN")}
+    unit.attributes(load).pop("u_coordinate_on_shaft", None)
+    case, page = imported(unit, tmp_path)
+    assert not any(shaft.loads for shaft in case.shafts)
+    assert "side load | 1200 N, 0 N m |" in page.split("## Left out")[1].split("##")[0]
 
 
 def with_elements(unit, count, size):

@@ -306,7 +306,7 @@ def _rolling(draft: Draft, name: str, model: RollingBearing, where: Mapping[str,
 
 
 def _load(draft: Draft, case: GearboxCase, shafts: Mapping[str, int]) -> None:
-    """Add the torques at input and output and the speed of the input."""
+    """Add the torques at input and output, the loads beside them, and the speed of the input."""
     speed, torque = case.operation.input_speed, case.operation.input_torque
     turns = case.shaft_orders.get(case.output_shaft, 1)
     senses = case.rotations
@@ -314,6 +314,16 @@ def _load(draft: Draft, case: GearboxCase, shafts: Mapping[str, int]) -> None:
         load = draft.add("external_load", f"Load on {name}", {"transmits_torque": (True, _NO_UNIT)})
         draft.relate("assembly", assembly=shafts[name], part=load)
         draft.load_case[load] = {"torque_around_u_axis": (senses.get(name, 1) * power, "N m")}
+    for shaft in case.shafts:
+        for side in shaft.loads:
+            place = {"u_coordinate_on_shaft": _mm(side.z - _start(shaft)), "transmits_torque": (False, _NO_UNIT)}
+            load = draft.add("external_load", f"Side load on {shaft.name}", place)
+            draft.relate("assembly", assembly=shafts[shaft.name], part=load)
+            (fx, fy, fz), (mx, my) = side.force, side.moment
+            draft.load_case[load] = {
+                **{f"force_{axis}_direction": (value, "N") for axis, value in zip("uvw", (fz, fx, fy), strict=True)},
+                **{f"torque_around_{axis}_axis": (value, "N m") for axis, value in zip("vw", (mx, my), strict=True)},
+            }
     draft.load_case[shafts[case.input_shaft]] = {
         "rotational_speed": (senses[case.input_shaft] * 30 / pi * speed, "1 / min")
     }

@@ -192,6 +192,10 @@ def _taken(case: ImportedCase) -> list[str]:
         )
         for s in (*case.supports, *case.links)
     ]
+    pulls = [
+        (load.shaft, f"{1e3 * load.z:.5g}", *(f"{value + 0.0:.6g}" for value in (*load.force, *load.moment)))
+        for load in unit.side_loads
+    ]
     others = [(line.part, line.quantity, line.value, line.source) for line in unit.findings.select("taken")]
     blocks = [
         "## Taken",
@@ -207,4 +211,7 @@ def _taken(case: ImportedCase) -> list[str]:
             bearings,
         ),
     ]
+    if pulls:
+        head = ("side load on", "z", "F x, N", "F y, N", "F z, N", "M x, N m", "M y, N m")
+        blocks.append(_table(head, pulls))
     return [*blocks, _table(("part", "quantity", "value", "source"), others)] if others else blocks

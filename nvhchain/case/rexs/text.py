@@ -204,7 +204,17 @@ def _shaft(case: ImportedCase, name: str) -> str:
             fields.append(f"young_GPa = {1e-9 * piece.young:.6g}")
             fields += [f"{name} = {getattr(piece, name):.6g}" for name in ("poisson", "density")]
         lines.append(f"    {{ {', '.join(fields)} }},")
-    return "\n".join([*lines, "]", ""])
+    lines.append("]")
+    loads = [load for load in case.unit.side_loads if load.shaft == name]
+    if loads:
+        lines.append("loads = [ # N and N m, from outside")
+        for load in loads:
+            force, moment = (
+                ", ".join(f"{value + 0.0:.9g}" for value in values) for values in (load.force, load.moment)
+            )
+            lines.append(f"    {{ z_mm = {_mm(load.z + shift)}, force = [{force}], moment = [{moment}] }},")
+        lines.append("]")
+    return "\n".join([*lines, ""])
 
 
 def _bearing(table: str, support: Support, z: float) -> str:

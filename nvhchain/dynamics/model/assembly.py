@@ -68,6 +68,7 @@ class Assembly:
     link_map : (n_link motions, n) displacement of their inner shafts against the outer ones.
     elastic_shaft : (n_elastic,) index of the shaft of each elastic motion.
     sections : cross-sections of the shafts.
+    side_load : (n,) generalised force of the constant loads on the shafts.
     seat_shapes : (motions · n_bearing, n_mode) mode shapes at the seats, in the order of the bearings.
     seat_residual : (motions · n_bearing, motions · n_bearing) residual flexibility of the seats.
     inertia : (n_rotor,) inertia about z (kg m²).
@@ -105,6 +106,7 @@ class Assembly:
     link_map: FloatArray
     elastic_shaft: IntArray
     sections: Sections
+    side_load: FloatArray
     coupling: FloatArray | None = None
     softening: FloatArray | None = None
     body_compliance: FloatArray | None = None
@@ -130,9 +132,10 @@ class Assembly:
     def load(self, torque: FloatArray) -> FloatArray:
         """Return the generalised force (n,) of external torques (n_rotor,) (N m) along the running directions.
 
-        It includes the constant forces of bearings that are linear about a point of operation.
+        It includes the constant loads on the shafts, and the constant forces of bearings that are linear about a point
+        of operation.
         """
-        load = np.asarray(self.torques.T @ torque)
+        load = np.asarray(self.torques.T @ torque + self.side_load)
         for series, motion in ((self.bearings, self.bearing_map), (self.links, self.link_map)):
             load = load if series.preload is None else load - motion.T @ series.preload
         return load
@@ -241,11 +244,16 @@ def assemble(
         for bearing in gearbox.shaft_bearings
         for push in np.eye(6)[: links.motions]
     ]
+    pulls = [
+        Wrench(i, load.z, np.array([*load.force, *load.moment, 0.0]))
+        for i, shaft in enumerate(gearbox.shafts)
+        for load in shaft.loads
+    ]
     shafts = sections(
         [_laden(gearbox, shaft) for shaft in gearbox.shafts],
         kinematics.rotation,
         5 * n_shaft + n_mode,
-        [*seats, *twists, *(wrench for row in (*contacts, *between) for wrench in row)],
+        [*seats, *twists, *pulls, *(wrench for row in (*contacts, *between) for wrench in row)],
         element=fidelity.shaft_element if fidelity is not None and gearbox.flexible_shafts else 0.0,
         frequency=fidelity.shaft_frequency if fidelity is not None else 0.0,
     )
@@ -321,6 +329,7 @@ def assemble(
         inertia=inertia,
         free=free,
         sections=shafts,
+        side_load=contact_rows([pulls])[0],
         bearings=series,
         bearing_map=widened(bearing_map),
         own_stiffness=own_stiffness,

@@ -101,6 +101,7 @@ def with_bodies(assembly: Assembly, mesh_laws: Sequence[MeshLaw]) -> Assembly:
         misalignment=widened(assembly.misalignment),
         mesh_error=widened(assembly.mesh_error),
         torques=widened(assembly.torques),
+        side_load=widened(assembly.side_load[None])[0],
         bearing_stiffness=widened(assembly.bearing_stiffness),
         bearing_damping=widened(assembly.bearing_damping),
         bearing_map=widened(assembly.bearing_map),

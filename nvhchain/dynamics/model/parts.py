@@ -147,6 +147,35 @@ class Cylinder:
 
 
 @dataclass(frozen=True)
+class SideLoad:
+    """Constant force and moment from outside on a shaft, such as the pull of a belt.
+
+    Parameters
+    ----------
+    z : float
+        Plane of the load (m).
+    force : (float, float, float)
+        Force along x, y, z (N).
+    moment : (float, float)
+        Moment about x and y (N m).
+    """
+
+    z: Length
+    force: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    moment: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        _plain(self)
+        for name, size, unit in (("force", 3, "N"), ("moment", 2, "N m")):
+            values = tuple(float(value) for value in getattr(self, name))
+            require(len(values) == size, f"load: {name} = {values} must be {size} numbers in {unit}")
+            object.__setattr__(self, name, values)
+            _check_limits("load", *((name, value, -1e8, 1e8, unit) for value in values))
+        _check_limits("load", ("z", self.z, -5.0, 5.0, "m"))
+
+
+@dataclass(frozen=True)
 class Shaft:
     """Shaft with the bodies on it, rigid or flexible (`Gearbox.flexible_shafts`).
 
@@ -168,6 +197,8 @@ class Shaft:
         Constant friction torque of bearings and seals against the rotation (N m), ≥ 0.
     modal_damping : float
         Damping ratio of the elastic modes of a flexible shaft.
+    loads : tuple of SideLoad
+        Constant forces and moments from outside beside the torques.
     """
 
     name: str
@@ -178,6 +209,7 @@ class Shaft:
     coupling_z: Length | None = None
     drag_torque: float = 0.0
     modal_damping: float = 0.005
+    loads: tuple[SideLoad, ...] = ()
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -195,6 +227,7 @@ class Shaft:
         )
         object.__setattr__(self, "segments", tuple(self.segments))
         object.__setattr__(self, "bodies", tuple(self.bodies))
+        object.__setattr__(self, "loads", tuple(self.loads))
 
     @property
     def torque_plane(self) -> float:

@@ -6,11 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
+import numpy as np
+
 from nvhchain.interop.rexs.contents.document import Attribute, Component, LoadCase
 from nvhchain.interop.rexs.contents.values import Values
 from nvhchain.interop.rexs.parts import Parts
-from nvhchain.interop.rexs.places import Line
-from nvhchain.interop.rexs.unit import ImportedLoad
+from nvhchain.interop.rexs.places import Line, frame_of
+from nvhchain.interop.rexs.shafts import place_on_shaft
+from nvhchain.interop.rexs.unit import ImportedLoad, ImportedSideLoad
 
 
 @dataclass(frozen=True)
@@ -94,26 +97,35 @@ def _state(parts: Parts, case: LoadCase | None, lines: Mapping[int, Line]) -> _S
     return _State(str(case.id) if case else "", speeds, torques, share)
 
 
-def record_side_loads(parts: Parts) -> None:
-    """Record transverse and axial forces of external loads, which the chain does not apply."""
+def read_side_loads(parts: Parts, lines: Mapping[int, Line], chosen: str) -> tuple[ImportedSideLoad, ...]:
+    """Return the transverse and axial forces of external loads in a load case, in the frame of the case.
+
+    chosen : load case, by its number.
+    """
+    cases = {str(case.id): case.components for case in parts.document.load_cases}
+    frames = {shaft: frame_of(parts, parts.document.components[shaft]) for shaft in lines}
+    base = frames[min(frames)] if frames else None
+    found = []
     for load in parts.document.typed("external_load"):
-        for name in _SIDE_LOADS:
-            unit = "N" if name.startswith("force") else "N m"
-            own = [load.attributes, *(case.components.get(load.id, {}) for case in parts.document.load_cases)]
-            found = [Values(load, parts.findings, attributes).number(name, unit) for attributes in own]
-            largest = max((abs(value) for value in found if value is not None), default=0.0)
-            if largest > 0:
-                text = f"up to {largest:.6g} {unit}"
-                parts.findings.add("left out", load.label, name, text, "shafts take torque alone from outside")
-
-
-_SIDE_LOADS = (
-    "force_u_direction",
-    "force_v_direction",
-    "force_w_direction",
-    "torque_around_v_axis",
-    "torque_around_w_axis",
-)
+        values = Values(load, parts.findings, dict(load.attributes) | cases.get(chosen, {}).get(load.id, {}))
+        force, moment = (
+            np.array([values.number(name.format(axis), unit, low=-1e8, high=1e8) or 0.0 for axis in "uvw"])
+            for name, unit in (("force_{}_direction", "N"), ("torque_around_{}_axis", "N m"))
+        )
+        moment[0] = 0.0  # that of the power
+        owner = parts.document.owner(load.id, "shaft")
+        if owner is None or not (force.any() or moment.any()):
+            continue
+        z, frame = place_on_shaft(parts, load, owner.id, lines), frames.get(owner.id)
+        if z is None or frame is None or base is None:
+            text = f"{np.linalg.norm(force):.6g} N, {np.linalg.norm(moment):.6g} N m"
+            parts.findings.add("left out", load.label, "side load", text, "its place on the shaft is missing")
+            continue
+        turn = base.axes @ frame.axes.T  # u, v, w of the shaft to those of the first one
+        fz, fx, fy = (turn @ force).tolist()
+        _, mx, my = (turn @ moment).tolist()
+        found.append(ImportedSideLoad(parts.names[parts.rotor[owner.id]], z, (fx, fy, fz), (mx, my)))
+    return tuple(found)
 
 
 def _ends(parts: Parts, state: _State, turns: Mapping[int, Fraction]) -> tuple[int, int, int]:

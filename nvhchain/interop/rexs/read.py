@@ -14,7 +14,7 @@ from nvhchain.interop.rexs.contents.document import Component
 from nvhchain.interop.rexs.contents.files import read_document
 from nvhchain.interop.rexs.contents.findings import Findings
 from nvhchain.interop.rexs.gears import read_gear
-from nvhchain.interop.rexs.loads import read_power, record_side_loads
+from nvhchain.interop.rexs.loads import read_power, read_side_loads
 from nvhchain.interop.rexs.parts import Parts, find_parts
 from nvhchain.interop.rexs.places import Line, shaft_lines
 from nvhchain.interop.rexs.shafts import place_on_shaft, read_shafts
@@ -56,7 +56,7 @@ def read_rexs(path: str | Path, *, load_case: str | None = None) -> GearUnit:
     lines = shaft_lines(parts)
     turns = _turns(parts, pairs)
     power = read_power(parts, turns, lines, load_case)
-    record_side_loads(parts)
+    side_loads = read_side_loads(parts, lines, power.loads[0].name)
     for lubricant in document.typed("lubricant"):
         findings.add("left out", lubricant.label, "lubricant", "not used", "friction and damping do not follow from it")
     mates = {gear.id: mate for _, one, other in pairs for gear, mate in ((one, other), (other, one))}
@@ -95,6 +95,7 @@ def read_rexs(path: str | Path, *, load_case: str | None = None) -> GearUnit:
         power.loads,
         _casing_material(parts),
         findings,
+        tuple(load for load in side_loads if load.shaft not in idle),
     )
 
 

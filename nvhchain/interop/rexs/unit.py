@@ -34,6 +34,28 @@ class Section:
 
 
 @dataclass(frozen=True)
+class ImportedSideLoad:
+    """Force and moment from outside on a shaft.
+
+    Parameters
+    ----------
+    shaft : str
+        Shaft.
+    z : float
+        Place (m).
+    force : tuple of 3 float
+        Force along x, y, z (N).
+    moment : tuple of 2 float
+        Moment about x and y (N m).
+    """
+
+    shaft: str
+    z: float
+    force: tuple[float, float, float]
+    moment: tuple[float, float]
+
+
+@dataclass(frozen=True)
 class ImportedShaft:
     """Shaft.
 
@@ -317,6 +339,8 @@ class GearUnit:
         Young's modulus (Pa), Poisson's ratio and density (kg/m³).
     findings : Findings
         Record of the import.
+    side_loads : tuple of ImportedSideLoad
+        Forces and moments from outside, of the chosen load case.
     """
 
     name: str
@@ -332,3 +356,4 @@ class GearUnit:
     loads: tuple[ImportedLoad, ...]
     casing_material: tuple[float, float, float] | None
     findings: Findings
+    side_loads: tuple[ImportedSideLoad, ...] = ()

@@ -31,8 +31,6 @@ PATIENCE = 10.0
 """s after the end of a command in which its processes end, too, on a machine without other work."""
 
 CODES = {SIGINT: 130, SIGTERM: 143, SIGKILL: -SIGKILL}
-LEFT_TO_DASK = {"dask-scratch-space", "purge.lock", "global.lock"}
-"""Empty files of locks that dask keeps in the folder of temporary files on purpose."""
 
 
 @dataclass(frozen=True)
@@ -179,7 +177,7 @@ def _processes_left(started: Started) -> list[str]:
 def _left(place: Path) -> list[Path]:
     """Part files and temporary ones."""
     parts = [path for path in (place / "out").rglob("*") if path.name.startswith((".nvhchain", "tmp"))]
-    return parts + [path for path in (place / "temporary").rglob("*") if path.name not in LEFT_TO_DASK]
+    return [*parts, *(place / "temporary").iterdir()]
 
 
 def tries(

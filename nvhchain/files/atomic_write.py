@@ -17,7 +17,7 @@ from typing import BinaryIO, TypeAlias
 from zlib import crc32
 
 from nvhchain.errors import InputError, WriteError, require
-from nvhchain.files.folder_lock import lock_file, remove_abandoned
+from nvhchain.runtime.folder_lock import lock_file, remove_abandoned
 
 Content: TypeAlias = bytes | bytearray | memoryview
 """Bytes of a file, or of a piece of one."""

@@ -24,8 +24,8 @@ from nvhchain.conventions import Progress
 from nvhchain.errors import FileFormatError, concerning
 from nvhchain.files import hdf5
 from nvhchain.files.atomic_write import write_atomic
-from nvhchain.files.folder_lock import log_waiting, remove_abandoned
 from nvhchain.handoff import HandOff, warn_of
+from nvhchain.runtime.folder_lock import log_waiting, remove_abandoned
 
 _log = logging.getLogger(__name__)
 

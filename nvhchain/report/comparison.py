@@ -18,7 +18,6 @@ from nvhchain.chain.running import OPERATORS
 from nvhchain.error_band import ErrorBand
 from nvhchain.errors import require
 from nvhchain.fidelity import STANDARD, Fidelity
-from nvhchain.files.folder_lock import hold_folder
 from nvhchain.files.hdf5 import writable_folder, write_text
 from nvhchain.files.result_cache import Watcher
 from nvhchain.kinds import checked
@@ -33,6 +32,7 @@ from nvhchain.report.sound.microphones import add_balloons
 from nvhchain.report.sound.write import write_sounds
 from nvhchain.report.steady_states import steady_maps
 from nvhchain.report.summary import transmission_errors, write_summary
+from nvhchain.runtime.folder_lock import hold_folder
 from nvhchain.runtime.threads import one_blas_thread
 from nvhchain.scene import modelled_alike, preflight
 

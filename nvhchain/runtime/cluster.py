@@ -7,20 +7,19 @@ and in the number of tasks that share a machine. They also signal a lost worker 
 from __future__ import annotations
 
 import os
-import signal
 import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
-from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
 
 from nvhchain.errors import InputError, ResourceError, is_whole, require
 from nvhchain.kinds import checked
+from nvhchain.runtime.folder_lock import temporary_folder
 from nvhchain.runtime.memory import free_memory
-from nvhchain.runtime.processes import isolated, start_tracker
+from nvhchain.runtime.processes import interrupts_for_this_process_alone, isolated
 from nvhchain.runtime.threads import blas_threads, cores, granted, set_blas_threads
 
 T = TypeVar("T")
@@ -61,8 +60,8 @@ def local_cluster(workers: int | None = None, *, memory_per_worker: int | None =
         memory = int(memory_per_worker)
     with (
         isolated(),
-        TemporaryDirectory(prefix="nvhchain-", ignore_cleanup_errors=True) as folder,
-        import_module("dask").config.set({"temporary-directory": folder}),
+        temporary_folder("cluster") as folder,
+        import_module("dask").config.set({"temporary-directory": str(folder)}),
         _started(distributed, count, memory) as cluster,
         distributed.Client(cluster, set_as_default=False) as client,
     ):
@@ -73,7 +72,7 @@ def _started(distributed: Any, count: int, memory: int) -> Any:
     """Return a new cluster; raise ResourceError if a worker ends before it has started, twice."""
     for last in (False, True):
         try:
-            with _interrupts_for_this_process_alone():
+            with interrupts_for_this_process_alone():
                 return distributed.LocalCluster(
                     n_workers=count, threads_per_worker=1, memory_limit=memory, dashboard_address="127.0.0.1:0"
                 )
@@ -83,23 +82,6 @@ def _started(distributed: Any, count: int, memory: int) -> Any:
                     f"{count} worker processes do not start ({error!s:.100}): free memory, or run without workers"
                 ) from error
     raise AssertionError
-
-
-@contextmanager
-def _interrupts_for_this_process_alone() -> Iterator[None]:
-    """Block SIGINT in threads and processes that begin here; one that this thread receives waits for the end.
-
-    Workers end with this process, and their own interruption would be a traceback on the terminal.
-    """
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    start_tracker()  # which unblocks SIGINT in its thread, hence in workers that follow
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager

@@ -15,8 +15,8 @@ from _thread import interrupt_main
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
-from multiprocessing import get_context, parent_process, resource_tracker
-from multiprocessing.connection import wait
+from multiprocessing import get_context, resource_tracker
+from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from queue import SimpleQueue
 from subprocess import DEVNULL, PIPE
@@ -28,12 +28,12 @@ __all__ = [
     "PIPE",
     "end_here",
     "exchange",
+    "interrupts_for_this_process_alone",
     "isolated",
     "process_pool",
     "run",
     "run_python",
     "start_python",
-    "start_tracker",
 ]
 
 
@@ -160,20 +160,29 @@ def isolated() -> Iterator[None]:
             os.environ["PYTHONSAFEPATH"] = before
 
 
-def start_tracker() -> None:
-    """Start the process by which `multiprocessing` keeps count of its resources, unless it is at work."""
-    with isolated():
-        resource_tracker.ensure_running()
+@contextmanager
+def interrupts_for_this_process_alone() -> Iterator[None]:
+    """Block SIGINT in threads and processes that begin here; one that this thread receives waits for the end.
 
-
-def _end_with_caller() -> None:
-    """Let this worker of `multiprocessing` end as soon as its caller is gone, even if that is killed."""
-    caller = parent_process()
-    if caller is None:
+    Workers end with this process, and their own interruption would be a traceback on the terminal.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
         return
+    with isolated():
+        resource_tracker.ensure_running()  # which unblocks SIGINT in its thread, hence in workers that follow
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _end_with_caller(pool: Connection) -> None:
+    """Let this worker of `multiprocessing` end once the pool closes its end of a pipe, even as its caller is killed."""
 
     def watch() -> None:
-        wait([caller.sentinel])
+        wait([pool])
         os._exit(1)
 
     Thread(target=watch, name="end with the caller", daemon=True).start()
@@ -188,6 +197,7 @@ class _Workers(Executor):
         self._idle: SimpleQueue[ProcessPoolExecutor | None] = SimpleQueue()
         for _ in range(workers):
             self._idle.put(None)
+        self._theirs, self._ours = get_context("spawn").Pipe(duplex=False)
 
     def submit(self, task: Callable[..., Any], /, *arguments: Any, **named: Any) -> Future[Any]:
         return self._threads.submit(self._run, task, arguments, named)
@@ -196,8 +206,11 @@ class _Workers(Executor):
         """Run a task in a process that no other task has."""
         process: ProcessPoolExecutor | None = self._idle.get()
         try:
-            process = process or ProcessPoolExecutor(1, get_context("spawn"), _end_with_caller)
-            return process.submit(task, *arguments, **named).result()
+            if process is None:
+                process = ProcessPoolExecutor(1, get_context("spawn"), _end_with_caller, (self._theirs,))
+            with interrupts_for_this_process_alone():
+                future = process.submit(task, *arguments, **named)
+            return future.result()
         except BrokenExecutor:
             process = None
             raise
@@ -211,6 +224,12 @@ class _Workers(Executor):
             if process is not None:
                 process.shutdown(wait=wait, cancel_futures=cancel_futures)
 
+    def end(self) -> None:
+        """End all processes, whatever their tasks, and cancel waiting tasks."""
+        self._threads.shutdown(wait=False, cancel_futures=True)
+        self._ours.close()
+        self.shutdown(cancel_futures=True)
+
 
 @contextmanager
 def process_pool(workers: int) -> Iterator[Executor]:
@@ -223,6 +242,6 @@ def process_pool(workers: int) -> Iterator[Executor]:
         try:
             yield pool
         except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
+            pool.end()
             raise
         pool.shutdown()

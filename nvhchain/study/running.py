@@ -16,11 +16,11 @@ from nvhchain.case import Case, load_case
 from nvhchain.chain.running import OPERATORS
 from nvhchain.errors import InputError, ResourceError, check_all, require
 from nvhchain.fidelity import STANDARD, Fidelity
-from nvhchain.files.folder_lock import hold_folder
 from nvhchain.files.hdf5 import writable_folder, write_text
 from nvhchain.files.result_cache import code_version, fingerprint
 from nvhchain.kinds import checked
 from nvhchain.report.case_record import case_values
+from nvhchain.runtime.folder_lock import hold_folder
 from nvhchain.runtime.memory import free_memory
 from nvhchain.study.analysis import responses_of
 from nvhchain.study.definition import PAIRED, Study

@@ -17,10 +17,10 @@ from nvhchain.conventions import Progress
 from nvhchain.errors import SolverError, require
 from nvhchain.fidelity import REFERENCE, Fidelity
 from nvhchain.files import hdf5
-from nvhchain.files.folder_lock import hold_folder
 from nvhchain.files.result_cache import Unwatched, Watcher, code_version, fingerprint, key_in
 from nvhchain.handoff import FieldPressure, PressureHistory
 from nvhchain.kinds import check_fields, checked
+from nvhchain.runtime.folder_lock import hold_folder
 from nvhchain.tradeoff.deviation import Deviation, deviation, deviation_in_time
 from nvhchain.tradeoff.extrapolation import extent
 from nvhchain.tradeoff.knobs import PACKAGES, knobs_by_package, records, variants

@@ -10,8 +10,8 @@ import psutil
 import pytest
 
 from nvhchain.files.atomic_write import write_atomic
-from nvhchain.files.folder_lock import remove_abandoned
 from nvhchain.runtime import processes
+from nvhchain.runtime.folder_lock import remove_abandoned
 
 ROOT = Path(__file__).parents[2]
 

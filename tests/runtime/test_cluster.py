@@ -370,8 +370,28 @@ def test_workers_interrupted_from_their_start_go_on_and_nothing_is_left(tmp_path
         text=True,
     )
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
-    # locks that dask keeps on purpose
-    assert [path.name for path in temporary.iterdir()] in ([], ["dask-scratch-space"])
+    assert list(temporary.iterdir()) == []
+
+
+KILLED = """
+import os, signal
+from nvhchain.runtime.cluster import local_cluster
+if __name__ == "__main__":
+    with local_cluster(1, memory_per_worker=2**30) as executor:
+        executor.submit(os.getpid).result()
+        {end}
+"""
+
+
+def test_the_folder_of_a_killed_cluster_goes_with_the_next_cluster(tmp_path):
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    left = []
+    for end in ("os.kill(os.getpid(), signal.SIGKILL)", "pass"):
+        (tmp_path / "script.py").write_text(KILLED.format(end=end))
+        subprocess.run([sys.executable, tmp_path / "script.py"], env={**os.environ, "TMPDIR": str(temporary)})
+        left.append(len(list(temporary.iterdir())))
+    assert left == [1, 0]
 
 
 def test_without_dask_the_remedy_is_named(monkeypatch):

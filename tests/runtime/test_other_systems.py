@@ -50,7 +50,7 @@ def test_commands_work_without_the_names_of_linux(arguments, tmp_path):
 def test_a_folder_is_held_by_one_process_without_flock(tmp_path):
     code = f"""{TAKEN}
 from pathlib import Path
-from nvhchain.files.folder_lock import hold_folder
+from nvhchain.runtime.folder_lock import hold_folder
 from filelock import FileLock, Timeout
 folder = Path(sys.argv[1])
 with hold_folder(folder):

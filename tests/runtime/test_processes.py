@@ -2,6 +2,7 @@
 
 import ast
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -188,3 +189,46 @@ def test_a_process_that_dies_costs_its_own_task_and_is_replaced():
             pool.submit(os._exit, 1).result()
         assert pool.submit(pow, 2, 3).result() == 8
         assert beside.result() is None
+
+
+INTERRUPTED = """
+import os, re, signal, threading
+from pathlib import Path
+import psutil
+from nvhchain.runtime.processes import process_pool
+
+def interrupt(ended):
+    while not ended.wait(0.02):
+        for child in psutil.Process().children():
+            if "spawn_main" in " ".join(child.cmdline()):
+                status = Path(f"/proc/{child.pid}/status").read_text()
+                assert int(re.search("SigBlk:\\t(.*)", status)[1], 16) & 2, "an interruption reaches the worker"
+                child.send_signal(signal.SIGINT)
+
+if __name__ == "__main__":
+    ended = threading.Event()
+    threading.Thread(target=interrupt, args=(ended,), daemon=True).start()
+    with process_pool(1) as pool:
+        assert pool.submit(os.getpid).result() == pool.submit(os.getpid).result()
+        ended.set()
+"""
+
+
+def test_workers_of_a_pool_interrupted_from_their_start_go_on(tmp_path):
+    """As by Ctrl-C at a terminal, which reaches every process, also one that is still importing."""
+    (tmp_path / "script.py").write_text(INTERRUPTED)
+    done = subprocess.run([sys.executable, tmp_path / "script.py"], capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+def test_tasks_of_a_pool_end_with_the_interruption_of_their_caller(tmp_path):
+    (tmp_path / "caller.py").write_text("import signal\nsignal.signal(2, signal.default_int_handler)" + CALLER)
+    command = [sys.executable, tmp_path / "caller.py"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as caller:
+        worker = psutil.Process(int(caller.stdout.readline()))
+        caller.send_signal(signal.SIGINT)
+        try:
+            assert caller.wait(60.0) == -signal.SIGINT
+        finally:
+            caller.kill()
+    worker.wait(60.0)

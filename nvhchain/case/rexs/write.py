@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -19,6 +18,7 @@ from nvhchain.fidelity import DRAFT
 from nvhchain.files.atomic_write import write_output
 from nvhchain.interop.rexs import read_rexs
 from nvhchain.names import safe_names
+from nvhchain.runtime.folder_lock import temporary_folder
 
 PAGE = "import.md"
 """Name of the page beside the case."""
@@ -88,8 +88,8 @@ def _refused(text: str, name: str, source: Path) -> str | None:
 
     Raises Mistakes if the case cannot be loaded, all mistakes at once.
     """
-    with tempfile.TemporaryDirectory() as trial:
-        tried = Path(trial) / name
+    with temporary_folder("import") as trial:
+        tried = trial / name
         tried.write_text(text, encoding="utf-8")
         try:
             made = load_case(tried)

@@ -27,10 +27,10 @@ from nvhchain.dynamics.time_loop.simulation import Motion
 from nvhchain.errors import FileFormatError, require
 from nvhchain.files import hdf5
 from nvhchain.files.atomic_write import content_of, write_atomic
-from nvhchain.files.folder_lock import hold_folder
 from nvhchain.files.result_cache import code_version, fingerprint
 from nvhchain.handoff import BearingForces, FloatArray, ForceAccuracy, MeshLaw, ReducedHousing
 from nvhchain.kinds import checked
+from nvhchain.runtime.folder_lock import hold_folder
 from nvhchain.runtime.threads import one_blas_thread
 
 _log = logging.getLogger(__name__)

@@ -1,12 +1,14 @@
-"""Locks for one process at a time in a folder; an unlocked unfinished file belongs to a killed process."""
+"""Locks for one process at a time in a folder; an unlocked unfinished file or folder belongs to a killed process."""
 
 from __future__ import annotations
 
 import logging
 import os
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from tempfile import TemporaryDirectory, gettempdir
 
 import psutil
 from filelock import FileLock
@@ -58,6 +60,49 @@ def remove_abandoned(folder: Path, pattern: str) -> None:
                 fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 if os.fstat(descriptor).st_nlink:  # else the name belongs to another file by now
                     path.unlink()
+            finally:
+                os.close(descriptor)
+
+
+@contextmanager
+def temporary_folder(kind: str) -> Iterator[Path]:
+    """Yield a new folder among the temporary files, which is removed at the end.
+
+    That of a killed process goes with the next one of its `kind`. On systems without locks of folders it stays.
+    """
+    prefix = f"nvhchain-{kind}-"
+    _remove_abandoned_folders(Path(gettempdir()), f"{prefix}*")
+    while True:
+        with TemporaryDirectory(prefix=prefix, ignore_cleanup_errors=True) as folder, _locked(folder):
+            if Path(folder).is_dir():  # else another process took it as abandoned before its lock
+                yield Path(folder)
+                return
+
+
+@contextmanager
+def _locked(folder: str) -> Iterator[None]:
+    """Hold the lock of a new folder, where the system has such locks."""
+    if fcntl is None:
+        yield
+        return
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        lock_file(descriptor)
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def _remove_abandoned_folders(place: Path, pattern: str) -> None:
+    """Remove folders in `place` whose makers held a lock on them and have ended; the others stay."""
+    if fcntl is None:
+        return
+    for path in place.glob(pattern):
+        with suppress(OSError):  # a link, a file, or the folder of another user
+            descriptor = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+            try:
+                fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                shutil.rmtree(path, ignore_errors=True)
             finally:
                 os.close(descriptor)
 

@@ -12,13 +12,13 @@ from threading import Timer
 import psutil
 import pytest
 
-from nvhchain.files.folder_lock import hold_folder
+from nvhchain.runtime.folder_lock import hold_folder, temporary_folder
 
 CASES = Path(__file__).parents[2] / "cases"
 HOLD = """
     import sys
     from pathlib import Path
-    from nvhchain.files.folder_lock import hold_folder
+    from nvhchain.runtime.folder_lock import hold_folder
     with hold_folder(Path(sys.argv[1])):
         print("held", flush=True)
         sys.stdin.read()
@@ -96,3 +96,40 @@ def test_sigterm_ends_a_command_and_its_children_as_an_interruption(tmp_path):
     assert psutil.wait_procs(children, timeout=10)[1] == []
     assert list((tmp_path / "temporary").iterdir()) == []
     assert not [path for path in (tmp_path / "out").rglob("*") if path.suffix != ".h5"]
+
+
+def test_temporary_folders_of_others_stay(tmp_path, monkeypatch):
+    """Of a process at work, and what a name of another kind or a link leads to."""
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (elsewhere / "file").touch()
+    (tmp_path / "nvhchain-cluster-link").symlink_to(elsewhere)
+    (tmp_path / "nvhchain-import-abandoned").mkdir()
+    (tmp_path / "nvhchain-cluster-abandoned").mkdir()
+    with temporary_folder("cluster") as first, temporary_folder("cluster") as second:
+        assert first.is_dir()
+        assert second.is_dir()
+        assert first != second
+    left = {path.name for path in tmp_path.iterdir()}
+    assert left == {"elsewhere", "nvhchain-cluster-link", "nvhchain-import-abandoned"}
+    assert (elsewhere / "file").exists()
+
+
+def test_a_new_temporary_folder_that_another_process_removes_before_its_lock_is_made_again(tmp_path, monkeypatch):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    opened, removed = os.open, []
+
+    def open_late(path, *flags):
+        if not removed:
+            removed.append(path)
+        descriptor = opened(path, *flags)
+        if removed == [path]:
+            Path(path).rmdir()
+            removed.append(None)
+        return descriptor
+
+    monkeypatch.setattr(os, "open", open_late)
+    with temporary_folder("cluster") as folder:
+        assert folder.is_dir()
+        assert str(folder) != removed[0]

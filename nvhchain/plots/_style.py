@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from functools import wraps
 from typing import ParamSpec, TypeVar
 
-from matplotlib import rc_context
+from matplotlib import rc_context, rcParamsDefault, rcParamsOrig
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -16,7 +16,11 @@ from nvhchain.plots.marks import COLOURS
 MARK_LINES = (("#8C8C8C", "-"), ("#8C8C8C", (0, (2, 2))), ("#8C8C8C", (0, (6, 2))))
 """Colour and dashes of the vertical lines at mesh orders, one per stage."""
 
+_READ_FROM_FILES = {name: value for name, value in rcParamsDefault.items() if rcParamsOrig[name] != value}
+"""Defaults of what a `matplotlibrc` of the user or of the working directory changes, such as text by LaTeX."""
+
 STYLE = {
+    **_READ_FROM_FILES,
     "font.size": 12.0,
     "axes.labelsize": 13.0,
     "axes.titlesize": 13.0,
@@ -37,11 +41,14 @@ R = TypeVar("R")
 
 
 def styled(draw: Callable[P, R]) -> Callable[P, R]:
-    """Decorate `draw` to run under the common style without changing the process-wide settings."""
+    """Decorate `draw` to run under the common style without changing the process-wide settings.
+
+    Settings of a script hold where the style has none of its own; files of settings have no effect.
+    """
 
     @wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> R:
-        with rc_context(STYLE):  # type: ignore[arg-type]
+        with rc_context(STYLE):
             return draw(*args, **kwargs)
 
     return drawn

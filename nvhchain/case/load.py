@@ -13,13 +13,13 @@ from nvhchain.case.gearbox import GearboxCase
 from nvhchain.case.radiator import RadiatorCase
 from nvhchain.case.sound import check_targets
 from nvhchain.case.toml.lines import Table, merged_places, placed, with_line
-from nvhchain.case.toml.read import read_toml
+from nvhchain.case.toml.read import check_texts, read_toml
 from nvhchain.case.toml.table import build
 from nvhchain.dimensions import UNITS
 from nvhchain.errors import InputError, Mistakes, mistakes, require
 from nvhchain.interop import ForceChannels
 from nvhchain.kinds import NAMES, checked
-from nvhchain.names import check_names, check_text
+from nvhchain.names import check_names
 
 Case = GearboxCase | RadiatorCase
 
@@ -131,7 +131,7 @@ def parse_change(text: str) -> dict[str, Any]:
             table = tomllib.loads(f"{path} = {right}")
         except tomllib.TOMLDecodeError:
             continue
-        _check_texts(table, text)
+        check_texts(table, text)
         return table
     raise InputError(f"{path.strip()!r} is no path of a value: separate keys by dots, and quote names with spaces")
 
@@ -179,25 +179,11 @@ def _read(path: Path, open_files: tuple[Path, ...]) -> Table:
     require(path.resolve() not in open_files, f"{path}: base files refer to each other in a circle")
     content, text = read_toml(path)
     table: Table = placed(content, text, str(path))
-    _check_texts(table, f"{path}")
     base = table.pop("base", None)
     if base is None:
         return table
     require(isinstance(base, str), f"{path}: base = {base!r} must be the path of a case file")
     return _merge(_read(path.parent / base, (*open_files, path.resolve())), table, f"{path}: ")
-
-
-def _check_texts(value: Any, place: str) -> None:
-    """Refuse (InputError) control characters in any text or key."""
-    if isinstance(value, Mapping):
-        for key, inner in value.items():
-            check_text(key, f"{place}: key")
-            _check_texts(inner, f"{place}.{key}")
-    elif isinstance(value, list):
-        for number, inner in enumerate(value):
-            _check_texts(inner, f"{place}[{number}]")
-    elif isinstance(value, str):
-        check_text(value, place)
 
 
 def _merge(base: Mapping[str, Any], change: Mapping[str, Any], place: str, *, replace: bool = False) -> Table:

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from nvhchain.case.checks.names import nearest
 from nvhchain.case.toml.read import read_toml
-from nvhchain.errors import InputError, Mistakes, mistakes, require
+from nvhchain.errors import InputError, Mistakes, is_whole, mistakes, require
 from nvhchain.kinds import check_fields
 from nvhchain.names import check_names
 from nvhchain.study.parameter import Parameter, numbers, parameter_from
@@ -121,8 +121,18 @@ class Study:
     def __post_init__(self) -> None:
         check_fields(self)
         require(len(self.parameters) > 0, "a study without parameters has one design: use run, or add [[parameters]]")
+        for name, number in (("seed", self.seed), ("designs", self.designs), ("most_designs", self.most_designs)):
+            require(is_whole(number) and number >= 0, f"{name} = {number:g} must be a whole number, 0 or more")
+            object.__setattr__(self, name, int(number))
         check_names([parameter.name for parameter in self.varied], "parameters")
+        setters: dict[str, str] = {}
         for parameter in self.varied:
+            for place in dict.fromkeys(parameter.given_paths):
+                other = setters.setdefault(place, parameter.name)
+                require(
+                    other == parameter.name,
+                    f"{other} and {parameter.name} both set {place}, where the last one holds: leave one of them out",
+                )
             require(parameter.name not in _COLUMNS, f"{parameter.name} is a column of every table: choose another name")
         self._check_paths()
         lengths = {parameter.name: len(parameter.levels) for parameter in self.parameters}

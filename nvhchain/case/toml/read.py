@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from nvhchain.errors import InputError, require
+from nvhchain.names import check_text
 
 _LARGEST = 2**26
 """Bytes of a file; a device without end has more."""
@@ -16,20 +18,35 @@ _LARGEST = 2**26
 def read_toml(path: Path) -> tuple[dict[str, Any], str]:
     """Return the table of a TOML file, and its text.
 
-    Raises InputError if the file cannot be read, is too large, or is not valid TOML.
+    Raises InputError if the file cannot be read, is too large, is not valid TOML, or holds control characters.
     """
     try:
         with path.open("rb") as file:
             content = file.read(_LARGEST + 1)
         require(len(content) <= _LARGEST, f"{path}: more than {_LARGEST >> 20} MB: give a file in TOML")
         text = content.decode("utf-8-sig").replace("\r\n", "\n")
-        return tomllib.loads(text), text
+        table = tomllib.loads(text)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: byte {error.start + 1} is none of UTF-8 text: save the file as UTF-8") from None
     except tomllib.TOMLDecodeError as error:
         raise InputError(_syntax(str(error), path)) from None
+    check_texts(table, f"{path}")
+    return table, text
+
+
+def check_texts(value: Any, place: str) -> None:
+    """Refuse (InputError) control characters in any text or key."""
+    if isinstance(value, Mapping):
+        for key, inner in value.items():
+            check_text(key, f"{place}: key")
+            check_texts(inner, f"{place}.{key}")
+    elif isinstance(value, list):
+        for number, inner in enumerate(value):
+            check_texts(inner, f"{place}[{number}]")
+    elif isinstance(value, str):
+        check_text(value, place)
 
 
 def _syntax(message: str, path: Path) -> str:

@@ -109,7 +109,7 @@ def _check_radiation(case: Case, fidelity: Fidelity) -> None:
 def _check_driven(scene: Scene) -> None:
     """Refuse idle gears at constant speed, whose forces are exactly zero."""
     operation = scene.gearbox.operation
-    if operation.fluctuation is not None:
+    if operation.fluctuation is not None and operation.fluctuation.drive.fluctuates:
         return
     if operation.input_torque != 0 or (operation.ramp and operation.ramp.end_speed != operation.input_speed):
         return

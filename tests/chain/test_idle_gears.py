@@ -28,10 +28,18 @@ def small(request):
     return request.config.rootpath / "cases" / "small" / "single_stage.toml"
 
 
-@pytest.mark.parametrize("ramp", ["", "ramp = { end_speed_rpm = 1800, duration = 0.2 }"], ids=["steady", "level ramp"])
+LEVEL = "ramp = { end_speed_rpm = 1800, duration = 0.2 }"
+NO_HARMONIC = 'fluctuation = { type = "torque_harmonics", harmonics = [{ order = 2, amplitude = 0 }] }'
+NO_RECORD = 'fluctuation = { type = "torque_record", file = "t.csv", channel = "torque" }'
+
+
+@pytest.mark.parametrize(
+    "ramp", ["", LEVEL, NO_HARMONIC, f"{LEVEL}\n{NO_RECORD}"], ids=["steady", "level ramp", "harmonic", "record"]
+)
 @pytest.mark.parametrize("command", ["check", "plan", "run", "compare"])
 def test_gears_that_nothing_moves_are_refused_before_any_work(command, ramp, small, tmp_path, capsys):
     file = tmp_path / "idle.toml"
+    (tmp_path / "t.csv").write_text("time,torque\n" + "".join(f"{0.001 * n},3\n" for n in range(300)))
     file.write_text(f'base = "{small}"\n[operation]\ninput_torque = 0\nmesh_torque = 10\n{ramp}')
     out = [] if command in ("check", "plan") else ["--out", str(tmp_path / "out")]
     assert cli.main([command, str(file), *out]) == 2

@@ -129,6 +129,11 @@ class Fluctuation:
         )
 
     @property
+    def fluctuates(self) -> bool:
+        """Whether torque or speed leave their mean: not with harmonics of no amplitude, nor by a constant record."""
+        return bool(any(one.amplitude for one in self.harmonics) or (np.diff(self.values) != 0).any())
+
+    @property
     def period(self) -> Fraction:
         """Turns of the input after which the harmonics repeat.
 

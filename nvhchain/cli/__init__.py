@@ -91,7 +91,11 @@ def _command(words: ArgumentParser, arguments: Sequence[str]) -> tuple[int, list
 
 
 def _check_environment() -> None:
-    """Refuse numbers of threads with which numba cannot be imported; an empty value counts as unset."""
+    """Refuse numbers of threads with which numba cannot be imported; an empty value counts as unset.
+
+    A backend of matplotlib is ignored: commands open no window, and its import fails with an unknown one.
+    """
+    os.environ.pop("MPLBACKEND", None)
     name = "NUMBA_NUM_THREADS"
     value = os.environ.get(name, "").strip()
     if not value:

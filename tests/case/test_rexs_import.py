@@ -1,6 +1,7 @@
 """Import of REXS: the case that is written, its page, and what contradicts itself."""
 
 import re
+import resource
 import warnings
 from itertools import pairwise
 
@@ -316,6 +317,20 @@ def test_nothing_is_written_over_or_half(tmp_path, capsys):
     assert main(["import", str(broken.save(tmp_path / "w.rexs")), "--out", str(tmp_path / "other")]) == 2
     assert "worm gears are not modelled: worm_stage" in capsys.readouterr().err
     assert not (tmp_path / "other").exists()
+
+
+def test_temporary_files_without_room_are_named_with_a_remedy(tmp_path, capsys):
+    """The case is tried out there before its folder is made."""
+    path = gear_train((20, 31)).save(tmp_path / "u.rexs")
+    resource.setrlimit(resource.RLIMIT_FSIZE, (512, resource.RLIM_INFINITY))
+    try:
+        assert main(["import", str(path), "--out", str(tmp_path / "case")]) == 1
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+    assert re.fullmatch(
+        r"nvhchain: /\S+/u.toml: cannot be written \(.*\): raise the limit.*\n", capsys.readouterr().err
+    )
+    assert not (tmp_path / "case").exists()
 
 
 def test_a_shaft_that_can_tilt_or_slide_is_refused(tmp_path):

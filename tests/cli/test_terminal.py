@@ -97,6 +97,19 @@ def test_warnings_stay_one_line_each_where_python_makes_errors_of_them(tmp_path,
     assert capsys.readouterr().err == "nvhchain: beware\n"
 
 
+def test_an_unknown_backend_of_matplotlib_changes_no_figure(finished, tmp_path):
+    """Commands open no window, for which a notebook or a terminal may name one."""
+    picture = tmp_path / "p.png"
+    words = ["plot", str(Path(finished, "pressure.h5")), "--out", str(picture)]
+    done = subprocess.run(
+        [sys.executable, "-P", "-m", "nvhchain.cli", *words],
+        env={**os.environ, "MPLBACKEND": "nonsense"},
+        capture_output=True,
+        encoding="utf-8",
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, f"{picture}\n", "")
+
+
 @pytest.mark.parametrize("threads", ["0", "-3", "many"])
 def test_impossible_numbers_of_threads_are_one_line(capsys, monkeypatch, threads):
     monkeypatch.setenv("NUMBA_NUM_THREADS", threads)

@@ -90,7 +90,7 @@ def _refused(text: str, name: str, source: Path) -> str | None:
     """
     with temporary_folder("import") as trial:
         tried = trial / name
-        tried.write_text(text, encoding="utf-8")
+        write_output(tried, text.encode())
         try:
             made = load_case(tried)
             assert isinstance(made, GearboxCase)

@@ -10,6 +10,7 @@ from typing import Any
 from nvhchain import gear
 from nvhchain.acoustics.systems.engines import engine_named
 from nvhchain.case import FIELD_POINT_QUANTITIES, RADIATED, Case
+from nvhchain.dynamics.model.shaft_beam import covered_places
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.runtime.memory import free_memory
@@ -126,6 +127,15 @@ def _check_bearings(scene: Scene) -> None:
         _ = scene.gearbox.equilibrium
 
 
+def _check_shafts(scene: Scene) -> None:
+    """Refuse flexible shafts with gaps, and those that do not reach their gears and bearings."""
+    if not scene.gearbox.options.models("flexible_shafts"):
+        return
+    gearbox = scene.gearbox.gearbox_with_gears
+    for shaft in gearbox.shafts:
+        covered_places(shaft, [bearing.z for bearing in gearbox.bearings if bearing.shaft == shaft.name])
+
+
 def _check_motion(scene: Scene) -> None:
     """Refuse a radiator that nothing moves."""
     if scene.case.states_velocity and not scene.case.moves:  # type: ignore[union-attr]
@@ -212,7 +222,7 @@ _Checks = dict[Step[Any], tuple[Callable[[Scene], None], ...]]
 
 _CASE_CHECKS: _Checks = {
     MESH_LAWS: (_check_reach,),
-    BEARING_FORCES: (_check_support, _check_driven, _check_bearings),
+    BEARING_FORCES: (_check_support, _check_driven, _check_shafts, _check_bearings),
     SURFACE_VELOCITY: (_check_motion,),
 }
 """Step → checks of the case alone."""

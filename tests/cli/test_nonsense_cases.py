@@ -87,6 +87,13 @@ def test_changed_values_are_refused_in_one_line_or_load(tmp_path, request):
         ({"[0, 0, 33], radius_mm = 22": "[0, 0, 33], radius_mm = 11"}, ["housing.bores: A1", "shaft A"]),
         ({"outer_diameter_mm = 24": "outer_diameter_mm = 110"}, ["shaft A: segments[0]", "shaft B: segments[0]"]),
         ({PIECE: f"{PIECE}, {PIECE}"}, ["shaft A: segments[0] and shaft A: segments[1]"]),
+        (
+            {
+                "flexible_shafts = false": "flexible_shafts = true",
+                PIECE: f"{PIECE.replace('130', '60')}, {PIECE.replace('-20', '80')}",
+            },
+            ["shaft A: no segment covers z = 60…80 mm"],
+        ),
         ({"resolution = 30": "resolution = 1e12"}, ["band resolution"]),
         ({"high = 4000": "high = 1e12"}, ["band", "20000 Hz"]),
         ({BORE: "bore_radius_mm = 11.5", SPACE: "radius_mm = 42"}, ["gear pinion", "gear wheel"]),

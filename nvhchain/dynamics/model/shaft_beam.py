@@ -92,8 +92,11 @@ def _residual_vectors(squared: FloatArray, share: FloatArray) -> tuple[FloatArra
     return found, base @ turned
 
 
-def _nodes(shaft: Shaft, places: Sequence[float], element: float) -> FloatArray:
-    """Return z of the nodes: ends of segments, loads, bodies, and points between them at most `element` apart."""
+def covered_places(shaft: Shaft, places: Sequence[float]) -> list[float]:
+    """Return z of the ends of segments, of `places` and of bodies (m) of a flexible shaft.
+
+    Raises InputError if its segments leave a gap or do not reach one of them.
+    """
     require(len(shaft.segments) > 0, f"shaft {shaft.name}: a flexible shaft needs segments")
     ends = sorted((segment.start, segment.end) for segment in shaft.segments)
     reached = ends[0][1]
@@ -111,6 +114,12 @@ def _nodes(shaft: Shaft, places: Sequence[float], element: float) -> FloatArray:
             f"shaft {shaft.name}: its segments span z = {1e3 * ends[0][0]:g}…{1e3 * reached:g} mm, but a bearing, gear "
             f"or body sits at {1e3 * z:g} mm: lengthen the shaft, or take it as rigid (flexible_shafts = false)",
         )
+    return fixed
+
+
+def _nodes(shaft: Shaft, places: Sequence[float], element: float) -> FloatArray:
+    """Return z of the nodes: ends of segments, loads, bodies, and points between them at most `element` apart."""
+    fixed = covered_places(shaft, places)
     stations = np.unique(fixed)
     stations = stations[np.concatenate([[True], np.diff(stations) > ALIKE])]
     pieces = [

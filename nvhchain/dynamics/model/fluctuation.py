@@ -130,7 +130,7 @@ class Fluctuation:
 
     @property
     def fluctuates(self) -> bool:
-        """Whether torque or speed leave their mean: not with harmonics of no amplitude, nor by a constant record."""
+        """Return False if torque or speed stay at their mean: harmonics of no amplitude, or a constant record."""
         return bool(any(one.amplitude for one in self.harmonics) or (np.diff(self.values) != 0).any())
 
     @property

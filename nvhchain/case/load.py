@@ -179,6 +179,7 @@ def _read(path: Path, open_files: tuple[Path, ...]) -> Table:
     require(path.resolve() not in open_files, f"{path}: base files refer to each other in a circle")
     content, text = read_toml(path)
     table: Table = placed(content, text, str(path))
+    check_texts(table, f"{path}")
     base = table.pop("base", None)
     if base is None:
         return table

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from nvhchain.case.checks.names import nearest
-from nvhchain.case.toml.read import read_toml
+from nvhchain.case.toml.read import check_texts, read_toml
 from nvhchain.errors import InputError, Mistakes, is_whole, mistakes, require
 from nvhchain.kinds import check_fields
 from nvhchain.names import check_names
@@ -242,6 +242,7 @@ def load_study(path: str | Path) -> Study:
     """
     path = Path(path)
     table, _ = read_toml(path)
+    check_texts(table, f"{path}")
     wrong: list[str] = []
     parameters = _parameters(table, "parameters", path, wrong)
     scatter = _parameters(table, "scatter", path, wrong)

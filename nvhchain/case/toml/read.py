@@ -18,22 +18,20 @@ _LARGEST = 2**26
 def read_toml(path: Path) -> tuple[dict[str, Any], str]:
     """Return the table of a TOML file, and its text.
 
-    Raises InputError if the file cannot be read, is too large, is not valid TOML, or holds control characters.
+    Raises InputError if the file cannot be read, is too large, or is not valid TOML.
     """
     try:
         with path.open("rb") as file:
             content = file.read(_LARGEST + 1)
         require(len(content) <= _LARGEST, f"{path}: more than {_LARGEST >> 20} MB: give a file in TOML")
         text = content.decode("utf-8-sig").replace("\r\n", "\n")
-        table = tomllib.loads(text)
+        return tomllib.loads(text), text
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: byte {error.start + 1} is none of UTF-8 text: save the file as UTF-8") from None
     except tomllib.TOMLDecodeError as error:
         raise InputError(_syntax(str(error), path)) from None
-    check_texts(table, f"{path}")
-    return table, text
 
 
 def check_texts(value: Any, place: str) -> None:

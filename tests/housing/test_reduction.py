@@ -157,7 +157,7 @@ def test_corrected_frequencies_of_large_elements_are_those_of_smaller_ones():
         moved = 1.0 - frequency[size, True] / frequency[size, False]
         assert (moved > 0.0).all()
         assert rms(moved) > 0.02
-        assert rms(found[size, True].accuracy.frequency_error - 0.5 * moved) < 1e-3
+        assert rms(found[size, True].accuracy.frequency_error - 0.4 * moved) < 1e-3
 
 
 def rms(values):
@@ -168,9 +168,9 @@ def test_a_correction_keeps_rigid_modes_and_the_order_of_frequencies_with_their_
     shapes = np.arange(12.0).reshape(3, 4)
     modes = SeatModes(np.array([0.0, 100.0, 101.0, 200.0]), shapes, np.zeros((3, 3)), np.zeros((3, 3)), np.arange(3))
     lower, left = with_errors(modes, np.array([0.0, 0.01, 0.1, 0.0]), corrected=True)
-    np.testing.assert_allclose(lower.frequency, [0.0, 101 * np.sqrt(0.916), 100 * np.sqrt(0.9916), 200.0])
+    np.testing.assert_allclose(lower.frequency, [0.0, 101 * np.sqrt(0.9), 100 * np.sqrt(0.99), 200.0])
     np.testing.assert_array_equal(lower.shapes, shapes[:, [0, 2, 1, 3]])
-    np.testing.assert_allclose(left, 0.5 * (1.0 - np.sqrt([1.0, 0.916, 0.9916, 1.0])))
+    np.testing.assert_allclose(left, 0.4 * (1.0 - np.sqrt([1.0, 0.9, 0.99, 1.0])))
 
 
 def test_bending_wavelength_of_an_aluminium_plate():

@@ -125,14 +125,7 @@ class Study:
             require(is_whole(number) and number >= 0, f"{name} = {number:g} must be a whole number, 0 or more")
             object.__setattr__(self, name, int(number))
         check_names([parameter.name for parameter in self.varied], "parameters")
-        setters: dict[str, str] = {}
         for parameter in self.varied:
-            for place in dict.fromkeys(parameter.given_paths):
-                other = setters.setdefault(place, parameter.name)
-                require(
-                    other == parameter.name,
-                    f"{other} and {parameter.name} both set {place}, where the last one holds: leave one of them out",
-                )
             require(parameter.name not in _COLUMNS, f"{parameter.name} is a column of every table: choose another name")
         self._check_paths()
         lengths = {parameter.name: len(parameter.levels) for parameter in self.parameters}

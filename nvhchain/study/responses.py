@@ -84,21 +84,28 @@ def add_requested(
 
     responses: response → number, to which they are added.
     """
-    if not asked:
-        return
+    check_requested(asked, case)
     if not isinstance(case, GearboxCase):
-        raise InputError(f"responses = {list(asked)} are those of gearboxes: leave them out")
-    if {"orders", "loudness"} & set(asked):
-        if pressure is None or not pressure.input_speed:
-            raise InputError("responses: orders and loudness need sound pressure at constant speed: leave them out")
-        if "orders" in asked:
-            responses.update(_orders(pressure, case))
-        if "loudness" in asked:
-            responses["loudness_sone"] = _loudness(pressure)
+        return
+    if pressure is not None and "orders" in asked:
+        responses.update(_orders(pressure, case))
+    if pressure is not None and "loudness" in asked:
+        responses["loudness_sone"] = _loudness(pressure)
     if "contact_pressure" in asked:
         for stage, pair, force in zip(case.stages, case.pairs, case.mesh_forces, strict=True):
             if force:
                 responses[f"contact_pressure_MPa of {stage.name}"] = _contact_pressure(pair, abs(force), fidelity)
+
+
+def check_requested(asked: Sequence[str], case: Case) -> None:
+    """Refuse responses of `ON_REQUEST` that runs of a case do not have."""
+    if not asked:
+        return
+    if not isinstance(case, GearboxCase):
+        raise InputError(f"responses = {list(asked)} are those of gearboxes: leave them out")
+    steady = "pressure" in case.quantities and case.operation.ramp is None
+    if not steady and {"orders", "loudness"}.intersection(asked):
+        raise InputError("responses: orders and loudness need sound pressure at constant speed: leave them out")
 
 
 def add_gears(result: chain.Result, responses: dict[str, float]) -> None:

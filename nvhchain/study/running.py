@@ -29,6 +29,7 @@ from nvhchain.study.parameter import Parameter
 from nvhchain.study.plans.designs import Design, count_designs, list_designs
 from nvhchain.study.plans.gradient import walk_gradient
 from nvhchain.study.plans.optimise import draws_of, search
+from nvhchain.study.responses import check_requested
 from nvhchain.study.rows import Row, operating_points
 from nvhchain.study.spreading import Spread, Task
 
@@ -103,6 +104,7 @@ def check_parameters(study: Study) -> None:
     _check_memory(count_designs(study) * len(operating_points(study)))
     for point in operating_points(study):
         base = load_case(study.case, changes=point.changes)
+        check_requested(study.responses, base)
     check_all(*(partial(_check_parameter, study, parameter, base) for parameter in study.varied))
 
 

@@ -278,7 +278,6 @@ def test_tables_are_ascii_with_empty_cells():
         (RADII.replace("[5, 10, 20]", "[5, 5.0]"), "all values give the same case"),
         (RADII.replace("body.radius_mm", "name").replace("[5, 10, 20]", '["a", "b"]'), "all values give the same case"),
         (RADII + RADII, "radius"),
-        (RADII + RADII.replace('"radius"', '"size"'), "radius and size both set body.radius_mm"),
         ("seed = -1\n" + RADII, "seed = -1 must be a whole number, 0 or more"),
         ("seed = 1.5\n" + RADII, "seed = 1.5 must be a whole number"),
         ("most_designs = 2.5\n" + RADII, "most_designs = 2.5 must be a whole number"),
@@ -306,6 +305,24 @@ def test_bad_studies_are_refused_before_any_run(sphere, tmp_path, text, said, ca
     assert __import__("re").search(said, error)
     assert "Traceback" not in error
     assert not (tmp_path / "out" / "rows").exists()
+
+
+@pytest.mark.parametrize(
+    ("changes", "asked"),
+    [
+        (("operation.ramp={ end_speed_rpm = 2500, duration = 2 }",), "orders"),
+        (("quantities=['bearing_forces']",), "loudness"),
+    ],
+)
+def test_responses_that_no_run_of_the_case_has_are_refused_before_any_run(changes, asked, tmp_path):
+    case = nvh.load_case(SMALL, changes=changes)
+    nvh.save_case(case, tmp_path / "case.toml")
+    study = Study(
+        tmp_path / "case.toml", (Parameter("damping", ("housing.modal_damping",), (0.01, 0.02)),), responses=(asked,)
+    )
+    with pytest.raises(InputError, match="orders and loudness need sound pressure at constant speed"):
+        run_study(study, out=tmp_path / "out", fidelity=nvh.DRAFT)
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_response_that_does_not_exist_ends_the_study_at_its_first_run(sphere, tmp_path, capsys):

@@ -164,7 +164,7 @@ def test_slopes_follow_the_closed_form_and_other_steps(study_file, tmp_path, mon
     (other,) = (one for one in slopes(study, others) if one.response == "level")
     assert other.value == pytest.approx(found.value, abs=max(found.error + other.error, 0.002))
     lines = write_study(study, others, tmp_path / "out")
-    assert lines[0].startswith("One unit of radius changes level by 1.39")
+    assert lines[0].startswith("One mm of radius changes level by 1.39")
     assert "Slopes" in (tmp_path / "out" / "report.html").read_text()
 
 

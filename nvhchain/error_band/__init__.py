@@ -32,6 +32,6 @@ if TYPE_CHECKING:
     from nvhchain.error_band.run_bands import BANDS
     from nvhchain.error_band.run_up import RunUpBand, run_up_band, run_up_force_band
 
-__getattr__ = deferred(__name__, __file__)
+__getattr__, __dir__ = deferred(__name__, __file__)
 
 __all__ = ["ErrorBand", "format_limits"]

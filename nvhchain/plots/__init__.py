@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from nvhchain.plots.speed import campbell, levels_over_speed
     from nvhchain.plots.waterfall import waterfall_maps
 
-__getattr__ = deferred(__name__, __file__)
+__getattr__, __dir__ = deferred(__name__, __file__)
 
 __all__ = [
     "OrderMarks",

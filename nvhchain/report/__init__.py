@@ -15,6 +15,6 @@ if TYPE_CHECKING:
     from nvhchain.report.sentences import verdict
     from nvhchain.report.system_modes import report_modes
 
-__getattr__ = deferred(__name__, __file__)
+__getattr__, __dir__ = deferred(__name__, __file__)
 
 __all__ = ["compare", "contributions", "verdict"]

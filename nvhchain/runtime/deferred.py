@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import ast
+import sys
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 
-def deferred(package: str, file: str) -> Callable[[str], Any]:
-    """Return the `__getattr__` of a package that imports the names below `if TYPE_CHECKING` at their first use.
+def deferred(package: str, file: str) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+    """Return `__getattr__` and `__dir__` of a package that imports names below `if TYPE_CHECKING` at their first use.
 
     package, file: `__name__` and `__file__` of the package.
 
@@ -28,4 +29,4 @@ def deferred(package: str, file: str) -> Callable[[str], Any]:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
         return getattr(import_module(homes[name]), name)
 
-    return find
+    return find, lambda: sorted({*homes, *vars(sys.modules[package])})

@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -99,3 +100,12 @@ def test_every_environment_variable_that_is_read_is_documented(request):
     )
     assert {"NUMBA_CACHE_DIR", "XDG_CACHE_HOME"} <= read
     assert sorted(name for name in read | {"NUMBA_NUM_THREADS", "OMP_NUM_THREADS"} if f"`{name}`" not in page) == []
+
+
+@pytest.mark.parametrize("package", ["error_band", "housing", "plots", "report"])
+def test_names_of_packages_that_import_at_first_use_can_be_completed(package):
+    of = import_module(f"nvhchain.{package}")
+    assert set(of.__all__) <= set(dir(of))
+    assert all(getattr(of, name) is not None for name in of.__all__)
+    with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
+        _ = of.nonsense

@@ -1,4 +1,4 @@
-"""Natural frequencies of castings and of boxes with fillets, as they are and corrected, against elements of no size.
+"""Natural frequencies of castings and of boxes with fillets, as they are and corrected, and their errors.
 
     python -m benchmarks mesh_error OUT
 

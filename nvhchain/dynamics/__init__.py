@@ -11,6 +11,7 @@ from nvhchain.dynamics.model.parts import (
     RigidBody,
     Shaft,
     ShaftBearing,
+    SideLoad,
     VibratingBody,
 )
 from nvhchain.dynamics.model.rigid_train import run_up_time

@@ -9,7 +9,7 @@ import pytest
 from nvhchain.case import load_case
 from nvhchain.case.rexs import export_rexs, import_rexs
 from nvhchain.cli import main
-from nvhchain.dynamics.model.parts import SideLoad
+from nvhchain.dynamics import SideLoad
 from nvhchain.gear.drawing.micro_geometry import Flank, MicroGeometry, Relief
 from nvhchain.testing.rexs_units import coaxial_unit
 

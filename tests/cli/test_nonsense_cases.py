@@ -163,6 +163,7 @@ SI_ONLY = set(
         "level",
         "load_ratio",
         "loss_factor",
+        "moment",
         "loss_factor_frequency",
         "low",
         "mass",

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nvhchain.dynamics import bearing_forces, equilibrium, static_bearing_forces
-from nvhchain.dynamics.model.parts import SideLoad
+from nvhchain.dynamics import SideLoad, bearing_forces, equilibrium, static_bearing_forces
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.testing.two_stages import SPEED, moment_bearings, tilting

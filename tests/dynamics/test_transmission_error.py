@@ -144,11 +144,11 @@ def test_records_without_errors_keep_their_identity_and_say_what_is_missing(tmp_
     record = BearingForces(time, np.arange(24.0).reshape(8, 1, 3), ("A",), np.zeros((1, 3)), 10.0)
     # as version 0.1 wrote it
     assert record.content_hash == "081f19c3c1776742e3ae7af35c0dd865085db9401e77d682d361394a5c08745c"
-    for quantity in ("transmission_error", "output_lag", "mesh_deflection"):
+    for quantity in ("transmission_error", "output_lag", "mesh_deflection", "moment"):
         with pytest.raises(InputError, match=f"holds no {quantity}"):
             record.recorded(quantity)
     with pytest.raises(InputError, match="choose from force"):
-        record.recorded("moment")
+        record.recorded("torque")
     full = record.replace(transmission_error=np.ones((8, 2)), output_lag=np.ones(8))
     again = hdf5.load(hdf5.save(full, tmp_path / "record.h5"), BearingForces)
     assert np.array_equal(again.recorded("transmission_error"), np.ones((8, 2)))

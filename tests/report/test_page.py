@@ -136,6 +136,13 @@ def test_assumptions_of_a_case_stand_on_the_first_screen(pair):
     assert "plain: The housing is &lt;drawn&gt; by rule." in write_page(pair).read_text()
 
 
+def test_sections_of_a_comparison_at_one_speed_have_headlines_of_their_own(pair):
+    heads = re.findall(r"<section id=.(\w+).>\s*<h2>([^<]*)</h2>", write_page(pair).read_text())
+    assert dict(heads)["sound"] == "Sound"
+    assert len({head for _, head in heads}) == len(heads) > 8
+    assert "Run-up" not in dict(heads).values()
+
+
 def test_every_section_has_its_figures_and_they_are_valid(pair):
     page = read(write_page(pair))
     sections = {

@@ -11,7 +11,7 @@ import numpy as np
 from nvhchain.errors import InputError
 from nvhchain.handoff import PressureHistory
 from nvhchain.report.page.blocks import Figure, Table, Text, colour, label, packed
-from nvhchain.report.page.sections.speed.run_up import title
+from nvhchain.report.page.sections.speed.run_up import kind_of_record
 from nvhchain.report.page.stored import Stored, StoredRun
 from nvhchain.report.run_up import main_orders
 from nvhchain.report.sound.write import BACKGROUND
@@ -54,7 +54,7 @@ def blocks(stored: Stored) -> list[Any]:
     if background is not None:
         rate = audible_rate(10e3, 24000)
         data["background"] = _text(encoded_16_bit(background.resampled(rate), scale))
-    words = title(stored).lower() if "wav" in data["runs"][0] else "steady sound, a loop"
+    words = kind_of_record(stored).lower() if "wav" in data["runs"][0] else "steady sound, a loop"
     caption = f"Player: {words}, at {stored.microphone or 'the first microphone'}."
     return [
         Text((TOGETHER if len(data["runs"]) > 1 else "") + EXPLANATION.format(scale=scale)),

@@ -64,7 +64,12 @@ def blocks(stored: Stored) -> list[Any]:
 
 
 def title(stored: Stored) -> str:
-    """Return the headline: what the records are."""
+    """Return the headline of the section."""
+    return kind_of_record(stored)
+
+
+def kind_of_record(stored: Stored) -> str:
+    """Return what the records are, as a headline."""
     speeds = [of.input_speed for _, _, of in stored.having(lambda run: run.pressure_history)]
     if speeds and all(map(constant_speed, speeds)):
         return "Record at constant speed"

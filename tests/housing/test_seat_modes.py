@@ -7,6 +7,7 @@ import scipy.linalg
 from nvhchain.conventions import ALUMINIUM
 from nvhchain.fem import rigid_map, stiffness_and_mass
 from nvhchain.housing.modes.seat_modes import seat_modes, seat_unknowns
+from nvhchain.housing.reduction import held_matrices
 from nvhchain.testing.elements import brick
 
 
@@ -133,3 +134,15 @@ def test_band_far_below_the_first_elastic_mode_leaves_the_elastic_flexibility():
 
 def test_seat_unknowns_are_the_translations_of_the_last_reference_points():
     assert seat_unknowns(20, 2).tolist() == [8, 9, 10, 14, 15, 16]
+
+
+def test_motions_of_a_seat_are_three_translations_and_tilts_about_x_and_y(mesh, casting):
+    _, _, T = held_matrices(mesh, casting)
+    unknowns = seat_unknowns(T.shape[1], len(casting.bores), 5).reshape(-1, 5)
+    for nodes, bore, own in zip(mesh.seats, casting.bores, unknowns, strict=True):
+        arm = mesh.nodes[nodes] - np.array(bore.centre)
+        expected = [np.tile(axis, (len(arm), 1)) for axis in np.eye(3)] + [
+            np.cross(axis, arm) for axis in np.eye(3)[:2]
+        ]
+        moved = T[:, own].toarray().reshape(-1, 3, 5)[nodes]
+        np.testing.assert_allclose(np.moveaxis(moved, 2, 0), expected, atol=1e-12)

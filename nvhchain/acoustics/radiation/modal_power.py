@@ -29,8 +29,8 @@ from nvhchain.handoff import (
 )
 from nvhchain.kinds import checked
 
-_ALONG = "x", "y", "z", "a tilt about x", "a tilt about y"
-"""Motions of a bearing seat."""
+_LOADS = "force along x", "force along y", "force along z", "moment about x", "moment about y"
+"""Loads on a bearing seat, in the order of its motions."""
 
 _DEPENDENT = 1e-10
 """Mean square velocity, relative to that of the shapes, below which a combination of shapes counts as zero."""
@@ -165,8 +165,8 @@ def _check_seats(resistance: RadiationResistance, housing: ReducedHousing, veloc
     missing = np.flatnonzero(velocity.any(axis=0) & moves & ~known) - len(housing.natural_frequency)
     require(
         len(missing) == 0,
-        f"bearing {housing.names[missing[0] // housing.motions] if len(missing) else ''} carries a force along "
-        f"{_ALONG[missing[0] % housing.motions] if len(missing) else ''} that the radiation resistance leaves out: "
+        f"bearing {housing.names[missing[0] // housing.motions] if len(missing) else ''} carries a "
+        f"{_LOADS[missing[0] % housing.motions] if len(missing) else ''} that the radiation resistance leaves out: "
         "make it for this load (`loaded_seats`)",
     )
 

@@ -10,6 +10,12 @@ from nvhchain.spectrum import force_spectrum
 from nvhchain.testing.two_stages import SPEED, moment_bearings, tilting
 
 
+def recorded(box, laws, housing, f_max):
+    fidelity = DynamicsFidelity(time_step=1e-5)
+    given = {"input_torque": 250.0, "input_speed": SPEED, "duration": 0.02}
+    return bearing_forces(box, laws, housing, **given, f_max=f_max, fidelity=fidelity)
+
+
 def test_a_seat_is_in_series_with_its_bearing_in_all_five_motions(make_gearbox, make_laws, make_housing):
     """A bearing K on a seat of flexibility R is one of (K⁻¹ + R)⁻¹ on a rigid seat."""
     laws, box = make_laws(), moment_bearings(make_gearbox())
@@ -33,32 +39,14 @@ def test_mean_moments_of_a_run_are_those_of_the_equilibrium(make_gearbox, make_l
     box = moment_bearings(make_gearbox())
     housing = tilting(make_housing(box, modes=10))
     balanced = equilibrium(box, laws, housing, input_torque=250.0).bearing_load
-    run = bearing_forces(
-        box,
-        laws,
-        housing,
-        input_torque=250.0,
-        input_speed=SPEED,
-        duration=0.02,
-        f_max=2000.0,
-        fidelity=DynamicsFidelity(time_step=1e-5),
-    )
+    run = recorded(box, laws, housing, 2000.0)
     assert np.abs((run.wrench.mean(axis=0) - balanced) / np.abs(balanced).max(axis=0)).max() < 1e-6
 
 
 def test_moments_move_the_modes_of_a_housing_and_pass_into_the_spectrum(make_gearbox, make_laws, make_housing):
     laws, box = make_laws(), moment_bearings(make_gearbox())
     housing = tilting(make_housing(box, modes=12))
-    run = bearing_forces(
-        box,
-        laws,
-        housing,
-        input_torque=250.0,
-        input_speed=SPEED,
-        duration=0.02,
-        f_max=3000.0,
-        fidelity=DynamicsFidelity(time_step=1e-5),
-    )
+    run = recorded(box, laws, housing, 3000.0)
     lines = force_spectrum(run, low=100.0, high=3000.0)
     both = lines.sort_bearings(housing.names, 5).reshape(len(lines.frequency), -1, 5)
     assert np.array_equal(both, lines.wrench)

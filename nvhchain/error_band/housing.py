@@ -224,20 +224,24 @@ def _surface_motion(housing: ReducedHousing, forces: ForceSpectrum, lines: Float
     return np.asarray(np.sqrt(np.maximum(((parts.conj() @ _gram(housing)) * parts).sum(axis=1, keepdims=True).real, 0)))
 
 
-def lowered(housing: ReducedHousing) -> ReducedHousing | None:
-    """Return the housing with natural frequencies lowered by their estimated errors; None without an estimate."""
+def lowered(housing: ReducedHousing, share: float = 1.0) -> ReducedHousing | None:
+    """Return the housing with natural frequencies lowered by a share of their estimated errors.
+
+    A share of -1 raises them. None without an estimate.
+    """
     error = housing.accuracy.frequency_error
     if error is None:
         return None
-    lower = housing.natural_frequency * (1.0 - error)
-    moved: ReducedHousing = housing.replace(natural_frequency=np.maximum.accumulate(lower))  # no mode passes another
-    return moved
+    moved = housing.natural_frequency * (1.0 - share * error)
+    shifted: ReducedHousing = housing.replace(natural_frequency=np.maximum.accumulate(moved))  # no mode passes another
+    return shifted
 
 
 def _motion_change(housing: ReducedHousing, lines: FloatArray) -> FloatArray:
-    """Return the relative change (n_f, n_mode) of a mode's motion if its frequency is lowered by its error.
+    """Return the larger relative change (n_f, n_mode) of a mode's motion if its frequency moves by its error.
 
-    It is zero for a housing without an estimate, such as an imported one.
+    It is zero for a housing without an estimate, such as imported shells.
     """
-    here, moved = housing.receptance(lines), lowered(housing)
-    return np.zeros(here.shape) if moved is None else np.abs(moved.receptance(lines) / here - 1.0)
+    here, moved = housing.receptance(lines), (lowered(housing), lowered(housing, -1.0))
+    changes = [np.abs(each.receptance(lines) / here - 1.0) for each in moved if each is not None]
+    return np.maximum(*changes) if changes else np.zeros(here.shape)

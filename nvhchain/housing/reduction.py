@@ -37,13 +37,6 @@ from nvhchain.housing.skin.normal_motion import normal_motion
 
 _STEPS = 6
 
-_EDGE_FACTOR = 0.17
-"""Error of a casting's natural frequencies over the estimate from stress jumps, mostly at edges between walls.
-
-Elements of 13 and 10.5 mm against 9 mm: 0.08 to 0.17 and 0.04 to 0.07 on five castings, 0.18 and 0.08 on the gearbox of
-the examples, mode by mode in proportion. With it the limits are as wide as those of the benchmark of the error band.
-"""
-
 _MISSED = 0.5
 """Energy that the elements of a casting miss, over that of the stress jumps between them.
 
@@ -260,7 +253,7 @@ def reduce_mesh(
 
 
 def with_errors(
-    modes: SeatModes, errors: FloatArray, *, corrected: bool, ratio: float | None = None
+    modes: SeatModes, errors: FloatArray, *, corrected: bool, ratio: float = 0.0
 ) -> tuple[SeatModes, FloatArray]:
     """Return the modes and the relative error that is stated of their frequencies.
 
@@ -270,13 +263,9 @@ def with_errors(
 
     An eigenvalue is too high by the energy that the elements miss: λ = λ_h (1 − _MISSED J), with J of the jumps.
     """
-    if not corrected and ratio is None:
-        return modes, _EDGE_FACTOR * errors
     lower = modes.frequency * np.sqrt(np.maximum(1.0 - 2.0 * _MISSED * errors, 0.0))
     moved = np.where(modes.frequency > 0.0, 1.0 - lower / np.where(modes.frequency > 0.0, modes.frequency, 1.0), 0.0)
-    left = _LEFT * moved
-    if ratio is not None:
-        left = np.where(modes.frequency > 0.0, np.hypot(left, _ROUNDED * ratio**2), 0.0)
+    left = np.where(modes.frequency > 0.0, np.hypot(_LEFT * moved, _ROUNDED * ratio**2), 0.0)
     if not corrected:
         return modes, moved + left
     order = np.argsort(lower, kind="stable")

@@ -50,10 +50,10 @@ def reduce_model(
     modal_damping: fraction of critical damping of every mode, or a curve over the natural frequency.
     fidelity: fidelity; modes up to mode_ratio · f_max, or the number for truncation_tolerance_db, as in
     `reduce_housing`.
-    meshed: True for quadratic tetrahedra of the fidelity's size, not of a file: the accuracy also states the error of
-    their natural frequencies, which fidelity.corrected_frequencies lowers.
+    meshed: True for elements made here, not those of a file: fidelity.corrected_frequencies then lowers their natural
+    frequencies. A file keeps those that another solver finds.
     Returns reduced housing; its provenance lists repairs. Its accuracy states the errors (dB) of truncation and of the
-    mapping onto the faces.
+    mapping onto the faces, and of quadratic tetrahedra alone the error of their natural frequencies.
 
     Warnings concern repairs, a mesh too coarse for f_max, rigid motions that held freedoms leave, and a mapping error
     above fidelity.mapping_tolerance_db.
@@ -82,15 +82,16 @@ def reduce_model(
     K, M, T = constrained(model)
     tell(3, _STEPS)
     to_faces, to_flux = (sp.csr_matrix(skin.restrict(operator) @ T) for operator in (motion, flux))
-    ratio = longest_for_their_wall(model, skin, wall_thickness(skin)) if meshed else None
+    known = model.structure.empty and all(block.kind == "tet10" for block in model.blocks)
+    ratio = longest_for_their_wall(model, skin, wall_thickness(skin)) if known else 0.0
     count, motions = len(seats), max(seat.motions for seat in seats)
     square = (count, motions, count, motions)
 
     def reduce_to(f_top: float) -> ReducedHousing:
         modes, wrong = seat_modes(K, M, count, f_top, motions), None
-        if meshed:
+        if known:
             wrong = _frequency_errors(model, T @ modes.shapes, modes.frequency)
-            modes, wrong = with_errors(modes, wrong, corrected=fidelity.corrected_frequencies, ratio=ratio)
+            modes, wrong = with_errors(modes, wrong, corrected=meshed and fidelity.corrected_frequencies, ratio=ratio)
         tell(5, _STEPS)
         reduced = ReducedHousing(
             natural_frequency=modes.frequency,
@@ -120,12 +121,8 @@ def reduce_model(
 
 
 def _frequency_errors(model: SolidModel, shapes: FloatArray, frequency: FloatArray) -> FloatArray:
-    """Return the relative errors of the natural frequencies by all quadratic tetrahedra."""
-    each = [
-        frequency_errors(model.nodes, block.nodes, block.material, shapes, frequency)
-        for block in model.blocks
-        if block.kind == "tet10"
-    ]
+    """Return the relative errors of the natural frequencies of a model of quadratic tetrahedra."""
+    each = [frequency_errors(model.nodes, block.nodes, block.material, shapes, frequency) for block in model.blocks]
     return np.asarray(np.sum(each, axis=0))
 
 

@@ -54,11 +54,14 @@ class DeepGroove(RollingBearing):
         Radial internal clearance in operation (m), a diameter; negative for preload.
     inner_groove_radius, outer_groove_radius : float, optional
         Radii of the grooves (m); by default 0.52 and 0.53 of the ball diameter.
+    floating : bool
+        True where the bearing carries no axial force, since a ring slides in its seat.
     """
 
     clearance: Length = 0.0
     inner_groove_radius: Length | None = None
     outer_groove_radius: Length | None = None
+    floating: bool = False
 
     title = "deep groove ball bearing"
 

@@ -24,6 +24,11 @@ MOST_ELEMENTS = 500
 OVERLOAD = 2.0
 """Largest load of an element, relative to that under the static load rating; beyond, its dent is plastic."""
 
+_SLIDES = 60
+"""Largest number of steps in which a floating ring finds its place."""
+_AXIAL_REST = 1e-13
+"""Axial force of a floating ring at its place, relative to its radial force."""
+
 _LIMITS: dict[str, tuple[float, float, str]] = {
     "bore": (1e-3, 5.0, "m"),
     "outer_diameter": (2e-3, 5.0, "m"),
@@ -85,6 +90,8 @@ class RollingBearing(ABC):
     """Name in messages."""
     load_rows = 1
     """Rows that share the load ratings."""
+    floating = False
+    """True where a ring slides along the shaft."""
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -185,6 +192,17 @@ class RollingBearing(ABC):
         stiffness : (5, 5) array
             Derivative of the force, symmetric.
         """
+        if not self.floating:
+            return self._held(u)
+        force, stiffness = self._held(self._slid(u))
+        force[2] = 0.0
+        if stiffness[2, 2] > 0.0:
+            stiffness = stiffness - np.outer(stiffness[2], stiffness[2]) / stiffness[2, 2]
+        stiffness[2], stiffness[:, 2] = 0.0, 0.0
+        return force, stiffness
+
+    def _held(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return force and stiffness with both rings held along the shaft."""
         force, stiffness = np.zeros(5), np.zeros((5, 5))
         for row in self.rows:
             own_force, own_stiffness = row.evaluate(u + self._offset)
@@ -192,9 +210,26 @@ class RollingBearing(ABC):
             stiffness += own_stiffness
         return force, stiffness
 
+    def _slid(self, u: FloatArray) -> FloatArray:
+        """Return the displacement of a floating bearing whose ring has slid to where it carries no axial force.
+
+        The energy is convex along the shaft: Newton's method, kept between the ends of the bracket.
+        """
+        found, low, high = np.array(u, dtype=float), -np.inf, np.inf
+        found[2] = 0.0
+        for _ in range(_SLIDES):
+            force, stiffness = self._held(found)
+            if abs(force[2]) <= _AXIAL_REST * float(np.abs(force[:3]).sum()) or stiffness[2, 2] <= 0.0:
+                break
+            low, high = (found[2], high) if force[2] < 0.0 else (low, found[2])
+            z = found[2] - force[2] / stiffness[2, 2]
+            found[2] = z if low < z < high else 0.5 * (low + high)
+        return found
+
     def element_loads(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return loads (n_row, n) (N) and contact angles (n_row, n) (rad) of the elements at the displacement `u`."""
-        each = [row.elements(u + self._offset) for row in self.rows]
+        place = self._slid(u) if self.floating else u
+        each = [row.elements(place + self._offset) for row in self.rows]
         return np.array([load for load, _ in each]), np.array([angle for _, angle in each])
 
     def check_load(self, u: FloatArray, name: str) -> None:

@@ -33,13 +33,23 @@ class Cylindrical(RollingBearing):
         Radial internal clearance in operation (m), a diameter; negative for preload.
     axial_stiffness : float
         Axial stiffness of the ribs (N/m); 0 for a floating bearing (N, NU).
+    thrust : int
+        Direction of the axial force of the shaft that the ribs carry: +1 along +z, −1 along −z (NJ); 0 for both (NUP).
     """
 
     element_length: Length | None = None
     clearance: Length = 0.0
     axial_stiffness: float = 0.0
+    thrust: int = 0
 
     title = "cylindrical roller bearing"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require(
+            self.thrust in (-1, 0, 1),
+            f"{self.title}: thrust = {self.thrust} must be 1, −1, or 0 for ribs that carry both ways",
+        )
 
     @cached_property
     def internal(self) -> Internal:
@@ -72,8 +82,9 @@ class Cylindrical(RollingBearing):
             Derivative of the force, symmetric.
         """
         force, stiffness = super().evaluate(u)
-        force[2] += self.axial_stiffness * u[2]
-        stiffness[2, 2] += self.axial_stiffness
+        if self.thrust * u[2] >= 0.0:
+            force[2] += self.axial_stiffness * u[2]
+            stiffness[2, 2] += self.axial_stiffness
         return force, stiffness
 
     @property
@@ -167,12 +178,15 @@ class Spherical(RollingBearing):
         Factor e of the catalogue, from which the contact angle follows.
     clearance : float
         Radial internal clearance in operation (m), a diameter; negative for preload.
+    floating : bool
+        True where the bearing carries no axial force, since a ring slides in its seat.
     """
 
     element_length: Length | None = None
     contact_angle: Angle | None = None
     load_ratio: float | None = None
     clearance: Length = 0.0
+    floating: bool = False
 
     title = "spherical roller bearing"
     load_rows = 2

@@ -9,31 +9,48 @@ from nvhchain.case import GearboxCase, Stage
 from nvhchain.case.gearbox import USUAL_DAMPING
 from nvhchain.scene.mechanics import recorded_time
 
+_NAMED = 4
+"""Largest number of bearings that a statement names one by one."""
+_ROUNDING = 1e-6
+"""Load, relative to the largest one, below which it is printed as 0."""
+
 
 def bearing_lines(case: GearboxCase) -> tuple[str, ...]:
-    """Return load and stiffness of every bearing with a model, on rigid seats, and default damping.
+    """Return load and stiffness of every bearing with a model, on rigid seats, what was derived, and default damping.
 
-    Returns A line for each bearing with a model, at the case's torque, and one for all bearings without damping.
+    Returns A line for each bearing with a model, at the case's torque; one for each kind of inside that was derived,
+    and one for all bearings without damping.
     """
-    lines = []
-    for i, bearing in enumerate(case.supports):
+    if all(bearing.model is None for bearing in case.supports):
+        return damping_lines(case)
+    of, lines, inside = case.equilibrium, list[str](), dict[str, list[str]]()
+    loads = np.vstack([of.bearing_load, of.shaft_bearing_load])
+    zero = _ROUNDING * float(np.abs(loads[:, :3]).max())
+    for bearing, load, stiffness, moved in zip(case.supports, loads, of.stiffness, of.displacement, strict=True):
         if bearing.model is None:
             continue
-        of = case.equilibrium
-        load, stiffness = np.vstack([of.bearing_load, of.shaft_bearing_load])[i], of.stiffness[i]
-        radial = np.linalg.eigvalsh(stiffness[:2, :2])
+        radial, axial = float(np.hypot(*load[:2])), abs(float(load[2]))
+        shown = [f"{1e-3 * value if value > zero else 0.0:.3g} kN" for value in (radial, axial)]
+        softest, stiffest = np.linalg.eigvalsh(stiffness[:2, :2])
         text = (
-            f"bearing {bearing.name} at {case.static_torque:g} N m: {1e-3 * float(np.hypot(*load[:2])):.3g} kN radial, "
-            f"{1e-3 * abs(float(load[2])):.3g} kN axial; stiffness {radial[0]:.2e}…{radial[1]:.2e} N/m radial, "
-            f"{stiffness[2, 2]:.2e} N/m axial"
+            f"bearing {bearing.name} at {case.static_torque:g} N m: {shown[0]} radial, {shown[1]} axial; "
+            f"{softest:.2e}…{stiffest:.2e} N/m radial, {f'{stiffness[2, 2]:.2e}' if stiffness[2, 2] else '0'} N/m axial"
         )
         if isinstance(bearing.model, RollingBearing):
-            largest = float(bearing.model.element_loads(of.displacement[i])[0].max())
-            text += f"; {bearing.model.title}, an element carries {1e-3 * largest:.3g} kN"
-            derived = bearing.model.derived
-            text += f"; derived: {', '.join(derived)}" if derived else ""
+            largest = float(bearing.model.element_loads(moved)[0].max())
+            text += f"; an element carries {1e-3 * largest if largest > zero else 0.0:.3g} kN"
+            made = f"{bearing.model.title}: {', '.join(bearing.model.derived) or 'all as given'}"
+            inside.setdefault(made, []).append(bearing.name)
         lines.append(text)
+    lines += [f"{_of_bearings(names)}: {made}" for made, names in inside.items()]
     return (*lines, *damping_lines(case))
+
+
+def _of_bearings(names: list[str] | tuple[str, ...]) -> str:
+    """Return `bearing(s) A1, A2`; of more than four bearings the first three and their number."""
+    if len(names) <= _NAMED:
+        return f"bearing(s) {', '.join(names)}"
+    return f"{len(names)} bearings ({', '.join(names[: _NAMED - 1])}, …)"
 
 
 def damping_lines(case: GearboxCase) -> tuple[str, ...]:
@@ -41,7 +58,7 @@ def damping_lines(case: GearboxCase) -> tuple[str, ...]:
     if not case.undamped:
         return ()
     return (
-        f"bearing(s) {', '.join(case.undamped)} have no damping in the case and take {USUAL_DAMPING:g} s times their "
+        f"{_of_bearings(case.undamped)} have no damping in the case and take {USUAL_DAMPING:g} s times their "
         "stiffness (Krämer: 0.25e-5 to 2.5e-5 s): give stiffness_damping, loss_factor, or radial_damping",
     )
 

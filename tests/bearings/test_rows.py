@@ -1,5 +1,6 @@
 """Rows of elements: published displacements, load distributions and stiffness, and finite differences."""
 
+from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 from nvhchain.bearings import AngularContact, Cylindrical, DeepGroove, Spherical, Tapered, displacement
 from nvhchain.bearings.rows import azimuths
+from nvhchain.errors import InputError
 
 BALLS = {"elements": 7, "element_diameter": 11.5e-3, "pitch_diameter": 43.5e-3}
 BODY = {"bore": 40e-3, "outer_diameter": 80e-3, "width": 18e-3}
@@ -20,11 +22,17 @@ BEARINGS = {
     "O pair": AngularContact(**BODY, **RATED, contact_angle=0.7, arrangement="back_to_back", axial_clearance=-5e-6),
     "X pair": AngularContact(**BODY, **RATED, contact_angle=0.7, arrangement="face_to_face", misalignment=(1e-4, 2e-4)),
     "cylindrical": Cylindrical(**BODY, dynamic_load_rating=62e3, static_load_rating=53e3, clearance=3e-5),
+    "NJ": Cylindrical(**BODY, dynamic_load_rating=62e3, static_load_rating=53e3, axial_stiffness=5e7, thrust=1),
+    "floating deep groove": DeepGroove(**BALLS, clearance=10e-6, floating=True),
     "tapered": Tapered(**TAPERED, thrust=-1),
     "tapered O": Tapered(**TAPERED, arrangement="back_to_back"),
     "spherical": Spherical(
         bore=50e-3, outer_diameter=90e-3, width=23e-3, dynamic_load_rating=104e3, static_load_rating=108e3,
         load_ratio=0.24, clearance=3e-5,
+    ),
+    "floating spherical": Spherical(
+        bore=50e-3, outer_diameter=90e-3, width=23e-3, dynamic_load_rating=104e3, static_load_rating=108e3,
+        load_ratio=0.24, floating=True,
     ),
 }  # fmt: skip
 
@@ -274,3 +282,38 @@ def test_misalignment_adds_to_the_tilt_of_the_ring():
     moved = PUSHED + np.array([0.0, 0.0, 0.0, 2e-4, -1e-4])
     for made, expected in zip(tilted.evaluate(PUSHED), straight.evaluate(moved), strict=True):
         assert made == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["floating deep groove", "floating spherical"])
+def test_a_floating_ring_slides_to_where_it_carries_no_thrust(name):
+    """Its place is the minimum of the energy along the shaft; displacement along the shaft has no effect."""
+    floating = BEARINGS[name]
+    held = replace(floating, floating=False)
+    force, stiffness = floating.evaluate(PUSHED)
+    assert force[2] == 0.0
+    assert not stiffness[2].any()
+    other, _ = floating.evaluate(PUSHED + [0, 0, 7e-5, 0, 0])
+    assert other == pytest.approx(force, rel=1e-9)
+    low, high = -2e-4, 2e-4
+    for _ in range(80):  # bisection, in place of Newton's method
+        middle = 0.5 * (low + high)
+        place = np.append(PUSHED[:2], [middle, *PUSHED[3:]])
+        low, high = (middle, high) if held.evaluate(place)[0][2] < 0.0 else (low, middle)
+    wanted, _ = held.evaluate(place)
+    assert abs(wanted[2]) < 1e-6 * np.abs(wanted[:2]).max()
+    assert force[[0, 1, 3, 4]] == pytest.approx(wanted[[0, 1, 3, 4]], rel=1e-6, abs=1e-9)
+    loads, _ = floating.element_loads(PUSHED)
+    assert loads.sum() > 0
+    if name == "floating deep groove":
+        assert abs(middle) > 1e-6, "the tilt takes the ring along"
+
+
+@pytest.mark.parametrize("way", [1, -1])
+def test_the_ribs_of_an_nj_bearing_carry_one_way(way):
+    bearing = replace(BEARINGS["NJ"], thrust=way)
+    carried = [bearing.evaluate(np.array([1e-5, 0, z, 0, 0]))[0][2] for z in (2e-5, -2e-5)]
+    assert carried == pytest.approx([1000.0, 0.0] if way > 0 else [0.0, -1000.0])
+    both = replace(bearing, thrust=0)
+    assert both.evaluate(np.array([1e-5, 0, -2e-5, 0, 0]))[0][2] == pytest.approx(-1000.0)
+    with pytest.raises(InputError, match="thrust = 2 must be 1, −1, or 0"):
+        replace(bearing, thrust=2)

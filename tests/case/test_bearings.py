@@ -45,15 +45,28 @@ def test_every_case_finds_its_equilibrium_in_twenty_steps(name, share):
     assert found.unbalance <= 1e-8
 
 
-def test_a_line_has_load_stiffness_and_all_that_was_derived():
+def test_a_line_has_load_and_stiffness_and_one_all_that_was_derived():
     case = load_case(CASE)
     lines = bearing_lines(case)
-    assert len(lines) == 4
+    assert len(lines) == 4 + 3  # two of the bearings are alike inside
+    assert max(map(len, lines[:4])) <= 160
+    assert max(map(len, lines)) <= 240
     load = case.equilibrium.bearing_load[2]
     assert f"bearing B1 at 60 N m: {1e-3 * np.hypot(*load[:2]):.3g} kN radial, 0.386 kN axial" in lines[2]
-    for text in ("N/m radial", "N/m axial", "9 balls", "pitch diameter 46 mm", "groove radii 0.52 and 0.53"):
+    for text in ("N/m radial", "N/m axial", "an element carries"):
         assert text in lines[2]
+    assert lines[4].startswith("bearing(s) A1, A2: tapered roller bearing: contact angle 13.86°")
+    for text in ("bearing(s) B1:", "9 balls", "pitch diameter 46 mm", "groove radii 0.52 and 0.53"):
+        assert text in lines[5]
     assert bearing_lines(load_case(CASES / "small" / "single_stage.toml")) == ()
+
+
+def test_loads_that_are_rounding_are_printed_as_zero():
+    """Spur gears push no bearing along its axis; 7e-25 kN stood there."""
+    spur = [f"gears.{name}.geometry.helix_angle_deg=0" for name in ("pinion", "wheel")]
+    case = load_case(CASE, changes=spur)
+    assert 0 < abs(case.equilibrium.bearing_load[2, 2]) < 1e-6
+    assert " kN radial, 0 kN axial" in bearing_lines(case)[2]
 
 
 def test_check_and_plan_print_the_lines(capsys):

@@ -22,6 +22,7 @@ from nvhchain.testing.rexs_units import coaxial_unit, gear_train, idler_unit
 
 def imported(unit, folder, **options):
     """Return the case and the page of a unit."""
+    folder.mkdir(exist_ok=True)
     made = import_rexs(unit.save(folder / "unit.rexs"), folder / "case", **options)
     return load_case(made.case), made.page.read_text(encoding="utf-8")
 
@@ -173,7 +174,9 @@ def test_profile_shifts_follow_from_the_centre_distance(tmp_path):
     stage["center_distance"] = (stage["center_distance"][0] + 1.0, "mm")
     last = unit.attributes(unit.of("shaft")[1])["support_vector"][0]
     last[1] += 1.0
-    case, page = imported(unit, tmp_path)
+    case, page = imported(unit, tmp_path / "stated")
+    del stage["center_distance"]
+    assert imported(unit, tmp_path / "shafts")[0].gears == case.gears
     shifts = [gear.geometry.profile_shift for gear in case.gears]
     assert shifts[0] == shifts[1] > 0.1
     wanted = recommended_backlash(0.003, case.stages[0].centre_distance)
@@ -471,6 +474,96 @@ def test_a_tapered_bearing_carries_the_direction_of_its_shaft(tmp_path, along):
         )
     case, _ = imported(unit, tmp_path)
     assert [bearing.model.thrust for bearing in case.bearings[2:]] == [along, -along]
+
+
+@pytest.mark.parametrize("kind, angle, made", [("radial_grooved_ball_bearing", 0.0, "DeepGroove"),
+                                               ("radial_self_aligning_roller_bearing", 10.0, "Spherical")])  # fmt: skip
+def test_a_floating_bearing_keeps_its_rolling_elements_and_carries_no_thrust(tmp_path, kind, angle, made):
+    """Locating and floating bearing of one type are the most common arrangement of all."""
+    unit = gear_train((20, 31))
+    for number, bearing in enumerate(unit.of("rolling_bearing_with_catalog_geometry")):
+        unit.attributes(bearing).update(
+            bearing_type=(kind, "none"),
+            axial_force_absorption=(("both_directions", "no_direction")[number % 2], "none"),
+        )
+    case, page = imported(unit, tmp_path)
+    assert [(type(b.model).__name__, b.model.floating) for b in case.bearings] == [(made, False), (made, True)] * 2
+    assert "constant stiffness" not in page
+    push = [load[2] for load in case.equilibrium.bearing_load]
+    assert push[1] == push[3] == 0.0
+    thrust = abs(case.mesh_forces[0] * _base_sine(case))
+    assert np.abs([push[0], push[2]]) == pytest.approx([thrust, thrust], rel=1e-8)
+
+
+def _base_sine(case):
+    """Return sin β_b of the first gear."""
+    of = case.gears[0].geometry
+    return np.sin(of.helix_angle) * np.cos(of.normal_pressure_angle)
+
+
+@pytest.mark.parametrize("along", ["positive", "negative"])
+def test_an_angular_contact_bearing_by_its_own_name_is_one(tmp_path, along):
+    unit = gear_train((20, 31))
+    pair = unit.of("rolling_bearing_with_catalog_geometry")[:2]
+    for bearing, way in zip(pair, (along, "positive" if along == "negative" else "negative"), strict=True):
+        unit.attributes(bearing).update(
+            bearing_type=("angular_contact_ball_bearing", "none"), axial_force_absorption=(way, "none")
+        )
+    case, _ = imported(unit, tmp_path)
+    sign = 1 if along == "positive" else -1
+    assert [type(bearing.model).__name__ for bearing in case.bearings[:2]] == ["AngularContact"] * 2
+    assert [bearing.model.thrust for bearing in case.bearings[:2]] == [sign, -sign]
+    assert case.bearings[0].model.contact_angle == pytest.approx(np.radians(25.0))
+
+
+def test_a_thrust_bearing_beside_a_floating_one_locates_the_shaft(tmp_path):
+    """A cylindrical roller bearing and a four-point bearing that is free radially share a seat."""
+    unit = gear_train((20, 31))
+    first = unit.of("rolling_bearing_with_catalog_geometry")
+    for bearing in first[:2]:
+        unit.attributes(bearing).update(
+            bearing_type=("radial_roller_bearing", "none"), axial_force_absorption=("no_direction", "none")
+        )
+    beside = unit.attributes(first[0])
+    place = beside["u_coordinate_on_shaft_inner_side"][0] + 17.0
+    added = unit.add(
+        "rolling_bearing_with_catalog_geometry",
+        "QJ",
+        **beside
+        | {
+            "bearing_type": ("four_point_contact_ball_bearing", "none"),
+            "axial_force_absorption": ("both_directions", "none"),
+            "radial_force_absorption": (False, "none"),
+            "u_coordinate_on_shaft_inner_side": (place, "mm"),
+        },
+    )
+    unit.relate("side", assembly=added, inner_part=unit.of("shaft")[0], outer_part=unit.of("gear_casing")[0])
+    case, page = imported(unit, tmp_path)
+    assert len(case.bearings) == 4
+    assert case.bearings[0].axial_stiffness > 1e7
+    assert "beside each other" in page
+
+
+def test_narrow_walls_between_bearings_are_drawn_with_narrower_seats(tmp_path):
+    """The FZG rig has bearings NU 406 of 90 mm on a centre distance of 91.5 mm: 1.5 mm between them."""
+    unit = gear_train((20, 31))
+    apart = 1e3 * imported(unit, tmp_path / "first")[0].stages[0].centre_distance
+    for bearing in unit.of("rolling_bearing_with_catalog_geometry"):
+        unit.attributes(bearing)["outer_diameter"] = (apart - 1.5, "mm")
+    case, page = imported(unit, tmp_path / "second")
+    one, other = (case.housing.bores[n] for n in (0, 2))
+    assert one.radius + other.radius == pytest.approx(1e-3 * (apart - 2.0), abs=1e-7)
+    assert re.search(r"seats narrower than bearings \| .* by 0\.5 mm", page)
+    for bearing in unit.of("rolling_bearing_with_catalog_geometry"):
+        unit.attributes(bearing)["outer_diameter"] = (apart + 1.0, "mm")
+    with pytest.raises(InputError, match=r"overlap by 1 mm: correct their outer_diameter"):
+        imported(unit, tmp_path / "third")
+
+
+def test_the_default_damping_of_an_import_is_printed(tmp_path):
+    case, _ = imported(gear_train((20, 31)), tmp_path)
+    assert case.undamped == tuple(bearing.name for bearing in case.bearings)
+    assert {bearing.stiffness_damping for bearing in case.gearbox.bearings} == {1.25e-5}
 
 
 def test_bearings_that_cannot_carry_the_load_get_a_constant_stiffness(tmp_path):

@@ -179,6 +179,22 @@ def test_a_motor_without_torque_stays_the_input_of_two_consumers(tmp_path):
     assert (read.input_shaft, read.output_shaft) == ("S1", "S3")
 
 
+@pytest.mark.parametrize("known", [0, 1])
+def test_power_becomes_a_torque_by_the_speed_of_any_shaft(tmp_path, known):
+    """P = T ω: 12 kW at 1800 rpm of the input are 63.662 N m, whichever shaft has its speed in the file."""
+    unit = gear_train((20, 31))
+    shafts, (first, _) = unit.of("shaft"), unit.of("external_load")
+    speed = (1800.0, -1800.0 * 20 / 31)[known]
+    unit.load_cases[0] = {
+        shafts[known]: {"rotational_speed": (speed, "1 / min")},
+        first: {"power": (12.0, "kW")},
+    }
+    read = read_rexs(unit.save(tmp_path / "u.rexs"))
+    assert (read.input_shaft, read.input_rotation) == ("S1", 1)
+    assert read.loads[0].torque == pytest.approx(12e3 / (60 * pi), rel=1e-12)
+    assert read.loads[0].speed == pytest.approx(60 * pi, rel=1e-12)
+
+
 def test_another_load_case_is_chosen_by_number(tmp_path):
     made = gear_train((20, 31))
     shaft, load = made.of("shaft")[0], made.of("external_load")[0]

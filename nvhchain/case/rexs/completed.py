@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import acos, cos, degrees, pi, sin, tan
+from math import acos, cos, degrees, dist, pi, sin, tan
 from typing import Any
 
 import numpy as np
@@ -89,8 +89,8 @@ def _shifted(unit: GearUnit, stage: ImportedStage, pinion: ImportedGear, wheel: 
     if not open_:
         return [pinion, wheel]
     total, source = stage.shift_sum, "sum of the profile shifts in the file"
-    if total is None and stage.centre_distance is not None:
-        total, source = shift_sum(pinion, wheel, stage.centre_distance), "centre distance, without backlash"
+    if total is None and (distance := stage.centre_distance or _apart(unit, pinion, wheel)) is not None:
+        total, source = shift_sum(pinion, wheel, distance), "centre distance, without backlash"
     if total is None:
         total, source = 0.0, "none given"
     known = sum(gear.profile_shift or 0.0 for gear in (pinion, wheel))
@@ -98,6 +98,13 @@ def _shifted(unit: GearUnit, stage: ImportedStage, pinion: ImportedGear, wheel: 
     for gear in open_:
         unit.findings.add("assumed", gear.name, "profile shift x", f"{each:.6g}", source)
     return [replace(gear, profile_shift=each) if gear in open_ else gear for gear in (pinion, wheel)]
+
+
+def _apart(unit: GearUnit, pinion: ImportedGear, wheel: ImportedGear) -> float | None:
+    """Return the distance (m) of the shafts of two gears; None where the file does not place both."""
+    axes = {shaft.name: shaft.axis for shaft in unit.shafts}
+    one, other = axes[pinion.shaft], axes[wheel.shaft]
+    return dist(one, other) or None if one is not None and other is not None else None
 
 
 def shift_sum(pinion: ImportedGear, wheel: ImportedGear, distance: float) -> float | None:

@@ -183,13 +183,14 @@ def _elements(bearing: ImportedBearing, kind: str, bore: float, outer: float, wi
     pitch = 0.5 * (bore + outer)
     size = (0.3 if ball else 0.35 if needle else 0.25) * (outer - bore)
     count = (0.6 if ball else 0.85) * pi * pitch / size
-    source = "0.3 (D - d), 60 % filled" if ball else "0.25 (D - d), 85 % filled, 0.6 B long"
+    share = 0.35 if "self_aligning_roller" in kind else 0.6  # of the width; two rows share it
+    source = "0.3 (D - d), 60 % filled" if ball else f"0.25 (D - d), 85 % filled, {share:g} B long"
     if bearing.element_diameter:
         size = bearing.element_diameter
         count, source = (0.6 if ball else 0.85) * pi * pitch / size, "element diameter in the file"
     if bearing.elements:
         count, source = float(bearing.elements), f"{bearing.elements} elements in the file"
-    length = bearing.element_length or 0.6 * width
+    length = bearing.element_length or share * width
     return Elements(count, size, length, source)
 
 

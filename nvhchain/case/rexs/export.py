@@ -261,7 +261,7 @@ def _bearing(
 
 _TYPES = {
     "DeepGroove": "radial_grooved_ball_bearing",
-    "AngularContact": "radial_grooved_ball_bearing",
+    "AngularContact": "angular_contact_ball_bearing",
     "Cylindrical": "radial_roller_bearing",
     "Tapered": "radial_tapered_roller_bearing",
     "Spherical": "radial_self_aligning_roller_bearing",
@@ -272,7 +272,7 @@ def _rolling(draft: Draft, name: str, model: RollingBearing, where: Mapping[str,
     """Add a rolling bearing with its boundary dimensions, ratings and elements."""
     inside = model.internal
     axial = {1: "positive", -1: "negative"}.get(getattr(model, "thrust", 0), "both_directions")
-    if isinstance(model, Cylindrical) and model.axial_stiffness == 0.0:
+    if model.floating or (isinstance(model, Cylindrical) and model.axial_stiffness == 0.0):
         axial = "no_direction"
     given = {
         "inner_diameter": model.bore,

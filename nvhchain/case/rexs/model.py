@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil, cos, dist, pi
 
 from nvhchain.bearings.loaded import holds_tilt
@@ -221,8 +221,10 @@ def _together(unit: GearUnit, one: Support, other: Support) -> Support:
         f"with {other.bearing.name}",
         "beside each other: stiffness added; their resistance to tilt is left out",
     )
+    held = {one.bearing.axial, other.bearing.axial} - {"no_direction"}
+    axial = held.pop() if len(held) == 1 else "both_directions" if held else "no_direction"
     return Support(
-        one.bearing,
+        replace(one.bearing, axial=axial),
         (a.radial_stiffness * one.z + b.radial_stiffness * other.z) / total,
         BearingEstimate(
             min(a.bore, b.bore),

@@ -58,9 +58,11 @@ def rolling_model(
     elif kind is Spherical:
         own = {"contact_angle": radians(round(degrees(angle), 6))}
     elif kind is Cylindrical and bearing.axial != "no_direction":
-        own = {"axial_stiffness": float(f"{_RIBS * radial_stiffness:.3g}")}
+        own = {"axial_stiffness": float(f"{_RIBS * radial_stiffness:.3g}"), "thrust": thrust}
         text = f"{own['axial_stiffness']:.3g} N/m"
         unit.findings.add("assumed", bearing.name, "stiffness of the ribs", text, "a tenth of the radial stiffness")
+    if kind in (DeepGroove, Spherical) and bearing.axial == "no_direction":
+        own["floating"] = True
     if hasattr(kind, "clearance"):
         own["clearance"] = _clearance(unit, bearing)
     bore, outer, width = sizes
@@ -89,12 +91,14 @@ def _class(bearing: ImportedBearing, angle: float, thrust: int) -> type[RollingM
     """Return the kind of a bearing; None where the case has none that carries the same directions."""
     one_way = thrust != 0
     if "self_aligning_roller" in bearing.kind:
-        return Spherical if bearing.axial == "both_directions" and angle > _STEEPEST_GROOVE else None
+        return Spherical if not one_way and angle > _STEEPEST_GROOVE else None
     if (bearing.rows or 1) > 1:
         return None
+    if bearing.kind == "angular_contact_ball_bearing":
+        return AngularContact if one_way and angle > _STEEPEST_GROOVE else None
     if "grooved_ball" in bearing.kind and "radial" in bearing.kind:
         if (bearing.contact_angle or 0.0) <= _STEEPEST_GROOVE:
-            return None if bearing.axial == "no_direction" else DeepGroove
+            return DeepGroove
         return AngularContact if one_way else None
     if bearing.kind == "radial_tapered_roller_bearing":
         return Tapered if one_way and angle > _STEEPEST_GROOVE else None

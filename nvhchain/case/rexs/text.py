@@ -230,7 +230,7 @@ def _bearing(table: str, support: Support, z: float) -> str:
             f"radial_stiffness = {own.radial_stiffness:.4g} # N/m; {_comment(own.source)}",
             f"axial_stiffness = {own.axial_stiffness:.4g}",
         ]
-    lines.append(f"stiffness_damping = {USUAL_DAMPING:g} # s; E. Krämer 1993: (0.25…2.5)e-5 s")
+    lines.append(f"# stiffness_damping = {USUAL_DAMPING:g} # s, the default; E. Krämer 1993: (0.25…2.5)e-5 s")
     if own.model is not None:
         lines += [f"[{table}.model]", *_model(own.model)]
     return "\n".join([*lines, ""])
@@ -249,6 +249,8 @@ def _model(model: RollingModel) -> list[str]:
             lines.append(f"clearance_um = {1e6 * value:.6g} # in operation")
         elif field.name in ("bore", "outer_diameter", "width", "element_diameter", "element_length"):
             lines += _lengths(model, field.name)
+        elif isinstance(value, bool):
+            lines.append(f"{field.name} = {str(value).lower()}")
         else:
             lines.append(f"{field.name} = {value:.10g}")
     return lines

@@ -20,6 +20,8 @@ from nvhchain.names import check_name, check_names
 MOUNTING_SIDE, REAR = 0, 1
 """Numbers of the end walls; the inner walls follow."""
 
+LEAST_WALL = 0.002
+"""Thickness (m) of the thinnest wall between two bores."""
 LARGEST = 5.0
 """Largest length (m) of a gearbox housing; a larger one counts as a mistake in the unit."""
 
@@ -308,8 +310,8 @@ class Casting:
                     - other.radius
                 )
                 require(
-                    gap >= 0.002,
+                    gap >= LEAST_WALL - 1e-9,
                     f"Casting bores {bore.name} and {other.name} "
-                    + (f"leave a wall of {1e3 * gap:.3g} mm" if gap > 0 else f"overlap by {-1e3 * gap:.3g} mm")
-                    + "; at least 2 mm must stay between them: make them smaller or move a shaft",
+                    + (f"leave a wall of {1e3 * gap:.3g} mm" if gap >= 0 else f"overlap by {-1e3 * gap:.3g} mm")
+                    + f"; at least {1e3 * LEAST_WALL:g} mm must stay between them: make them smaller or move a shaft",
                 )

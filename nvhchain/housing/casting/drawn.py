@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
 from math import ceil, floor, hypot
 
 from nvhchain.conventions import Material
 from nvhchain.errors import InputError
-from nvhchain.housing.casting.casting import Bore, Casting, GearSpace, InnerWall
+from nvhchain.housing.casting.casting import LEAST_WALL, Bore, Casting, GearSpace, InnerWall
 from nvhchain.housing.casting.outline import hull
 
 GREY_IRON = Material(young=110e9, poisson=0.26, density=7200.0)
@@ -108,7 +109,9 @@ def draw_casting(
     gears = [disc for disc in discs if disc.gear]
     groups = _walls(seats, gears)
     first, last, inner = _placed(groups, gears, axial, end_wall)
-    seats = [*first[1], *last[1], *(seat for _, members in inner for seat in members)]
+    outer = {seat.name: seat.diameter for seat in seats}
+    seats = [seat for _, members in (first, last, *inner) for seat in _parted(members)]
+    thinner = {seat.name: outer[seat.name] - seat.diameter for seat in seats if seat.diameter < outer[seat.name]}
     middles = {seat.name: z for z, members in (first, last, *inner) for seat in members}
     lengths = {s.name: max(s.width, 2 * abs(s.z - middles[s.name]) + end_wall + 2 * _MARGIN) for s in seats}
     lowest = min((s.z - lengths[s.name] / 2 for s in first[1]), default=first[0])
@@ -143,7 +146,7 @@ def draw_casting(
         material=material,
         modal_damping=DRAWN_DAMPING,
     )
-    return DrawnCasting(casting, shift, _rules(casting, centre_distance, radial, axial, bolt))
+    return DrawnCasting(casting, shift, (*_rules(casting, centre_distance, radial, axial, bolt), *_narrowed(thinner)))
 
 
 def _rounded(length: float) -> float:
@@ -191,6 +194,36 @@ def _placed(
     if inner and last[0] - inner[-1][0] < 2 * end_wall:
         last = max(last[0], inner[-1][0] + 4 * end_wall), last[1]
     return first, last, inner
+
+
+def _parted(members: Sequence[DrawnSeat]) -> list[DrawnSeat]:
+    """Return the bearings of a wall with narrower seats where less than the thinnest wall is left between two.
+
+    Raises InputError where bearings overlap.
+    """
+    found = {seat.name: seat for seat in members}
+    for one, other in combinations(members, 2):
+        gap = hypot(one.axis[0] - other.axis[0], one.axis[1] - other.axis[1]) - 0.5 * (one.diameter + other.diameter)
+        if gap < -1e-9:
+            raise InputError(
+                f"bearings {one.name} and {other.name} overlap by {-1e3 * gap:.3g} mm: correct their outer_diameter, "
+                "now {:.5g} and {:.5g} mm, or the places of their shafts".format(
+                    *(1e3 * seat.diameter for seat in (one, other))
+                )
+            )
+        for seat in (one, other):
+            narrow = seat.diameter - max(LEAST_WALL - gap, 0.0)
+            if narrow < found[seat.name].diameter - 1e-9:
+                found[seat.name] = replace(seat, diameter=narrow)
+    return list(found.values())
+
+
+def _narrowed(thinner: Mapping[str, float]) -> tuple[tuple[str, str, str], ...]:
+    """Return the rule of seats that are narrower than their bearings, by the difference (m) of the diameters."""
+    if not thinner:
+        return ()
+    text = ", ".join(f"{name} by {1e3 * less:.3g} mm" for name, less in thinner.items())
+    return (("seats narrower than bearings", text, f"{1e3 * LEAST_WALL:g} mm of wall between two"),)
 
 
 def _middle(group: Sequence[DrawnSeat]) -> float:

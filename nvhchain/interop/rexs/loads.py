@@ -52,7 +52,8 @@ def read_power(parts: Parts, turns: Mapping[int, Fraction], lines: Mapping[int, 
     turns: turns of every shaft about +z, for one turn of the first.
     chosen: load case, by its number; the first by default.
     """
-    states = [_state(parts, case, lines) for case in parts.document.load_cases] or [_state(parts, None, lines)]
+    cases: list[LoadCase | None] = [*parts.document.load_cases] or [None]
+    states = [_state(parts, case, turns, lines) for case in cases]
     known = [state.name for state in states]
     if chosen is not None and chosen not in known:
         parts.findings.refuse(f"load case {chosen!r} is not in the file: choose one of {', '.join(known)}")
@@ -62,8 +63,11 @@ def read_power(parts: Parts, turns: Mapping[int, Fraction], lines: Mapping[int, 
     return Power(into, out, rotation if rotation else 1, loads)
 
 
-def _state(parts: Parts, case: LoadCase | None, lines: Mapping[int, Line]) -> _State:
-    """Return speeds and torques of a load case, or of the components themselves."""
+def _state(parts: Parts, case: LoadCase | None, turns: Mapping[int, Fraction], lines: Mapping[int, Line]) -> _State:
+    """Return speeds and torques of a load case, or of the components themselves.
+
+    A power becomes a torque by the speed of its shaft, which follows from that of any other one.
+    """
 
     def reader(component: Component) -> Values:
         own: dict[str, Attribute] = dict(component.attributes)
@@ -78,6 +82,7 @@ def _state(parts: Parts, case: LoadCase | None, lines: Mapping[int, Line]) -> _S
         speed = reader(parts.document.components[shaft]).number("rotational_speed", "rad/s", low=-2e4, high=2e4)
         if speed:
             speeds[parts.rotor[shaft]] = sign * speed
+    spin = _spin(speeds, turns)
     for load in parts.document.typed("external_load"):
         values = reader(load)
         torque = values.number("torque_around_u_axis", "N m", low=-1e8, high=1e8)
@@ -88,8 +93,9 @@ def _state(parts: Parts, case: LoadCase | None, lines: Mapping[int, Line]) -> _S
         if owner is None or values.flag("transmits_torque") is False:
             continue
         rotor, sign = parts.rotor[owner.id], lines[owner.id].direction if owner.id in lines else 1
-        if not torque and power and rotor in speeds:
-            torque = power / speeds[rotor] * sign
+        speed = speeds.get(rotor) or spin * float(turns.get(rotor, 0))
+        if not torque and power and speed:
+            torque = power / speed * sign
         if torque:
             torques[rotor] = torques.get(rotor, 0.0) + sign * torque
     units = parts.document.typed("gear_unit")
@@ -128,11 +134,16 @@ def read_side_loads(parts: Parts, lines: Mapping[int, Line], chosen: str) -> tup
     return tuple(found)
 
 
+def _spin(speeds: Mapping[int, float], turns: Mapping[int, Fraction]) -> float:
+    """Return the speed (rad/s) for one turn of `turns`; 0 without any speed."""
+    return next((speed / float(turns[shaft]) for shaft, speed in speeds.items() if turns.get(shaft)), 0.0)
+
+
 def _ends(parts: Parts, state: _State, turns: Mapping[int, Fraction]) -> tuple[int, int, int]:
     """Return input, output, and the rotation of the input; assumptions go into the record."""
     record, document = parts.findings, parts.document
     rotors = [shaft for shaft in parts.shafts() if shaft in turns] or parts.shafts()
-    spin = next((speed / float(turns[shaft]) for shaft, speed in state.speeds.items() if turns.get(shaft)), 0.0)
+    spin = _spin(state.speeds, turns)
     loaded = [
         parts.rotor[owner.id]
         for load in document.typed("external_load")

@@ -3,18 +3,9 @@
 from nvhchain.dynamics.model.angle_laws import LoadCentre, MeshFriction
 from nvhchain.dynamics.model.fluctuation import Fluctuation, Harmonic
 from nvhchain.dynamics.model.gearbox import Gearbox
-from nvhchain.dynamics.model.parts import (
-    Bearing,
-    Cylinder,
-    LooseGear,
-    Mesh,
-    RigidBody,
-    Shaft,
-    ShaftBearing,
-    SideLoad,
-    VibratingBody,
-)
+from nvhchain.dynamics.model.parts import Bearing, LooseGear, Mesh, ShaftBearing, VibratingBody
 from nvhchain.dynamics.model.rigid_train import run_up_time
+from nvhchain.dynamics.model.shafts import Cylinder, RigidBody, Shaft, SideLoad
 from nvhchain.dynamics.model.train import train
 from nvhchain.dynamics.runs.linear import body_compliance, flank_transfer
 from nvhchain.dynamics.runs.mesh_orders import order_forces

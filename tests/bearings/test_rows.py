@@ -292,7 +292,7 @@ def test_a_floating_ring_slides_to_where_it_carries_no_thrust(name):
     force, stiffness = floating.evaluate(PUSHED)
     assert force[2] == 0.0
     assert not stiffness[2].any()
-    other, _ = floating.evaluate(PUSHED + [0, 0, 7e-5, 0, 0])
+    other, _ = floating.evaluate(PUSHED + 7e-5 * np.eye(5)[2])
     assert other == pytest.approx(force, rel=1e-9)
     low, high = -2e-4, 2e-4
     for _ in range(80):  # bisection, in place of Newton's method

@@ -30,8 +30,9 @@ from nvhchain.dynamics.model.bearing_series import BearingSeries, bearing_series
 from nvhchain.dynamics.model.gear_bodies import relieved, with_bodies
 from nvhchain.dynamics.model.gearbox import Gearbox
 from nvhchain.dynamics.model.mesh_rows import all_wrenches, error_wrenches, tilt_wrenches
-from nvhchain.dynamics.model.parts import Bearing, Shaft
+from nvhchain.dynamics.model.parts import Bearing
 from nvhchain.dynamics.model.sections import Sections, Wrench, sections
+from nvhchain.dynamics.model.shafts import Shaft
 from nvhchain.dynamics.model.train import Train, train
 from nvhchain.errors import InputError, require
 from nvhchain.fidelity import DynamicsFidelity

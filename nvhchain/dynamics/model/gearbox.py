@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 from math import hypot
 
 from nvhchain.bearings.loaded import holds_tilt
-from nvhchain.dynamics.model.parts import Bearing, LooseGear, Mesh, RigidBody, Shaft, ShaftBearing, VibratingBody
+from nvhchain.dynamics.model.parts import Bearing, LooseGear, Mesh, ShaftBearing, VibratingBody
+from nvhchain.dynamics.model.shafts import RigidBody, Shaft
 from nvhchain.errors import require
 from nvhchain.kinds import check_fields
 from nvhchain.names import check_names

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nvhchain.dynamics.model.parts import RigidBody, Shaft
 from nvhchain.dynamics.model.shaft_beam import ElasticShaft, elastic_shaft
+from nvhchain.dynamics.model.shafts import RigidBody, Shaft
 from nvhchain.handoff import FloatArray
 
 

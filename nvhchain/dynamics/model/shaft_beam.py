@@ -20,7 +20,7 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 from scipy.linalg import eigh
 
-from nvhchain.dynamics.model.parts import Cylinder, Shaft
+from nvhchain.dynamics.model.shafts import Cylinder, Shaft
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray
 

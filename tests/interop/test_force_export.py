@@ -1,11 +1,14 @@
 """Bearing forces written for other programs: names, units, and what cannot be written."""
 
+from dataclasses import replace
+
 import h5py
+import numpy as np
 import pytest
 from scipy.io import loadmat
 
 from nvhchain.errors import InputError
-from nvhchain.interop import read_bearing_forces, write_bearing_forces
+from nvhchain.interop import read_bearing_forces, read_record, write_bearing_forces
 from nvhchain.interop.forces import csv_mat_hdf5 as records
 from nvhchain.testing.hand_offs import SUFFIXES
 
@@ -54,3 +57,29 @@ def test_matlab_reads_names_and_units(forces, tmp_path):
     with h5py.File(tmp_path / "a.h5") as file:
         assert file["force"].attrs["units"] == "N"
         assert list(file["names"].asstr()) == ["A", "B"]
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_moments_of_seats_come_back_as_written(forces, tmp_path, suffix):
+    moved = forces.replace(moment=np.random.default_rng(3).standard_normal((len(forces.time), 2, 2)))
+    channels = write_bearing_forces(moved, tmp_path / f"a{suffix}")
+    assert read_bearing_forces(tmp_path / f"a{suffix}", channels).content_hash == moved.content_hash
+    units = read_record(tmp_path / f"a{suffix}").units
+    assert {units[name] for name in channels.moments} == {"N m"}
+    turned = replace(channels, acts_on="shaft", moment_unit="N mm") if suffix == ".csv" else None
+    if turned is not None:
+        with pytest.raises(InputError, match=r"N m.*N mm"):
+            read_bearing_forces(tmp_path / f"a{suffix}", turned)
+        on_shaft = read_bearing_forces(tmp_path / f"a{suffix}", replace(turned, moment_unit="N m"))
+        assert (on_shaft.wrench == -moved.wrench).all()
+
+
+def test_moments_of_some_bearings_or_about_one_axis_are_refused(forces, tmp_path):
+    channels = write_bearing_forces(forces.replace(moment=np.ones((len(forces.time), 2, 2))), tmp_path / "a.csv")
+    one, other = channels.bearings
+    with pytest.raises(InputError, match="for some bearings only"):
+        replace(channels, bearings=(one, replace(other, mx=None, my=None)))
+    with pytest.raises(InputError, match="about both axes, or none"):
+        replace(other, my=None)
+    with pytest.raises(InputError, match="moments are those of the gearbox's frame"):
+        replace(channels, rotation=((0, 1, 0), (-1, 0, 0), (0, 0, 1)))

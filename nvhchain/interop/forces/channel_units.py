@@ -11,6 +11,9 @@ FORCE_UNITS = {
 }  # fmt: skip
 """Newtons in one unit; kgf, lbf and the poundal by their definitions (BIPM, NIST SP 811)."""
 
+MOMENT_UNITS = {"N m": 1.0, "kN m": 1e3, "N mm": 1e-3}
+"""Newton metres in one unit."""
+
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
 """Seconds in one unit."""
 
@@ -31,6 +34,9 @@ OTHER_NAMES = {
     "cN": ("centinewton", "centinewtons"),
     "kgf": ("kp",),
     "pdl": ("poundal", "poundals"),
+    "N m": ("Nm", "N*m", "N·m", "newton metre", "newton metres"),
+    "kN m": ("kNm", "kN*m", "kN·m"),
+    "N mm": ("Nmm", "N*mm", "N·mm"),
     "s": ("sec", "secs", "second", "seconds"),
     "ms": ("msec", "millisecond", "milliseconds"),
     "us": ("µs", "usec", "microsecond", "microseconds"),
@@ -46,7 +52,7 @@ OTHER_NAMES = {
 }
 """Names of a unit in files, beside its symbol."""
 
-_QUANTITIES = (FORCE_UNITS, TIME_UNITS, SPEED_UNITS, LENGTH_UNITS, ANGLE_UNITS)
+_QUANTITIES = (FORCE_UNITS, MOMENT_UNITS, TIME_UNITS, SPEED_UNITS, LENGTH_UNITS, ANGLE_UNITS)
 _SYMBOLS = [symbol for quantity in _QUANTITIES for symbol in quantity]
 _ANY_CASE = {
     name.casefold(): symbol

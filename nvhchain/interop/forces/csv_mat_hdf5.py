@@ -25,6 +25,8 @@ from nvhchain.interop.forces.force_channels import MESH_QUANTITIES, mesh_quantit
 from nvhchain.interop.notation._texts import first_line
 
 AXES = "xyz"
+TILTS = ("mx", "my")
+"""Ends of the names of the moments about x and y."""
 
 LARGEST_MAT = 2**31
 """Largest array (bytes) of a MAT file of level 5 (MathWorks, MAT-File Versions)."""
@@ -153,16 +155,17 @@ def _columns(name: str, array: Any) -> dict[str, FloatArray]:
 
 
 def write_csv(forces: BearingForces, path: Path) -> Path:
-    """Write columns time, input_speed, `bearing:x` … and those of the meshes, below lines of names and units."""
-    names = ["time", "input_speed", *(csv_name(bearing, axis) for bearing in forces.names for axis in AXES)]
+    """Write columns time, input_speed, `bearing:x` … `bearing:my` and those of the meshes, below names and units."""
+    axes = (*AXES, *(TILTS if forces.moment is not None else ()))
+    names = ["time", "input_speed", *(csv_name(bearing, axis) for bearing in forces.names for axis in axes)]
     require(len(set(names)) == len(names), f"{path}: bearing names differ by blanks only: {forces.names}; rename one")
-    units = ["s", "rad/s", *["N"] * (3 * len(forces.names))]
+    units = ["s", "rad/s", *["N m" if axis in TILTS else "N" for _ in forces.names for axis in axes]]
     beside = mesh_quantities(forces)
     for quantity, values in beside.items():
         names += columns_of(quantity, values)
         units += [MESH_QUANTITIES[quantity]] * values.shape[1]
     table = np.column_stack(
-        [forces.time, forces.input_speed, forces.force.reshape(len(forces.time), -1), *beside.values()]
+        [forces.time, forces.input_speed, forces.wrench.reshape(len(forces.time), -1), *beside.values()]
     )
 
     head = StringIO()
@@ -184,7 +187,7 @@ def columns_of(quantity: str, values: FloatArray) -> list[str]:
 def write_mat(forces: BearingForces, path: Path) -> Path:
     """Write MATLAB level 5: time, input_speed, force (n_t, n_bearing, 3), names, positions, units.
 
-    Recorded quantities of the meshes (n_t, n_mesh) are added.
+    Recorded moments (n_t, n_bearing, 2) and quantities of the meshes (n_t, n_mesh) are added.
     """
     require(
         forces.force.nbytes < LARGEST_MAT,
@@ -198,8 +201,9 @@ def write_mat(forces: BearingForces, path: Path) -> Path:
         "force": forces.force,
         "names": np.array(forces.names, dtype=object),
         "positions": forces.positions,
+        **({} if forces.moment is None else {"moment": forces.moment}),
         **beside,
-        "units": {"time": "s", "input_speed": "rad/s", "force": "N", "positions": "m"}
+        "units": {"time": "s", "input_speed": "rad/s", "force": "N", "moment": "N m", "positions": "m"}
         | {name: MESH_QUANTITIES[name] for name in beside},
     }
     return write_output(path, content_of(lambda file: savemat(file, content, appendmat=False, oned_as="column")))
@@ -208,13 +212,15 @@ def write_mat(forces: BearingForces, path: Path) -> Path:
 def write_hdf5(forces: BearingForces, path: Path) -> Path:
     """Write datasets time, input_speed, force (n_t, n_bearing, 3), names and positions with attribute `units`.
 
-    Recorded quantities of the meshes (n_t, n_mesh) are added.
+    Recorded moments (n_t, n_bearing, 2) and quantities of the meshes (n_t, n_mesh) are added.
     """
 
     def write(memory: BytesIO) -> None:
         with h5py.File(memory, "w") as file:
             for name, unit in (("time", "s"), ("input_speed", "rad/s"), ("force", "N"), ("positions", "m")):
                 file.create_dataset(name, data=getattr(forces, name)).attrs["units"] = unit
+            if forces.moment is not None:
+                file.create_dataset("moment", data=forces.moment).attrs["units"] = "N m"
             for name, values in mesh_quantities(forces).items():
                 file.create_dataset(name, data=values).attrs["units"] = MESH_QUANTITIES[name]
             file.create_dataset("names", data=np.array(forces.names, dtype=h5py.string_dtype()))

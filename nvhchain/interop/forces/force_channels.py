@@ -17,7 +17,14 @@ from scipy.interpolate import PchipInterpolator
 from nvhchain.dimensions import AngularSpeed, Length
 from nvhchain.errors import require, required
 from nvhchain.handoff import BearingForces, FloatArray
-from nvhchain.interop.forces.channel_units import ANGLE_UNITS, FORCE_UNITS, LENGTH_UNITS, SPEED_UNITS, TIME_UNITS
+from nvhchain.interop.forces.channel_units import (
+    ANGLE_UNITS,
+    FORCE_UNITS,
+    LENGTH_UNITS,
+    MOMENT_UNITS,
+    SPEED_UNITS,
+    TIME_UNITS,
+)
 from nvhchain.interop.forces.channels import Record
 from nvhchain.interop.forces.sampling import resampled, uniform_time
 from nvhchain.kinds import check_fields, checked
@@ -35,7 +42,7 @@ SAMPLE_RATE_MATCH = 1e-5
 
 @dataclass(frozen=True)
 class BearingChannels:
-    """Three force channels of one bearing.
+    """Three force channels of one bearing, and two of its moments where they are recorded.
 
     Parameters
     ----------
@@ -45,6 +52,8 @@ class BearingChannels:
         Channel names, along the axes of the record's frame.
     position : (float, float, float), optional
         Position in the gearbox frame (m); by default the position given by name on reading.
+    mx, my : str, optional
+        Channels of the moments about the gearbox's x and y at the centre of the bearing.
     """
 
     name: str
@@ -52,6 +61,8 @@ class BearingChannels:
     y: str
     z: str
     position: tuple[Length, Length, Length] | None = None
+    mx: str | None = None
+    my: str | None = None
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -59,6 +70,10 @@ class BearingChannels:
         require(
             len({self.x, self.y, self.z}) == 3,
             f"bearing {self.name!r}: x, y, z = {self.x!r}, {self.y!r}, {self.z!r} name a channel twice: give three",
+        )
+        require(
+            (self.mx is None) == (self.my is None),
+            f"bearing {self.name!r}: mx = {self.mx!r}, my = {self.my!r}: moments are needed about both axes, or none",
         )
         require(
             self.position is None or all(isfinite(c) and abs(c) <= FARTHEST for c in self.position),
@@ -77,6 +92,8 @@ class ForceChannels:
         Bearings in the order of the hand-off.
     force_unit : str
         Unit of all force channels.
+    moment_unit : str
+        Unit of all channels of moments.
     acts_on : {"housing", "shaft"}
         Body that the recorded force acts on; forces on the `shaft` change sign.
     speed : float, optional
@@ -118,15 +135,19 @@ class ForceChannels:
     output_lag: str | None = None
     length_unit: str = "m"
     angle_unit: str = "rad"
+    moment_unit: str = "N m"
 
     def __post_init__(self) -> None:
         check_fields(self)
         require(len(self.bearings) > 0, "no bearing is described: at least one is needed")
-        named = self.forces
+        with_moments = {bearing.mx is not None for bearing in self.bearings}
+        require(len(with_moments) == 1, "mx and my are given for some bearings only: give those of all, or none")
+        named = [*self.forces, *self.moments]
         repeated = sorted({channel for channel in named if named.count(channel) > 1})
-        require(not repeated, f"channels {', '.join(repeated)} are given to two bearings: each has its own three")
+        require(not repeated, f"channels {', '.join(repeated)} are given to two bearings: each has its own")
         for what, unit, known in (
             ("force_unit", self.force_unit, FORCE_UNITS),
+            ("moment_unit", self.moment_unit, MOMENT_UNITS),
             ("time_unit", self.time_unit, TIME_UNITS),
             ("speed_unit", self.speed_unit, SPEED_UNITS),
             ("length_unit", self.length_unit, LENGTH_UNITS),
@@ -164,6 +185,10 @@ class ForceChannels:
             turn.shape == (3, 3) and bool(np.abs(turn @ turn.T - np.eye(3)).max() < 1e-6) and np.linalg.det(turn) > 0,
             f"rotation = {self.rotation} is not a right-handed orthonormal frame: give three unit axes",
         )
+        require(
+            not self.moments or np.array_equal(turn, np.eye(3)),
+            f"rotation = {self.rotation} turns forces, but moments are those of the gearbox's frame: record both in it",
+        )
 
     @property
     def forces(self) -> list[str]:
@@ -171,10 +196,15 @@ class ForceChannels:
         return [channel for bearing in self.bearings for channel in (bearing.x, bearing.y, bearing.z)]
 
     @property
+    def moments(self) -> list[str]:
+        """Names of the channels of moments: mx, my of one bearing after the other; empty without."""
+        return [name for bearing in self.bearings for name in (bearing.mx, bearing.my) if name is not None]
+
+    @property
     def declared(self) -> list[str]:
         """Names of all channels except the time's."""
         single = [name for name in (self.speed_channel, self.output_lag) if name is not None]
-        return [*self.forces, *self.mesh_deflection, *self.transmission_error, *single]
+        return [*self.forces, *self.moments, *self.mesh_deflection, *self.transmission_error, *single]
 
 
 def mesh_quantities(forces: BearingForces) -> dict[str, FloatArray]:
@@ -201,6 +231,8 @@ def convert_record(
     force = []
     for name in channels.forces:
         force.append(record.values(name))
+        turned = f"{record.source}: {name} is a rotation: forces are needed, not moments"
+        require(name not in record.rotations, turned)
         record.check_unit(name, channels.force_unit)
     lengths = {len(values) for values in force}
     require(len(lengths) == 1, f"{record.source}: force channels have {sorted(lengths)} samples: they must be equal")
@@ -240,12 +272,14 @@ def convert_record(
         table = pressed.reshape(len(time), -1, 3)
         speed = PchipInterpolator(recorded, speed)(time)  # a filter would swing below standstill
         of_meshes = dict(zip(of_meshes, parts, strict=True))
+    moment = of_meshes.pop("moment", None)
     recorded_too: dict[str, Any] = {
         name: values[:, 0] if name == "output_lag" else values for name, values in of_meshes.items()
     }
     return BearingForces(
         time=time,
         force=table,
+        moment=None if moment is None else moment.reshape(len(time), -1, 2),
         names=tuple(bearing.name for bearing in channels.bearings),
         positions=np.array([_position(bearing, positions or {}) for bearing in channels.bearings]),
         input_speed=speed,
@@ -256,10 +290,12 @@ def convert_record(
 
 
 def _declared_mesh_quantities(record: Record, channels: ForceChannels, count: int) -> dict[str, FloatArray]:
-    """Return the declared quantities beside forces, each (n_t, n), in m and rad."""
+    """Return the declared quantities beside forces, each (n_t, n), in N m, m and rad; moments act on the housing."""
+    sign = 1.0 if channels.acts_on == "housing" else -1.0
     lag = (channels.output_lag,) if channels.output_lag is not None else ()
     found = {}
     for quantity, names, unit, scale in (
+        ("moment", channels.moments, channels.moment_unit, sign * MOMENT_UNITS[channels.moment_unit]),
         ("mesh_deflection", channels.mesh_deflection, channels.length_unit, LENGTH_UNITS[channels.length_unit]),
         ("transmission_error", channels.transmission_error, channels.length_unit, LENGTH_UNITS[channels.length_unit]),
         ("output_lag", lag, channels.angle_unit, ANGLE_UNITS[channels.angle_unit]),

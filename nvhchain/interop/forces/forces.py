@@ -11,6 +11,7 @@ from nvhchain.handoff import BearingForces
 from nvhchain.interop.forces.channels import Record
 from nvhchain.interop.forces.csv_mat_hdf5 import (
     AXES,
+    TILTS,
     columns_of,
     csv_name,
     read_hdf5,
@@ -131,8 +132,8 @@ def write_bearing_forces(forces: BearingForces, path: str | Path) -> ForceChanne
 
     Notes
     -----
-    Recorded mesh deflections and transmission errors (m) and the output's lag (rad) are included. Values keep all
-    digits. UFF 58 keeps six digits of time start and step; the returned sample_rate restores them.
+    Recorded moments (N m), mesh deflections and transmission errors (m) and the output's lag (rad) are included. Values
+    keep all digits. UFF 58 keeps six digits of time start and step; the returned sample_rate restores them.
     """
     path = Path(path)
     kind = _format(path)
@@ -141,8 +142,9 @@ def write_bearing_forces(forces: BearingForces, path: str | Path) -> ForceChanne
     WRITERS[kind](forces, path)
     bearings = []
     for i, (name, place) in enumerate(zip(forces.names, forces.positions.tolist(), strict=True)):
-        x, y, z = _names(kind, i, name)
-        bearings.append(BearingChannels(name, x, y, z, (place[0], place[1], place[2])))
+        x, y, z, mx, my = _names(kind, i, name)
+        moments = {} if forces.moment is None else {"mx": mx, "my": my}
+        bearings.append(BearingChannels(name, x, y, z, (place[0], place[1], place[2]), **moments))
     return ForceChannels(
         tuple(bearings),
         force_unit="N",
@@ -167,10 +169,10 @@ def _mesh_channels(kind: str, forces: BearingForces) -> dict[str, Any]:
 
 def _names(kind: str, index: int, bearing: str) -> list[str]:
     if kind == "csv":
-        return [csv_name(bearing, axis) for axis in AXES]
+        return [csv_name(bearing, axis) for axis in (*AXES, *TILTS)]
     if kind == "uff":
-        return [f"{index + 1}:{axis}" for axis in AXES]
-    return [f"force[{index},{i}]" for i in range(3)]
+        return [f"{index + 1}:{axis}" for axis in (*AXES, "rx", "ry")]
+    return [*(f"force[{index},{i}]" for i in range(3)), *(f"moment[{index},{i}]" for i in range(2))]
 
 
 def _format(path: Path) -> str:

@@ -1,7 +1,7 @@
 """Universal file format, dataset 58 (function at nodal DOF): histories of forces read; histories and spectra written.
 
-Channels are called `node:x`, `node:y`, `node:z` by response node and direction, `node:rx` … about an axis and
-`node:scalar` without direction. A record along a negative direction changes sign, as the format defines it.
+Channels are called `node:x`, `node:y`, `node:z` by response node and direction, `node:rx` … about an axis, which are
+moments, and `node:scalar` without direction. A record along a negative direction changes sign, as the format says.
 """
 
 from __future__ import annotations
@@ -88,26 +88,36 @@ def read_uff(path: Path) -> Record:
         label = str(function["ordinate_axis_units_lab"]).strip()
         if label and label != "NONE":
             units[name] = label
+        elif abs(int(function["rsp_dir"])) > 3:
+            units[name] = "N m"
         elif system and not name.endswith(":scalar"):
             units[name] = system
-    return Record(str(path), channels, units, times, unusable)
+    return Record(str(path), channels, units, times, unusable, frozenset(n for n in channels if ":r" in n))
 
 
 def write_uff(forces: BearingForces, path: Path) -> Path:
-    """Write binary dataset 58: force of bearing number i at node i + 1, input speed at node 0, meshes at `MESH_NODES`.
+    """Write binary dataset 58: loads of bearing number i at node i + 1, input speed at node 0, meshes at `MESH_NODES`.
 
     Values keep all digits, start and step of the time axis six.
     """
     sets = [_function(forces.time, forces.input_speed, SPEED_NODE, 0, "input speed", 11, "rad/s")]
     for i, bearing in enumerate(forces.names):
-        for axis in (1, 2, 3):
-            sets.append(_function(forces.time, forces.force[:, i, axis - 1], i + 1, axis, bearing, 9, "N"))
+        for axis, (column, unit) in enumerate(_directions(forces, i), start=1):
+            sets.append(_function(forces.time, column, i + 1, axis, bearing, 9, unit))
 
     for quantity, values in mesh_quantities(forces).items():
         for i, column in enumerate(values.T):
             label, node, unit = quantity.replace("_", " "), MESH_NODES[quantity] + i, MESH_QUANTITIES[quantity]
             sets.append(_function(forces.time, column, node, 0, label, DISPLACEMENT, unit))
     return write_output(path, sets)
+
+
+def _directions(forces: BearingForces, bearing: int) -> list[tuple[FloatArray, str]]:
+    """Return force along x, y, z and, where they are recorded, moment about x and y of a bearing, with their units."""
+    columns = [(forces.force[:, bearing, axis], "N") for axis in range(3)]
+    if forces.moment is not None:
+        columns += [(forces.moment[:, bearing, axis], "N m") for axis in range(2)]
+    return columns
 
 
 @checked
@@ -223,8 +233,6 @@ def _obstacle(function: dict[str, Any], name: str) -> str:
         return f"is not over time (abscissa type {function['abscissa_spec_data_type']} of dataset 58)"
     if _time_unit(function) not in TIME_UNITS:
         return f"has its time in {function['abscissa_axis_units_lab'].strip()!r}: {', '.join(TIME_UNITS)} are known"
-    if abs(int(function["rsp_dir"])) > 3:
-        return "is a rotation: forces are needed, not moments"
     allowed = {DISPLACEMENT, *SPEED_TYPES, *FORCE_TYPES} if name.endswith(":scalar") else FORCE_TYPES
     kind = int(function["ordinate_spec_data_type"])
     return "" if kind in allowed else f"holds no force (ordinate type {kind} of dataset 58)"

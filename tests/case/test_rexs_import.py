@@ -358,6 +358,34 @@ def test_bearings_beside_each_other_share_a_seat(tmp_path):
     assert "beside each other" in page
 
 
+@pytest.mark.parametrize(
+    ("ways", "arrangement"),
+    [(("positive", "negative"), "back_to_back"), (("negative", "positive"), "face_to_face")],
+)
+def test_alike_bearings_beside_each_other_are_a_pair(tmp_path, ways, arrangement):
+    """Two tapered bearings locate the shaft, a cylindrical one floats; O and X differ by the directions they carry."""
+    unit = gear_train((20, 31))
+    first, last = unit.of("rolling_bearing_with_catalog_geometry")[:2]
+    unit.attributes(last).update(
+        bearing_type=("radial_roller_bearing", "none"), axial_force_absorption=("no_direction", "none")
+    )
+    unit.attributes(first).update(
+        bearing_type=("radial_tapered_roller_bearing", "none"), axial_force_absorption=(ways[0], "none")
+    )
+    kind, name, attributes = unit.components[first]
+    place = attributes["u_coordinate_on_shaft_inner_side"][0] + attributes["width"][0]
+    beside = {"u_coordinate_on_shaft_inner_side": (place, "mm"), "axial_force_absorption": (ways[1], "none")}
+    twin = unit.add(kind, name, **{**attributes, **beside})
+    unit.relate("side", assembly=twin, inner_part=unit.of("shaft")[0], outer_part=unit.of("gear_casing")[0])
+    case, page = imported(unit, tmp_path)
+    pair = case.bearings[0].model
+    assert (type(pair).__name__, pair.arrangement, pair.thrust) == ("Tapered", arrangement, 0)
+    assert pair.row_distance == pytest.approx(1e-3 * attributes["width"][0])
+    assert "alike bearings beside each other are a pair" in page
+    push = case.equilibrium.bearing_load[0][2]
+    assert abs(push) == pytest.approx(abs(case.mesh_forces[0] * _base_sine(case)), rel=1e-8)
+
+
 def test_a_chamfered_gear_reproduces_the_contact_ratios_of_its_file(tmp_path):
     """The tip form circle and the common face width of the file, not the outer ones, carry."""
     unit = gear_train((20, 31))

@@ -11,6 +11,7 @@ from nvhchain.case.rexs.arranged import Arrangement, arranged
 from nvhchain.case.rexs.completed import Comparison, complete_gears, nominal_distances, shared_data
 from nvhchain.case.rexs.estimates import BearingEstimate, bearing_loads, estimate
 from nvhchain.case.rexs.pieces import Piece, bore_radius, pieces
+from nvhchain.case.rexs.rolling import paired
 from nvhchain.conventions import Material
 from nvhchain.dynamics.model.gearbox import COAXIAL
 from nvhchain.errors import InputError, Mistakes
@@ -204,8 +205,18 @@ def _supports(
 
 
 def _together(unit: GearUnit, one: Support, other: Support) -> Support:
-    """Return two bearings beside each other as one: stiffness added, at its centre."""
+    """Return two bearings beside each other as one: a pair, or their stiffness added, at its centre."""
     a, b = one.estimate, other.estimate
+    held = {one.bearing.axial, other.bearing.axial} - {"no_direction"}
+    axial = held.pop() if len(held) == 1 else "both_directions" if held else "no_direction"
+    joined = replace(one.bearing, axial=axial)
+    model = paired(a.model, b.model, other.z - one.z)
+    if model is not None:
+        text = f"with {other.bearing.name}: {model.arrangement}"
+        unit.findings.add("assumed", one.bearing.name, "seat", text, "alike bearings beside each other are a pair")
+        total, width = a.radial_stiffness + b.radial_stiffness, other.z - one.z + 0.5 * (a.width + b.width)
+        whole = replace(a, width=width, radial_stiffness=total, model=model)
+        return Support(joined, 0.5 * (one.z + other.z), whole)
     for support in (one, other):
         of = support.estimate
         if of.model is not None:
@@ -221,10 +232,8 @@ def _together(unit: GearUnit, one: Support, other: Support) -> Support:
         f"with {other.bearing.name}",
         "beside each other: stiffness added; their resistance to tilt is left out",
     )
-    held = {one.bearing.axial, other.bearing.axial} - {"no_direction"}
-    axial = held.pop() if len(held) == 1 else "both_directions" if held else "no_direction"
     return Support(
-        replace(one.bearing, axial=axial),
+        joined,
         (a.radial_stiffness * one.z + b.radial_stiffness * other.z) / total,
         BearingEstimate(
             min(a.bore, b.bore),

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import degrees, radians
 from typing import Any
 
 from nvhchain.bearings import AngularContact, Cylindrical, DeepGroove, Spherical, Tapered
+from nvhchain.bearings.catalogue import Arrangement
 from nvhchain.errors import InputError
 from nvhchain.interop.rexs import GearUnit, ImportedBearing
 
@@ -85,6 +86,25 @@ def rolling_model(
         _record(unit, bearing, made, elements, angle, rated=each is ratings, detailed=detailed)
         return made
     return None
+
+
+def paired(low: RollingModel | None, high: RollingModel | None, apart: float) -> RollingModel | None:
+    """Return two single bearings of one kind and size as a pair; None where they are none.
+
+    low, high : bearings at the lower and the higher z.
+    apart : distance of their centres (m).
+    """
+    if low is None or high is None or low.load_rows > 1 or (low.arrangement, high.arrangement) != ("single", "single"):
+        return None
+    if isinstance(low, AngularContact | Tapered) and isinstance(high, AngularContact | Tapered):
+        if replace(low, thrust=1, axial_clearance=0.0) != replace(high, thrust=1, axial_clearance=0.0):
+            return None
+        play = low.axial_clearance + high.axial_clearance
+        if low.thrust == high.thrust:
+            return replace(low, arrangement="tandem", row_distance=apart, axial_clearance=play)
+        kind: Arrangement = "back_to_back" if low.thrust > 0 else "face_to_face"
+        return replace(low, arrangement=kind, row_distance=apart, axial_clearance=play, thrust=0)
+    return replace(low, arrangement="tandem", row_distance=apart) if low == high else None
 
 
 def _class(bearing: ImportedBearing, angle: float, thrust: int) -> type[RollingModel] | None:

@@ -247,10 +247,10 @@ def _model(model: RollingModel) -> list[str]:
             lines.append(f"contact_angle_deg = {degrees(value):.10g}")
         elif field.name == "clearance":
             lines.append(f"clearance_um = {1e6 * value:.6g} # in operation")
-        elif field.name in ("bore", "outer_diameter", "width", "element_diameter", "element_length"):
+        elif field.name in ("bore", "outer_diameter", "width", "element_diameter", "element_length", "row_distance"):
             lines += _lengths(model, field.name)
-        elif isinstance(value, bool):
-            lines.append(f"{field.name} = {str(value).lower()}")
+        elif isinstance(value, bool | str):
+            lines.append(f"{field.name} = {json.dumps(value)}")
         else:
             lines.append(f"{field.name} = {value:.10g}")
     return lines

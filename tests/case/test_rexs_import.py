@@ -546,6 +546,30 @@ def test_an_angular_contact_bearing_by_its_own_name_is_one(tmp_path, along):
     assert case.bearings[0].model.contact_angle == pytest.approx(np.radians(25.0))
 
 
+def test_a_double_row_angular_contact_bearing_carries_both_ways(tmp_path):
+    """A 3208: 40 x 80 x 30.2 mm, C = 51 kN and C_0 = 44 kN of both rows together, 30°."""
+    unit = gear_train((20, 31))
+    first, last = unit.of("rolling_bearing_with_catalog_geometry")[:2]
+    unit.attributes(first).update(
+        bearing_type=("angular_contact_ball_bearing", "none"),
+        axial_force_absorption=("both_directions", "none"),
+        number_of_bearing_rows=(2, "none"),
+        inner_diameter=(40.0, "mm"),
+        outer_diameter=(80.0, "mm"),
+        width=(30.2, "mm"),
+        radial_static_load_rating=(44.0, "kN"),
+        radial_dynamic_load_rating=(51.0, "kN"),
+    )
+    unit.attributes(last)["axial_force_absorption"] = ("no_direction", "none")
+    case, _ = imported(unit, tmp_path)
+    model = case.bearings[0].model
+    assert (model.arrangement, model.thrust, model.row_distance) == ("back_to_back", 0, pytest.approx(15.1e-3))
+    assert (model.static_load_rating, model.dynamic_load_rating) == pytest.approx((22e3, 51e3 / 2**0.7))
+    assert model.internal.static_rating == pytest.approx(22e3, rel=0.02)
+    push = case.equilibrium.bearing_load[0][2]
+    assert abs(push) == pytest.approx(abs(case.mesh_forces[0] * _base_sine(case)), rel=1e-8)
+
+
 def test_a_thrust_bearing_beside_a_floating_one_locates_the_shaft(tmp_path):
     """A cylindrical roller bearing and a four-point bearing that is free radially share a seat."""
     unit = gear_train((20, 31))

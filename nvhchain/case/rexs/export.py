@@ -274,6 +274,9 @@ def _rolling(draft: Draft, name: str, model: RollingBearing, where: Mapping[str,
     axial = {1: "positive", -1: "negative"}.get(getattr(model, "thrust", 0), "both_directions")
     if model.floating or (isinstance(model, Cylindrical) and model.axial_stiffness == 0.0):
         axial = "no_direction"
+    beside = len(model.places) // model.load_rows or 1  # ISO 76 and ISO 281 rate i rows by i and i^(7/9), balls i^0.7
+    static = beside * (model.static_load_rating or inside.static_rating)
+    dynamic = beside ** (7 / 9 if inside.length else 0.7) * (model.dynamic_load_rating or inside.dynamic_rating)
     given = {
         "inner_diameter": model.bore,
         "outer_diameter": model.outer_diameter,
@@ -289,8 +292,8 @@ def _rolling(draft: Draft, name: str, model: RollingBearing, where: Mapping[str,
             "bearing_type": (_TYPES[type(model).__name__], _NO_UNIT),
             "axial_force_absorption": (axial, _NO_UNIT),
             "number_of_bearing_rows": (max(inside.rows, len(model.places)), _NO_UNIT),
-            "radial_static_load_rating": (model.static_load_rating or inside.static_rating, "N"),
-            "radial_dynamic_load_rating": (model.dynamic_load_rating or inside.dynamic_rating, "N"),
+            "radial_static_load_rating": (static, "N"),
+            "radial_dynamic_load_rating": (dynamic, "N"),
         }
         | {key: _mm(value) for key, value in given.items() if value},
     )

@@ -19,6 +19,9 @@ _STEEPEST_GROOVE = 0.1
 _RIBS = 0.1
 """Axial stiffness of the ribs of a roller bearing over its radial stiffness; an assumption."""
 
+_ROW_DISTANCE = 0.5
+"""Distance of the rows of a double-row angular contact bearing over its width; that of a 3208 is 0.5."""
+
 _MOUNTED = ("operating_radial_bearing_clearance", "mounted_radial_bearing_clearance")
 
 
@@ -56,6 +59,10 @@ def rolling_model(
     if kind in (AngularContact, Tapered):
         own = {"contact_angle": radians(round(degrees(angle), 6)), "thrust": thrust}
         own["axial_clearance"] = bearing.axial_clearance
+        if not thrust:
+            own |= {"arrangement": "back_to_back", "row_distance": round(_ROW_DISTANCE * sizes[2], 5)}
+            text = f"{1e3 * own['row_distance']:.4g} mm apart, back to back"
+            unit.findings.add("assumed", bearing.name, "rows", text, "half the width of a double-row bearing")
     elif kind is Spherical:
         own = {"contact_angle": radians(round(degrees(angle), 6))}
     elif kind is Cylindrical and bearing.axial != "no_direction":
@@ -71,10 +78,10 @@ def rolling_model(
     inside: dict[str, Any] = {"elements": round(elements.count), "element_diameter": elements.diameter}
     if kind not in (DeepGroove, AngularContact):
         inside["element_length"] = elements.length
-    ratings: dict[str, Any] = {
-        "static_load_rating": bearing.static_load_rating,
-        "dynamic_load_rating": bearing.dynamic_load_rating,
-    }
+    static, dynamic = bearing.static_load_rating, bearing.dynamic_load_rating
+    if "arrangement" in own:  # of one row: ISO 76 and ISO 281 rate i rows by i and i^0.7
+        static, dynamic = static and static / 2, dynamic and dynamic / 2**0.7
+    ratings: dict[str, Any] = {"static_load_rating": static, "dynamic_load_rating": dynamic}
     detailed = bearing.elements is not None and bearing.element_diameter is not None
     choices = [inside | ratings, inside] if detailed else [ratings, inside] if bearing.static_load_rating else [inside]
     for each in choices:
@@ -112,10 +119,11 @@ def _class(bearing: ImportedBearing, angle: float, thrust: int) -> type[RollingM
     one_way = thrust != 0
     if "self_aligning_roller" in bearing.kind:
         return Spherical if not one_way and angle > _STEEPEST_GROOVE else None
-    if (bearing.rows or 1) > 1:
+    rows = bearing.rows or 1
+    if bearing.kind == "angular_contact_ball_bearing" and angle > _STEEPEST_GROOVE:
+        return AngularContact if (rows == 1 and one_way) or (rows == 2 and bearing.axial == "both_directions") else None
+    if rows > 1:
         return None
-    if bearing.kind == "angular_contact_ball_bearing":
-        return AngularContact if one_way and angle > _STEEPEST_GROOVE else None
     if "grooved_ball" in bearing.kind and "radial" in bearing.kind:
         if (bearing.contact_angle or 0.0) <= _STEEPEST_GROOVE:
             return DeepGroove

@@ -207,6 +207,22 @@ def test_another_load_case_is_chosen_by_number(tmp_path):
         read_rexs(path, load_case="7")
 
 
+def test_other_load_cases_coast_or_turn_the_other_way(tmp_path):
+    """Power of the input by load case: driving, coasting, driving in reverse; the last has its torque at the output."""
+    made = gear_train((20, 31))
+    shaft, (load, out) = made.of("shaft")[0], made.of("external_load")
+    for speed, at, torque in ((900.0, load, -40.0), (-900.0, load, -50.0), (900.0, out, -31.0), (900.0, out, 62.0)):
+        made.load_cases.append(
+            {shaft: {"rotational_speed": (speed, "1 / min")}, at: {"torque_around_u_axis": (torque, "N m")}}
+        )
+    first = made.load_cases[0]
+    first[out] = {"torque_around_u_axis": (93.0, "N m")}  # against the wheel's rotation
+    loads = read_rexs(made.save(tmp_path / "u.rexs")).loads
+    assert [load.torque for load in loads] == pytest.approx([60.0, -40.0, 50.0, -20.0, 40.0])
+    assert [load.reversed for load in loads] == [False, False, True, False, False]
+    assert all(load.speed > 0 for load in loads)
+
+
 def test_coupled_shafts_are_one_and_bearings_between_shafts_stay(tmp_path):
     made = gear_train((20, 31), (18, 40))
     y = made.attributes(made.of("shaft")[2])["support_vector"][0][1]

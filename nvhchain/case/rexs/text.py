@@ -66,6 +66,7 @@ def _head(case: ImportedCase, name: str, source: str, *, rigid: bool) -> str:
     assumed = len(unit.findings.select("assumed"))
     others = [
         f"# load case {load.name}: input_speed_rpm = {30 / pi * load.speed:.6g}, input_torque = {load.torque:.6g}"
+        + (f", input_rotation = {-unit.input_rotation}" if load.reversed else "")
         for load in unit.loads[1:]
         if load.speed and load.torque
     ]
@@ -81,7 +82,7 @@ def _head(case: ImportedCase, name: str, source: str, *, rigid: bool) -> str:
         f"input_rotation = {unit.input_rotation}",
         f"quantities = {quantities}",
         "assumptions = [",
-        *(f"    {_text(sentence)}," for sentence in assumptions(case)),
+        *(f"    {_text(sentence)}," for sentence in assumptions(case, rigid=rigid)),
         "]",
         "",
         "[operation]" + chosen,
@@ -109,9 +110,10 @@ def _head(case: ImportedCase, name: str, source: str, *, rigid: bool) -> str:
     return "\n".join(lines)
 
 
-def assumptions(case: ImportedCase) -> list[str]:
+def assumptions(case: ImportedCase, *, rigid: bool) -> list[str]:
     """Return the sentences that stand beside every level."""
-    found = ["The housing is drawn by rule around the gears: the imported file has none."]
+    drawn = "The housing is drawn by rule around the gears: the imported file has none."
+    found = ["Bearing seats are rigid: the imported file has no housing." if rigid else drawn]
     record = case.unit.findings.select("assumed")
     estimated = sum(line.quantity == "radial stiffness" for line in record)
     count = len(case.supports) + len(case.links)

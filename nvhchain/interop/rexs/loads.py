@@ -59,7 +59,7 @@ def read_power(parts: Parts, turns: Mapping[int, Fraction], lines: Mapping[int, 
         parts.findings.refuse(f"load case {chosen!r} is not in the file: choose one of {', '.join(known)}")
     states.sort(key=lambda state: state.name != chosen if chosen is not None else False)
     into, out, rotation = _ends(parts, states[0], turns)
-    loads = tuple(_load(state, turns, into, out) for state in states)
+    loads = tuple(_load(state, states[0], turns, into, out) for state in states)
     return Power(into, out, rotation if rotation else 1, loads)
 
 
@@ -175,8 +175,11 @@ def _ends(parts: Parts, state: _State, turns: Mapping[int, Fraction]) -> tuple[i
     return into, out, 1 if sense >= 0 else -1
 
 
-def _load(state: _State, turns: Mapping[int, Fraction], into: int, out: int) -> ImportedLoad:
-    """Return speed and torque of the input, carried over from another shaft where needed."""
+def _load(state: _State, first: _State, turns: Mapping[int, Fraction], into: int, out: int) -> ImportedLoad:
+    """Return speed and torque of the input, carried over from another shaft where needed.
+
+    first : state by which input and output were found; a state whose power flows the other way coasts.
+    """
 
     def ratio(shaft: int) -> float:
         return abs(float(turns.get(shaft, 0)) / float(turns[into])) if turns.get(into) else 0.0
@@ -184,7 +187,10 @@ def _load(state: _State, turns: Mapping[int, Fraction], into: int, out: int) -> 
     speed = next((abs(value) / ratio(shaft) for shaft, value in state.speeds.items() if ratio(shaft)), None)
     if into in state.speeds:
         speed = abs(state.speeds[into])
-    torque = abs(state.torques[into]) if into in state.torques else None
-    if torque is None and out in state.torques and ratio(out):
-        torque = abs(state.torques[out]) * ratio(out)
-    return ImportedLoad(state.name, speed, torque, state.share)
+    torque = None
+    turned = _spin(state.speeds, turns) * _spin(first.speeds, turns) < 0.0
+    for shaft, factor in ((into, 1.0), (out, ratio(out))):
+        if torque is None and shaft in state.torques and factor:
+            against = state.torques[shaft] * first.torques.get(shaft, 0.0) < 0.0
+            torque = abs(state.torques[shaft]) * factor * (-1.0 if against != turned else 1.0)
+    return ImportedLoad(state.name, speed, torque, state.share, reversed=turned)

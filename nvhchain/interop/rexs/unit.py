@@ -302,15 +302,18 @@ class ImportedLoad:
     speed : float, optional
         Speed of the input (rad/s), ≥ 0.
     torque : float, optional
-        Torque of the input along its rotation (N m).
+        Torque of the input along its rotation (N m); negative where it coasts.
     share : float, optional
         Share of the operating time.
+    reversed : bool
+        True where the input turns against its rotation in the chosen load case.
     """
 
     name: str
     speed: float | None
     torque: float | None
     share: float | None = None
+    reversed: bool = False
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ OLD_READING = re.compile(
     r"|\| (?:draft|standard|reference) \| solid \|.*\| (?:76\.[29]|77\.0) \|"
 )
 """Levels of the solid design and differences at 2500 rpm with a rotor of 0.02 kg m² on the input; that of the slotted
-one, 71.7 dB(A) at `standard`, is the same without."""
+one, 71.7 dB(A) at `standard`, was the same without."""
 
 
 @pytest.fixture(params=CASES)

@@ -192,6 +192,7 @@ def test_sources_right_behind_a_coarse_patch_stay_below_the_error_stated_for_it_
     assert max(errors) > 2 * vectors.accuracy.expected_error_db
 
 
+@pytest.mark.slow
 def test_next_to_a_single_element_that_moves_the_sound_errs_by_less_than_the_three_decibels_that_are_told(air):
     coarse = bodies.box((0.06, 0.04, 0.04), 0.01)
     centre = np.array([0.003, 0.003, 0.02])

@@ -190,6 +190,7 @@ def test_motions_that_are_heard_give_no_alarm_and_faster_ones_than_sound_state_n
             assert radiate(atv, above).accuracy.cancellation_error_db is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("frequency", [1000.0, 1500.0])
 def test_flanks_of_teeth_that_cancel_each_other_are_bounded_where_the_whole_moves_faster_than_sound(air, frequency):
     """A wheel with twelve square teeth twists about its axis: nothing was said, as sharp edges part the flanks."""

@@ -90,6 +90,7 @@ def test_transposed_product_is_that_of_the_same_matrix(body):
     assert matrix.apply(x[:, 0]).shape == (b.shape[0],)
 
 
+@pytest.mark.slow
 def test_a_rigid_plane_is_part_of_the_compressed_matrices(body, air):
     surface, k, _, _ = body
     plane = RigidPlane((0.0, 0.0, surface.vertices[:, 2].min() - 0.005), (0.0, 0.0, 1.0))
@@ -198,6 +199,7 @@ def test_what_does_not_fit_is_refused_before_the_surface_is_looked_at_closely(mo
             call(fidelity=FIDELITY)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("solver", ["direct", "iterative", "compressed"])
 @pytest.mark.parametrize("count", [1, 4])
 def test_estimated_memory_is_within_a_tenth_of_what_a_set_takes(solver, count):

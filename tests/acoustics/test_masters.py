@@ -77,6 +77,7 @@ def test_a_resonating_cavity_is_found_and_kept_within_the_tolerance(resonator, a
     assert len(atv.frequency) <= 24
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:the air in openings", "ignore:the parts of the motion cancel")
 def test_error_estimate_of_a_resonating_cavity_is_within_a_factor_of_ten_of_the_truth(resonator, air):
     fidelity = chosen(0.3)
@@ -93,7 +94,12 @@ def test_error_estimate_of_a_resonating_cavity_is_within_a_factor_of_ten_of_the_
 
 @pytest.mark.parametrize(
     ("body", "low", "high", "most"),
-    [("box", 1000.0, 1200.0, 6), ("box", 0.0, 100.0, 7), ("box", 50.0, 1200.0, 10), ("resonator", 200.0, 300.0, 9)],
+    [
+        ("box", 1000.0, 1200.0, 6),
+        ("box", 0.0, 100.0, 7),
+        ("box", 50.0, 1200.0, 10),
+        pytest.param("resonator", 200.0, 300.0, 9, marks=pytest.mark.slow),
+    ],
 )
 @pytest.mark.filterwarnings("ignore:the air in openings")
 def test_a_narrow_band_takes_few_masters_and_keeps_tolerance_and_estimate(body, low, high, most, air, request):
@@ -111,8 +117,8 @@ def test_a_narrow_band_takes_few_masters_and_keeps_tolerance_and_estimate(body, 
     [
         ("box", 2000.0, 3500.0, 3),
         ("box", 50.0, 1200.0, 4),
-        ("resonator", 240.0, 275.0, 3),
-        ("resonator", 200.0, 300.0, 5),
+        pytest.param("resonator", 240.0, 275.0, 3, marks=pytest.mark.slow),
+        pytest.param("resonator", 200.0, 300.0, 5, marks=pytest.mark.slow),
     ],
 )
 @pytest.mark.filterwarnings("ignore:interpolation between", "ignore:the air in openings")
@@ -208,6 +214,7 @@ def test_of_many_points_those_far_apart_decide_and_all_are_tested(box, air):
     assert error_db(some, lines, fidelity).max() < 0.3
 
 
+@pytest.mark.slow
 def test_where_the_quadrature_order_changes_the_estimate_stays_within_a_factor_of_ten(air):
     """49 masters leave 1.3e-3 at 1.66 kHz, where the vectors jump with the order from 2 to 3."""
     body, fidelity = bodies.box((0.45, 0.3, 0.25), 0.05), chosen(0.3)
@@ -245,6 +252,7 @@ def test_a_coarse_mesh_is_warned_of_once_whatever_the_number_of_batches(box, air
     assert "at 4000 Hz" in mesh[0]
 
 
+@pytest.mark.slow
 def test_an_echo_that_turns_by_nearly_half_a_turn_between_masters_is_not_missed(box, air):
     """By 0.96 π between the lowest two, which were left 0.24 dB where 0.1 were asked and 0.04 stated."""
     fidelity, plane = chosen(0.1), RigidPlane((0.0, 0.0, -0.25), (0.0, 0.0, 1.0))

@@ -162,6 +162,7 @@ def test_modal_transfer_vectors_state_it_too(air, heard):
     assert stated == pytest.approx(heard[0].accuracy.resonance_error_db, rel=0.1)
 
 
+@pytest.mark.slow
 def test_what_is_stated_of_vectors_is_what_their_parts_at_the_poles_change_by(air):
     """In a band wide enough that what is left of vectors grows with frequency in it."""
     masters = np.linspace(120.0, 600.0, 16)
@@ -280,6 +281,7 @@ def test_resonances_that_two_masters_cannot_show_are_not_stated(air):
     assert heard.resonance_error_db is None
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:the parts of the motion cancel")
 def test_too_few_masters_over_a_narrow_gap_are_warned_of(air):
     """A box 5 mm above a floor at three lines: 3 dB at the resonance between them, 0.15 stated."""

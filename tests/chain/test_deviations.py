@@ -31,6 +31,7 @@ def forces(*changes: str, deviations: Deviations | None = None) -> BearingForces
     return made
 
 
+@pytest.mark.slow
 def test_run_out_makes_sidebands_of_its_shaft_over_whole_turns() -> None:
     """One turn of the pinion is recorded; mesh order 20 gains 19 and 21, which gears as drawn do not have."""
     made = forces("band.resolution = 100", deviations=Deviations(run_out=20e-6, run_out_phase=0.0))

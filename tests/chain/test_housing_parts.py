@@ -185,6 +185,7 @@ def test_what_cannot_be_drawn_is_refused(files, told, plot, name, which, at, mes
     assert message in plot(name, *(every[i] for i in which), at=at)
 
 
+@pytest.mark.slow
 def test_groups_of_an_imported_model_are_its_panels(case, told, tmp_path):
     from nvhchain.fidelity import HousingFidelity
     from nvhchain.housing.casting.mesh import mesh_casting

@@ -66,6 +66,7 @@ def test_gearbox_in_an_imported_housing_moves_like_in_the_casting(request, folde
     assert np.abs(20 * np.log10(flux[1][loud] / flux[0][loud])).max() < 1.0  # faces of their own, 23 mm
 
 
+@pytest.mark.slow
 def test_plan_counts_the_modes_of_an_imported_model_by_a_tolerance(folder, capsys):
     assert main(["plan", str(folder / "case.toml"), "--fidelity", "draft", "--mode-tolerance-db", "0.2"]) == 0
     assert "the fewest modes that keep to 0.2 dB" in capsys.readouterr().out
@@ -120,6 +121,7 @@ def test_modal_results_with_residual_vectors_sound_as_the_solid_model(modal_resu
     assert overall < 1e-9
 
 
+@pytest.mark.slow
 def test_modal_results_of_six_digits_on_their_own_envelope_sound_within_a_third_of_a_decibel(modal_results):
     """At strong lines, where the faces' shares cancel among them, and overall. What is seat is not known in modal
     results: bores are closed by their diameter alone, the envelope must not move with it."""
@@ -135,6 +137,7 @@ def test_modal_results_of_six_digits_on_their_own_envelope_sound_within_a_third_
     assert overall < 0.15
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
@@ -154,6 +157,7 @@ def test_keys_of_modal_results_are_strict(modal_results, tmp_path, old, new, mes
         nvh.load_case(tmp_path / "case.toml")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -173,6 +177,7 @@ def test_modal_results_that_do_not_fit_are_refused(modal_results, change, messag
         nvh.run(case, fidelity=fidelity, bearing_forces=first.bearing_forces)
 
 
+@pytest.mark.slow
 def test_housing_that_is_handed_in_is_not_read_from_its_file(modal_results):
     fidelity, first, folder = modal_results
     case = nvh.load_case(folder / "case.toml")
@@ -230,6 +235,7 @@ def test_check_and_plan_look_into_the_file_of_the_housing(folder, capsys, old, n
         assert message in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "message"),
     [

@@ -99,6 +99,7 @@ def test_new_surface_keeps_volume_area_shape_and_every_body():
     assert needles.remesh_needles(both, 0.1) is made  # once for plan and run
 
 
+@pytest.mark.slow
 def test_a_needle_of_a_millionth_is_meshed_anew(case):
     points, faces = cylinder(16, 8, 2)
     a, b, c = faces[-1]
@@ -172,6 +173,7 @@ def test_needles_handed_in_state_what_they_err_by():
         assert error < vectors.accuracy.expected_error_db
 
 
+@pytest.mark.slow
 def test_layers_of_longer_needles_are_refused_with_what_meshes_them_anew():
     """A layer round a box, 1e4 times as long as high, erred by 1.2 dB where 0.2 were stated; 1000 times by 0.1."""
 

@@ -35,7 +35,7 @@ assert found.growth < 60, found
     ("kind", "count"),
     [
         ("files", 80),
-        ("bits", 60),
+        pytest.param("bits", 60, marks=pytest.mark.slow),
         pytest.param("summaries", 60, marks=pytest.mark.slow),
         pytest.param("cases", 60, marks=pytest.mark.slow),
     ],

@@ -143,6 +143,7 @@ def test_parametric_casting_as_step_has_the_same_modes(casting, tmp_path):
     assert read[:5] == pytest.approx(own[:5], rel=5e-3)
 
 
+@pytest.mark.slow
 def test_wrong_unit_is_refused_with_the_scale_that_mends_it(case, tmp_path):
     text = (CASE.parent / "gear_case.step").read_text()
     assert "SI_UNIT(.MILLI.,.METRE.)" in text
@@ -164,6 +165,7 @@ def test_part_in_another_frame_is_placed(case, found):
         replace(part, z_axis=(1.0, 0.0, 1.0))
 
 
+@pytest.mark.slow
 def test_all_missing_seats_are_named_with_the_cylinders_there(case):
     moved = dict(case.seats) | {"A1": (0.0, 0.0, 0.06), "B2": (0.070, 0.0, 0.127)}
     with pytest.raises(InputError) as refused:
@@ -241,6 +243,7 @@ def test_file_that_is_no_step_is_refused(tmp_path):
         CadPart("part.iges")
 
 
+@pytest.mark.slow
 def test_touching_solids_share_their_faces(tmp_path):
     """Two halves of one beam with a seat in each vibrate as one body."""
     drawing = """

@@ -30,6 +30,7 @@ def is_sound(reduced):
     return np.isfinite(response.normal_velocity).all() and residual[0] > -1e-9 * residual[-1]
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:housing elements of 30 mm")
 def test_walls_of_a_millimetre(casting, fidelity, reduced):
     thin = replace(casting, wall=0.001, end_wall=0.001, spokes=0, rib_height=0.0)
@@ -62,6 +63,7 @@ def test_chords_of_a_wall_stay_within_half_its_thickness(casting):
     assert casting_recipe(casting, 0.03, 6.0)["size"] == 0.03
 
 
+@pytest.mark.slow
 def test_walls_of_fifty_millimetres(fidelity):
     thick = Casting(
         bores=(Bore("A1", (0.0, 0.0, 0.061), 0.03, 0.06), Bore("A2", (0.0, 0.0, 0.275), 0.03, 0.06)),
@@ -78,6 +80,7 @@ def test_walls_of_fifty_millimetres(fidelity):
     assert found.natural_frequency[0] > 300.0  # of the flange, which alone is thin
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:housing elements of 30 mm")
 def test_one_bolt_holds_the_casting_like_a_clamp_far_more_softly_than_four(casting, fidelity, reduced):
     found = reduced_casting(replace(casting, bolts=1), fidelity, f_max=1500.0)
@@ -85,6 +88,7 @@ def test_one_bolt_holds_the_casting_like_a_clamp_far_more_softly_than_four(casti
     assert 0 < found.natural_frequency[0] < 0.3 * reduced.natural_frequency[0]
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:housing elements of 30 mm")
 def test_no_bolts_leave_six_rigid_modes_and_the_mass_of_the_casting(casting, fidelity):
     free = replace(casting, bolts=0)

@@ -58,8 +58,8 @@ def test_forced_response_of_reduced_and_full_housing_agree_within_one_percent(fu
     K, M, T, seats = full
     rng = np.random.default_rng(8)
     faces = rng.choice(np.flatnonzero(~mounting_plane_faces(reduced.surface)), 40, replace=False)
-    frequency = np.linspace(0.08, 1.0, 12) * F_MAX
-    force = rng.standard_normal((12, len(seats))) + 1j * rng.standard_normal((12, len(seats)))
+    frequency = np.linspace(0.08, 1.0, 5) * F_MAX
+    force = rng.standard_normal((5, len(seats))) + 1j * rng.standard_normal((5, len(seats)))
     at_seats = seat_displacement(reduced, frequency, force, structural=True)
     at_faces = face_displacement(reduced, frequency, force, structural=True)[:, faces]
     pick = (motion @ T)[faces]
@@ -100,8 +100,8 @@ def test_forces_and_moments_at_the_seats_move_the_reduced_housing_as_the_full_on
     size = np.sqrt(np.outer(exact.diagonal(), exact.diagonal()))
     assert np.abs((seat_flexibility(tilting) - exact) / size).max() < 1e-7
     rng = np.random.default_rng(8)
-    frequency = np.linspace(0.08, 1.0, 12) * F_MAX
-    force = rng.standard_normal((12, len(seats))) * np.tile([1.0, 1.0, 1.0, 0.05, 0.05], len(casting.bores)) + 0j
+    frequency = np.linspace(0.08, 1.0, 5) * F_MAX
+    force = rng.standard_normal((5, len(seats))) * np.tile([1.0, 1.0, 1.0, 0.05, 0.05], len(casting.bores)) + 0j
     faces = rng.choice(np.flatnonzero(~mounting_plane_faces(reduced.surface)), 40, replace=False)
     loss = 2 * casting.modal_damping
     u = np.array([full_response(K, M, seats, *line, loss) for line in zip(force, frequency, strict=True)])

@@ -152,6 +152,7 @@ def test_tolerance_in_decibel_decides_how_many_modes_a_reduction_takes(casting, 
     assert found[1.0] < found[0.3]
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:housing elements of 30 mm")
 def test_tolerance_that_no_number_of_modes_reaches_is_an_error(casting, fidelity, reduced, monkeypatch):
     monkeypatch.setattr(reduction, "reduce_mesh", lambda *_, **__: reduced)

@@ -73,6 +73,7 @@ def test_two_workers_one_killed_under_way_give_the_same_as_one_process(two_worke
     assert len(set(before.values()) & set(processes(two_workers).values())) == 1  # replaced, and the other one lived
 
 
+@pytest.mark.slow
 def test_a_scheduler_is_reached_by_its_address_and_left_running(two_workers, serial):
     address = two_workers._client.scheduler.address
     for _ in range(2):
@@ -80,6 +81,7 @@ def test_a_scheduler_is_reached_by_its_address_and_left_running(two_workers, ser
             assert same(vectors(executor), serial)
 
 
+@pytest.mark.slow
 def test_workers_leave_cores_to_each_other(two_workers):
     room = cluster.room(two_workers, 2**20)
     assert (room.tasks, room.neighbours) == (2, 2)
@@ -93,6 +95,7 @@ def _threads():
     return max(pool["num_threads"] for pool in threadpool_info()), limit_threads(1000)
 
 
+@pytest.mark.slow
 def test_a_task_larger_than_every_worker_is_refused_with_the_number(two_workers):
     assert cluster.room(two_workers, 2**30).tasks == 2
     with pytest.raises(ResourceError, match=r"needs 1.7 GiB, .* has 2 GiB, of which 1.35 .* fewer, larger workers"):
@@ -131,6 +134,7 @@ def test_an_error_of_a_task_comes_out_as_it_is_and_what_has_not_begun_is_cancell
     assert len(begun) <= 6
 
 
+@pytest.mark.slow
 def test_an_error_on_a_worker_process_comes_out_as_it_is(two_workers):
     with pytest.raises(ResourceError, match="too large"):
         solve_bands(_refuse, MASTERS, memory_per_task=1, executor=two_workers, progress=None)
@@ -141,6 +145,7 @@ def _refuse(frequency):
     raise ResourceError("too large")
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:surface mesh has 2.58 elements")
 def test_a_process_pool_broken_by_a_killed_worker_is_finished_here_with_a_warning():
     """Its tasks fit into a pipe (64 KiB): with others the shutdown of a broken pool of Python before 3.11.5 may never
@@ -274,6 +279,7 @@ def test_an_address_where_nothing_answers_is_bad_input_within_the_time_given(add
     assert time.monotonic() - start < 5
 
 
+@pytest.mark.slow
 def test_a_port_that_listens_and_is_no_scheduler_is_bad_input_within_the_time_given(two_workers):
     """One that keeps silent, one that greets, the dashboard and a worker; a client waited for ever."""
 
@@ -298,6 +304,7 @@ def test_a_port_that_listens_and_is_no_scheduler_is_bad_input_within_the_time_gi
             assert time.monotonic() - start < 8
 
 
+@pytest.mark.slow
 def test_a_scheduler_without_workers_is_bad_input(two_workers, monkeypatch):
     def none_come(client, count, timeout):
         raise TimeoutError
@@ -358,6 +365,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 def test_workers_interrupted_from_their_start_go_on_and_nothing_is_left(tmp_path):
     """As by Ctrl-C at a terminal, which reaches every process."""
     (tmp_path / "script.py").write_text(INTERRUPTED)
@@ -383,6 +391,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 def test_the_folder_of_a_killed_cluster_goes_with_the_next_cluster(tmp_path):
     temporary = tmp_path / "temporary"
     temporary.mkdir()

@@ -91,6 +91,7 @@ def hostile(tmp_path):
     return folder, mark
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", CHILDREN)
 def test_no_child_imports_from_the_working_directory(kind, hostile, tmp_path):
     folder, mark = hostile
@@ -144,7 +145,7 @@ def _starts_processes(tree):
                 return True
             if home == "os" and any(name.startswith(IN_OS) for name in names):
                 return True
-        if isinstance(node, ast.Attribute) and ast.unparse(node.value) == "os" and node.attr.startswith(IN_OS):
+        if isinstance(node, ast.Attribute) and node.attr.startswith(IN_OS) and ast.unparse(node.value) == "os":
             return True
     return False
 

@@ -91,6 +91,7 @@ def test_loudness_of_the_steady_signals_of_iso_532_1(signal, loudness):
     assert found == pytest.approx([loudness], rel=0.05, abs=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("seconds", "samples"),
     [
@@ -104,6 +105,7 @@ def test_loudness_over_time_of_the_tone_pulses_of_iso_532_1(seconds, samples):
     check_over_time(pulse(70.0, 0.015, 0.013 + seconds), samples)
 
 
+@pytest.mark.slow
 def test_loudness_over_time_of_the_combined_tone_pulses_of_iso_532_1():
     """Annex B.4, signal 13: 100 ms at 60 dB and 10 ms at 80 dB, tones of 1 kHz with Gaussian edges."""
     samples = {0.050: 2.701, 0.100: 3.373, 0.120: 3.375, 0.136: 9.976, 0.160: 3.446, 0.200: 1.594, 0.300: 0.372}

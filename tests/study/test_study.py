@@ -423,6 +423,7 @@ def test_variants_have_names_that_tables_and_figures_may_show():
         Parameter("size", variants=(("a\x1b[2J", {"body.radius": 0.01}),))
 
 
+@pytest.mark.slow
 def test_ten_interruptions_at_random_moments_end_with_the_same_table(sphere, tmp_path):
     """An exception at a random call of any function, ten times, with the rows and operators that are there by then."""
     study = load_study(written(tmp_path, RADII))

@@ -66,6 +66,7 @@ def half(tmp_path):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_a_killed_process_leaves_whole_bands_and_the_next_one_solves_only_the_rest(tmp_path, solved, whole):
     script = f"""
         import numpy as np

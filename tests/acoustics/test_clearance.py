@@ -58,6 +58,7 @@ def test_points_about_a_sphere_are_as_far_as_they_are_put():
     assert far == pytest.approx(np.full(100, 0.2), rel=0.1)
 
 
+@pytest.mark.slow
 def test_ten_thousand_points_within_the_hollow_of_a_fine_body_are_checked_in_seconds():
     """A map of the field in the opening of a bracket; one after the other they took half a minute."""
     fine = bodies.quartered(bodies.quartered(BRACKET))

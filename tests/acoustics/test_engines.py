@@ -44,16 +44,20 @@ LOW = np.array([400.0])
 )
 def solved(request):
     """Transfer vectors of all bodies, one direct solution and one scattered field of an engine."""
+    if request.param != "bempp":
+        return solutions(request.param)
+    solutions("fused")  # kernels that are kept on disk are compiled before, as for users
     with pytest.MonkeyPatch.context() as patch:
-        if request.param == "bempp":
-            compile_for_one_thread(patch)
-        yield solutions(request.param)
+        compile_quickly(patch)
+        return solutions("bempp")
 
 
-def compile_for_one_thread(patch):
-    """Compile the kernels of bempp-cl, which are not kept on disk, in 75 in place of 130 s; results are the same."""
+def compile_quickly(patch):
+    """Compile the kernels of bempp-cl, which are not kept on disk, for one thread and with few optimisations."""
     from bempp_cl.core import numba_kernels
+    from numba import config
 
+    patch.setattr(config, "OPT", type(config.OPT)(1))
     for kernel in vars(numba_kernels).values():
         if getattr(kernel, "targetoptions", {}).get("parallel"):
             patch.setitem(kernel.targetoptions, "parallel", False)

@@ -14,6 +14,7 @@ FIDELITY = AcousticsFidelity(elements_per_wavelength=3.0, masters=2)
 SINGLE = replace(FIDELITY, precision="single")
 
 
+@pytest.mark.slow
 def test_single_precision_pressure_is_within_1e_5_of_double_after_forty_wavenumber_steps():
     surface = sphere(0.1, 2)
     k = np.linspace(1.0, 60.0, 40)

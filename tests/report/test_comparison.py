@@ -112,6 +112,7 @@ def test_slot_orders_are_heard_only_with_slots(compared):
             assert size[lines].min() > 1e-4 * size.max()
 
 
+@pytest.mark.slow
 def test_a_second_run_finds_every_stage(compared, cases, coarse, record):
     out, summary, _ = compared
     assert compare(cases, fidelity=coarse, out=out, watcher=record) == summary

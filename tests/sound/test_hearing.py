@@ -157,6 +157,7 @@ def test_roughness_of_a_fully_modulated_tone():
     assert hearing(Sound(modulated, RATE, True)).roughness == pytest.approx(1.0, rel=0.17)
 
 
+@pytest.mark.slow
 def test_loudness_over_time_settles_at_the_steady_one():
     found = hearing(Sound(tone(1000.0, 60.0)[:RATE], RATE))
     assert found.loudness == pytest.approx(4.0, rel=0.05)

@@ -133,6 +133,7 @@ def test_robust_scores_are_percentiles_over_draws_at_the_worst_speed():
     assert scores(study, rows)[0].responses["level"] == pytest.approx(2.0 + 9.0)
 
 
+@pytest.mark.slow
 def test_draws_are_the_same_for_every_design(study_file, tmp_path):
     text = (
         'plan = "optimise"\ndesigns = 10\n[optimise]\ndraws = 3\npercent = 100\n[[scatter]]\nname = "velocity"\n'
@@ -150,6 +151,7 @@ def test_draws_are_the_same_for_every_design(study_file, tmp_path):
     assert "Designs in the order of the search." in (tmp_path / "out" / "report.html").read_text()
 
 
+@pytest.mark.slow
 def test_slopes_follow_the_closed_form_and_other_steps(study_file, tmp_path, monkeypatch):
     """Level of a small pulsating sphere: 40 lg of the radius, slope 40/(a ln 10)."""
     study = load_study(study_file('plan = "gradient"\n' + RADIUS))

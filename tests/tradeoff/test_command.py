@@ -11,6 +11,7 @@ from nvhchain.testing.coarse_runs import run_here
 from nvhchain.tradeoff import sweep as sweeping
 
 
+@pytest.mark.slow
 def test_command_leaves_tables_and_picture_and_finds_them_again(request, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(sweeping, "measured_run", run_here)
     case = str(request.config.rootpath / "cases/sphere/pulsating.toml")

@@ -117,6 +117,7 @@ def test_a_second_sweep_computes_nothing_and_says_the_same(swept, sphere, here):
     assert second == first
 
 
+@pytest.mark.slow
 def test_an_interrupted_sweep_goes_on_where_it_was(sphere, tmp_path, here):
     here("draft")
 
@@ -148,6 +149,7 @@ def test_stages_whose_cost_is_lost_are_not_counted_as_free(swept, sphere, tmp_pa
         tradeoff(sphere, out=tmp_path, fidelity=BASE, knobs=KNOBS)
 
 
+@pytest.mark.slow
 def test_a_sweep_computes_for_itself_what_the_common_folder_of_runs_holds(sphere, tmp_path, monkeypatch):
     monkeypatch.setenv("NVHCHAIN_CACHE", str(tmp_path / "common"))
     nvh.run(sphere, fidelity=BASE)
@@ -175,6 +177,7 @@ def test_what_a_sweep_left_without_its_cost_is_measured_again(swept, sphere, tmp
     assert [row.value for row in again.measurements] == ["draft", "single"]
 
 
+@pytest.mark.slow
 def test_a_run_ends_where_nobody_listens_any_more(request, tmp_path):
     """As where a sweep is terminated: at `reference` the laws would take half a minute.  It ends, too, where SIGINT is
     ignored."""
@@ -276,6 +279,7 @@ def test_a_gear_knob_recomputes_no_housing_and_no_transfer_vectors(gearbox, tiny
     assert errors[0] > 0.01
 
 
+@pytest.mark.slow
 def test_a_variant_that_the_chain_refuses_is_a_row_with_its_reason(sphere, tmp_path, monkeypatch, here):
     here("draft")
     monkeypatch.setattr(catalogue, "KNOBS", (Knob("acoustics", ("master_tolerance_db",), ((0.1,),)),))
@@ -287,6 +291,7 @@ def test_a_variant_that_the_chain_refuses_is_a_row_with_its_reason(sphere, tmp_p
     assert "refused" in markdown(sweep)
 
 
+@pytest.mark.slow
 def test_a_variant_that_the_system_ends_is_a_row_that_is_tried_again(sphere, tmp_path, here, monkeypatch):
     here("draft")
     temporary = tmp_path / "temporary"

@@ -92,6 +92,7 @@ def test_a_body_smaller_than_a_patch_is_solved_in_one_step():
     assert np.abs(a.T @ x - 1).max() < 1e-12
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:the parts of the motion cancel")
 def test_iterative_transfer_vectors_meet_the_identity_and_the_direct_ones(ribbed, air):
     surface, _ = ribbed
@@ -106,6 +107,7 @@ def test_iterative_transfer_vectors_meet_the_identity_and_the_direct_ones(ribbed
     assert np.abs(by_hand - solved).max() < 1e-8 * np.abs(solved).max()
 
 
+@pytest.mark.slow
 def test_a_hardly_open_chamber_near_its_resonance_still_converges(air):
     """A box around a chamber that a hole of two elements opens; its walls are two elements thick."""
 

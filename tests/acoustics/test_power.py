@@ -50,7 +50,7 @@ def sphere_power(n, ka, radius, air):
 
 
 @pytest.mark.filterwarnings("ignore:the parts of the motion cancel")  # a mesh without symmetry would leave more
-@pytest.mark.parametrize("n", [0, 1, 2, 3])
+@pytest.mark.parametrize("n", [0, pytest.param(1, marks=pytest.mark.slow), 2, pytest.param(3, marks=pytest.mark.slow)])
 def test_power_of_a_sphere_within_a_tenth_of_a_decibel_from_1_to_1000_hz(n, air, coarse):
     """The intensity on the surface is 40 dB wrong for the dipole at 1 Hz, 100 dB for the quadrupole."""
     velocity = vibrating(sphere(RADIUS, 3), n, FREQUENCY)

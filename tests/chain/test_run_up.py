@@ -43,6 +43,7 @@ def test_run_up_that_keeps_its_speed_is_as_loud_as_the_steady_run(cases, coarse,
     assert result.pressure_history.pressure.shape == (len(result.bearing_forces.time), len(case.field_points))
 
 
+@pytest.mark.slow
 def test_run_ups_compared_leave_figures_sound_and_levels(cases, coarse, operators):
     fast = [running_up(case, 2.0 * case.operation.input_speed, 1.5) for case in cases]
     out = operators.parent

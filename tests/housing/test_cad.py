@@ -86,6 +86,7 @@ def test_cantilever_in_a_step_file_has_the_frequency_of_a_beam(tmp_path):
     assert float(made["volume"]) == pytest.approx(300 * 12 * 8)
 
 
+@pytest.mark.slow
 def test_elements_as_long_as_a_fillet_are_straightened_and_not_refused(tmp_path):
     """Flat elements on a fillet have two arcs that cross: their mid-edge nodes come close, and are right."""
     write_step(

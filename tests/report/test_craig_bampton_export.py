@@ -81,6 +81,7 @@ def test_bulk_data_hold_the_matrices_to_ten_digits(exchange, small):
     assert f"SPOINT  {seats + 1:8d}THRU    {seats + modes:8d}" in text
 
 
+@pytest.mark.slow
 def test_matrices_have_the_static_flexibility_and_the_modes_of_the_reduction(exchange, small, coarse):
     folder, made = exchange
     mat = loadmat(folder / "housing.mat")
@@ -99,6 +100,7 @@ def test_matrices_have_the_static_flexibility_and_the_modes_of_the_reduction(exc
     assert 0 <= lowest / first - 1 < 0.01
 
 
+@pytest.mark.slow
 def test_model_from_a_file_gives_the_matrices_of_the_casting(exchange, small, mesh, coarse, tmp_path):
     write_nastran(casting_model(mesh, small[1].housing), tmp_path / "housing.bdf", units="mm-t-s")
     foreign = replace(small[1], housing=HousingModel("housing.bdf", "mm-t-s"), folder=str(tmp_path))

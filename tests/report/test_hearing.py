@@ -44,6 +44,7 @@ def finished(tmp_path):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_hearing_is_added_to_summary_console_and_page(finished, capsys):
     assert main(["hearing", str(finished)]) == 0
     told = capsys.readouterr().out

@@ -244,6 +244,7 @@ TICKS = """[...document.querySelectorAll('.xaxislayer-above, .xaxislayer-below')
 }).length"""
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed: apt install chromium")
 @pytest.mark.parametrize("window", [800, 1700])
 def test_figures_fit_a4_and_letter_paper_from_a_window_of_any_width(pair, window):
@@ -256,6 +257,7 @@ def test_figures_fit_a4_and_letter_paper_from_a_window_of_any_width(pair, window
         assert browser.errors == []
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed: apt install chromium")
 def test_figures_keep_height_and_room_for_names_in_windows_of_other_widths(pair):
     drawn = "[...document.querySelectorAll('.js-plotly-plot')]"

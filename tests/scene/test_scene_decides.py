@@ -214,6 +214,7 @@ def test_what_the_start_leaves_between_the_lines_costs_no_boundary_elements_and_
     assert alone.overall == pytest.approx(result.overall, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_band_whose_waves_are_longer_than_the_housing_takes_faces_that_show_its_shape(whole, case):
     """Up to 300 Hz: 0.46 m by the waves of the air, at a housing 0.13 m deep; against the faces of the whole band."""
     slow = replace(case.operation, input_speed=20 * np.pi)  # meshes at 200 Hz

@@ -13,8 +13,8 @@ from nvhchain.errors import AccuracyWarning
 from nvhchain.report import compare
 from nvhchain.testing.coarse_runs import COARSE, Record
 
-FIRST = ("test_engines.py", "test_reference_regression.py")
-"""Long files, one for each of two processes: of the sound and of gears, so that they compile different kernels."""
+FIRST = ("test_engines.py", "test_contact_loss.py", "test_reference_regression.py")
+"""Files of sound, of dynamics and of gears, which two processes begin with: they compile different kernels."""
 
 COPIED = "test_tutorial.py"
 """File that copies what is compiled: the last of the slow ones, or it would compile all in a folder of its own."""

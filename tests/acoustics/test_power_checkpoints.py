@@ -97,6 +97,7 @@ def test_damaged_bands_and_those_of_other_air_are_solved_again(tmp_path, solved,
     assert len(solved) == len(LINES)
 
 
+@pytest.mark.slow
 def test_bands_of_another_motion_are_not_used(tmp_path, solved):
     for run in (power, waves, pressure):
         run(tmp_path)
@@ -108,6 +109,7 @@ def test_bands_of_another_motion_are_not_used(tmp_path, solved):
     assert len(solved) == 3 * len(LINES)
 
 
+@pytest.mark.slow
 def test_chosen_masters_are_asked_for_again_when_the_run_goes_on(tmp_path, solved):
     """Beyond the first masters they come from what was solved."""
     problem = replace(PROBLEM, fidelity=replace(FIDELITY, master_tolerance_db=1e-3))

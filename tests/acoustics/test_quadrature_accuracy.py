@@ -43,7 +43,7 @@ def layer(aspect):
     return Surface(vertices, plain.triangles)
 
 
-@pytest.mark.parametrize(("aspect", "least"), [(100, 5e-4), (300, 2e-3)])
+@pytest.mark.parametrize(("aspect", "least"), [(100, 5e-4), pytest.param(300, 2e-3, marks=pytest.mark.slow)])
 def test_quadrature_error_of_very_slender_needles_is_true(aspect, least):
     """A constant pressure alone, which the double layer takes, would state 5e-5 at any aspect ratio."""
     body, k, source = layer(aspect), 10.0, (0.005, -0.005, -0.003)

@@ -187,6 +187,7 @@ STATES = {name: st.sampled_from([AUTO, False, True]) for name in DECIDABLE} | {
 }
 
 
+@pytest.mark.slow
 @settings(max_examples=6, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.fixed_dictionaries(STATES), st.floats(10.0, 120.0), st.floats(60.0, 600.0))
 def test_statements_hold_and_the_rest_stays_within_the_tolerance(small, states, torque, speed):
@@ -204,6 +205,7 @@ def test_statements_hold_and_the_rest_stays_within_the_tolerance(small, states, 
     assert abs(decision.left_out_db) <= decision.left_out_distance_db <= nvh.DRAFT.option_tolerance_db
 
 
+@pytest.mark.slow
 def test_the_gearbox_of_the_thesis_decides_all_its_options(request):
     """Its gear bodies vibrate on shafts that bend; every option has an estimate."""
     names = ("friction", "shuttling", "flexible_shafts", "gear_body_modes")

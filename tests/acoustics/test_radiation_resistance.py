@@ -277,6 +277,7 @@ def test_masters_that_do_not_suffice_are_refused(ball, air, coarse):
         radiation_resistance(SurfaceShapes(ball, harmonics(ball)), Adaptive(50.0, 2400.0), air=air, fidelity=knobs)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:the air in openings")
 def test_a_resonating_cavity_is_kept_within_the_tolerance_between_masters(air):
     """A resonance at 257 Hz with a Q of 210 in a band of 1 kHz, a master at its predicted peak."""

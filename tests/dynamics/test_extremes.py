@@ -238,6 +238,7 @@ def test_a_housing_mode_on_a_mesh_order_responds_as_its_impedance_says(make_gear
     assert found == pytest.approx(expected, abs=2e-3 * np.abs(expected).max())
 
 
+@pytest.mark.slow
 def test_memory_does_not_grow_with_the_duration(make_gearbox, make_laws, tmp_path, monkeypatch):
     monkeypatch.setattr(speed_ramp, "BLOCK", 512)
     monkeypatch.setattr(recording, "PIECE", 1024)

@@ -138,6 +138,7 @@ def test_one_tooth_out_of_place_is_a_pulse_of_its_load_share(drawn: Drawn) -> No
     assert np.fft.rfft(found - plain) / len(share) == pytest.approx(closed, abs=0.03 * np.abs(closed).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("grade", [4, 6])
 def test_pairs_meet_the_contact_problem_with_every_flank_of_its_own(drawn: Drawn, grade: int) -> None:
     """Drawn gears, over one meeting of all teeth: within 3 % of the swing, sidebands within 1 dB."""

@@ -170,6 +170,7 @@ def fan(count):
     return Surface(np.vstack([rim, [[0, 0, 0.05], [0, 0, -0.05]]]), np.vstack([up, up[:, [1, 0, 2]] + [[0, 0, 1]]]))
 
 
+@pytest.mark.slow
 def test_what_fans_of_needles_cost_is_said_and_true(air, monkeypatch):
     body, plain = fan(60), replace(KNOBS, needle_aspect=1e6, gap_ratio=0.0)
     alone, four = [1.0], [1.0, 2.0, 3.0, 4.0]

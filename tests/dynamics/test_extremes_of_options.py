@@ -175,6 +175,7 @@ FINITE = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("option", OPTIONS)
 @pytest.mark.parametrize("extreme", FINITE)
 @pytest.mark.filterwarnings("ignore:mesh .* its flanks part", "ignore:mesh .* deflections of")

@@ -123,6 +123,7 @@ def test_bands_of_another_surface_under_the_right_names_are_not_used(half, tmp_p
     assert len(solved) == len(MASTERS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "change",
     [

@@ -88,6 +88,7 @@ def test_body_above_a_plane_is_the_same_as_body_and_image_in_free_field(air, coa
     assert relative(free.pressure, paired.pressure) > 0.2
 
 
+@pytest.mark.slow
 def test_interior_source_and_its_image_are_reproduced_above_a_plane(air, coarse):
     """The velocity that a point source inside and its image give the body radiates their field: exact."""
     body = sphere(0.1, 3, (0.05, 0.0, 0.15))

@@ -84,6 +84,7 @@ def test_an_interrupted_run_solves_only_what_is_missing(tmp_path, solved, run):
     assert solved == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("run", [waves, power, pressure])
 def test_damaged_bands_and_those_of_other_air_are_solved_again(tmp_path, solved, run):
     whole = run(tmp_path)

@@ -76,6 +76,7 @@ def test_needles_are_reported_and_warned_of_with_their_quadrature_error_and_othe
     assert vectors.accuracy.quadrature_error is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degrees", [5, 10, 20])
 def test_quadrature_error_at_the_edge_of_a_wedge_is_true(degrees):
     """Its sides are near each other where they touch, which no needle and no gap tells of."""

@@ -210,6 +210,7 @@ def test_missing_file_and_missing_seat_are_refused(folder, coarse):
         nvh.run(replace(case, bearings=(bearing, *case.bearings[1:])), fidelity=coarse)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

@@ -165,6 +165,7 @@ def _potential(laws, phase, d):
     return total
 
 
+@pytest.mark.slow
 def test_agrees_with_radau_through_back_flank_impacts(make_gearbox, make_laws):
     """A narrow gap, a light torque and a hard start: the flanks part, hit behind, and come back, for 20 ms."""
     gearbox = make_gearbox()

@@ -51,6 +51,7 @@ def slotted():
     return flank_compliance(SLOTTED, FINE_PATTERNS, friction=True)
 
 
+@pytest.mark.slow
 def test_condensed_teeth_give_the_undivided_model_without_centre_line_part():
     """All teeth and the whole blank in one mesh in Cartesian axes, glued by coordinates, one solve per load."""
     gear, mesh = SLOTTED.geometry, gear_mesh(SLOTTED, FINE_PATTERNS)

@@ -80,6 +80,7 @@ def test_analytic_bodies_that_twist_as_one_come_nearer_to_elements(solid):
     assert errors[0][1] < 0.8 * errors[1][1]
 
 
+@pytest.mark.slow
 def test_halved_mesh_moves_the_transmission_error_by_less_than_one_percent():
     """Mean and swing over a mesh period, light to heavy; narrow gears, of one layer and of two."""
     coarse = dataclasses.replace(STANDARD.gear, width_layers=1, slices=6)
@@ -113,6 +114,7 @@ def test_both_flanks_and_both_senses_of_a_symmetric_gear_carry_alike(solid):
         np.testing.assert_allclose(-back, drive, rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_law_computes_its_compliances_and_runs_in_a_process_pool(solid, monkeypatch):
     pair, engagement = solid
     asked = []

@@ -142,6 +142,7 @@ except KeyboardInterrupt as error:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "raised"), [("SIGINT", "KeyboardInterrupt"), ("SIGTERM", "Terminated")])
 def test_an_interruption_while_llvm_loads_a_kernel_comes_after_the_kernel(name, raised, tmp_path):
     """Without its content LLVM compiles an empty module, and the call ends by a segmentation fault."""

@@ -120,6 +120,7 @@ def rigid_mass(casting, fidelity):
     return float(along.ravel() @ (M @ along.ravel()))
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:housing elements of 30 mm")
 def test_band_below_the_first_mode_is_answered_by_flexibility_alone(casting, fidelity, reduced):
     found = reduced_casting(casting, replace(fidelity, mode_ratio=1.0), f_max=200.0, size=0.022)

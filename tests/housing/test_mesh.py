@@ -28,6 +28,7 @@ def test_gmsh_stays_out_of_this_process():
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
+@pytest.mark.slow
 def test_meshing_twice_gives_the_same_bytes(casting, fidelity, mesh):
     again = mesh_casting(casting, fidelity)
     assert again.nodes.tobytes() == mesh.nodes.tobytes()

@@ -35,6 +35,7 @@ def test_a_mesh_law_is_a_map_and_several_are_transmission_errors(compared, drawn
     assert drawn(laws[0]).shape != drawn(*laws).shape
 
 
+@pytest.mark.slow
 def test_surface_velocity_is_a_picture_of_the_housing(compared, drawn):
     assert drawn(compared[0] / "slotted" / "surface_velocity.h5").std() > 0.01
 

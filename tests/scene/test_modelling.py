@@ -84,6 +84,7 @@ def test_options_stated_by_hand_stay_and_are_named(small):
     assert "left out by the case, would change the sound: -" in "\n".join(decision.lines)
 
 
+@pytest.mark.slow
 def test_compared_cases_are_modelled_alike(small, stiff):
     soft, stout = (replace(case, options=OPEN) for case in (small, stiff))
     assert "flexible_shafts" not in _on(modelled(stout, nvh.DRAFT))

@@ -206,6 +206,7 @@ def wide(request, tmp_path):
     return written
 
 
+@pytest.mark.slow
 def test_faces_on_which_a_tooth_would_touch_at_two_places_are_refused_by_check(wide, capsys):
     """The run refused them once the housing was there."""
     assert main(["check", str(wide(1000))]) == 2

@@ -29,10 +29,10 @@ def shared(
 ) -> float:
     """Fill the forces F (N) of the pairs of a row at their own approaches (m) and tilts; return their sum.
 
-    force : (n_table, n_row, n_pair, n) forces of a pair alone at approaches 0, step, 2 step, …: untilted, and, of
-    three tables, at the tilts −1 and 1.  coupling : (n_pair, n_pair).
+    force : (n_table, n_row, n_pair, n) forces of a pair alone at approaches 0, step, 2 step, …: untilted, or in tables
+    at even tilts from −1 to 1.  coupling : (n_pair, n_pair).
     """
-    last = force.shape[3] - 2
+    last, tables = force.shape[3] - 2, force.shape[0]
     total = 0.0
     for _ in range(ROUNDS):
         change = 0.0
@@ -46,12 +46,13 @@ def shared(
             new = 0.0
             if x > 0.0:
                 i = min(int(x), last)
-                t = tilt[p] * tilt[p]
-                new = force[0, row, p, i] + (x - i) * (force[0, row, p, i + 1] - force[0, row, p, i])
-                if t > 0.0:
-                    k = 1 if tilt[p] < 0.0 else 2
-                    bent = force[k, row, p, i] + (x - i) * (force[k, row, p, i + 1] - force[k, row, p, i])
-                    new += t * (bent - new)
+                t = 0.5 * (tilt[p] + 1.0) * (tables - 1)
+                k = max(min(int(t), tables - 2), 0)
+                new = force[k, row, p, i] + (x - i) * (force[k, row, p, i + 1] - force[k, row, p, i])
+                if tables > 1:
+                    k += 1
+                    more = force[k, row, p, i] + (x - i) * (force[k, row, p, i + 1] - force[k, row, p, i])
+                    new += (t - (k - 1)) * (more - new)
             change = max(change, abs(new - F[p]))
             F[p] = new
             total += new

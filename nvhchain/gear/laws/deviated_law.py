@@ -17,9 +17,11 @@ from nvhchain.gear.laws.tooth_pairs import solved_alone
 from nvhchain.handoff import FloatArray, IntArray, MeshLaw, ToothPairs
 from nvhchain.kinds import checked
 
-FINER = 2
+FINER = 3
 """Deflections of the law over those of the law as drawn: flanks that enter the load early or late bend it at more
 places."""
+TILTS = (-1.0, -0.5, 0.0, 0.5, 1.0)
+"""Even tilts over the steepest one at which pairs are solved; their forces are interpolated."""
 _GRADING = 1.25
 """Exponent of the spacing of deflections, densest at first contact."""
 _EXTENSIONS = 20
@@ -61,7 +63,7 @@ class _Side:
     flank : DRIVE or BACK.
     start : (n_later, n_angle, n_pair) approaches at which the forces begin (m).
     tilt : (n_later, n_angle, n_pair) tilts of the pairs within ±1.
-    force : (1 or 3, n_angle, n_pair, n_approach) forces of the pairs alone (N), without tilt and at the tilts ∓1.
+    force : (1 or n_tilt, n_angle, n_pair, n_approach) forces of the pairs alone (N), without tilt or at all `TILTS`.
     """
 
     flank: int
@@ -73,7 +75,8 @@ class _Side:
 def _side(pair: GearPair, pairs: ToothPairs, deviations: PairDeviations, flank: int, later: IntArray) -> _Side:
     """Return the pairs of one flank: the shape that all teeth share in full, the rest as mean and tilt of each pair.
 
-    Shape and tilt bend the force of a pair where they open a part of the face. The bend is of second order in the tilt.
+    Shape and tilt bend the force of a pair where they open a part of the face. The force falls with the tilt's square
+    at first, and in proportion to it once a part is open.
     """
     there = pairs.length[flank] > 0
     parts = np.array_split(later, ceil(len(later) * there.size / _MOST))
@@ -88,7 +91,7 @@ def _side(pair: GearPair, pairs: ToothPairs, deviations: PairDeviations, flank: 
     first, force, weight = pairs.first_contact[flank], pairs.force[flank], pairs.weight[flank]
     mean = (shape * weight).sum(axis=-1)
     if np.abs(np.where(there, shape - mean[..., None], 0.0)).max(initial=0.0) > _EVEN:
-        first, force, weight = solved_alone(pair, pairs, flank, pairs.gap[flank] + shape)
+        (first,), (force,), (weight,) = solved_alone(pair, pairs, flank, (pairs.gap[flank] + shape)[None])
     else:
         shape = np.where(there, mean[..., None], 0.0)
         first = first + mean
@@ -103,12 +106,10 @@ def _side(pair: GearPair, pairs: ToothPairs, deviations: PairDeviations, flank: 
     steepest = float(np.abs(tilt).max(initial=0.0))
     if steepest <= _EVEN:
         return _Side(flank, first + own, np.zeros_like(tilt), force[None])
-    whole = pairs.gap[flank] + shape
-    tilted = [whole, *(whole + sign * steepest * along for sign in (-1.0, 1.0))]
+    tilted = pairs.gap[flank] + shape + steepest * np.multiply.outer(TILTS, along)
     begin = np.where(there, tilted, np.inf).min(axis=(0, -1))
     begin = np.where(there.any(axis=-1), begin, 0.0)
-    tables = [solved_alone(pair, pairs, flank, each, begin)[1] for each in tilted]
-    return _Side(flank, begin + own, tilt / steepest, np.stack(tables))
+    return _Side(flank, begin + own, tilt / steepest, solved_alone(pair, pairs, flank, tilted, begin)[1])
 
 
 def slice_gaps(

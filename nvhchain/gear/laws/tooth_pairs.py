@@ -27,7 +27,7 @@ SOLVED, TABULATED = 20, 256
 """Approaches at which a pair is solved, and at which its force is tabulated between them."""
 REACH, EARLY = 1.5, 40e-6
 """Largest approach of a tooth pair over that of the law, and beyond (m): pairs that meet early are pressed further."""
-RESIDUAL = 1e-9
+RESIDUAL = 1e-6
 """Residual of a pair alone, relative to its approach; the springs err far more."""
 
 Pattern = tuple[FloatArray, FloatArray, FloatArray]
@@ -80,8 +80,8 @@ def tooth_pairs(
         coupling=np.zeros((*of_pairs, most)),
         **fields,
     )
-    solved = [solved_alone(pair, raw, flank, raw.gap[flank]) for flank in (DRIVE, BACK)]
-    first, force, weight = (np.stack(parts) for parts in zip(*solved, strict=True))
+    solved = [solved_alone(pair, raw, flank, raw.gap[flank][None]) for flank in (DRIVE, BACK)]
+    first, force, weight = (np.concatenate(parts) for parts in zip(*solved, strict=True))
     coupling = np.zeros((*of_pairs, most))
     for number, one in enumerate(found):
         place = divmod(number, len(law.angle))
@@ -156,38 +156,38 @@ def solved_alone(
 ) -> Pattern:
     """Solve every pair alone with given unloaded gaps.
 
-    gap (n_angle, n_pair, n_slice): unloaded gap of every slice (m).
-    begin (n_angle, n_pair): approach at which the forces begin (m); by default that at first contact.
-    Returns first_contact (n_angle, n_pair): approach at first contact (m). force (n_angle, n_pair, n_approach): force
-    (N) at the approaches of `pairs` beyond `begin`. weight (n_angle, n_pair, n_slice): share of each slice in the
-    force at the nominal deflection.
+    gap (n_gap, n_angle, n_pair, n_slice): unloaded gaps of every slice (m), one after the other.
+    begin (n_angle, n_pair): approach at which the forces begin (m); by default that at first contact of each gap.
+    Returns first_contact (n_gap, n_angle, n_pair): approach at first contact (m). force (n_gap, n_angle, n_pair,
+    n_approach): force (N) at the approaches of `pairs` beyond `begin`. weight (n_gap, n_angle, n_pair, n_slice): share
+    of each slice in the force at the nominal deflection.
     """
     there = pairs.length[flank] > 0
     law, length = _local_laws(pair, pairs, flank, there), np.array(pairs.length[flank])
-    shape, even = gap.shape, pairs.approach
-    number = np.full(shape, -1)
+    number = np.full(there.shape, -1)
     number[there] = np.arange(int(there.sum()))
-    steps = even[-1] * (np.arange(SOLVED + 1) / SOLVED) ** 1.5
-    first, weight = np.zeros(shape[:2]), np.zeros(shape)
-    total = np.zeros((*shape[:2], len(steps)))
+    steps = pairs.approach[-1] * (np.arange(SOLVED + 1) / SOLVED) ** 1.5
+    first, weight = np.zeros(gap.shape[:3]), np.zeros(gap.shape)
+    total = np.zeros((*gap.shape[:3], len(steps)))
     for at in zip(*np.nonzero(there.any(axis=-1)), strict=True):
-        n = int(there[at].sum())
-        own, bent = gap[at][:n], pairs.weight[flank][at][:n]
-        first[at] = own.min()
-        mean = float(bent @ own / bent.sum()) if bent.sum() > 0 else first[at]
-        start = first[at] if begin is None else begin[at]
-        levels = np.append(start + steps, mean + pairs.loaded)
+        n, here = int(there[at].sum()), (slice(None), *at)
+        own, bent = gap[here][:, :n], pairs.weight[flank][at][:n]
+        first[here] = own.min(axis=1)
+        mean = own @ bent / bent.sum() if bent.sum() > 0 else first[here]
+        start = first[here] if begin is None else np.full(len(own), begin[at])
+        levels = np.column_stack([start[:, None] + steps, mean + pairs.loaded])
         forces = slice_forces(
             np.array(pairs.compliance[flank][at][:n, :n]),
-            levels[:, None] - own,
+            (levels[:, :, None] - own[:, None]).reshape(-1, n),
             length[at][:n],
             law.select(number[at][:n]),
             tolerance=RESIDUAL,
-        )
-        sums = forces.sum(axis=1)
-        total[at] = sums[:-1]
-        weight[at][:n] = forces[-1] / sums[-1] if sums[-1] > 0 else 1.0 / n
-    return first, np.asarray(PchipInterpolator(steps, total, axis=-1)(even)), weight
+        ).reshape(*levels.shape, n)
+        sums = forces.sum(axis=2)
+        total[here] = sums[:, :-1]
+        loaded = sums[:, -1:]
+        weight[here][:, :n] = np.where(loaded > 0, forces[:, -1] / np.where(loaded > 0, loaded, 1.0), 1.0 / n)
+    return first, np.asarray(PchipInterpolator(steps, total, axis=-1)(pairs.approach)), weight
 
 
 def _local_laws(pair: GearPair, pairs: ToothPairs, flank: int, there: IntArray) -> LocalLaw:

@@ -174,10 +174,10 @@ def other_draws() -> str:
     """Return a line about other draws of class 6 at standstill."""
     drawn = [at_standstill(6, seed=10 * draw, every=4) for draw in range(1, DRAWS + 1)]
     off = np.abs([error for one in drawn for _, error in one.sidebands])
-    largest = max(one.largest for one in drawn)
+    largest, mean_square = max(one.largest for one in drawn), float(np.sqrt((off**2).mean()))
     return (
-        f"{DRAWS} other draws of class 6: errors up to {100 * largest:.1f} % of the swing; {(off < 1).sum()} of {len(off)} sidebands within "
-        f"1 dB, their root mean square {np.sqrt((off**2).mean()):.2f} dB, the worst {off.max():.2f} dB."
+        f"{DRAWS} other draws of class 6: errors up to {100 * largest:.1f} % of the swing; {(off < 1).sum()} of "
+        f"{len(off)} sidebands within 1 dB, their root mean square {mean_square:.2f} dB, the worst {off.max():.2f} dB."
     )
 
 

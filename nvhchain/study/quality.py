@@ -107,6 +107,13 @@ class Influence:
     correlation_limits: tuple[float, float]
 
 
+def share_text(share: float, limits: tuple[float, float]) -> str:
+    """Return a share of a variance with its limits in percent, inside 0…100; an estimate beyond them is stated, too."""
+    value, low, high = (100.0 * min(max(one, 0.0), 1.0) for one in (share, *limits))
+    beyond = "" if 0.0 <= round(100 * share) <= 100.0 else f"; estimated {100 * share:.0f}, take more designs"
+    return f"{value:.0f} % ({low:.0f}…{high:.0f}{beyond})".replace("-", "−")
+
+
 def percentiles(rows: Sequence[Row], response: str) -> list[Percentile]:
     """Return percentiles of a response over all designs, at each operating point.
 

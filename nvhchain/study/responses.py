@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from math import pi
 from typing import Any
@@ -11,7 +11,9 @@ import numpy as np
 
 from nvhchain import chain, gear, levels
 from nvhchain.case import Case, GearboxCase
+from nvhchain.case.checks.names import nearest
 from nvhchain.case.checks.root_stress import root_stress
+from nvhchain.case.operation import RADIATED
 from nvhchain.error_band import SHARED, ErrorBand, difference_limits
 from nvhchain.error_band.files import finite
 from nvhchain.errors import InputError
@@ -103,9 +105,57 @@ def check_requested(asked: Sequence[str], case: Case) -> None:
         return
     if not isinstance(case, GearboxCase):
         raise InputError(f"responses = {list(asked)} are those of gearboxes: leave them out")
-    steady = "pressure" in case.quantities and case.operation.ramp is None
-    if not steady and {"orders", "loudness"}.intersection(asked):
-        raise InputError("responses: orders and loudness need sound pressure at constant speed: leave them out")
+    lines = sorted({"orders", "loudness"}.intersection(asked))
+    if lines and "pressure" not in case.quantities:
+        raise InputError(f"responses = {lines} need sound pressure: add quantities = ['pressure'], or leave them out")
+    if lines and case.operation.ramp is not None:
+        raise InputError(
+            f"responses = {lines} belong to one speed, and a run-up has all of them: take operation.ramp out of the "
+            "case and give speeds_rpm, or leave them out"
+        )
+
+
+def response_names(case: Case, asked: Sequence[str]) -> list[str]:
+    """Return the names of all responses that a run of a case may have.
+
+    asked: responses on request.
+    """
+    names = []
+    if "pressure" in case.quantities:
+        places = [f"level at {point.name}" for point in case.field_points]
+        names += ["level", *(places if len(places) > 1 else ())]
+    if RADIATED.intersection(case.quantities):
+        names.append("sound_power")
+    if not isinstance(case, GearboxCase):
+        return names
+    if "pressure" in case.quantities and case.operation.ramp is None:
+        names.append("loudest order")
+    stages = [stage.name for stage in case.stages]
+    names += [f"transmission_error_um of {stage}" for stage in stages]
+    names += [*(f"root_stress_MPa of {stage}" for stage in stages), "mass_kg", "inertia_kg_m2"]
+    if "orders" in asked:
+        names += [f"order {stage} x {harmonic}" for stage in stages for harmonic in range(1, MOST_ORDERS + 1)]
+    if "loudness" in asked:
+        names.append("loudness_sone")
+    if "contact_pressure" in asked:
+        names += [f"contact_pressure_MPa of {stage}" for stage in stages]
+    return names
+
+
+def check_response(name: str, place: str, known: Collection[str]) -> None:
+    """Refuse a response that no run has.
+
+    place: field of the study that names it.
+    """
+    if name in known:
+        return
+    asked = [one for one, words in _REQUESTS.items() if any(word in name and word not in str(known) for word in words)]
+    more = f"responses = {asked} adds it; " if asked else ""
+    raise InputError(f"{place}: no response {name!r}: {more}{nearest(name, list(known))}")
+
+
+_REQUESTS = {"orders": ("order ",), "loudness": ("loudness", "sone"), "contact_pressure": ("contact_pressure",)}
+"""Response on request → words in the names of what it adds."""
 
 
 def add_gears(result: chain.Result, responses: dict[str, float]) -> None:

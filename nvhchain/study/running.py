@@ -29,7 +29,7 @@ from nvhchain.study.parameter import Parameter
 from nvhchain.study.plans.designs import Design, count_designs, list_designs
 from nvhchain.study.plans.gradient import walk_gradient
 from nvhchain.study.plans.optimise import draws_of, search
-from nvhchain.study.responses import check_requested
+from nvhchain.study.responses import check_requested, check_response, response_names
 from nvhchain.study.rows import Row, operating_points
 from nvhchain.study.spreading import Spread, Task
 
@@ -100,12 +100,26 @@ def run_study(
 
 
 def check_parameters(study: Study) -> None:
-    """Read the base case with every parameter at its values; refuse more runs than the memory holds."""
+    """Read the base case with every parameter at its values; refuse more runs than the memory holds.
+
+    Targets, figures and goals must name a response that a run may have.
+    """
     _check_memory(count_designs(study) * len(operating_points(study)))
+    known: dict[str, None] = {}
     for point in operating_points(study):
         base = load_case(study.case, changes=point.changes)
         check_requested(study.responses, base)
-    check_all(*(partial(_check_parameter, study, parameter, base) for parameter in study.varied))
+        known |= dict.fromkeys(response_names(base, study.responses))
+    check_all(
+        *(partial(_check_parameter, study, parameter, base, known) for parameter in study.varied),
+        *(partial(check_response, name, place, known) for place, name in _named(study)),
+    )
+
+
+def _named(study: Study) -> list[tuple[str, str]]:
+    """Return the fields of a study that name responses, with each response."""
+    goal = [("optimise", study.goal.response)] if study.goal is not None else []
+    return [*(("pareto", name) for name in study.pareto), *(("targets", name) for name in study.targets), *goal]
 
 
 def _check_memory(count: int) -> None:
@@ -117,13 +131,14 @@ def _check_memory(count: int) -> None:
         )
 
 
-def _check_parameter(study: Study, parameter: Parameter, base: Case) -> None:
-    """Refuse a parameter that fits no place of the case, or that changes nothing."""
+def _check_parameter(study: Study, parameter: Parameter, base: Case, known: dict[str, None]) -> None:
+    """Refuse a parameter that fits no place of the case, or that changes nothing; add names of responses to `known`."""
     ends = parameter.levels or (parameter.value_at(0.02), parameter.value_at(0.98))
     reasons, cases = [], []
     for value in ends:
         try:
             cases.append(load_case(study.case, changes=parameter.changes(value)))
+            known |= dict.fromkeys(response_names(cases[-1], study.responses))
         except InputError as error:
             reasons.append(str(error))
     misspelt = [reason for reason in reasons if any(sign in reason for sign in _MISSPELT)]
@@ -215,12 +230,8 @@ class _Runs:
         if not done or len(done) < len(rows):
             return False
         known = responses_of(done)
-        named = {"pareto": self.study.pareto, "targets": tuple(self.study.targets)}
-        if self.study.goal is not None:
-            named["optimise"] = (self.study.goal.response,)
-        for place, names in named.items():
-            for name in names:
-                require(name in known, f"{place}: no response {name!r}: choose among {', '.join(known)}")
+        for place, name in _named(self.study):
+            check_response(name, place, known)
         return True
 
     def _add(self, tasks: dict[str, Task], index: int, row: Row, code: Sequence[str]) -> None:

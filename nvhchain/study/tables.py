@@ -30,7 +30,7 @@ from nvhchain.study.differences import differences
 from nvhchain.study.page import write_study_page
 from nvhchain.study.plans.gradient import Slope, slopes
 from nvhchain.study.plans.optimise import best_score, scores
-from nvhchain.study.quality import PERCENTS, failed_shares, influences, percentiles
+from nvhchain.study.quality import PERCENTS, failed_shares, influences, percentiles, share_text
 from nvhchain.study.rows import Row
 
 
@@ -76,8 +76,8 @@ def write_study(study: Study, rows: Sequence[Row], out: str | Path) -> list[str]
         indices = sensitivity(study, rows)
         write_text(folder / "indices.csv", _csv(vars(index) for index in indices))
         lines += [
-            f"{index.response}: {index.parameter} alone {_percent(index.first, index.first_limits)}, with interactions "
-            f"{_percent(index.total, index.total_limits)}"
+            f"{index.response}: {index.parameter} alone {share_text(index.first, index.first_limits)}, "
+            f"with interactions {share_text(index.total, index.total_limits)}"
             for index in indices
             if index.response == main
         ]
@@ -134,10 +134,10 @@ def _write_quality(study: Study, rows: Sequence[Row], folder: Path) -> list[str]
             )
     for failed in failed_shares(study, rows) if any(row.refused is None for row in rows) else ():
         lines.append(
-            f"{_percent(failed.share, failed.limits)} of the gearboxes exceed {failed.response} = {failed.target:g}"
+            f"{share_text(failed.share, failed.limits)} of the gearboxes exceed {failed.response} = {failed.target:g}"
         )
     lines += [
-        f"{one.parameter} makes {_percent(one.share, one.share_limits)} of the variance of {main}, rank correlation "
+        f"{one.parameter} makes {share_text(one.share, one.share_limits)} of the variance of {main}, rank correlation "
         f"{one.correlation:.2f}"
         for one in ranking[:5]
     ]
@@ -311,10 +311,6 @@ def _ends(limits: Iterable[float | None]) -> str:
 
 def _short(value: object) -> str:
     return f"{value:.4g}" if isinstance(value, float) else str(value)[:40]
-
-
-def _percent(share: float, limits: tuple[float, float]) -> str:
-    return f"{100 * share:.0f} % ({100 * limits[0]:.0f}…{100 * limits[1]:.0f})"
 
 
 def _effect_bars(effects: Sequence[Effect]) -> list[Any]:

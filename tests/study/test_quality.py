@@ -27,6 +27,7 @@ from nvhchain.study import (
     spreading,
     write_study,
 )
+from nvhchain.study.quality import share_text
 from nvhchain.testing.coarse_runs import SMALL, TINY
 
 
@@ -178,3 +179,9 @@ def test_another_case_file_gives_draws_new_rows(tmp_path: Path, monkeypatch: pyt
         path.write_text(f'base = "{SMALL}"\n[housing]\nmodal_damping = {damping}\n', encoding="utf-8")
         run_study(study, out=tmp_path / "out", fidelity=TINY)
     assert [mean.housing.modal_damping for mean in ran] == [0.01, 0.01, 0.04, 0.04]
+
+
+def test_shares_are_stated_inside_their_range_with_the_estimate_beyond():
+    assert share_text(0.63, (0.4, 0.81)) == "63 % (40…81)"
+    assert share_text(1.134, (0.7, 1.5)) == "100 % (70…100; estimated 113, take more designs)"
+    assert share_text(-0.04, (-0.2, 0.1)) == "0 % (0…10; estimated −4, take more designs)"

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from nvhchain.report.page.blocks import Figure, Table, axes, label, rounded
+from nvhchain.report.page.blocks import Figure, Table, Text, axes, label, rounded
 from nvhchain.study.analysis import sensitivity
-from nvhchain.study.page.results import Results, limits_of, unit_of
+from nvhchain.study.page.results import Results, unit_of
+from nvhchain.study.quality import share_text
 
 TITLE = "Sobol indices"
 
@@ -22,8 +23,8 @@ def blocks(results: Results) -> list[Any]:
         ("alone", "#0072b2", "first", "first_limits"),
         ("with interactions", "#e69f00", "total", "total_limits"),
     ):
-        middle = [getattr(index, value) for index in shown]
-        ends = [getattr(index, limits) for index in shown]
+        middle = [_inside(getattr(index, value)) for index in shown]
+        ends = [tuple(map(_inside, getattr(index, limits))) for index in shown]
         traces.append(
             {
                 "type": "bar",
@@ -45,13 +46,21 @@ def blocks(results: Results) -> list[Any]:
         (
             unit_of(index.response),
             results.study.title(index.parameter),
-            f"{index.first:.2f}",
-            limits_of(index.first_limits, 2),
-            f"{index.total:.2f}",
-            limits_of(index.total_limits, 2),
+            share_text(index.first, index.first_limits),
+            share_text(index.total, index.total_limits),
         )
         for index in indices
     ]
-    head = ("response", "parameter", "alone", "95 % limits", "with interactions", "95 % limits")
+    head = ("response", "parameter", "alone (95 % limits)", "with interactions (95 % limits)")
     table = Table(head, rows, "Indices of all responses", folded=bool(shown), numbers=2, sortable=True)
-    return [Figure("Sobol indices with 95 % limits.", traces, layout, height=320), table] if shown else [table]
+    note = Text(
+        "Shares of the variance with 95 % limits, drawn inside 0 to 100 %. Estimates beyond come from few designs; "
+        "indices.csv has them as they are.",
+        "small",
+    )
+    return [note, Figure("Sobol indices with 95 % limits.", traces, layout, height=320), table] if shown else [table]
+
+
+def _inside(share: float) -> float:
+    """Return a share within 0 to 1, as every index is."""
+    return min(max(share, 0.0), 1.0)

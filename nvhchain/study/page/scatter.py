@@ -7,7 +7,7 @@ from typing import Any
 from nvhchain.report.page.blocks import Figure, Table, Text, axes, label, rounded
 from nvhchain.study.definition import DRAWN
 from nvhchain.study.page.results import Results, level_text, limits_of, point_texts, point_titles, unit_of
-from nvhchain.study.quality import FEWEST, Influence, failed_shares, influences, percentiles
+from nvhchain.study.quality import FEWEST, Influence, failed_shares, influences, percentiles, share_text
 
 TITLE = "What leaves the factory"
 
@@ -103,14 +103,14 @@ def _ranking(results: Results, ranking: list[Influence], main: str) -> list[Any]
     trace = {
         "type": "bar",
         "orientation": "h",
-        "x": rounded(100 * one.share for one in ranking),
+        "x": rounded(100 * max(0.0, one.share) for one in ranking),
         "y": [label(results.study.title(one.parameter)) for one in ranking],
         "marker": {"color": "#0072b2"},
         "error_x": {
             "type": "data",
             "symmetric": False,
-            "array": rounded(100 * max(0.0, one.share_limits[1] - one.share) for one in ranking),
-            "arrayminus": rounded(100 * max(0.0, one.share - one.share_limits[0]) for one in ranking),
+            "array": rounded(100 * (min(1.0, one.share_limits[1]) - max(0.0, one.share)) for one in ranking),
+            "arrayminus": rounded(100 * (max(0.0, one.share) - max(0.0, one.share_limits[0])) for one in ranking),
             "thickness": 1.2,
         },
     }
@@ -118,13 +118,12 @@ def _ranking(results: Results, ranking: list[Influence], main: str) -> list[Any]
     rows = [
         (
             results.study.title(one.parameter),
-            f"{100 * one.share:.0f} %",
-            limits_of([100 * limit for limit in one.share_limits], 0),
+            share_text(one.share, one.share_limits),
             f"{one.correlation:.2f}".replace("-", "−"),
             limits_of(one.correlation_limits, 2),
         )
         for one in ranking
     ]
-    head = ("tolerance", "share of variance", "95 % limits", "rank correlation", "95 % limits")
+    head = ("tolerance", "share of variance (95 % limits)", "rank correlation", "95 % limits")
     figure = Figure("Tolerances by their effect, with 95 % limits.", [trace], layout, height=110 + 38 * len(ranking))
     return [figure, Table(head, rows, numbers=1, sortable=True)]

@@ -39,12 +39,13 @@ def test_run_out_makes_sidebands_of_its_shaft_over_whole_turns() -> None:
     turns = duration * float(made.input_speed[0]) / (2 * pi)
     assert turns == pytest.approx(1.0, rel=1e-9)
     lines = np.abs(np.fft.rfft(made.force[:, 0, 0]))
-    assert min(lines[1], lines[19], lines[21]) > 1e-3 * lines[20]
+    assert lines[1] > 1e-3 * lines[20]
+    assert min(lines[19], lines[21]) > 1e-4 * lines[20]  # 3e-4 to 2e-3 with deflections five times as dense
     as_drawn = forces("band.resolution = 30")
     few = np.abs(np.fft.rfft(as_drawn.force[:, 0, 0]))
     mesh = round(20 * len(as_drawn.time) * float(as_drawn.time[1]) * float(as_drawn.input_speed[0]) / (2 * pi))
     between = np.arange(1, 3 * mesh) % mesh != 0
-    assert few[1 : 3 * mesh][between].max() < 1e-3 * few[mesh]
+    assert few[1 : 3 * mesh][between].max() < 1e-6 * few[mesh]
 
 
 @pytest.mark.parametrize(

@@ -69,7 +69,7 @@ class Cad(housing.CadPart, Housing):
         self, case: GearboxCase, contents: tuple[Any, ...], face_size: float, knobs: HousingFidelity, progress: Any
     ) -> ReducedHousing:
         """Mesh the part and reduce it."""
-        return reduce_elements(self, case, self.model(case, knobs), face_size, knobs, progress, meshed=True)
+        return reduce_elements(self, case, self.model(case, knobs), face_size, knobs, progress)
 
 
 NAMES[Cad] = "an nvhchain.case.Cad"

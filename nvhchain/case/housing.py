@@ -98,13 +98,8 @@ def reduce_elements(
     face_size: float,
     knobs: HousingFidelity,
     progress: Any,
-    *,
-    meshed: bool = False,
 ) -> ReducedHousing:
-    """Return the reduced finite elements and seats of a housing with the opening and damping that it states.
-
-    meshed: whether the elements are made here, not given.
-    """
+    """Return the reduced finite elements and seats of a housing with the opening and damping that it states."""
     model, seats = parts
     reduced = reduce_model(
         model,
@@ -113,7 +108,6 @@ def reduce_elements(
         faces=RadiatingFaces(face_size, mounting_plane=given.mounting_plane, opening=given.opening),
         modal_damping=given.modal_damping,
         fidelity=knobs,
-        meshed=meshed,
         progress=progress,
     )
     return reduced.replace(structural_damping=given.structural_damping)

@@ -33,6 +33,6 @@ class HousingFidelity(Knobs, package="housing"):
                 "octaves and at the four lines of the housing's accuracy. The fewest modes that keep to it are taken, "
                 "never fewer than the band holds; 0: mode_ratio alone decides")
     corrected_frequencies: bool = knob(True, sweep="a correction, measured in docs/measured/housing/mesh_error.md",
-        meaning="natural frequencies of castings and STEP parts are lowered by the estimated error of their elements")
+        meaning="natural frequencies of quadratic tetrahedra are lowered by the estimated error of these elements")
     residual_flexibility: bool = knob(True, sweep=(False,), meaning="excluded modes move statically, or not at all")
     # fmt: on

@@ -92,12 +92,15 @@ def test_the_sound_of_a_housing_whose_modes_are_off_by_what_its_mesh_leaves_open
         assert ((made.lower < level) & (level < made.upper)).all()
 
 
-def test_modes_come_down_so_that_lines_below_them_are_less_certain_than_lines_above(housing):
-    """From 1000 to 995 Hz, by the differences of squares that the motion goes with; damping adds little so far away."""
+def test_a_mode_may_stand_lower_or_higher_than_it_is(housing):
+    """From 1000 to 995 or 1005 Hz, by the differences of squares that the motion goes with.
+
+    Each line takes the larger change: that of the mode which comes closer. Damping adds little so far away.
+    """
     beside = ForceSpectrum(np.array([900.0, 1100.0]), load(1.0, 1.0), BEARINGS, input_speed=188.5)
     below, above = velocity_shares(housing, beside).motion_change[:, 1]
     assert below == pytest.approx((1000**2 - 900**2) / (995**2 - 900**2) - 1, rel=0.03)
-    assert above == pytest.approx(1 - (1100**2 - 1000**2) / (1100**2 - 995**2), rel=0.03)
+    assert above == pytest.approx((1100**2 - 1000**2) / (1100**2 - 1005**2) - 1, rel=0.03)
 
 
 def on_diagonal(mass):

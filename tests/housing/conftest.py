@@ -27,8 +27,13 @@ def casting():
 
 @pytest.fixture(scope="session")
 def fidelity():
+    """Frequencies as the elements have them, so that they may be compared with other solutions of the same elements."""
     return HousingFidelity(
-        element_size=0.03, mode_ratio=1.4, elements_per_turn=6.0, elements_per_bending_wavelength=3.0
+        element_size=0.03,
+        mode_ratio=1.4,
+        elements_per_turn=6.0,
+        elements_per_bending_wavelength=3.0,
+        corrected_frequencies=False,
     )
 
 

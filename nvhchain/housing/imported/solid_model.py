@@ -39,7 +39,6 @@ def reduce_model(
     faces: RadiatingFaces,
     modal_damping: float | DampingCurve,
     fidelity: HousingFidelity,
-    meshed: bool = False,
     progress: Progress | None = None,
 ) -> ReducedHousing:
     """Reduce an imported model to modes and residual flexibility at its seats.
@@ -50,10 +49,9 @@ def reduce_model(
     modal_damping: fraction of critical damping of every mode, or a curve over the natural frequency.
     fidelity: fidelity; modes up to mode_ratio · f_max, or the number for truncation_tolerance_db, as in
     `reduce_housing`.
-    meshed: True for elements made here, not those of a file: fidelity.corrected_frequencies then lowers their natural
-    frequencies. A file keeps those that another solver finds.
     Returns reduced housing; its provenance lists repairs. Its accuracy states the errors (dB) of truncation and of the
-    mapping onto the faces, and of quadratic tetrahedra alone the error of their natural frequencies.
+    mapping onto the faces. A model of quadratic tetrahedra alone states the error of its natural frequencies, which
+    fidelity.corrected_frequencies lowers.
 
     Warnings concern repairs, a mesh too coarse for f_max, rigid motions that held freedoms leave, and a mapping error
     above fidelity.mapping_tolerance_db.
@@ -91,7 +89,7 @@ def reduce_model(
         modes, wrong = seat_modes(K, M, count, f_top, motions), None
         if known:
             wrong = _frequency_errors(model, T @ modes.shapes, modes.frequency)
-            modes, wrong = with_errors(modes, wrong, corrected=meshed and fidelity.corrected_frequencies, ratio=ratio)
+            modes, wrong = with_errors(modes, wrong, corrected=fidelity.corrected_frequencies, ratio=ratio)
         tell(5, _STEPS)
         reduced = ReducedHousing(
             natural_frequency=modes.frequency,

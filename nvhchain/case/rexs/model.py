@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from math import ceil, cos, dist, pi
 
@@ -62,8 +62,10 @@ class ImportedCase:
     band: tuple[float, float, float]
 
 
-def imported_case(unit: GearUnit, path: str, *, rolling: bool = True) -> ImportedCase:
+def imported_case(unit: GearUnit, path: str, *, constant: Collection[str] = ()) -> ImportedCase:
     """Return the contents of the case of a unit.
+
+    constant: bearings with constant stiffness in place of rolling elements.
 
     Assumptions go into the record of the unit. Raises Mistakes with all contradictions at once.
     """
@@ -101,7 +103,7 @@ def imported_case(unit: GearUnit, path: str, *, rolling: bool = True) -> Importe
             record.refuse(f"shaft {name}: has no shaft_section: add its sections")
     stop_if_wrong()
     speed, torque = _operation(unit, places, gears)
-    supports, links = _supports(unit, places, bearing_loads(unit, places, gears, torque), rolling=rolling)
+    supports, links = _supports(unit, places, bearing_loads(unit, places, gears, torque), constant)
     stop_if_wrong()
     try:
         drawn = _housing(unit, places, gears, cylinders, supports)
@@ -163,7 +165,7 @@ def _on(unit: GearUnit, gear: str, shaft: str) -> bool:
 
 
 def _supports(
-    unit: GearUnit, places: Arrangement, loads: dict[str, float], *, rolling: bool
+    unit: GearUnit, places: Arrangement, loads: dict[str, float], constant: Collection[str]
 ) -> tuple[tuple[Support, ...], tuple[Support, ...]]:
     """Return bearings in the housing, those beside each other as one, and bearings between shafts."""
     shafts = {shaft.name: shaft for shaft in unit.shafts}
@@ -171,6 +173,7 @@ def _supports(
     for bearing in unit.bearings:
         z = bearing.z + places.shifts[bearing.shaft]
         around = shafts[bearing.shaft].diameter_at(bearing.z)
+        rolling = bearing.name not in constant
         made.append(Support(bearing, z, estimate(unit, bearing, around, loads[bearing.name], rolling=rolling)))
     links = tuple(support for support in made if support.bearing.outer_shaft)
     for name, one, other in ((s.bearing.name, s.bearing.shaft, s.bearing.outer_shaft) for s in links):

@@ -69,18 +69,24 @@ def import_rexs(
 
 
 def _tried(source: Path, name: str, load: str | None, *, rigid: bool) -> tuple[ImportedCase, str]:
-    """Return case and text of a file; bearings get constant stiffness where rolling elements do not carry the load."""
-    why = None
+    """Return case and text of a file; bearings get constant stiffness where rolling elements do not carry the load.
+
+    A bearing that the refusal names gets it alone, and otherwise all of them.
+    """
+    reasons: dict[str, str] = {}
+    constant: set[str] = set()
     while True:
-        case = imported_case(read_rexs(source, load_case=load), str(source), rolling=why is None)
-        if why is not None:
-            case.unit.findings.add(
-                "assumed", "bearings", "rolling elements", "constant stiffness in place of them", why
-            )
+        case = imported_case(read_rexs(source, load_case=load), str(source), constant=constant)
+        for bearing, why in reasons.items():
+            case.unit.findings.add("assumed", bearing, "rolling elements", "constant stiffness in place of them", why)
         text = case_text(case, Path(name).stem, source.name, rigid=rigid)
-        why = _refused(text, name, source)
-        if why is None:
+        refusal = _refused(text, name, source)
+        if refusal is None:
             return case, text
+        names = {bearing.name for bearing in case.unit.bearings}
+        named = {one for one in names - constant if refusal.startswith(f"bearing {one}: ")}
+        constant |= named or names
+        reasons |= dict.fromkeys(named or ("bearings",), refusal)
 
 
 def _refused(text: str, name: str, source: Path) -> str | None:

@@ -1,7 +1,7 @@
 """Errors of a housing's motion and sound due to wrong natural frequencies and excluded modes.
 
-A housing whose modes lie too high is wrong near resonances only. Every mode is moved, each by itself, within the
-frequency error of its FE mesh, and its share of the motion is computed again.
+A housing whose modes lie too high or too low is wrong near resonances only. Every mode is moved, each by itself, by the
+frequency error of its elements, and its share of the motion is computed again.
 """
 
 from __future__ import annotations
@@ -224,6 +224,10 @@ def _surface_motion(housing: ReducedHousing, forces: ForceSpectrum, lines: Float
     return np.asarray(np.sqrt(np.maximum(((parts.conj() @ _gram(housing)) * parts).sum(axis=1, keepdims=True).real, 0)))
 
 
+_LARGEST = 0.9
+"""Error of a natural frequency that limits count at most."""
+
+
 def lowered(housing: ReducedHousing, share: float = 1.0) -> ReducedHousing | None:
     """Return the housing with natural frequencies lowered by a share of their estimated errors.
 
@@ -232,7 +236,7 @@ def lowered(housing: ReducedHousing, share: float = 1.0) -> ReducedHousing | Non
     error = housing.accuracy.frequency_error
     if error is None:
         return None
-    moved = housing.natural_frequency * (1.0 - share * error)
+    moved = housing.natural_frequency * (1.0 - share * np.minimum(error, _LARGEST))
     shifted: ReducedHousing = housing.replace(natural_frequency=np.maximum.accumulate(moved))  # no mode passes another
     return shifted
 

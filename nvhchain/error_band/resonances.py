@@ -1,6 +1,6 @@
-"""Change of bearing forces with a housing that is softer than its FE mesh.
+"""Change of bearing forces with a housing that is softer or stiffer than its finite elements.
 
-Shafts on bearings and seats resonate far below the housing's own modes. Such a resonance falls with these modes. The
+Shafts on bearings and seats resonate far below the housing's own modes. Such a resonance moves with these modes. The
 forces near it then change by more than any single mode indicates.
 """
 
@@ -43,18 +43,19 @@ class ForceChange:
 def force_change(
     case: GearboxCase, fidelity: Fidelity, housing: ReducedHousing, mesh_laws: Sequence[MeshLaw], forces: ForceSpectrum
 ) -> ForceChange:
-    """Return the change of bearing forces if every mode is lowered by the estimated error of its frequency.
+    """Return the change of bearing forces if every mode is lowered or raised by the estimated error of its frequency.
 
     The forces between the flanks stay. They are found from the bearing forces by least squares, in the gearbox
-    linearised at its mean load. The lowered housing transmits them to the bearings in another way. The change is zero
-    without `mesh_laws`, with a rigid housing, and for a housing without an estimate.
+    linearised at its mean load. The moved housing transmits them to the bearings in another way; each line takes the
+    direction that changes more. The change is zero without `mesh_laws`, with a rigid housing, and for a housing without
+    an estimate.
     """
     lines = forces.frequency
-    gearbox, moved = case.gearbox_on_rigid_seats, lowered(housing)
-    if moved is None or not mesh_laws or case.options.rigid_housing:
+    gearbox, soft, stiff = case.gearbox_on_rigid_seats, lowered(housing), lowered(housing, -1.0)
+    if soft is None or stiff is None or not mesh_laws or case.options.rigid_housing:
         none = np.zeros((len(lines), forces.wrench.shape[2] * len(forces.names), 0), dtype=complex)
         return ForceChange(none, none.transpose(0, 2, 1), forces.names)
-    here, there = (
+    here, *there = (
         flank_transfer(
             gearbox,
             mesh_laws,
@@ -64,7 +65,9 @@ def force_change(
             input_speed=forces.input_speed,
             fidelity=fidelity.dynamics,
         )
-        for of in (housing, moved)
+        for of in (housing, soft, stiff)
     )
+    lower, higher = (each - here for each in there)
+    larger = np.linalg.norm(lower, axis=(1, 2)) >= np.linalg.norm(higher, axis=(1, 2))
     names = tuple(bearing.name for bearing in gearbox.bearings)
-    return ForceChange(there - here, np.asarray(np.linalg.pinv(here)), names)
+    return ForceChange(np.where(larger[:, None, None], lower, higher), np.asarray(np.linalg.pinv(here)), names)

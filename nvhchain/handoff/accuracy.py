@@ -41,7 +41,7 @@ class HousingAccuracy(Accuracy):
     """Accuracy of a reduced housing."""
 
     frequency_error: FloatArray | None = array(
-        "1", "mode", "relative excess of each natural frequency due to large elements", default=None
+        "1", "mode", "relative error of each natural frequency due to large elements", default=None
     )
     residual_mass: FloatArray | None = array(
         "kg m2/N2",

@@ -50,7 +50,7 @@ def foreign(mesh, casting, fidelity, surface, tmp_path_factory):
 def test_tetrahedra_of_a_file_state_and_correct_their_frequencies_as_a_casting_does(
     corrected, mesh, casting, surface, motion, fidelity
 ):
-    """They state more of it, for their fillets."""
+    """They state more of it: elements this long for their walls were not measured, and walls may have fillets."""
     own = reduce_mesh(mesh, casting, surface, motion, F_MAX, corrected=corrected)
     plain = reduce_mesh(mesh, casting, surface, motion, F_MAX)
     model = casting_model(mesh, casting)
@@ -63,7 +63,7 @@ def test_tetrahedra_of_a_file_state_and_correct_their_frequencies_as_a_casting_d
     assert made.natural_frequency == pytest.approx(own.natural_frequency, rel=1e-9)
     assert "5.6 times as long" in str(said.list[0].message)
     moved = plain.accuracy.frequency_error / 1.4
-    left = np.hypot(0.4 * moved, 0.0025 * 5.6**2)
+    left = np.hypot(1.2 * moved, 0.0025 * 3.5**2)
     assert made.accuracy.frequency_error == pytest.approx(left if corrected else left + moved, rel=0.02)
 
 

@@ -171,7 +171,12 @@ def test_a_correction_keeps_rigid_modes_and_the_order_of_frequencies_with_their_
     lower, left = with_errors(modes, np.array([0.0, 0.01, 0.1, 0.0]), corrected=True)
     np.testing.assert_allclose(lower.frequency, [0.0, 101 * np.sqrt(0.9), 100 * np.sqrt(0.99), 200.0])
     np.testing.assert_array_equal(lower.shapes, shapes[:, [0, 2, 1, 3]])
-    np.testing.assert_allclose(left, 0.4 * (1.0 - np.sqrt([1.0, 0.9, 0.99, 1.0])))
+    moved = 1.0 - np.sqrt([1.0, 0.9, 0.99, 1.0])
+    np.testing.assert_allclose(left, 0.4 * moved)
+    for ratio, share in ((2.6, 0.4), (0.5, 1.2), (12.0, 1.2)):  # thin walls, solid bodies, elements that are too long
+        _, left = with_errors(modes, np.array([0.0, 0.01, 0.1, 0.0]), corrected=True, ratio=ratio)
+        rounded = 0.0025 * min(ratio, 3.5) ** 2 * np.array([0.0, 1.0, 1.0, 1.0])
+        np.testing.assert_allclose(left, np.hypot(share * moved, rounded))
 
 
 def test_bending_wavelength_of_an_aluminium_plate():

@@ -81,7 +81,7 @@ def reduce_model(
     tell(3, _STEPS)
     to_faces, to_flux = (sp.csr_matrix(skin.restrict(operator) @ T) for operator in (motion, flux))
     known = model.structure.empty and all(block.kind == "tet10" for block in model.blocks)
-    ratio = longest_for_their_wall(model, skin, wall_thickness(skin)) if known else 0.0
+    ratio = longest_for_their_wall(model, skin, wall_thickness(skin)) if known else None
     count, motions = len(seats), max(seat.motions for seat in seats)
     square = (count, motions, count, motions)
 

@@ -12,7 +12,7 @@ from nvhchain.errors import AccuracyWarning, InputError, require
 from nvhchain.fidelity import PRESETS, Fidelity
 from nvhchain.scene import check_knobs
 from nvhchain.tradeoff import extrapolation
-from nvhchain.tradeoff.knobs import FINER_SETTINGS, PRESET, Knob, knobs_by_package, knobs_of, setting_text
+from nvhchain.tradeoff.knobs import FINER_SETTINGS, NOT_SWEPT, PRESET, Knob, knobs_by_package, knobs_of, setting_text
 from nvhchain.tradeoff.sweep import Measurement, Tradeoff, case_identity
 
 _WARNED_OF = frozenset({"acoustics.radiation"})
@@ -98,7 +98,10 @@ def is_swept(cases: Sequence[Case], sweep: Tradeoff) -> bool:
 
 
 def base_of(sweep: Tradeoff) -> Fidelity:
-    """Return the preset around which the sweep was measured; InputError if its knobs have changed since."""
+    """Return the preset around which the sweep was measured; InputError if its knobs have changed since.
+
+    Limits beyond which a run is refused change no result.
+    """
     require(sweep.base in PRESETS, f"the sweep's base {sweep.base!r} is no preset: sweep around {', '.join(PRESETS)}")
     base, then = PRESETS[sweep.base], sweep.provenance.get("fidelity", {})
     now = json.loads(json.dumps(knobs_by_package(base)))
@@ -106,7 +109,7 @@ def base_of(sweep: Tradeoff) -> Fidelity:
         f"{stage}.{name}"
         for stage, knobs in then.items()
         for name, value in knobs.items()
-        if now.get(stage, {}).get(name) != value
+        if now.get(stage, {}).get(name) != value and not NOT_SWEPT.get(f"{stage}.{name}", "").startswith("a limit")
     ]
     require(
         not changed,

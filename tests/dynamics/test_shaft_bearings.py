@@ -35,7 +35,10 @@ def case(tmp_path_factory):
         warnings.simplefilter("ignore")
         made = load_case(import_rexs(coaxial_unit().save(folder / "u.rexs"), folder / "case").case)
     constant = {"model": None, "radial_stiffness": 2e8, "axial_stiffness": 2e7}
-    return replace(made, bearings=tuple(replace(bearing, **constant) for bearing in made.bearings))
+    kinds = ("bearings", "shaft_bearings")
+    return replace(
+        made, **{kind: tuple(replace(bearing, **constant) for bearing in getattr(made, kind)) for kind in kinds}
+    )
 
 
 def test_stiffness_and_damping_act_on_the_difference_of_both_shafts(case):
@@ -100,7 +103,9 @@ def test_bearings_of_wrong_shafts_are_refused(case, change, words):
 
 def test_a_bearing_between_shafts_is_a_bearing(case):
     assert isinstance(case.shaft_bearings[0], ShaftBearing)
-    assert case.gearbox.shaft_bearings[0] is case.shaft_bearings[0]
+    (link,) = case.gearbox.shaft_bearings
+    assert link.stiffness_damping > 0.0, "the usual damping, as every bearing without one"
+    assert replace(link, stiffness_damping=0.0) == case.shaft_bearings[0]
 
 
 def test_equilibrium_of_rolling_bearings_feels_the_bearing_between_shafts(case):

@@ -90,8 +90,9 @@ def test_matrices_have_the_static_flexibility_and_the_modes_of_the_reduction(exc
     assert [str(name[0]) for name in mat["names"].ravel()] == list(made.names)
     seats = 6 * len(made.names)
     at = np.concatenate([6 * seat + np.arange(3) for seat in range(len(made.names))])
+    plain = replace(coarse.housing, corrected_frequencies=False)  # as other programs find them of the matrices
     with pytest.warns(AccuracyWarning, match="housing elements of 40 mm"):
-        reduced = reduce_housing(small[1].housing, f_max=1900.0, surface_size=0.05, fidelity=coarse.housing)
+        reduced = reduce_housing(small[1].housing, f_max=1900.0, surface_size=0.05, fidelity=plain)
     exact = seat_flexibility(reduced)
     flexibility = np.linalg.inv(K[:seats, :seats])[np.ix_(at, at)]
     assert np.abs(flexibility - exact).max() < 1e-7 * np.abs(exact).max()

@@ -1,5 +1,7 @@
 """A run at `draft` against the shipped sweep: its errors are as claimed, and those of single knobs lie in its band."""
 
+from dataclasses import replace
+
 import pytest
 
 import nvhchain as nvh
@@ -21,9 +23,15 @@ ROWS = [
 
 
 @pytest.fixture(scope="module")
-def draft(request):
-    """The whole chain on the case that is swept; ten seconds."""
-    return nvh.run(nvh.load_case(request.config.rootpath / "cases" / "small" / "single_stage.toml"), fidelity=nvh.DRAFT)
+def swept(request):
+    """The case that is swept."""
+    return nvh.load_case(request.config.rootpath / "cases" / "small" / "single_stage.toml")
+
+
+@pytest.fixture(scope="module")
+def draft(swept):
+    """The whole chain on it; ten seconds."""
+    return nvh.run(swept, fidelity=nvh.DRAFT)
 
 
 @pytest.fixture(scope="module")
@@ -50,8 +58,13 @@ def test_the_band_feels_a_knob(verdicts):
     assert width["housing.mode_ratio", "1"] > width["housing.mode_ratio", "1.25"]
 
 
-def test_draft_measured_again_is_as_far_from_the_yardstick_as_claimed_and_within_three_decibels(draft):
-    """The whole chain: 10 % and 0.05 dB, at the worst line and at every mesh harmonic."""
+def test_draft_measured_again_is_as_far_from_the_yardstick_as_claimed_and_within_three_decibels(swept):
+    """The whole chain: 10 % and 0.05 dB, at the worst line and at every mesh harmonic.
+
+    The sweep was measured with natural frequencies as the elements have them.
+    """
+    housing = replace(nvh.DRAFT.housing, corrected_frequencies=False)
+    draft = nvh.run(swept, fidelity=replace(nvh.DRAFT, housing=housing))
     sweep = shipped_sweep()
     (claim,) = [row for row in sweep.measurements if (row.knob, row.value) == ("preset", "draft")]
     orders = [float(order) for order in draft.case.mesh_orders.values()]

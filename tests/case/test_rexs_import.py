@@ -386,6 +386,44 @@ def test_alike_bearings_beside_each_other_are_a_pair(tmp_path, ways, arrangement
     assert abs(push) == pytest.approx(abs(case.mesh_forces[0] * _base_sine(case)), rel=1e-8)
 
 
+def ribbed(unit, number, **others):
+    """Make a bearing of a unit a cylindrical one with ribs on both sides, and set beside it `number` alike ones."""
+    first = unit.of("rolling_bearing_with_catalog_geometry")[0]
+    kind, name, attributes = unit.components[first]
+    attributes.update(
+        bearing_type=("radial_roller_bearing", "none"), axial_force_absorption=("both_directions", "none")
+    )
+    place, width = (attributes[key][0] for key in ("u_coordinate_on_shaft_inner_side", "width"))
+    for one in range(number):
+        beside = {"u_coordinate_on_shaft_inner_side": (place + (one + 1) * width, "mm")}
+        twin = unit.add(kind, name, **{**attributes, **beside, **others})
+        unit.relate("side", assembly=twin, inner_part=unit.of("shaft")[0], outer_part=unit.of("gear_casing")[0])
+    return unit
+
+
+def ribs(page):
+    """Return the stiffness (N/m) of the ribs that a page has."""
+    return [float(found) for found in re.findall(r"stiffness of the ribs \| ([\d.e+]+) N/m", page)]
+
+
+def test_alike_bearings_with_ribs_are_a_pair_whatever_their_loads_are(tmp_path):
+    """The assumed stiffness of ribs follows the load of each bearing; the pair has both."""
+    case, page = imported(ribbed(gear_train((20, 31)), 1), tmp_path)
+    one, other = ribs(page)
+    assert one != other
+    pair = case.bearings[0].model
+    assert (type(pair).__name__, pair.arrangement) == ("Cylindrical", "tandem")
+    assert pair.axial_stiffness == pytest.approx(one + other, rel=1e-6)
+
+
+def test_a_cylindrical_bearing_keeps_its_ribs_with_constant_stiffness(tmp_path):
+    """The bearing beside it differs, and so both get constant stiffness; the seat still locates its shaft."""
+    case, page = imported(ribbed(gear_train((20, 31)), 1, width=(18.0, "mm")), tmp_path)
+    assert case.bearings[0].model is None
+    assert case.bearings[0].axial_stiffness == pytest.approx(sum(ribs(page)), rel=0.01)
+    assert case.bearings[0].axial_stiffness == pytest.approx(0.1 * case.bearings[0].radial_stiffness, rel=0.01)
+
+
 def test_a_chamfered_gear_reproduces_the_contact_ratios_of_its_file(tmp_path):
     """The tip form circle and the common face width of the file, not the outer ones, carry."""
     unit = gear_train((20, 31))

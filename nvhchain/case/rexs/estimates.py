@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from bisect import bisect_left
 from dataclasses import dataclass
-from math import atan, cos, hypot, pi, radians, sin, tan
+from math import atan, cos, degrees, hypot, pi, radians, sin, tan
 
 import numpy as np
 
 from nvhchain.case.rexs.arranged import Arrangement
-from nvhchain.case.rexs.rolling import Elements, RollingModel, rolling_model
+from nvhchain.case.rexs.rolling import RIBS, Elements, RollingModel, rolling_model
 from nvhchain.gear import GearGeometry
 from nvhchain.gear.drawing.pair import common_face
 from nvhchain.interop.rexs import GearUnit, ImportedBearing
@@ -80,11 +80,11 @@ def estimate(
         inside = _elements(bearing, kind, bore, outer, width)
         count = inside.count * (bearing.rows or 1)
         own = _kraemer(kind, count, inside.diameter, inside.length, load, angle)
+        along, rule = _axial_stiffness(bearing, kind, angle, own)
         if radial is None and axial is None and rolling and kind == bearing.kind:
             model = rolling_model(unit, bearing, (bore, outer, width), inside, angle, own)
             if model is not None:
-                stiff = max(2.0 * tan(angle) ** 2 * own, FREE)
-                return BearingEstimate(bore, outer, width, own, stiff, "E. Krämer 1993", model)
+                return BearingEstimate(bore, outer, width, own, along, "E. Krämer 1993", model)
         if radial is None:
             radial = own
             size = 1e3 * inside.diameter
@@ -92,9 +92,8 @@ def estimate(
             text = f"{source}; {inside.source}"
             unit.findings.add("assumed", bearing.name, "radial stiffness", f"{radial:.3g} N/m", text)
         if axial is None and bearing.axial != "no_direction":
-            axial = max(2.0 * tan(angle) ** 2 * own, FREE)
-            text = f"contact angle {angle * 180 / pi:.3g}°, k_a = 2 tan²α k_r"
-            unit.findings.add("assumed", bearing.name, "axial stiffness", f"{axial:.3g} N/m", text)
+            axial = along
+            unit.findings.add("assumed", bearing.name, "axial stiffness", f"{axial:.3g} N/m", rule)
     if bearing.axial == "no_direction":
         axial = FREE
         unit.findings.add("assumed", bearing.name, "axial stiffness", f"{FREE:g} N/m", "holds its shaft radially only")
@@ -109,6 +108,15 @@ def estimate(
     if any((value or 0.0) > RIGID for value in (radial, axial)):
         unit.findings.add("assumed", bearing.name, "stiffness", f"{RIGID:g} N/m at most", "rigid in the file")
     return BearingEstimate(bore, outer, width, limited[0], limited[1], source)
+
+
+def _axial_stiffness(bearing: ImportedBearing, kind: str, angle: float, radial: float) -> tuple[float, str]:
+    """Return the axial stiffness (N/m) of a bearing of known radial stiffness, and the rule behind it."""
+    if bearing.axial == "no_direction":
+        return FREE, "holds its shaft radially only"
+    if kind in ("radial_roller_bearing", "radial_needle_roller_bearing") and angle == 0.0:
+        return max(RIBS * radial, FREE), "ribs: a tenth of the radial stiffness"
+    return max(2.0 * tan(angle) ** 2 * radial, FREE), f"contact angle {degrees(angle):.3g}°, k_a = 2 tan²α k_r"
 
 
 def _kind(unit: GearUnit, bearing: ImportedBearing) -> str:

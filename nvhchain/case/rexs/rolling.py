@@ -16,7 +16,7 @@ RollingModel = DeepGroove | AngularContact | Cylindrical | Tapered | Spherical
 _STEEPEST_GROOVE = 0.1
 """Contact angle (rad) up to which a grooved ball bearing is a deep groove bearing."""
 
-_RIBS = 0.1
+RIBS = 0.1
 """Axial stiffness of the ribs of a roller bearing over its radial stiffness; an assumption."""
 
 _ROW_DISTANCE = 0.5
@@ -66,7 +66,7 @@ def rolling_model(
     elif kind is Spherical:
         own = {"contact_angle": radians(round(degrees(angle), 6))}
     elif kind is Cylindrical and bearing.axial != "no_direction":
-        own = {"axial_stiffness": float(f"{_RIBS * radial_stiffness:.3g}"), "thrust": thrust}
+        own = {"axial_stiffness": float(f"{RIBS * radial_stiffness:.3g}"), "thrust": thrust}
         text = f"{own['axial_stiffness']:.3g} N/m"
         unit.findings.add("assumed", bearing.name, "stiffness of the ribs", text, "a tenth of the radial stiffness")
     if kind in (DeepGroove, Spherical) and bearing.axial == "no_direction":
@@ -96,9 +96,9 @@ def rolling_model(
 
 
 def paired(low: RollingModel | None, high: RollingModel | None, apart: float) -> RollingModel | None:
-    """Return two single bearings of one kind and size as a pair; None where they are none.
+    """Return two single bearings of one kind and size as a pair; None if they differ, or one is a pair already.
 
-    low, high : bearings at the lower and the higher z.
+    low, high : bearings at the lower and the higher z; None for one without rolling elements.
     apart : distance of their centres (m).
     """
     if low is None or high is None or low.load_rows > 1 or (low.arrangement, high.arrangement) != ("single", "single"):
@@ -111,6 +111,9 @@ def paired(low: RollingModel | None, high: RollingModel | None, apart: float) ->
             return replace(low, arrangement="tandem", row_distance=apart, axial_clearance=play)
         kind: Arrangement = "back_to_back" if low.thrust > 0 else "face_to_face"
         return replace(low, arrangement=kind, row_distance=apart, axial_clearance=play, thrust=0)
+    if isinstance(low, Cylindrical) and isinstance(high, Cylindrical):  # stiffness of ribs follows the load of each
+        ribs = low.axial_stiffness + high.axial_stiffness
+        low, high = replace(low, axial_stiffness=ribs), replace(high, axial_stiffness=ribs)
     return replace(low, arrangement="tandem", row_distance=apart) if low == high else None
 
 

@@ -424,6 +424,15 @@ def test_a_cylindrical_bearing_keeps_its_ribs_with_constant_stiffness(tmp_path):
     assert case.bearings[0].axial_stiffness == pytest.approx(0.1 * case.bearings[0].radial_stiffness, rel=0.01)
 
 
+def test_three_alike_bearings_have_three_times_the_stiffness_and_are_no_pair(tmp_path):
+    case, page = imported(ribbed(gear_train((20, 31)), 2), tmp_path)
+    assert len(ribs(page)) == 3
+    assert case.bearings[0].axial_stiffness == pytest.approx(sum(ribs(page)), rel=0.01)
+    assert case.bearings[0].axial_stiffness == pytest.approx(0.1 * case.bearings[0].radial_stiffness, rel=0.01)
+    assert "are a pair" not in page
+    assert page.count("beside each other") == 1
+
+
 def test_a_chamfered_gear_reproduces_the_contact_ratios_of_its_file(tmp_path):
     """The tip form circle and the common face width of the file, not the outer ones, carry."""
     unit = gear_train((20, 31))

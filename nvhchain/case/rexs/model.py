@@ -182,13 +182,14 @@ def _supports(
                 f"bearing {name}: its shafts {one} and {other} are {1e3 * apart:.4g} mm apart, not coaxial: correct "
                 "support_vector, or center_distance of a stage"
             )
-    seats: list[Support] = []
+    groups: list[list[Support]] = []
     for support in sorted((s for s in made if not s.bearing.outer_shaft), key=lambda s: (s.bearing.shaft, s.z)):
-        last = seats[-1] if seats and seats[-1].bearing.shaft == support.bearing.shaft else None
+        last = groups[-1][-1] if groups and groups[-1][-1].bearing.shaft == support.bearing.shaft else None
         if last is not None and support.z - last.z <= 0.5 * (last.estimate.width + support.estimate.width) + _BESIDE:
-            seats[-1] = _together(unit, last, support)
+            groups[-1].append(support)
         else:
-            seats.append(support)
+            groups.append([support])
+    seats = [_together(unit, group) if len(group) > 1 else group[0] for group in groups]
     for shaft in unit.shafts:
         held = [s for s in seats if s.bearing.shaft == shaft.name]
         joined = [s for s in links if shaft.name in (s.bearing.shaft, s.bearing.outer_shaft)]
@@ -207,46 +208,38 @@ def _supports(
     return tuple(sorted(seats, key=lambda s: order[s.bearing.name])), links
 
 
-def _together(unit: GearUnit, one: Support, other: Support) -> Support:
-    """Return two bearings beside each other as one: a pair, or their stiffness added, at its centre."""
-    a, b = one.estimate, other.estimate
-    held = {one.bearing.axial, other.bearing.axial} - {"no_direction"}
+def _together(unit: GearUnit, beside: Sequence[Support]) -> Support:
+    """Return bearings beside each other as one: two alike as a pair, others as a spring with their stiffness added."""
+    first, last = beside[0], beside[-1]
+    each = [support.estimate for support in beside]
+    names = ", ".join(support.bearing.name for support in beside[1:])
+    held = {support.bearing.axial for support in beside} - {"no_direction"}
     axial = held.pop() if len(held) == 1 else "both_directions" if held else "no_direction"
-    joined = replace(one.bearing, axial=axial)
-    model = paired(a.model, b.model, other.z - one.z)
+    model = paired(each[0].model, each[1].model, last.z - first.z) if len(beside) == 2 else None
+    radial = sum(one.radial_stiffness for one in each)
     if model is not None:
-        text = f"with {other.bearing.name}: {model.arrangement}"
-        unit.findings.add("assumed", one.bearing.name, "seat", text, "alike bearings beside each other are a pair")
-        total, width = a.radial_stiffness + b.radial_stiffness, other.z - one.z + 0.5 * (a.width + b.width)
-        whole = replace(a, width=width, radial_stiffness=total, model=model)
-        return Support(joined, 0.5 * (one.z + other.z), whole)
-    for support in (one, other):
-        of = support.estimate
-        if of.model is not None:
-            text = f"{of.radial_stiffness:.3g} and {of.axial_stiffness:.3g} N/m"
-            unit.findings.add("assumed", support.bearing.name, "radial and axial stiffness", text, of.source)
-    total = a.radial_stiffness + b.radial_stiffness
-    low = min(one.z - 0.5 * a.width, other.z - 0.5 * b.width)
-    high = max(one.z + 0.5 * a.width, other.z + 0.5 * b.width)
-    unit.findings.add(
-        "assumed",
-        one.bearing.name,
-        "seat",
-        f"with {other.bearing.name}",
-        "beside each other: stiffness added; their resistance to tilt is left out",
+        centre, seat, source = 0.5 * (first.z + last.z), f": {model.arrangement}", each[0].source
+        reason = "alike bearings beside each other are a pair"
+    else:
+        for support, of in zip(beside, each, strict=True):
+            if of.model is not None:
+                text = f"{of.radial_stiffness:.3g} and {of.axial_stiffness:.3g} N/m"
+                unit.findings.add("assumed", support.bearing.name, "radial and axial stiffness", text, of.source)
+        centre = sum(support.estimate.radial_stiffness * support.z for support in beside) / radial
+        seat, source = "", f"{each[0].source}; with {names}"
+        reason = "beside each other: stiffness added; their resistance to tilt is left out"
+    unit.findings.add("assumed", first.bearing.name, "seat", f"with {names}{seat}", reason)
+    faces = [(support.z - 0.5 * of.width, support.z + 0.5 * of.width) for support, of in zip(beside, each, strict=True)]
+    whole = BearingEstimate(
+        min(one.bore for one in each),
+        max(one.outer_diameter for one in each),
+        max(high for _, high in faces) - min(low for low, _ in faces),
+        radial,
+        sum(one.axial_stiffness for one in each),
+        source,
+        model,
     )
-    return Support(
-        joined,
-        (a.radial_stiffness * one.z + b.radial_stiffness * other.z) / total,
-        BearingEstimate(
-            min(a.bore, b.bore),
-            max(a.outer_diameter, b.outer_diameter),
-            high - low,
-            total,
-            a.axial_stiffness + b.axial_stiffness,
-            f"{a.source}; with {other.bearing.name}",
-        ),
-    )
+    return Support(replace(first.bearing, axial=axial), centre, whole)
 
 
 def _housing(

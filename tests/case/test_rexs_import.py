@@ -300,6 +300,16 @@ def test_speed_and_torque_that_the_file_has_not_are_assumed_and_said(tmp_path):
     assert "1500 rpm" in page
 
 
+def test_a_load_case_that_turns_the_other_way_is_marked(tmp_path):
+    unit = gear_train((20, 31))
+    first, load = unit.of("shaft")[0], unit.of("external_load")[0]
+    reverse = {first: {"rotational_speed": (-900.0, "1 / min")}, load: {"torque_around_u_axis": (-50.0, "N m")}}
+    unit.load_cases.append(reverse)
+    _, page = imported(unit, tmp_path)
+    assert "| 2 | 900 | 50 | - | turns the other way |" in page
+    assert page.count("turns the other way") == 1
+
+
 def test_names_that_are_no_file_names_are_made_safe(tmp_path):
     unit = gear_train((20, 31))
     kind, _, attributes = unit.components[unit.of("cylindrical_gear")[0]]

@@ -223,6 +223,36 @@ def test_other_load_cases_coast_or_turn_the_other_way(tmp_path):
     assert all(load.speed > 0 for load in loads)
 
 
+def test_torques_without_sign_drive_in_reverse_too(tmp_path):
+    made = gear_train((20, 31), version="1.0")
+    shaft, (load, out) = made.of("shaft")[0], made.of("external_load")
+    made.load_cases = [
+        {
+            shaft: {"rotational_speed": (speed, "1 / min")},
+            load: {"torque_around_u_axis": (60.0, "N m")},
+            out: {"torque_around_u_axis": (93.0, "N m")},
+        }
+        for speed in (1800.0, -1800.0)
+    ]
+    made.load_cases[0][out] = {"torque_around_u_axis": (-93.0, "N m")}  # power enters at both ends
+    loads = read_rexs(made.save(tmp_path / "u.rexs")).loads
+    assert [(load.torque, load.reversed) for load in loads] == [(60.0, False), (60.0, True)]
+
+
+@pytest.mark.parametrize("speed", [1800.0, None])
+def test_a_later_load_case_coasts_though_the_first_has_its_torque_at_the_output_only(tmp_path, speed):
+    """At the wheel, a positive torque brakes: S2 turns against S1. The last case has no speed of its own."""
+    made = gear_train((20, 31))
+    shaft, (load, out) = made.of("shaft")[0], made.of("external_load")
+    turning = {shaft: {"rotational_speed": (1800.0, "1 / min")}}
+    made.load_cases = [turning | {out: {"torque_around_u_axis": (93.0, "N m")}}] + [
+        (turning if speed else {}) | {load: {"torque_around_u_axis": (-40.0, "N m")}}
+    ]
+    read = read_rexs(made.save(tmp_path / "u.rexs"))
+    assert (read.input_shaft, read.output_shaft) == ("S1", "S2")
+    assert [load.torque for load in read.loads] == pytest.approx([60.0, -40.0])
+
+
 def test_coupled_shafts_are_one_and_bearings_between_shafts_stay(tmp_path):
     made = gear_train((20, 31), (18, 40))
     y = made.attributes(made.of("shaft")[2])["support_vector"][0][1]

@@ -93,7 +93,7 @@ def _summary(case: ImportedCase) -> list[str]:
                 "-" if load.speed is None else f"{30 / pi * load.speed:.6g}",
                 "-" if load.torque is None else f"{load.torque:.6g}",
                 "-" if load.share is None else f"{100 * load.share:.4g} %",
-                "taken" if number == 0 else "",
+                "taken" if number == 0 else "turns the other way" if load.reversed else "",
             )
         )
     intro = (

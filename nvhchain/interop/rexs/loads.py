@@ -58,8 +58,8 @@ def read_power(parts: Parts, turns: Mapping[int, Fraction], lines: Mapping[int, 
     if chosen is not None and chosen not in known:
         parts.findings.refuse(f"load case {chosen!r} is not in the file: choose one of {', '.join(known)}")
     states.sort(key=lambda state: state.name != chosen if chosen is not None else False)
-    into, out, rotation = _ends(parts, states[0], turns)
-    loads = tuple(_load(state, states[0], turns, into, out) for state in states)
+    into, out, rotation, signed = _ends(parts, states[0], turns)
+    loads = tuple(_load(state, states[0], turns, (into, out), signed=signed) for state in states)
     return Power(into, out, rotation if rotation else 1, loads)
 
 
@@ -139,8 +139,8 @@ def _spin(speeds: Mapping[int, float], turns: Mapping[int, Fraction]) -> float:
     return next((speed / float(turns[shaft]) for shaft, speed in speeds.items() if turns.get(shaft)), 0.0)
 
 
-def _ends(parts: Parts, state: _State, turns: Mapping[int, Fraction]) -> tuple[int, int, int]:
-    """Return input, output, and the rotation of the input; assumptions go into the record."""
+def _ends(parts: Parts, state: _State, turns: Mapping[int, Fraction]) -> tuple[int, int, int, bool]:
+    """Return input, output, rotation of the input, and True for torques with sign; record what is assumed."""
     record, document = parts.findings, parts.document
     rotors = [shaft for shaft in parts.shafts() if shaft in turns] or parts.shafts()
     spin = _spin(state.speeds, turns)
@@ -158,7 +158,8 @@ def _ends(parts: Parts, state: _State, turns: Mapping[int, Fraction]) -> tuple[i
     fastest = sorted(rotors, key=lambda shaft: -abs(turns.get(shaft, Fraction(0))))
     alike = sorted(entering or leaving, key=fastest.index)
     # REXS 1.0 states torques without sign, of all loaded shafts; a motor without one takes the balance
-    if len(alike) > 1 and not (entering and leaving) and set(others) <= set(alike):
+    signed = not (len(alike) > 1 and not (entering and leaving) and set(others) <= set(alike))
+    if not signed:
         entering, leaving = alike[:1], alike[-1:]
         record.add("assumed", "operation", "input shaft", parts.names[alike[0]], "the fastest; all torques drive")
     into = entering[0] if entering else next((s for s in others if s not in leaving), None)
@@ -172,14 +173,21 @@ def _ends(parts: Parts, state: _State, turns: Mapping[int, Fraction]) -> tuple[i
     sense = spin * float(turns.get(into, 0))
     if not sense:
         record.add("assumed", "operation", "rotation of the input", "+1 about its axis", "no speed in the file")
-    return into, out, 1 if sense >= 0 else -1
+    return into, out, 1 if sense >= 0 else -1, signed
 
 
-def _load(state: _State, first: _State, turns: Mapping[int, Fraction], into: int, out: int) -> ImportedLoad:
+def _load(
+    state: _State, first: _State, turns: Mapping[int, Fraction], ends: tuple[int, int], *, signed: bool
+) -> ImportedLoad:
     """Return speed and torque of the input, carried over from another shaft where needed.
 
-    first : state by which input and output were found; a state whose power flows the other way coasts.
+    Where power leaves at the input, or enters at the output, the unit coasts and the torque is negative.
+
+    first : state by which input and output were found; its rotation is that of a state without speed.
+    ends : input and output.
+    signed : False for torques without sign, which all drive.
     """
+    into, out = ends
 
     def ratio(shaft: int) -> float:
         return abs(float(turns.get(shaft, 0)) / float(turns[into])) if turns.get(into) else 0.0
@@ -188,9 +196,12 @@ def _load(state: _State, first: _State, turns: Mapping[int, Fraction], into: int
     if into in state.speeds:
         speed = abs(state.speeds[into])
     torque = None
-    turned = _spin(state.speeds, turns) * _spin(first.speeds, turns) < 0.0
-    for shaft, factor in ((into, 1.0), (out, ratio(out))):
+    spin, usual = _spin(state.speeds, turns), _spin(first.speeds, turns)
+    turned = spin * usual < 0.0
+    for shaft, factor, way in ((into, 1.0, 1.0), (out, ratio(out), -1.0)):
         if torque is None and shaft in state.torques and factor:
-            against = state.torques[shaft] * first.torques.get(shaft, 0.0) < 0.0
-            torque = abs(state.torques[shaft]) * factor * (-1.0 if against != turned else 1.0)
+            # without any speed, the first state drives
+            turning = way * (spin or usual) * float(turns.get(shaft, 0)) or first.torques.get(shaft, 0.0)
+            coasts = signed and state.torques[shaft] * turning < 0.0
+            torque = abs(state.torques[shaft]) * factor * (-1.0 if coasts else 1.0)
     return ImportedLoad(state.name, speed, torque, state.share, reversed=turned)

@@ -50,6 +50,11 @@ class Cylindrical(RollingBearing):
             self.thrust in (-1, 0, 1),
             f"{self.title}: thrust = {self.thrust} must be 1, −1, or 0 for ribs that carry both ways",
         )
+        require(
+            self.thrust == 0 or self.axial_stiffness > 0.0,
+            f"{self.title}: thrust = {self.thrust} without axial_stiffness: give that of the ribs (N/m), or leave out "
+            "thrust for a bearing that floats",
+        )
 
     @cached_property
     def internal(self) -> Internal:

@@ -87,6 +87,10 @@ def test_the_factor_e_gives_the_contact_angle():
             lambda: Cylindrical(**metres((45, 85, 19)), **rated((160.0, 64.0))),
             "dynamic_load_rating = 1.6e.05 N contradicts",
         ),
+        (
+            lambda: Cylindrical(**metres((45, 85, 19)), **rated((69.5, 64.0)), thrust=1),
+            "thrust = 1 without axial_stiffness: give that of the ribs",
+        ),
         (lambda: Cylindrical(**metres((45, 85, 5)), **rated((69.5, 64.0))), "longer than the width of 5 mm"),
         (lambda: DeepGroove(elements=9, element_diameter=30e-3, pitch_diameter=60e-3), "have no room"),
         (lambda: AngularContact(elements=9, element_diameter=12e-3, pitch_diameter=60e-3), "contact_angle is missing"),

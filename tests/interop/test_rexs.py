@@ -245,8 +245,9 @@ def test_a_later_load_case_coasts_though_the_first_has_its_torque_at_the_output_
     made = gear_train((20, 31))
     shaft, (load, out) = made.of("shaft")[0], made.of("external_load")
     turning = {shaft: {"rotational_speed": (1800.0, "1 / min")}}
-    made.load_cases = [turning | {out: {"torque_around_u_axis": (93.0, "N m")}}] + [
-        (turning if speed else {}) | {load: {"torque_around_u_axis": (-40.0, "N m")}}
+    made.load_cases = [
+        turning | {out: {"torque_around_u_axis": (93.0, "N m")}},
+        (turning if speed else {}) | {load: {"torque_around_u_axis": (-40.0, "N m")}},
     ]
     read = read_rexs(made.save(tmp_path / "u.rexs"))
     assert (read.input_shaft, read.output_shaft) == ("S1", "S2")

@@ -603,7 +603,8 @@ def test_an_angular_contact_bearing_by_its_own_name_is_one(tmp_path, along):
     assert case.bearings[0].model.contact_angle == pytest.approx(np.radians(25.0))
 
 
-def test_a_double_row_angular_contact_bearing_carries_both_ways(tmp_path):
+@pytest.mark.parametrize(("stated", "apart"), [({}, 15.1e-3), ({"distance_between_bearing_rows": (20.0, "mm")}, 20e-3)])
+def test_a_double_row_angular_contact_bearing_carries_both_ways(tmp_path, stated, apart):
     """A 3208: 40 x 80 x 30.2 mm, C = 51 kN and C_0 = 44 kN of both rows together, 30°."""
     unit = gear_train((20, 31))
     first, last = unit.of("rolling_bearing_with_catalog_geometry")[:2]
@@ -616,11 +617,13 @@ def test_a_double_row_angular_contact_bearing_carries_both_ways(tmp_path):
         width=(30.2, "mm"),
         radial_static_load_rating=(44.0, "kN"),
         radial_dynamic_load_rating=(51.0, "kN"),
+        **stated,
     )
     unit.attributes(last)["axial_force_absorption"] = ("no_direction", "none")
-    case, _ = imported(unit, tmp_path)
+    case, page = imported(unit, tmp_path)
     model = case.bearings[0].model
-    assert (model.arrangement, model.thrust, model.row_distance) == ("back_to_back", 0, pytest.approx(15.1e-3))
+    assert (model.arrangement, model.thrust, model.row_distance) == ("back_to_back", 0, pytest.approx(apart))
+    assert ("mm apart" in page) == (not stated)
     assert (model.static_load_rating, model.dynamic_load_rating) == pytest.approx((22e3, 51e3 / 2**0.7))
     assert model.internal.static_rating == pytest.approx(22e3, rel=0.02)
     push = case.equilibrium.bearing_load[0][2]

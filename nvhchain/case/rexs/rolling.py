@@ -60,9 +60,13 @@ def rolling_model(
         own = {"contact_angle": radians(round(degrees(angle), 6)), "thrust": thrust}
         own["axial_clearance"] = bearing.axial_clearance
         if not thrust:
-            own |= {"arrangement": "back_to_back", "row_distance": round(_ROW_DISTANCE * sizes[2], 5)}
-            text = f"{1e3 * own['row_distance']:.4g} mm apart, back to back"
-            unit.findings.add("assumed", bearing.name, "rows", text, "half the width of a double-row bearing")
+            own |= {"arrangement": "back_to_back", "row_distance": bearing.row_distance}
+            text, source = "back to back", "usual of double-row bearings"
+            if bearing.row_distance is None:
+                own["row_distance"] = round(_ROW_DISTANCE * sizes[2], 5)
+                text = f"{1e3 * own['row_distance']:.4g} mm apart, {text}"
+                source = "half the width of a double-row bearing"
+            unit.findings.add("assumed", bearing.name, "rows", text, source)
     elif kind is Spherical:
         own = {"contact_angle": radians(round(degrees(angle), 6))}
     elif kind is Cylindrical and bearing.axial != "no_direction":

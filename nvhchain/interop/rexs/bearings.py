@@ -137,6 +137,7 @@ def _internal(parts: Parts, component: Component) -> dict[str, Any]:
     return {
         "elements": round(count) if count is not None and 3 <= count <= 500 else None,
         "rows": round(lines) if lines is not None and 1 <= lines <= 8 else len(rows) or None,
+        "row_distance": own.number("distance_between_bearing_rows", "m", low=0.0, high=1.0) or None,
         "element_diameter": element.number("diameter_of_rolling_element", "m", low=0.0, high=1.0) or None,
         "element_length": element.number("length_of_rolling_element", "m", low=0.0, high=1.0) or None,
         "contact_angle": row.number("pressure_angle", "rad", low=-1.5, high=1.5),

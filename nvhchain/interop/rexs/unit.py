@@ -254,6 +254,8 @@ class ImportedBearing:
         Axial support along z, `both_directions`, `positive`, `negative` or `no_direction`.
     elements, rows : int, optional
         Rolling elements of a row, and rows.
+    row_distance : float, optional
+        Distance of neighbouring rows (m).
     element_diameter, element_length : float, optional
         Sizes of the rolling elements (m).
     contact_angle : float, optional
@@ -281,6 +283,7 @@ class ImportedBearing:
     axial: str = "both_directions"
     elements: int | None = None
     rows: int | None = None
+    row_distance: float | None = None
     element_diameter: float | None = None
     element_length: float | None = None
     contact_angle: float | None = None

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from nvhchain.bearings import AngularContact, Cylindrical
 from nvhchain.case import load_case
 from nvhchain.case.rexs import export_rexs, import_rexs
 from nvhchain.cli import main
@@ -75,6 +76,28 @@ def test_rolling_bearings_return_from_the_file(tmp_path):
         for play in ("clearance", "axial_clearance"):
             assert getattr(one.model, play, 0.0) == pytest.approx(getattr(other.model, play, 0.0), abs=1e-12)
         assert getattr(one.model, "thrust", 0) == getattr(other.model, "thrust", 0)
+
+
+@pytest.mark.parametrize(
+    ("arrangement", "apart"), [("face_to_face", 30.2e-3), ("back_to_back", 30.2e-3), ("back_to_back", 15.1e-3)]
+)
+def test_pairs_return_from_the_file(tmp_path, arrangement, apart):
+    """Two bearings of one row each, and a bearing of two rows where the rows are within its width."""
+    case = load_case(CASES / "small/catalogue_bearings.toml")
+    size = {"bore": 25e-3, "outer_diameter": 52e-3, "width": 30.2e-3}
+    rated = {"dynamic_load_rating": 36.5e3, "static_load_rating": 26e3}
+    inside = {"elements": 13, "element_diameter": 9e-3, "contact_angle": 0.7}
+    pair = AngularContact(**size, **inside, arrangement=arrangement, row_distance=apart, axial_clearance=-4e-6)
+    free = Cylindrical(**size, **rated)
+    first, second, *others = case.bearings
+    bearings = (replace(first, model=pair), replace(second, model=free), *others)
+    back = returned(replace(case, bearings=bearings), tmp_path)
+    assert len(back.bearings) == len(bearings)
+    found = back.bearings[0].model
+    assert (type(found), found.arrangement, found.thrust) == (AngularContact, arrangement, 0)
+    assert (found.row_distance, found.axial_clearance) == (pytest.approx(apart), pytest.approx(-4e-6))
+    push = np.array([3e-5, 0.0, 1e-5, 1e-4, 2e-4])
+    assert found.evaluate(push)[0] == pytest.approx(pair.evaluate(push)[0], rel=1e-4)
 
 
 def test_bearings_between_shafts_return_from_the_file(tmp_path):

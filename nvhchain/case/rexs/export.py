@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from datetime import UTC, datetime
 from math import degrees, pi, tan
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from nvhchain import __version__
-from nvhchain.bearings import Cylindrical
+from nvhchain.bearings import AngularContact, Cylindrical, Tapered
 from nvhchain.bearings.catalogue import RollingBearing
 from nvhchain.case.gearbox import GearboxCase
 from nvhchain.case.gears import Gear, Stage
@@ -55,11 +55,6 @@ def _not_held(case: GearboxCase) -> list[str]:
     found += [f"looseness of gear {gear.name}" for gear in case.gears if gear.loose]
     slopes = [g.name for g in case.gears if g.geometry.micro.drive.lead_slope or g.geometry.micro.coast.lead_slope]
     found += [f"lead slope of gear {name}" for name in slopes]
-    found += [
-        f"arrangement of bearing {bearing.name}"
-        for bearing in case.bearings
-        if isinstance(bearing.model, RollingBearing) and bearing.model.arrangement != "single"
-    ]
     found += ["damping of bearings and shafts"]
     found += [f"coupled inertia of shaft {shaft.name}" for shaft in case.shafts if shaft.coupled_inertia]
     found += [f"bodies of shaft {shaft.name}" for shaft in case.shafts if shaft.bodies]
@@ -237,26 +232,50 @@ def _stage(draft: Draft, unit: int, stage: Stage, pair: GearPair, gears: Mapping
 def _bearing(
     draft: Draft, bearing: Bearing, shafts: Mapping[str, int], starts: Mapping[str, float], casing: int
 ) -> None:
-    where = {
-        "u_coordinate_on_shaft_inner_side": _mm(bearing.z - starts[bearing.shaft]),
-        "radial_force_absorption": (True, _NO_UNIT),
-    }
+    place = bearing.z - starts[bearing.shaft]
     if isinstance(bearing.model, RollingBearing):
-        number = _rolling(draft, bearing.name, bearing.model, where)
+        numbers = [
+            _rolling(draft, f"{bearing.name} {one + 1}" if one else bearing.name, model, _where(place + z))
+            for one, (z, model) in enumerate(_singles(bearing.model))
+        ]
     else:
         stiffness = np.diag(bearing.evaluate(np.zeros(5))[1])  # constant, or at the load
         number = draft.add(
             "concept_bearing",
             bearing.name,
-            where
+            _where(place)
             | {
                 "axial_force_absorption": ("both_directions", _NO_UNIT),
                 "radial_stiffness": (float(stiffness[:2].mean()), "N / m"),
                 "axial_stiffness": (float(stiffness[2]), "N / m"),
             },
         )
+        numbers = [number]
     outer = shafts[bearing.outer_shaft] if isinstance(bearing, ShaftBearing) else casing
-    draft.relate("side", assembly=number, inner_part=shafts[bearing.shaft], outer_part=outer)
+    for number in numbers:
+        draft.relate("side", assembly=number, inner_part=shafts[bearing.shaft], outer_part=outer)
+
+
+def _where(place: float) -> dict[str, Value]:
+    return {"u_coordinate_on_shaft_inner_side": _mm(place), "radial_force_absorption": (True, _NO_UNIT)}
+
+
+def _singles(model: RollingBearing) -> list[tuple[float, RollingBearing]]:
+    """Return the bearings of a pair, each with its place (m) from the centre of the pair.
+
+    A double-row bearing, an O pair of rows within the width of one bearing, stays one, as a single bearing does.
+    """
+    double = model.arrangement == "back_to_back" and model.places[1] - model.places[0] < (model.width or 0.0)
+    if model.arrangement == "single" or (double and isinstance(model, AngularContact)):
+        return [(0.0, model)]
+    if not isinstance(model, AngularContact | Tapered):
+        return [(z, replace(model, arrangement="single")) for z in model.places]
+    ways = {"back_to_back": (1, -1), "face_to_face": (-1, 1)}.get(model.arrangement, (model.thrust, model.thrust))
+    half = 0.5 * model.axial_clearance
+    return [
+        (z, replace(model, arrangement="single", thrust=way, axial_clearance=half))
+        for z, way in zip(model.places, ways, strict=True)
+    ]
 
 
 _TYPES = {
@@ -268,19 +287,20 @@ _TYPES = {
 }
 
 
-def _rolling(draft: Draft, name: str, model: RollingBearing, where: Mapping[str, Any]) -> int:
-    """Add a rolling bearing with its boundary dimensions, ratings and elements."""
+def _rolling(draft: Draft, name: str, model: RollingBearing, where: Mapping[str, Value]) -> int:
+    """Add a single or double-row rolling bearing with its boundary dimensions, ratings and elements."""
     inside = model.internal
     axial = {1: "positive", -1: "negative"}.get(getattr(model, "thrust", 0), "both_directions")
     if model.floating or (isinstance(model, Cylindrical) and model.axial_stiffness == 0.0):
         axial = "no_direction"
-    beside = len(model.places) // model.load_rows or 1  # ISO 76 and ISO 281 rate i rows by i and i^(7/9), balls i^0.7
+    beside = len(model.places)  # 2 for double-row ball bearings: ISO 76 and ISO 281 rate i rows by i and i^0.7
     static = beside * (model.static_load_rating or inside.static_rating)
-    dynamic = beside ** (7 / 9 if inside.length else 0.7) * (model.dynamic_load_rating or inside.dynamic_rating)
+    dynamic = beside**0.7 * (model.dynamic_load_rating or inside.dynamic_rating)
     given = {
         "inner_diameter": model.bore,
         "outer_diameter": model.outer_diameter,
         "width": model.width,
+        "distance_between_bearing_rows": model.row_distance if beside > 1 else None,
         "operating_radial_bearing_clearance": getattr(model, "clearance", None),
         "operating_axial_bearing_clearance": getattr(model, "axial_clearance", None),
     }

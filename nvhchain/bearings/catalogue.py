@@ -27,7 +27,7 @@ OVERLOAD = 2.0
 _SLIDES = 60
 """Largest number of steps in which a floating ring finds its place."""
 _AXIAL_REST = 1e-13
-"""Axial force of a floating ring at its place, relative to its radial force."""
+"""Axial force of a floating ring at its place, relative to the sum of the loads of its elements."""
 
 _LIMITS: dict[str, tuple[float, float, str]] = {
     "bore": (1e-3, 5.0, "m"),
@@ -219,7 +219,8 @@ class RollingBearing(ABC):
         found[2] = 0.0
         for _ in range(_SLIDES):
             force, stiffness = self._held(found)
-            if abs(force[2]) <= _AXIAL_REST * float(np.abs(force[:3]).sum()) or stiffness[2, 2] <= 0.0:
+            carried = sum(float(row.elements(found + self._offset)[0].sum()) for row in self.rows)
+            if abs(force[2]) <= _AXIAL_REST * carried or stiffness[2, 2] <= 0.0:
                 break
             low, high = (found[2], high) if force[2] < 0.0 else (low, found[2])
             z = found[2] - force[2] / stiffness[2, 2]

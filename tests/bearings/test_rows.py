@@ -308,6 +308,16 @@ def test_a_floating_ring_slides_to_where_it_carries_no_thrust(name):
         assert abs(middle) > 1e-6, "the tilt takes the ring along"
 
 
+@pytest.mark.parametrize("tilt", [(1e-3, 0.0), (1e-3, -2e-3)])
+def test_a_floating_ring_finds_its_place_in_few_steps_under_tilt_alone(tilt, monkeypatch):
+    """The preload of its elements is in balance: there is no net force to which the axial one could relate."""
+    floating, steps = replace(BEARINGS["floating deep groove"], clearance=-5e-6), []
+    held = DeepGroove._held
+    monkeypatch.setattr(DeepGroove, "_held", lambda self, u: steps.append(u) or held(self, u))
+    floating.evaluate(np.array([0.0, 0.0, 0.0, *tilt]))
+    assert len(steps) <= 10
+
+
 @pytest.mark.parametrize("way", [1, -1])
 def test_the_ribs_of_an_nj_bearing_carry_one_way(way):
     bearing = replace(BEARINGS["NJ"], thrust=way)

@@ -434,6 +434,16 @@ def test_a_cylindrical_bearing_keeps_its_ribs_with_constant_stiffness(tmp_path):
     assert case.bearings[0].axial_stiffness == pytest.approx(0.1 * case.bearings[0].radial_stiffness, rel=0.01)
 
 
+def test_an_overloaded_cylindrical_bearing_keeps_its_ribs(tmp_path):
+    unit = ribbed(gear_train((20, 31)), 0)
+    with_elements(unit, 4, 1.0)
+    unit.attributes(unit.of("rolling_element")[0])["length_of_rolling_element"] = (1.0, "mm")
+    case, page = imported(unit, tmp_path)
+    assert page.count("constant stiffness in place of them") == 1
+    assert case.bearings[0].model is None
+    assert case.bearings[0].axial_stiffness == pytest.approx(0.1 * case.bearings[0].radial_stiffness, rel=0.01)
+
+
 def test_three_alike_bearings_have_three_times_the_stiffness_and_are_no_pair(tmp_path):
     case, page = imported(ribbed(gear_train((20, 31)), 2), tmp_path)
     assert len(ribs(page)) == 3

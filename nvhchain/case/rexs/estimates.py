@@ -114,7 +114,7 @@ def _axial_stiffness(bearing: ImportedBearing, kind: str, angle: float, radial: 
     """Return the axial stiffness (N/m) of a bearing of known radial stiffness, and the rule behind it."""
     if bearing.axial == "no_direction":
         return FREE, "holds its shaft radially only"
-    if kind in ("radial_roller_bearing", "radial_needle_roller_bearing") and angle == 0.0:
+    if kind in ("radial_roller_bearing", "radial_needle_roller_bearing"):
         return max(RIBS * radial, FREE), "ribs: a tenth of the radial stiffness"
     return max(2.0 * tan(angle) ** 2 * radial, FREE), f"contact angle {degrees(angle):.3g}°, k_a = 2 tan²α k_r"
 

@@ -134,3 +134,24 @@ def test_complex_spectra_of_microphones_are_read_by_pyuff(tmp_path):
         assert (of["func_type"], of["ordinate_spec_data_type"], of["rsp_node"]) == (12, 15, number + 1)
         np.testing.assert_allclose(of["x"], frequency, rtol=1e-6)
         np.testing.assert_allclose(of["data"], pressure[:, number], rtol=1e-11)
+
+
+def rewritten(path, other, *changes, system=None):
+    """Write sets of `path` to `other`, changed by number, below the code of a system of units."""
+    sets = [dict(s) for s in pyuff.UFF(str(path)).read_sets()]
+    for numbers, change in changes:
+        for number in numbers:
+            sets[number].update(change)
+    head = [] if system is None else [pyuff.prepare_164(1, "", 2, 1.0, 1.0, 1.0, 0.0) | {"units_code": system}]
+    other.unlink(missing_ok=True)
+    pyuff.UFF(str(other)).write_sets([*head, *sets], mode="add")
+    return other
+
+
+def test_a_reaction_force_beside_an_excitation_is_no_rotation(forces, tmp_path):
+    channels = write_bearing_forces(forces, tmp_path / "a.uff")
+    excitation = {"rsp_node": 1, "rsp_dir": 1, "ordinate_spec_data_type": 13}
+    path = rewritten(tmp_path / "a.uff", tmp_path / "b.uff", ([4], excitation))
+    assert {"1:x:reaction force", "1:x:excitation force"} < read_record(path).channels.keys()
+    one = replace(channels, bearings=(replace(channels.bearings[0], x="1:x:reaction force"),))
+    assert (read_bearing_forces(path, one).force[:, 0] == forces.force[:, 0]).all()

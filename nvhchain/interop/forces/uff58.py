@@ -80,19 +80,22 @@ def read_uff(path: Path) -> Record:
     units: dict[str, str] = {}
     times: dict[str, FloatArray] = {}
     unusable: dict[str, str] = {}
+    rotations: set[str] = set()
     for name, sign, function in _named(functions, path):
         if reason := "has two time responses: keep one" if name in channels else _obstacle(function, name):
             unusable[name] = reason
         channels[name] = sign * np.real(function["data"]).astype(float)
         times[name] = np.asarray(function["x"], dtype=float) * TIME_UNITS.get(_time_unit(function), 1.0)
+        if abs(int(function["rsp_dir"])) > 3:
+            rotations.add(name)
         label = str(function["ordinate_axis_units_lab"]).strip()
         if label and label != "NONE":
             units[name] = label
-        elif abs(int(function["rsp_dir"])) > 3:
+        elif name in rotations:
             units[name] = "N m"
         elif system and not name.endswith(":scalar"):
             units[name] = system
-    return Record(str(path), channels, units, times, unusable, frozenset(n for n in channels if ":r" in n))
+    return Record(str(path), channels, units, times, unusable, frozenset(rotations))
 
 
 def write_uff(forces: BearingForces, path: Path) -> Path:

@@ -155,3 +155,31 @@ def test_a_reaction_force_beside_an_excitation_is_no_rotation(forces, tmp_path):
     assert {"1:x:reaction force", "1:x:excitation force"} < read_record(path).channels.keys()
     one = replace(channels, bearings=(replace(channels.bearings[0], x="1:x:reaction force"),))
     assert (read_bearing_forces(path, one).force[:, 0] == forces.force[:, 0]).all()
+
+
+@pytest.mark.parametrize(
+    ("code", "force", "moment", "value"),
+    [(1, "N", "N m", 1.0), (5, "mN", "mN mm", 1e-6), (7, "lbf", "lbf in", 0.112984829), (10, "N", "N mm", 1e-3)],
+)
+def test_moments_follow_the_system_of_units_of_their_file(forces, tmp_path, code, force, moment, value):
+    """Values of moments by hand: 1 lbf in = 4.44822 N · 25.4 mm."""
+    moved = forces.replace(moment=np.random.default_rng(3).standard_normal((500, 2, 2)))
+    channels = write_bearing_forces(moved, tmp_path / "a.uff")
+    bare = (range(1, 11), {"ordinate_axis_units_lab": "NONE"})
+    path = rewritten(tmp_path / "a.uff", tmp_path / "b.uff", bare, system=code)
+    if moment != "N m":
+        with pytest.raises(InputError, match=f"'1:rx' is in '{moment}' by the file, but 'N m' is declared"):
+            read_bearing_forces(path, replace(channels, force_unit=force))
+    found = read_bearing_forces(path, replace(channels, force_unit=force, moment_unit=moment))
+    np.testing.assert_allclose(found.moment, value * moved.moment, rtol=1e-8)
+
+
+@pytest.mark.parametrize("code", [None, 9])
+def test_moments_without_stated_unit_have_the_declared_one(forces, tmp_path, code):
+    """No system of units, or one of the user's own."""
+    moved = forces.replace(moment=np.random.default_rng(3).standard_normal((500, 2, 2)))
+    channels = write_bearing_forces(moved, tmp_path / "a.uff")
+    bare = (range(1, 11), {"ordinate_axis_units_lab": "NONE"})
+    path = rewritten(tmp_path / "a.uff", tmp_path / "b.uff", bare, system=code)
+    found = read_bearing_forces(path, replace(channels, moment_unit="kN m"))
+    assert (found.moment == 1e3 * moved.moment).all()

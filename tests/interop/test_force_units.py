@@ -145,7 +145,8 @@ def test_a_unit_in_the_name_of_a_channel_must_agree(tmp_path):
 @pytest.mark.parametrize(
     ("text", "unit"),
     [("NEWTONS", "N"), ("Newton", "N"), ("[N]", "N"), ("(kN)", "kN"), ("KN", "kN"), ("MN", "MN"), ("mN", "mN"),
-     ("mn", None), ("Nm", "N m"), ("", None), ("SEC", "s"), ("S", "s"), ("Seconds", "s"), ("µs", "us"), ("μm", "um"),
+     ("mn", None), ("Nm", "N m"), ("kn-m", "kN m"), ("mN·m", "mN m"),
+     ("MNm", "MN m"), ("mnm", None), ("", None), ("SEC", "s"), ("S", "s"), ("Seconds", "s"), ("µs", "us"), ("μm", "um"),
      ("1/min", "rpm"), ("°", "deg")],
 )  # fmt: skip
 def test_units_are_known_by_the_names_that_files_use(text, unit):

@@ -5,13 +5,18 @@ from __future__ import annotations
 import re
 from math import pi
 
+_KGF, _LBF, _PDL = 9.80665, 4.4482216152605, 0.138254954376
+_FOOT, _INCH = 0.3048, 0.0254
+
 FORCE_UNITS = {
-    "N": 1.0, "kN": 1e3, "MN": 1e6, "mN": 1e-3, "cN": 1e-2, "kgf": 9.80665, "lbf": 4.4482216152605,
-    "pdl": 0.138254954376,
+    "N": 1.0, "kN": 1e3, "MN": 1e6, "mN": 1e-3, "cN": 1e-2, "kgf": _KGF, "lbf": _LBF, "pdl": _PDL,
 }  # fmt: skip
 """Newtons in one unit; kgf, lbf and the poundal by their definitions (BIPM, NIST SP 811)."""
 
-MOMENT_UNITS = {"N m": 1.0, "kN m": 1e3, "N mm": 1e-3}
+MOMENT_UNITS = {
+    "N m": 1.0, "kN m": 1e3, "MN m": 1e6, "N mm": 1e-3, "mN m": 1e-3, "mN mm": 1e-6, "cN cm": 1e-4, "kgf m": _KGF,
+    "kgf mm": _KGF * 1e-3, "lbf ft": _LBF * _FOOT, "lbf in": _LBF * _INCH, "pdl ft": _PDL * _FOOT,
+}  # fmt: skip
 """Newton metres in one unit."""
 
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
@@ -34,9 +39,8 @@ OTHER_NAMES = {
     "cN": ("centinewton", "centinewtons"),
     "kgf": ("kp",),
     "pdl": ("poundal", "poundals"),
-    "N m": ("Nm", "N*m", "N·m", "newton metre", "newton metres"),
-    "kN m": ("kNm", "kN*m", "kN·m"),
-    "N mm": ("Nmm", "N*mm", "N·mm"),
+    **{unit: tuple(unit.replace(" ", mark) for mark in ("", *"*·⋅-.")) for unit in MOMENT_UNITS},
+    "N m": ("Nm", "N*m", "N·m", "N⋅m", "N-m", "N.m", "newton metre", "newton metres", "newton meter", "newton meters"),
     "s": ("sec", "secs", "second", "seconds"),
     "ms": ("msec", "millisecond", "milliseconds"),
     "us": ("µs", "usec", "microsecond", "microseconds"),
@@ -53,12 +57,13 @@ OTHER_NAMES = {
 """Names of a unit in files, beside its symbol."""
 
 _QUANTITIES = (FORCE_UNITS, MOMENT_UNITS, TIME_UNITS, SPEED_UNITS, LENGTH_UNITS, ANGLE_UNITS)
-_SYMBOLS = [symbol for quantity in _QUANTITIES for symbol in quantity]
+_NAMES = {
+    name: symbol for quantity in _QUANTITIES for symbol in quantity for name in (symbol, *OTHER_NAMES.get(symbol, ()))
+}
 _ANY_CASE = {
     name.casefold(): symbol
-    for symbol in _SYMBOLS
-    for name in (symbol, *OTHER_NAMES.get(symbol, ()))
-    if sum(name.casefold() == other.casefold() for other in _SYMBOLS) <= 1  # MN and mN need their case
+    for name, symbol in _NAMES.items()
+    if not name.casefold().startswith("mn")  # MN and mN need their case
 }
 _LAST_BRACKETS = re.compile(r"\[([^][]*)\](?:\[[\d,]+\])?$")
 
@@ -68,7 +73,7 @@ def unit_called(text: str) -> str | None:
     name = text.strip()
     if name[:1] + name[-1:] in ("[]", "()"):
         name = name[1:-1].strip()
-    return name if name in _SYMBOLS else _ANY_CASE.get(name.casefold())
+    return _NAMES.get(name) or _ANY_CASE.get(name.casefold())
 
 
 def unit_in_name(channel: str, expected: str) -> str | None:

@@ -46,8 +46,11 @@ TIME_RESPONSE, TIME_AXIS, DOUBLE = 1, 17, 4
 SPECTRUM, FREQUENCY_AXIS, COMPLEX_DOUBLE = 12, 18, 6
 """The same of a complex spectrum."""
 
-UNIT_CODES = {1: "N", 2: "lbf", 3: "kgf", 4: "pdl", 5: "mN", 6: "cN", 7: "lbf", 8: "kgf", 10: "N"}
-"""Unit of force of dataset 164, by its code; 9 is the user's own."""
+SYSTEMS = {
+    1: ("N", "N m"), 2: ("lbf", "lbf ft"), 3: ("kgf", "kgf m"), 4: ("pdl", "pdl ft"), 5: ("mN", "mN mm"),
+    6: ("cN", "cN cm"), 7: ("lbf", "lbf in"), 8: ("kgf", "kgf mm"), 10: ("N", "N mm"),
+}  # fmt: skip
+"""Units of force and moment of dataset 164, by its code; 9 is the user's own."""
 
 SPEED_NODE = 0
 """Node of the input speed in written files."""
@@ -72,7 +75,8 @@ def read_uff(path: Path) -> Record:
     except Exception as error:  # pyuff raises bare Exception
         raise FileFormatError(f"{path}: not a universal file: {str(error).splitlines()[0]}") from None
     codes = dict.fromkeys(int(s["units_code"]) for s in sets if s["type"] == 164)
-    system = ", ".join(dict.fromkeys(UNIT_CODES[code] for code in codes if code in UNIT_CODES))
+    systems = [SYSTEMS[code] for code in codes if code in SYSTEMS]
+    of_force, of_moment = (", ".join(dict.fromkeys(system[i] for system in systems)) for i in range(2))
     functions = [s for s in sets if s["type"] == 58 and s["func_type"] == TIME_RESPONSE]
     if not functions:
         raise FileFormatError(f"{path}: no time response in dataset 58; its datasets are {sorted(set(types))}")
@@ -91,10 +95,8 @@ def read_uff(path: Path) -> Record:
         label = str(function["ordinate_axis_units_lab"]).strip()
         if label and label != "NONE":
             units[name] = label
-        elif name in rotations:
-            units[name] = "N m"
-        elif system and not name.endswith(":scalar"):
-            units[name] = system
+        elif systems and int(function["rsp_dir"]):
+            units[name] = of_moment if name in rotations else of_force
     return Record(str(path), channels, units, times, unusable, frozenset(rotations))
 
 

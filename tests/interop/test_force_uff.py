@@ -183,3 +183,12 @@ def test_moments_without_stated_unit_have_the_declared_one(forces, tmp_path, cod
     path = rewritten(tmp_path / "a.uff", tmp_path / "b.uff", bare, system=code)
     found = read_bearing_forces(path, replace(channels, moment_unit="kN m"))
     assert (found.moment == 1e3 * moved.moment).all()
+
+
+def test_forces_are_no_moments_in_a_universal_file(forces, tmp_path):
+    moved = forces.replace(moment=np.ones((500, 2, 2)))
+    channels = write_bearing_forces(moved, tmp_path / "a.uff")
+    path = rewritten(tmp_path / "a.uff", tmp_path / "b.uff", (range(1, 11), {"ordinate_axis_units_lab": "NONE"}))
+    swapped = replace(channels, bearings=(replace(channels.bearings[1], mx="1:x"),))
+    with pytest.raises(InputError, match="1:x is a translation: moments are needed"):
+        read_bearing_forces(path, swapped)

@@ -28,8 +28,8 @@ class Record:
         Time axes (s) of channels that the file gives.
     unusable : mapping of str to str
         Channels that cannot be used, with the reason.
-    rotations : frozenset of str
-        Channels about an axis, which are no forces.
+    rotations : frozenset of str, optional
+        Channels about an axis, which are moments; None where the file does not part them from forces.
     """
 
     source: str
@@ -37,7 +37,7 @@ class Record:
     units: Mapping[str, str]
     times: Mapping[str, FloatArray] = field(default_factory=dict)
     unusable: Mapping[str, str] = field(default_factory=dict)
-    rotations: frozenset[str] = frozenset()
+    rotations: frozenset[str] | None = None
 
     def values(self, name: str) -> FloatArray:
         """Return one channel; InputError if it is missing, unusable or not finite."""

@@ -232,7 +232,7 @@ def convert_record(
     for name in channels.forces:
         force.append(record.values(name))
         turned = f"{record.source}: {name} is a rotation: forces are needed, not moments"
-        require(name not in record.rotations, turned)
+        require(name not in (record.rotations or ()), turned)
         record.check_unit(name, channels.force_unit)
     lengths = {len(values) for values in force}
     require(len(lengths) == 1, f"{record.source}: force channels have {sorted(lengths)} samples: they must be equal")
@@ -301,8 +301,12 @@ def _declared_mesh_quantities(record: Record, channels: ForceChannels, count: in
         ("output_lag", lag, channels.angle_unit, ANGLE_UNITS[channels.angle_unit]),
     ):
         for name in names:
-            record.check_unit(name, unit)
             samples = len(record.values(name))
+            require(
+                quantity != "moment" or record.rotations is None or name in record.rotations,
+                f"{record.source}: {name} is a translation: moments are needed, called node:rx and node:ry",
+            )
+            record.check_unit(name, unit)
             require(
                 samples == count,
                 f"{record.source}: {quantity} {name!r} has {samples} samples, the forces {count}: they must be equal",

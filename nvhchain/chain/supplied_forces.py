@@ -36,6 +36,7 @@ Friction, drag and inertia change the force by less.
 
 def warn_of_forces(case: GearboxCase, forces: BearingForces) -> None:
     """Issue an AccuracyWarning where `forces` hardly fit the case."""
+    _check_moments(case, forces)
     if not _moves(forces.force):
         return
     _check_seats(case, forces)
@@ -48,6 +49,7 @@ def warn_of_forces(case: GearboxCase, forces: BearingForces) -> None:
 
 def warn_of_spectrum(case: GearboxCase, spectrum: ForceSpectrum) -> None:
     """Issue an AccuracyWarning where speed, if any, or the line at 0 Hz of `spectrum` hardly fit the case."""
+    _check_moments(case, spectrum)
     if not _moves(spectrum.force):
         return
     if spectrum.input_speed > 0.0:
@@ -66,6 +68,15 @@ def _moves(force: FloatArray | ComplexArray) -> bool:
         "record",
     )
     return bool(force.any())
+
+
+def _check_moments(case: GearboxCase, forces: BearingForces | ForceSpectrum) -> None:
+    """Warn of moments that no seat of the case takes."""
+    _warn_unless(
+        forces.moment is None or case.seat_motions > 3 or not forces.moment.any(),
+        "their moments are left out: seats take forces only, since no bearing of the case has a model; give bearings a "
+        "model",
+    )
 
 
 def _check_seats(case: GearboxCase, forces: BearingForces) -> None:

@@ -81,5 +81,9 @@ def test_moments_of_some_bearings_or_about_one_axis_are_refused(forces, tmp_path
         replace(channels, bearings=(one, replace(other, mx=None, my=None)))
     with pytest.raises(InputError, match="about both axes, or none"):
         replace(other, my=None)
+    with pytest.raises(InputError, match="mx and my are given without moment_unit: state it, one of N m, kN m"):
+        replace(channels, moment_unit=None)
+    with pytest.raises(InputError, match="moment_unit = 'N' is unknown: choose from N m, kN m"):
+        replace(channels, moment_unit="N")
     with pytest.raises(InputError, match="moments are those of the gearbox's frame"):
         replace(channels, rotation=((0, 1, 0), (-1, 0, 0), (0, 0, 1)))

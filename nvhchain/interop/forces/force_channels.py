@@ -92,8 +92,8 @@ class ForceChannels:
         Bearings in the order of the hand-off.
     force_unit : str
         Unit of all force channels.
-    moment_unit : str
-        Unit of all channels of moments.
+    moment_unit : str, optional
+        Unit of all channels of moments; needed with them.
     acts_on : {"housing", "shaft"}
         Body that the recorded force acts on; forces on the `shaft` change sign.
     speed : float, optional
@@ -135,7 +135,7 @@ class ForceChannels:
     output_lag: str | None = None
     length_unit: str = "m"
     angle_unit: str = "rad"
-    moment_unit: str = "N m"
+    moment_unit: str | None = None
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -145,9 +145,13 @@ class ForceChannels:
         named = [*self.forces, *self.moments]
         repeated = sorted({channel for channel in named if named.count(channel) > 1})
         require(not repeated, f"channels {', '.join(repeated)} are given to two bearings: each has its own")
+        require(
+            not self.moments or self.moment_unit is not None,
+            f"mx and my are given without moment_unit: state it, one of {', '.join(MOMENT_UNITS)}",
+        )
         for what, unit, known in (
             ("force_unit", self.force_unit, FORCE_UNITS),
-            ("moment_unit", self.moment_unit, MOMENT_UNITS),
+            ("moment_unit", self.moment_unit or "N m", MOMENT_UNITS),
             ("time_unit", self.time_unit, TIME_UNITS),
             ("speed_unit", self.speed_unit, SPEED_UNITS),
             ("length_unit", self.length_unit, LENGTH_UNITS),
@@ -291,11 +295,12 @@ def convert_record(
 
 def _declared_mesh_quantities(record: Record, channels: ForceChannels, count: int) -> dict[str, FloatArray]:
     """Return the declared quantities beside forces, each (n_t, n), in N m, m and rad; moments act on the housing."""
-    sign = 1.0 if channels.acts_on == "housing" else -1.0
+    of_moments = channels.moment_unit or "N m"
+    to_housing = MOMENT_UNITS[of_moments] * (1.0 if channels.acts_on == "housing" else -1.0)
     lag = (channels.output_lag,) if channels.output_lag is not None else ()
     found = {}
     for quantity, names, unit, scale in (
-        ("moment", channels.moments, channels.moment_unit, sign * MOMENT_UNITS[channels.moment_unit]),
+        ("moment", channels.moments, of_moments, to_housing),
         ("mesh_deflection", channels.mesh_deflection, channels.length_unit, LENGTH_UNITS[channels.length_unit]),
         ("transmission_error", channels.transmission_error, channels.length_unit, LENGTH_UNITS[channels.length_unit]),
         ("output_lag", lag, channels.angle_unit, ANGLE_UNITS[channels.angle_unit]),

@@ -153,6 +153,7 @@ def write_bearing_forces(forces: BearingForces, path: str | Path) -> ForceChanne
         time_channel=None if kind == "uff" else "time",
         sample_rate=forces.sample_rate if kind == "uff" else None,
         periodic=forces.periodic,
+        moment_unit=None if forces.moment is None else "N m",
         **_mesh_channels(kind, forces),
     )
 

@@ -52,7 +52,7 @@ def test_matlab_reads_names_and_units(forces, tmp_path):
     write_bearing_forces(forces, tmp_path / "a.mat")
     content = loadmat(tmp_path / "a.mat", simplify_cells=True)
     assert list(content["names"]) == ["A", "B"]
-    assert content["units"]["force"] == "N"
+    assert content["units"] == {"time": "s", "input_speed": "rad/s", "force": "N", "positions": "m"}
     write_bearing_forces(forces, tmp_path / "a.h5")
     with h5py.File(tmp_path / "a.h5") as file:
         assert file["force"].attrs["units"] == "N"
@@ -81,9 +81,12 @@ def test_moments_of_some_bearings_or_about_one_axis_are_refused(forces, tmp_path
         replace(channels, bearings=(one, replace(other, mx=None, my=None)))
     with pytest.raises(InputError, match="about both axes, or none"):
         replace(other, my=None)
+    with pytest.raises(InputError, match="'A:mx', 'A:mx' name a channel twice: give each its own"):
+        replace(one, my="A:mx")
+    assert replace(channels, rotation=((1, -1e-12, 0), (1e-12, 1, 0), (0, 0, 1))).moments
     with pytest.raises(InputError, match="mx and my are given without moment_unit: state it, one of N m, kN m"):
         replace(channels, moment_unit=None)
     with pytest.raises(InputError, match="moment_unit = 'N' is unknown: choose from N m, kN m"):
         replace(channels, moment_unit="N")
-    with pytest.raises(InputError, match="moments are those of the gearbox's frame"):
+    with pytest.raises(InputError, match="give forces and moments along the gearbox's axes"):
         replace(channels, rotation=((0, 1, 0), (-1, 0, 0), (0, 0, 1)))

@@ -137,6 +137,9 @@ def test_a_unit_in_the_name_of_a_channel_must_agree(tmp_path):
     with pytest.raises(InputError, match=r"'Fx \[kN\]' is in 'kN' by its name, but 'N' is declared"):
         read_bearing_forces(path, one_bearing(*names))
     assert read_bearing_forces(path, one_bearing(*names, force_unit="kN")).force.max() == 1e3 * force.max()
+    path = csv(tmp_path / "c.csv", force, np.stack([force] * 2, axis=1), header="Fx [N],Mx [Nm],Fz [N]")
+    with pytest.raises(InputError, match=r"'Mx \[Nm\]' is in 'N m' by its name, but 'N' is declared"):
+        read_bearing_forces(path, one_bearing("Fx [N]", "Mx [Nm]", "Fz [N]"))
     # no unit of force: a side, a number, a bearing's own name before the axis
     path = csv(tmp_path / "b.csv", force, np.stack([force] * 2, axis=1), header="Fx [S],Fy [2],B [kN]:z")
     assert read_bearing_forces(path, one_bearing("Fx [S]", "Fy [2]", "B [kN]:z")).force.max() == force.max()

@@ -56,7 +56,7 @@ OTHER_NAMES = {
 }
 """Names of a unit in files, beside its symbol."""
 
-_QUANTITIES = (FORCE_UNITS, MOMENT_UNITS, TIME_UNITS, SPEED_UNITS, LENGTH_UNITS, ANGLE_UNITS)
+_QUANTITIES = (FORCE_UNITS | MOMENT_UNITS, TIME_UNITS, SPEED_UNITS, LENGTH_UNITS, ANGLE_UNITS)
 _NAMES = {
     name: symbol for quantity in _QUANTITIES for symbol in quantity for name in (symbol, *OTHER_NAMES.get(symbol, ()))
 }
@@ -79,7 +79,8 @@ def unit_called(text: str) -> str | None:
 def unit_in_name(channel: str, expected: str) -> str | None:
     """Return the unit at the end of a channel's name, if it measures the quantity of `expected`.
 
-    Examples are kN in `Fx [kN]` or its column `Fx [kN][0]`.
+    Examples are kN in `Fx [kN]` or its column `Fx [kN][0]`. Forces and moments count as one quantity: they must not be
+    mistaken for each other.
     """
     brackets = _LAST_BRACKETS.search(channel)
     unit = unit_called(brackets.group(1)) if brackets else None

@@ -195,15 +195,17 @@ def write_mat(forces: BearingForces, path: Path) -> Path:
         f"{LARGEST_MAT / 2**30:g} GiB: write .h5, which MATLAB reads, too",
     )
     beside = mesh_quantities(forces)
+    moment = {} if forces.moment is None else {"moment": forces.moment}
     content = {
         "time": forces.time,
         "input_speed": forces.input_speed,
         "force": forces.force,
         "names": np.array(forces.names, dtype=object),
         "positions": forces.positions,
-        **({} if forces.moment is None else {"moment": forces.moment}),
+        **moment,
         **beside,
-        "units": {"time": "s", "input_speed": "rad/s", "force": "N", "moment": "N m", "positions": "m"}
+        "units": {"time": "s", "input_speed": "rad/s", "force": "N", "positions": "m"}
+        | dict.fromkeys(moment, "N m")
         | {name: MESH_QUANTITIES[name] for name in beside},
     }
     return write_output(path, content_of(lambda file: savemat(file, content, appendmat=False, oned_as="column")))

@@ -67,9 +67,10 @@ class BearingChannels:
     def __post_init__(self) -> None:
         check_fields(self)
         check_name(self.name, "bearing: name")
+        named = [name for name in (self.x, self.y, self.z, self.mx, self.my) if name is not None]
         require(
-            len({self.x, self.y, self.z}) == 3,
-            f"bearing {self.name!r}: x, y, z = {self.x!r}, {self.y!r}, {self.z!r} name a channel twice: give three",
+            len(set(named)) == len(named),
+            f"bearing {self.name!r}: {', '.join(map(repr, named))} name a channel twice: give each its own",
         )
         require(
             (self.mx is None) == (self.my is None),
@@ -190,8 +191,9 @@ class ForceChannels:
             f"rotation = {self.rotation} is not a right-handed orthonormal frame: give three unit axes",
         )
         require(
-            not self.moments or np.array_equal(turn, np.eye(3)),
-            f"rotation = {self.rotation} turns forces, but moments are those of the gearbox's frame: record both in it",
+            not self.moments or bool(np.abs(turn - np.eye(3)).max() < 1e-6),
+            f"rotation = {self.rotation} is not taken with moments: give forces and moments along the gearbox's axes, "
+            "without rotation",
         )
 
     @property

@@ -190,5 +190,5 @@ def test_forces_are_no_moments_in_a_universal_file(forces, tmp_path):
     channels = write_bearing_forces(moved, tmp_path / "a.uff")
     path = rewritten(tmp_path / "a.uff", tmp_path / "b.uff", (range(1, 11), {"ordinate_axis_units_lab": "NONE"}))
     swapped = replace(channels, bearings=(replace(channels.bearings[1], mx="1:x"),))
-    with pytest.raises(InputError, match="1:x is a translation: moments are needed"):
+    with pytest.raises(InputError, match="1:x is no rotation: moments are needed"):
         read_bearing_forces(path, swapped)

@@ -311,7 +311,7 @@ def _declared_mesh_quantities(record: Record, channels: ForceChannels, count: in
             samples = len(record.values(name))
             require(
                 quantity != "moment" or record.rotations is None or name in record.rotations,
-                f"{record.source}: {name} is a translation: moments are needed, called node:rx and node:ry",
+                f"{record.source}: {name} is no rotation: moments are needed, called node:rx and node:ry",
             )
             record.check_unit(name, unit)
             require(

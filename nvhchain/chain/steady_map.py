@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nvhchain import acoustics, housing, levels
+from nvhchain.acoustics.interpolation.nodes import lines_within
 from nvhchain.case import Case, GearboxCase
 from nvhchain.chain.order import run
 from nvhchain.chain.result import Result
@@ -166,7 +167,7 @@ def _heard(case: GearboxCase, result: Result) -> tuple[FloatArray, FloatArray]:
     assert spectrum is not None
     assert reduced is not None
     assert vectors is not None
-    inside = (spectrum.frequency >= vectors.frequency[0]) & (spectrum.frequency <= vectors.frequency[-1])
+    inside = lines_within(vectors.frequency, spectrum.frequency)
     size = np.abs(spectrum.force).max(axis=(1, 2)) * 10.0 ** (levels.a_weighting(spectrum.frequency) / 20.0)
     audible = inside & (size > FAINT * size[inside].max(initial=0.0))
     error = forces.transmission_error

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from nvhchain.acoustics.interpolation.paths import Paths, paths_about
 from nvhchain.acoustics.interpolation.rational import Window, window
@@ -308,10 +309,15 @@ def _nodes_per_value(nodes: int, mirrored: bool) -> int:
     return max(min(2, nodes), nodes - (2 if mirrored else 1))
 
 
+def lines_within(masters: FloatArray, frequency: FloatArray) -> NDArray[np.bool_]:
+    """Return which lines (n_f,) Hz lie within the masters (n_master,) Hz, but for rounding."""
+    slack = 1e-12 * masters[-1]
+    return np.asarray((frequency >= masters[0] - slack) & (frequency <= masters[-1] + slack))
+
+
 def check_lines(masters: FloatArray, frequency: FloatArray) -> None:
     """Raise InputError for lines (n_f,) Hz outside the masters (n_master,) Hz."""
-    slack = 1e-12 * masters[-1]
-    outside = frequency[(frequency < masters[0] - slack) | (frequency > masters[-1] + slack)]
+    outside = frequency[~lines_within(masters, frequency)]
     require(
         len(outside) == 0,
         f"{counted(len(outside), 'line')} ({outside.min(initial=np.inf):.6g}…{outside.max(initial=0.0):.6g} Hz) "

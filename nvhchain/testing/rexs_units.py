@@ -10,6 +10,9 @@ from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
+from nvhchain.case import GearboxCase, load_case
+from nvhchain.case.rexs import import_rexs
+
 
 @dataclass
 class RexsUnit:
@@ -284,3 +287,12 @@ def _stage(
         unit.relate("flank", gear=gear, left=flanks[0], right=flanks[1])
         gears.append(gear)
     unit.relate("stage", stage=stage, gear_1=gears[0], gear_2=gears[1])
+
+
+def imported(unit: RexsUnit, folder: Path, **options: Any) -> tuple[GearboxCase, str]:
+    """Return the case and the page of a unit, written and imported in a folder."""
+    folder.mkdir(exist_ok=True)
+    made = import_rexs(unit.save(folder / "unit.rexs"), folder / "case", **options)
+    case = load_case(made.case)
+    assert isinstance(case, GearboxCase)
+    return case, made.page.read_text(encoding="utf-8")

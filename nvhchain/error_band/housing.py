@@ -228,17 +228,17 @@ _LARGEST = 0.9
 """Error of a natural frequency that limits count at most."""
 
 
-def lowered(housing: ReducedHousing, share: float = 1.0) -> ReducedHousing | None:
-    """Return the housing with natural frequencies lowered by a share of their estimated errors.
+def shifted(housing: ReducedHousing, share: float) -> ReducedHousing | None:
+    """Return the housing with natural frequencies raised by a share of their estimated errors; None without estimate.
 
-    A share of -1 raises them. None without an estimate.
+    A negative share lowers them.
     """
     error = housing.accuracy.frequency_error
     if error is None:
         return None
-    moved = housing.natural_frequency * (1.0 - share * np.minimum(error, _LARGEST))
-    shifted: ReducedHousing = housing.replace(natural_frequency=np.maximum.accumulate(moved))  # no mode passes another
-    return shifted
+    moved = housing.natural_frequency * (1.0 + share * np.minimum(error, _LARGEST))
+    made: ReducedHousing = housing.replace(natural_frequency=np.maximum.accumulate(moved))  # no mode passes another
+    return made
 
 
 def _motion_change(housing: ReducedHousing, lines: FloatArray) -> FloatArray:
@@ -246,6 +246,6 @@ def _motion_change(housing: ReducedHousing, lines: FloatArray) -> FloatArray:
 
     It is zero for a housing without an estimate, such as imported shells.
     """
-    here, moved = housing.receptance(lines), (lowered(housing), lowered(housing, -1.0))
+    here, moved = housing.receptance(lines), (shifted(housing, -1.0), shifted(housing, 1.0))
     changes = [np.abs(each.receptance(lines) / here - 1.0) for each in moved if each is not None]
     return np.maximum(*changes) if changes else np.zeros(here.shape)

@@ -13,7 +13,7 @@ import numpy as np
 
 from nvhchain.case import GearboxCase
 from nvhchain.dynamics import flank_transfer
-from nvhchain.error_band.housing import lowered
+from nvhchain.error_band.housing import shifted
 from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import ComplexArray, ForceSpectrum, MeshLaw, ReducedHousing
 from nvhchain.handoff.forces import force_and_moment
@@ -51,7 +51,7 @@ def force_change(
     an estimate.
     """
     lines = forces.frequency
-    gearbox, soft, stiff = case.gearbox_on_rigid_seats, lowered(housing), lowered(housing, -1.0)
+    gearbox, soft, stiff = case.gearbox_on_rigid_seats, shifted(housing, -1.0), shifted(housing, 1.0)
     if soft is None or stiff is None or not mesh_laws or case.options.rigid_housing:
         none = np.zeros((len(lines), forces.wrench.shape[2] * len(forces.names), 0), dtype=complex)
         return ForceChange(none, none.transpose(0, 2, 1), forces.names)

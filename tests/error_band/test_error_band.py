@@ -29,7 +29,7 @@ from nvhchain.error_band import (
     velocity_band,
 )
 from nvhchain.error_band.gears import AMPLIFICATION, law_error
-from nvhchain.error_band.housing import bearing_velocity, lowered, velocity_shares
+from nvhchain.error_band.housing import bearing_velocity, shifted, velocity_shares
 from nvhchain.error_band.radiation import level_error, radiation_error
 from nvhchain.error_band.resonances import force_change
 from nvhchain.errors import AccuracyWarning, InputError
@@ -101,6 +101,13 @@ def test_a_mode_may_stand_lower_or_higher_than_it_is(housing):
     below, above = velocity_shares(housing, beside).motion_change[:, 1]
     assert below == pytest.approx((1000**2 - 900**2) / (995**2 - 900**2) - 1, rel=0.03)
     assert above == pytest.approx((1100**2 - 1000**2) / (1100**2 - 1005**2) - 1, rel=0.03)
+
+
+def test_modes_whose_error_is_larger_than_their_frequency_stay_modes(housing):
+    """Elements that are far too long for thin walls are warned of, and not refused."""
+    count = len(housing.natural_frequency)
+    wrong = housing.replace(accuracy=HousingAccuracy(frequency_error=np.full(count, 1.5)))
+    assert (shifted(wrong, -1.0).natural_frequency > 0.0).all()
 
 
 def on_diagonal(mass):
@@ -187,7 +194,7 @@ def test_forces_change_as_they_do_in_a_run_with_the_housing_that_moves_them_more
             low=100.0,
             high=2000.0,
         )
-        for each in (housing, lowered(housing), lowered(housing, -1.0))
+        for each in (housing, shifted(housing, -1.0), shifted(housing, 1.0))
     )
     rows = [int(np.abs(of.frequency - 20 * n * 188.5 / (2 * np.pi)).argmin()) for n in (1, 2, 3)]
     lines = of.replace(frequency=of.frequency[rows], force=of.force[rows])

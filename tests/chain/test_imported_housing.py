@@ -32,7 +32,7 @@ MODAL_BAND = 2500.0
 
 @pytest.fixture(scope="module")
 def folder(request, tmp_path_factory):
-    """A case file of the small gearbox whose casting stands beside it as Nastran bulk data in millimetres, held and free."""
+    """A case file of the small gearbox; beside it its casting as Nastran bulk data in millimetres, held and free."""
     folder = tmp_path_factory.mktemp("foreign")
     base = request.config.rootpath / "cases/small/single_stage.toml"
     casting = nvh.load_case(base).housing

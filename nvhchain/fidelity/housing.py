@@ -12,7 +12,7 @@ from nvhchain.fidelity.knob import Knobs, knob
 class HousingFidelity(Knobs, package="housing"):
     """Mesh of the casting, modes and the transfer of its motion to the radiating surface."""
 
-    element_size: float = knob(low=1e-5, high=1.0, unit="m", sweep=(0.02, 0.013, 0.0105),
+    element_size: float = knob(low=1e-5, high=1.0, unit="m", sweep=(0.02, 0.016, 0.013, 0.0105),
         meaning="edge of the quadratic tetrahedra")
     mode_ratio: float = knob(1.25, low=0.1, high=20.0, sweep=(1.0, 1.25, 1.4),
         meaning="modes are kept up to this multiple of the band's upper limit")

@@ -66,7 +66,7 @@ DRAFT = Fidelity(
         far_pattern_tolerance=0.1,
     ),
     DynamicsFidelity(time_step=20e-6),
-    HousingFidelity(element_size=0.013, mode_ratio=1.4),
+    HousingFidelity(element_size=0.016, mode_ratio=1.4),
     AcousticsFidelity(elements_per_wavelength=3.0, masters=64, master_tolerance_db=0.5),
     option_tolerance_db=1.5,
 )

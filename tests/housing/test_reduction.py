@@ -173,6 +173,8 @@ def test_a_correction_keeps_rigid_modes_and_the_order_of_frequencies_with_their_
     np.testing.assert_array_equal(lower.shapes, shapes[:, [0, 2, 1, 3]])
     moved = 1.0 - np.sqrt([1.0, 0.9, 0.99, 1.0])
     np.testing.assert_allclose(left, 0.4 * moved)
+    _, left = with_errors(modes, np.array([0.0, 0.01, 0.1, 0.0]), corrected=True, left=0.6)
+    np.testing.assert_allclose(left, 0.6 * moved)
     for ratio, share in ((2.6, 0.4), (0.5, 1.2), (12.0, 1.2)):  # thin walls, solid bodies, elements that are too long
         _, left = with_errors(modes, np.array([0.0, 0.01, 0.1, 0.0]), corrected=True, ratio=ratio)
         rounded = 0.0025 * min(ratio, 3.5) ** 2 * np.array([0.0, 1.0, 1.0, 1.0])
@@ -194,12 +196,14 @@ def test_mesh_too_coarse_for_the_band_is_warned_of_with_the_frequency_it_is_good
 
 
 def test_elements_much_longer_than_the_wall_is_thick_are_warned_of_with_the_error_and_the_size(recwarn):
-    """Walls of 1 mm at standard fidelity: 803 Hz for a first mode of 497 Hz with elements of 4 mm."""
+    """Walls of 1 mm at standard fidelity: 803 Hz for a first mode of 497 Hz with elements of 4 mm, not corrected."""
     thin = replace(Casting(), wall=0.001)
-    message = r"of 10\.5 mm in walls of 1 mm are 1\d times as long .* may come out 77 % too high: refine to 3\.5 times"
-    with pytest.warns(AccuracyWarning, match=message):
+    message = r"of 10\.5 mm in walls of 1 mm are 1\d times as long .* may come out {} % too high: refine to {} times"
+    with pytest.warns(AccuracyWarning, match=message.format(17, 5)):
         check_thin_walls(thin, STANDARD.housing)
-    check_thin_walls(thin, HousingFidelity(element_size=0.0035))
+    with pytest.warns(AccuracyWarning, match=message.format(77, "3.5")):
+        check_thin_walls(thin, replace(STANDARD.housing, corrected_frequencies=False))
+    check_thin_walls(thin, HousingFidelity(element_size=0.005))
     check_thin_walls(Casting(), DRAFT.housing)
     assert not recwarn.list
 

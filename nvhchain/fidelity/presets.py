@@ -57,8 +57,8 @@ DRAFT = Fidelity(
     "draft",
     GearFidelity(
         profile_elements=4,
-        width_layers=8,
-        slices=24,
+        width_layers=6,
+        slices=32,
         angles_per_mesh=48,
         deflections=16,
         row_aspect=2.5,
@@ -72,7 +72,7 @@ DRAFT = Fidelity(
 )
 STANDARD = Fidelity(
     "standard",
-    GearFidelity(profile_elements=4, width_layers=10, slices=32, angles_per_mesh=96, deflections=24),
+    GearFidelity(profile_elements=4, width_layers=8, slices=32, angles_per_mesh=96, deflections=24),
     DynamicsFidelity(time_step=10e-6),
     HousingFidelity(element_size=0.0105, mode_ratio=1.4),
     AcousticsFidelity(elements_per_wavelength=4.5, masters=128, master_tolerance_db=0.25),

@@ -118,7 +118,7 @@ def open_below(fidelity: Fidelity, case: Case) -> list[float]:
     limits = []
     for stage, width, overlap in zip(case.stages, of["width"], of["overlap"], strict=True):
         highest = case.band.high / (float(case.mesh_orders[stage.name]) * turns)
-        error = COVERAGE * AMPLIFICATION * relative_law_error(width, overlap, fidelity.gear) * highest**2
+        error = COVERAGE * AMPLIFICATION * relative_law_error(width, overlap, fidelity.gear, highest) * highest**2
         known = error < 1.0 and fidelity.gear.bodies == "elements"
         limits.append(-20 * log10(1.0 - error) if known else inf)
     return limits
@@ -127,7 +127,7 @@ def open_below(fidelity: Fidelity, case: Case) -> list[float]:
 def _added(grown: Mapping[str, Any], setting: Fidelity, base: Fidelity) -> list[float]:
     """Return the relative error of the transmission error that `setting` adds to that of `base`, per stage."""
     errors = [
-        (relative_law_error(*gear, setting.gear), relative_law_error(*gear, base.gear))
+        tuple(float(relative_law_error(*gear, knobs.gear)) for knobs in (setting, base))
         for gear in zip(grown["width"], grown["overlap"], strict=True)
     ]
     return [sqrt(max(more**2 - less**2, 0.0)) for more, less in errors]

@@ -38,6 +38,17 @@ def decibel(amplitude: ArrayLike, reference: float = REFERENCE_PRESSURE) -> Floa
     return np.asarray(20.0 * np.log10(np.maximum(np.abs(amplitude), _FLOOR) / (np.sqrt(2.0) * reference)))
 
 
+def number_text(value: float, form: str = ".1f") -> str:
+    """Return a number as text with a true minus sign; a number that rounds to zero has no sign.
+
+    value: number.
+    form: format specification of Python, such as "+.1f".
+    Returns text such as "−0.3".
+    """
+    text = format(value, form)
+    return (text.lstrip("+-") if float(text) == 0.0 else text).replace("-", "−")
+
+
 def power_level(power: ArrayLike) -> FloatArray:
     """Return the sound power level: 10 log10(P / 1 pW).
 

@@ -97,3 +97,10 @@ def test_octave_bands_of_a_record_add_up_to_its_level():
     )
     with pytest.raises(InputError, match="fraction = 0 bands"):
         levels.record_octave_bands(signal, sample_rate=20e3, fraction=0)
+
+
+def test_numbers_as_text_have_a_minus_sign_and_no_sign_where_they_round_to_zero():
+    assert levels.number_text(-0.04, "+.1f") == levels.number_text(0.0, "+.1f") == "0.0"
+    assert levels.number_text(-0.06, "+.1f") == "−0.1"
+    assert levels.number_text(1.25, "+.2f") == "+1.25"
+    assert levels.number_text(-1.5e-7, ".2g") == "−1.5e−07"

@@ -173,7 +173,7 @@ def format_level(level: float, unit: str, limits: Sequence[float | None]) -> str
     Returns text such as "65.2 dB(A) (63.0…67.1)".
     """
     if level > SILENT_LEVEL:
-        return f"{level:.1f} {unit} ({format_limits(limits)})"
+        return f"{levels.number_text(level)} {unit} ({format_limits(limits)})"
     upper = limits[1]
     return "silence" if upper is None or upper <= SILENT_LEVEL else f"silence ({format_limits([None, upper])} {unit})"
 
@@ -199,4 +199,5 @@ def format_limits(limits: Sequence[float | None]) -> str:
     lower, upper = limits
     if upper is None:
         raise InputError(f"limits = {list(limits)} have no upper limit: give a level (dB)")
-    return f"below {upper:.1f}" if lower is None or lower == -np.inf else f"{lower:.1f}…{upper:.1f}"
+    low = "below " if lower is None or lower == -np.inf else f"{levels.number_text(lower)}…"
+    return low + levels.number_text(upper)

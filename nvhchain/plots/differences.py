@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from nvhchain.errors import require
+from nvhchain.levels import number_text
 
 ABSENT = "–"
 AUDIBLE_RANGE = 100.0
@@ -132,7 +133,7 @@ def _over_speed(rows: Any) -> tuple[np.ndarray, np.ndarray]:
 def _edges(limits: Mapping[str, Any], names: list[str]) -> tuple[str, ...]:
     """Return lower and upper limits in the order of `names`; a dash for none."""
     return tuple(
-        ABSENT if edge is None or edge != edge else f"{edge:.1f}"
+        ABSENT if edge is None or edge != edge else number_text(edge)
         for name in names
         for edge in limits.get(name, (None, None))
     )
@@ -140,8 +141,9 @@ def _edges(limits: Mapping[str, Any], names: list[str]) -> tuple[str, ...]:
 
 def _cells(level: Mapping[str, float], names: list[str]) -> tuple[str, ...]:
     """Return levels in the order of `names`, then differences to the first; a dash for a missing line."""
-    values = [f"{level[name]:.1f}" if name in level else ABSENT for name in names]
+    values = [number_text(level[name]) if name in level else ABSENT for name in names]
     differences = [
-        f"{level[name] - level[names[0]]:+.1f}" if name in level and names[0] in level else ABSENT for name in names[1:]
+        number_text(level[name] - level[names[0]], "+.1f") if name in level and names[0] in level else ABSENT
+        for name in names[1:]
     ]
     return (*values, *differences)

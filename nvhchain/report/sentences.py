@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from nvhchain.error_band import format_parts
-from nvhchain.levels import a_weighting
+from nvhchain.levels import a_weighting, number_text
 from nvhchain.plots.marks import order_name
 
 LINES = 3
@@ -109,12 +109,12 @@ def _over_speed(name: str, other: Mapping[str, Any], first: Mapping[str, Any]) -
     if not chosen.any():
         return "  no speed is common to both"
     difference = level[chosen] - np.interp(speed[chosen], base_speed, base_level)
-    speed, low, high = speed[chosen], int(difference.argmin()), int(difference.argmax())
+    speed, ends = speed[chosen], (int(difference.argmin()), int(difference.argmax()))
     word, count = _majority(difference)
+    low, high = (f"{number_text(difference[at], '+.1f')} dB at {speed[at]:.0f} rpm" for at in ends)
     return (
         f"  from {speed[0]:.0f} to {speed[-1]:.0f} rpm {name} is {word} at {count} of {len(speed)} speeds: "
-        f"between {_signed(difference[low])} dB at {speed[low]:.0f} rpm and {_signed(difference[high])} dB at "
-        f"{speed[high]:.0f} rpm"
+        f"between {low} and {high}"
     )
 
 
@@ -130,13 +130,14 @@ def _states(name: str, other: Mapping[str, Any], first: Mapping[str, Any]) -> li
         return []
     ends = [np.unravel_index(at, level.shape) for at in (np.nanargmin(difference), np.nanargmax(difference))]
     at = [f"{speed[j]:.0f} rpm" + (f" and {torque[i]:g} N m" if len(torque) > 1 else "") for i, j in ends]
-    low, high = (_signed(float(difference[place])) for place in ends)
+    low, high = (number_text(float(difference[place]), "+.1f") for place in ends)
     mean = [10.0 * np.log10(np.mean(10.0 ** (each[known] / 10.0))) for each in (level, base)]
+    energy = number_text(float(mean[0] - mean[1]), "+.1f")
     word, count = _majority(difference[known])
     what = "steady states" if len(torque) > 1 else "speeds"
     return [
         f"  from {speed[0]:.0f} to {speed[-1]:.0f} rpm {name} is {word} at {count} of {known.sum()} {what}: between "
-        f"{low} dB at {at[0]} and {high} dB at {at[1]}; {_signed(float(mean[0] - mean[1]))} dB in the energy mean"
+        f"{low} dB at {at[0]} and {high} dB at {at[1]}; {energy} dB in the energy mean"
     ]
 
 
@@ -152,8 +153,8 @@ def _orders(of_name: str, other: Mapping[str, Any], base: str, first: Mapping[st
     common = [name for name in found if name in before and name.startswith("order")]
     common.sort(key=lambda name: -abs(found[name]["level_db"] - before[name]["level_db"]))
     return [
-        f"  highest level of {name.removesuffix(', dB')}: {_number(before[name]['level_db'])} dB at "
-        f"{before[name]['speed_rpm']:.0f} rpm in {base}, {_number(found[name]['level_db'])} dB at "
+        f"  highest level of {name.removesuffix(', dB')}: {number_text(before[name]['level_db'])} dB at "
+        f"{before[name]['speed_rpm']:.0f} rpm in {base}, {number_text(found[name]['level_db'])} dB at "
         f"{found[name]['speed_rpm']:.0f} rpm in {of_name}"
         for name in common[:LINES]
     ]
@@ -177,12 +178,12 @@ def _lines(other: Mapping[str, Any], first: Mapping[str, Any]) -> list[str]:
     lines = [of for of in other.get("causes") or _by_level(other, first) if of["order"] is not None]
     lines.sort(key=lambda of: -of["part_db"] / difference)
     return [
-        f"  {_signed(part)} dB: {_line(of, order_name(of['order'], mesh, slots))} {_change(*of['levels_dBA'])}"
-        f"{_reason(of)}"
+        f"  {number_text(part, '+.1f')} dB: {_line(of, order_name(of['order'], mesh, slots))} "
+        f"{_change(*of['levels_dBA'])}{_reason(of)}"
         for of in lines[:LINES]
         if (part := of["part_db"]) / difference >= LEAST_SHARE
     ] + [
-        f"  {_signed(of['part_db'])} dB: all other sound"
+        f"  {number_text(of['part_db'], '+.1f')} dB: all other sound"
         for of in other.get("causes", [])
         if of["order"] is None and of["part_db"] / difference >= MOST_SHARE
     ]
@@ -249,7 +250,7 @@ def _weighted(line: Mapping[str, float] | None) -> float:
 
 
 def _level(value: float | None) -> str:
-    return "silence" if value is None or value <= SILENCE else _number(value)
+    return "silence" if value is None or value <= SILENCE else number_text(value)
 
 
 def _ends(limits: Sequence[float | None]) -> tuple[float, float]:
@@ -258,21 +259,13 @@ def _ends(limits: Sequence[float | None]) -> tuple[float, float]:
     return -inf if lower is None else lower, inf if upper is None else upper
 
 
-def _signed(value: float) -> str:
-    return f"{value:+z.1f}".replace("-", "−")
-
-
-def _number(value: float) -> str:
-    return f"{value:.1f}".replace("-", "−")
-
-
 def _interval(least: float, most: float) -> str:
     """Return limits (dB) as text; an infinite one is named as missing."""
     if -inf < least and most < inf:
-        return f"{_number(least)}…{_number(most)} dB"
+        return f"{number_text(least)}…{number_text(most)} dB"
     if most < inf:
-        return f"at most {_number(most)} dB, no lower limit"
-    return f"at least {_number(least)} dB, no upper limit" if least > -inf else "none"
+        return f"at most {number_text(most)} dB, no lower limit"
+    return f"at least {number_text(least)} dB, no upper limit" if least > -inf else "none"
 
 
 def _remedy(*configurations: tuple[str, Mapping[str, Any]]) -> str:

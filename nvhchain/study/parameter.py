@@ -16,6 +16,7 @@ from nvhchain.case.checks.names import nearest
 from nvhchain.case.load import parse_change
 from nvhchain.dimensions import UNITS
 from nvhchain.errors import require
+from nvhchain.levels import number_text
 from nvhchain.names import check_names
 from nvhchain.report.case_record import case_values
 
@@ -142,7 +143,7 @@ class Parameter:
 
     def text(self, value: object) -> str:
         """Return name, value and unit, such as "hole radius = 14 mm"."""
-        number = f"{value:.4g}".replace("-", "−") if isinstance(value, float) else str(value)
+        number = number_text(value, ".4g") if isinstance(value, float) else str(value)
         gap = "" if self.unit in ("", "°") else " "
         return f"{self._plain_name} = {number}{gap}{self.unit}"
 

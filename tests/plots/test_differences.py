@@ -22,7 +22,7 @@ def test_rows_are_overall_then_the_strongest_orders_in_rising_order():
     assert table.header == ("quantity", "f / Hz", "solid", "slotted", "slotted − solid")
     assert table.rows == (
         ("overall / dB(A)", "", "70.0", "72.5", "+2.5"),
-        ("order 12 / dB", "500.0", "60.0", "58.5", "-1.5"),
+        ("order 12 / dB", "500.0", "60.0", "58.5", "−1.5"),
         ("order 18 / dB", "750.0", "–", "50.0", "–"),
         ("order 20 / dB", "833.3", "65.0", "66.0", "+1.0"),
     )
@@ -54,7 +54,7 @@ def test_rounding_of_the_fourier_transform_is_no_line():
     )
     assert table.rows[2] == ("order 22 / dB", "916.7", "–", "53.1", "–")
     assert table.rows[3][0] == "order 24 / dB"
-    assert table.rows[3][2] == "-34.0"
+    assert table.rows[3][2] == "−34.0"
 
 
 def run_up(speeds, levels, limits, highest):
@@ -73,7 +73,7 @@ def test_run_ups_are_compared_at_the_speeds_of_the_first_with_their_limits():
     assert rows[0] == [
         "quantity", "n / rpm", "a", "b", "b - a", "a lower limit", "a upper limit", "b lower limit", "b upper limit",
     ]  # fmt: skip
-    assert rows[1] == ["whole record / dB(A)", "", "60.0", "60.0", "+0.0", "", "61.0", "", "61.0"]
+    assert rows[1] == ["whole record / dB(A)", "", "60.0", "60.0", "0.0", "", "61.0", "", "61.0"]
     assert rows[2] == ["at a speed / dB(A)", "1000", "50.0", "", "", "", "55.0", "", ""]
     assert rows[3] == ["at a speed / dB(A)", "2000", "60.0", "61.0", "+1.0", "58.0", "62.0", "55.0", "65.0"]
     assert rows[5][:5] == ["highest order 20 (stage1 × 1) / dB", "3000; 1500", "65.0", "68.0", "+3.0"]

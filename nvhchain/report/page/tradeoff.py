@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from nvhchain.levels import number_text
 from nvhchain.report.page.blocks import DASHES, SYMBOLS, Figure, Hero, Table, axes, colour, label, rounded, upright
 from nvhchain.report.page.stored import json_table
 
@@ -31,7 +32,8 @@ def tradeoff_sections(folder: Path) -> list[tuple[str, str, list[Any]]]:
         f"Preset {sweep['base']}: {cost:.0f} s of processor time. Errors are those of the worst mesh harmonic."
     ]
     sentences += [
-        f"  {_name(row)}: {_seconds(row) - cost:+.1f} s, {_worst(row):+z.2f} dB".replace("-", "−") for row in cheap[:5]
+        f"  {_name(row)}: {number_text(_seconds(row) - cost, '+.1f')} s, {number_text(_worst(row), '+.2f')} dB"
+        for row in cheap[:5]
     ]
     if measured:
         best = min(measured, key=lambda row: abs(_worst(row)))
@@ -97,6 +99,6 @@ def _worst(row: Mapping[str, Any]) -> float:
 def _errors(row: Mapping[str, Any]) -> tuple[str, str, str]:
     error = row["deviation"]
     overall, line, harmonic = (
-        f"{value:+z.3f}".replace("-", "−") for value in (error["overall"], error["worst_line"], _worst(row))
+        number_text(value, "+.3f") for value in (error["overall"], error["worst_line"], _worst(row))
     )
     return overall, line, harmonic

@@ -8,6 +8,7 @@ from functools import cached_property
 from math import isfinite
 from typing import Any
 
+from nvhchain.levels import number_text
 from nvhchain.study.analysis import Effect, best_designs, main_effects, main_response, pareto_pair, worst_rows
 from nvhchain.study.definition import DRAWN, PAIRED, Study
 from nvhchain.study.differences import Difference, differences
@@ -71,12 +72,12 @@ def text_of(value: Any, digits: int = 4) -> str:
     """Return a value as text of a table."""
     if not isinstance(value, float):
         return "" if value is None else str(value)
-    return f"{value:.{digits}g}".replace("-", "−")
+    return number_text(value, f".{digits}g")
 
 
 def level_text(value: float | None) -> str:
     """Return a level or a difference of levels with one decimal."""
-    return "" if value is None else f"{value:.1f}".replace("-", "−")
+    return "" if value is None else number_text(value)
 
 
 def limits_of(limits: Sequence[float | None] | None, digits: int = 1) -> str:
@@ -84,7 +85,7 @@ def limits_of(limits: Sequence[float | None] | None, digits: int = 1) -> str:
     if limits is None:
         return ""
     low, high = (
-        "none" if limit is None or not isfinite(limit) else f"{limit:.{digits}f}".replace("-", "−") for limit in limits
+        "none" if limit is None or not isfinite(limit) else number_text(limit, f".{digits}f") for limit in limits
     )
     return f"{low} … {high}"
 

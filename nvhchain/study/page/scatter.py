@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from nvhchain.levels import number_text
 from nvhchain.report.page.blocks import Figure, Table, Text, axes, label, rounded
 from nvhchain.study.definition import DRAWN
 from nvhchain.study.page.results import Results, level_text, limits_of, point_texts, point_titles, unit_of
@@ -119,7 +120,7 @@ def _ranking(results: Results, ranking: list[Influence], main: str) -> list[Any]
         (
             results.study.title(one.parameter),
             share_text(one.share, one.share_limits),
-            f"{one.correlation:.2f}".replace("-", "−"),
+            number_text(one.correlation, ".2f"),
             limits_of(one.correlation_limits, 2),
         )
         for one in ranking

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
+from nvhchain.levels import number_text
 from nvhchain.report.page.blocks import Table, Text
 from nvhchain.report.page.stored import Stored
 
@@ -27,7 +28,7 @@ def _options(stored: Stored) -> list[Any]:
             each["option"],
             "modelled" if each["modelled"] else "left out",
             "its estimate" if each["asked"] == "auto" else f"the case: {each['asked']}",
-            f"{each['level_db']:+z.1f}".replace("-", "−") if "level_db" in each else "",
+            number_text(each["level_db"], "+.1f") if "level_db" in each else "",
             f"{each['distance_db']:.1f}" if "distance_db" in each else each["note"],
         )
         for name, of in decisions.items()

@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
+from nvhchain.levels import number_text
 from nvhchain.report.page.blocks import Figure, Table, Text, axes, label, rounded
 from nvhchain.report.page.stored import Stored, StoredRun
 
@@ -45,7 +46,7 @@ def _difference(stored: Stored, base: StoredRun, run: StoredRun) -> list[Any]:
             "x": [_narrow(text) for text in (base.name, *names, run.name)],
             "y": rounded([ends[0], *(of["part_db"] for of in lines), ends[1]], 3),
             "measure": ["absolute", *["relative"] * len(lines), "total"],
-            "text": [f"{ends[0]:.1f}", *(_signed(of["part_db"]) for of in lines), f"{ends[1]:.1f}"],
+            "text": [f"{ends[0]:.1f}", *(number_text(of["part_db"], "+.1f") for of in lines), f"{ends[1]:.1f}"],
             "textposition": "outside",
             "increasing": {"marker": {"color": LOUDER}},
             "decreasing": {"marker": {"color": QUIETER}},
@@ -66,13 +67,13 @@ def _difference(stored: Stored, base: StoredRun, run: StoredRun) -> list[Any]:
         (
             name,
             *(_level(of["levels_dBA"][i]) if "levels_dBA" in of else "" for i in (0, 1)),
-            _signed(of["part_db"], 2),
+            number_text(of["part_db"], "+.2f"),
             *(_strongest(of.get(kind, [])) for kind in ("modes", "paths")),
         )
         for name, of in zip(names, lines, strict=True)
     ]
     parts = [
-        (name, kind, part["name"], _signed(part["part_db"], 3))
+        (name, kind, part["name"], number_text(part["part_db"], "+.3f"))
         for name, of in zip(names, lines, strict=True)
         for kind in ("modes", "paths")
         for part in of.get(kind, [])
@@ -108,12 +109,8 @@ def _narrow(name: str) -> str:
 def _strongest(parts: list[Mapping[str, Any]]) -> str:
     """Return the largest parts, one a row."""
     named = sorted((of for of in parts if "pressure_Pa" in of), key=lambda of: -abs(of["part_db"]))
-    return "\n".join(f"{of['name']}: {_signed(of['part_db'], 2)}" for of in named[:STRONGEST])
-
-
-def _signed(value: float, digits: int = 1) -> str:
-    return f"{value:+z.{digits}f}".replace("-", "−")
+    return "\n".join(f"{of['name']}: {number_text(of['part_db'], '+.2f')}" for of in named[:STRONGEST])
 
 
 def _level(value: float | None) -> str:
-    return "–" if value is None or value < INAUDIBLE else f"{value:.1f}".replace("-", "−")
+    return "–" if value is None or value < INAUDIBLE else number_text(value)

@@ -25,7 +25,7 @@ def blocks(stored: Stored) -> list[Any]:
         return []
     table = plots.difference_table(summaries)
     shown = 2 * len(summaries) + 1  # limits of run-ups stand in the section of run-ups
-    named = [(_named(stored, row[0]), *(cell.replace("-", "−") for cell in row[1:shown])) for row in table.rows]
+    named = [(_named(stored, row[0]), *row[1:shown]) for row in table.rows]
     written = " The same table: differences.csv." if (stored.folder / "differences.csv").is_file() else ""
     block = Table(table.header[:shown], named, f"Levels at {stored.microphone}, dB re 20 µPa.{written}")
     figure = _figure(stored)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from nvhchain.levels import number_text
 from nvhchain.report.page.blocks import Table, limits_text
 from nvhchain.report.page.stored import Stored
 
@@ -25,9 +26,7 @@ def blocks(stored: Stored) -> list[Any]:
     for run in stored.runs:
         for point in run.summary.get("points", []):
             name, level, place = point["name"], point["level_dBA"], ", ".join(f"{x:g}" for x in point["position_m"])
-            difference = (
-                f"{level - base[name]:+.1f}".replace("-", "−") if name in base and run is not stored.runs[0] else ""
-            )
+            difference = number_text(level - base[name], "+.1f") if name in base and run is not stored.runs[0] else ""
             rows.append((run.name, name, f"({place})", f"{level:.1f}", limits_text(point["limits_dBA"]), difference))
     if rows:
         head = ["configuration", "microphone", "position / m", "level / dB(A)", "limits / dB(A)"]

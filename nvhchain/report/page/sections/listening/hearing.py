@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from nvhchain.levels import number_text
 from nvhchain.report.page.blocks import Figure, Table, Text, curve, grid, limits_text, packed
 from nvhchain.report.page.stored import Stored, StoredRun
 from nvhchain.report.sound.hearing import NO_NOISE
@@ -62,9 +63,9 @@ def _over_noise(tone: dict[str, Any]) -> tuple[str, str, str]:
     """Return tone-to-noise ratio, its limits and prominence ratio; dashes where the background has no energy."""
     ratio, prominence = tone["tone_to_noise_dB"], tone["prominence_ratio_dB"]
     if ratio > NO_NOISE:
-        return ("no noise", "", "" if prominence > NO_NOISE else f"{prominence:.1f}".replace("-", "−"))
-    limits = limits_text(tone["tone_to_noise_limits_dB"]).replace("-", "−")
-    return (f"{ratio:.1f}".replace("-", "−"), limits, f"{prominence:.1f}".replace("-", "−"))
+        return ("no noise", "", "" if prominence > NO_NOISE else number_text(prominence))
+    limits = limits_text(tone["tone_to_noise_limits_dB"])
+    return (number_text(ratio), limits, number_text(prominence))
 
 
 def _row(name: str, of: dict[str, Any], masked: bool) -> list[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from nvhchain.levels import number_text
 from nvhchain.report.page.blocks import (
     Figure,
     Table,
@@ -60,7 +61,7 @@ def _row(name: str, target: Mapping[str, Any]) -> tuple[str, ...]:
         "silence" if point["level_dB"] is None else f"{point['level_dB']:.1f} {target['unit']}",
         limits_text(point["limits_dB"]),
         f"{point['target_dB']:.1f} {target['unit']}",
-        "" if margin is None else f"{margin:+.1f}".replace("-", "−"),
+        "" if margin is None else number_text(margin, "+.1f"),
         percent(target["confidence"]),
     )
 

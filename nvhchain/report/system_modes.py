@@ -19,6 +19,7 @@ from nvhchain.files.atomic_write import write_output
 from nvhchain.files.hdf5 import writable_folder
 from nvhchain.files.result_cache import Watcher
 from nvhchain.kinds import checked
+from nvhchain.levels import number_text
 from nvhchain.plots import files
 from nvhchain.report.marks import mesh_orders
 from nvhchain.report.recorded_modes import HARMONICS, mesh_share, modes_over_speed
@@ -125,8 +126,9 @@ def _lines(modes: SystemModes, rates: dict[str, float]) -> list[str]:
             away = 100.0 * (modes.frequency[near] / excited - 1.0)
             meets = modes.frequency[near] / (k * rate) * 30.0 / pi
             lines.append(
-                f"{name} × {k} at {excited:.1f} Hz: next mode {modes.frequency[near]:.1f} Hz, {away:+.1f} %, met at "
-                f"{meets:.0f} rpm (meshes hold {100 * in_meshes[near]:.0f} % of its strain)"
+                f"{name} × {k} at {excited:.1f} Hz: next mode {modes.frequency[near]:.1f} Hz, "
+                f"{number_text(away, '+.1f')} %, "
+                f"met at {meets:.0f} rpm (meshes hold {100 * in_meshes[near]:.0f} % of its strain)"
             )
     return lines
 

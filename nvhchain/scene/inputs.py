@@ -10,6 +10,7 @@ import numpy as np
 from nvhchain.case import GearboxCase, Spread
 from nvhchain.errors import InputError
 from nvhchain.handoff import FloatArray
+from nvhchain.levels import number_text
 from nvhchain.scene.linear_level import LinearGearbox, level_change
 from nvhchain.scene.order_error import OrderError
 
@@ -39,7 +40,7 @@ class InputEffect:
     @property
     def line(self) -> str:
         """Effect in words."""
-        ends = f"{self.low_db:+z.1f} and {self.high_db:+z.1f} dB"
+        ends = f"{number_text(self.low_db, '+.1f')} and {number_text(self.high_db, '+.1f')} dB"
         return f"{self.name} ÷ and × {self.factor:g}: {ends}"
 
     @property

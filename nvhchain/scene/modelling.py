@@ -16,6 +16,7 @@ from nvhchain.case import AUTO, DECIDABLE, OFF, ON, Case, GearboxCase, Options
 from nvhchain.errors import InputError
 from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import FloatArray
+from nvhchain.levels import number_text
 from nvhchain.scene.body_modes import REACH
 from nvhchain.scene.linear_level import LinearGearbox, level_change, spectral_distance
 from nvhchain.scene.order_error import NO_ERROR, OrderError
@@ -68,7 +69,7 @@ class OptionEstimate:
         how = f"{outcome} by the case" if self.stated else outcome
         if self.note:
             return f"{self.option} {how}: {self.note}"
-        effect = f"{self.level_db:+z.1f} dB"
+        effect = f"{number_text(self.level_db, '+.1f')} dB"
         if self.distance_db - abs(self.level_db) > 0.05:
             effect += f", its orders by {self.distance_db:.1f} dB"
         if self.stated and not self.modelled and self.distance_db > tolerance_db:
@@ -121,10 +122,10 @@ class Modelling:
         auto = [each for each in self.options if not each.stated]
         found = []
         if auto:
-            on = ", ".join(f"{each.option} {each.level_db:+z.1f} dB" for each in auto if each.modelled)
+            on = ", ".join(f"{each.option} {number_text(each.level_db, '+.1f')} dB" for each in auto if each.modelled)
             off = ", ".join(each.option for each in auto if not each.modelled)
             parts = [f"modelled: {on or 'no option'}"]
-            parts += [f"left out: {off}, in all {self.left_out_db:+z.1f} dB"] if off else []
+            parts += [f"left out: {off}, in all {number_text(self.left_out_db, '+.1f')} dB"] if off else []
             found.append("; ".join(parts))
         return (*found, *(each.line(self.tolerance_db) for each in self.against_estimate))
 

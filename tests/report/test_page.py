@@ -273,6 +273,33 @@ def test_figures_keep_height_and_room_for_names_in_windows_of_other_widths(pair)
         assert browser.errors == []
 
 
+@pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed: apt install chromium")
+def test_on_a_narrow_screen_panels_stand_below_each_other_and_captions_stay_in_sight(pair):
+    with Browser(write_page(pair)) as page:
+        size = {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": True}
+        page._call("Emulation.setDeviceMetricsOverride", **size)
+        page.run("document.querySelector('#bearing_forces').scrollIntoView({behavior: 'instant'})")
+        page.wait("document.querySelector('#bearing_forces .js-plotly-plot')")
+        full = "document.querySelector('#bearing_forces .js-plotly-plot')._fullLayout"
+        ends = "{ _offset, _length } = " + full + "[name]; return [_offset, _offset + _length]"
+        x, x2, y, y2 = page.run(f"['xaxis', 'xaxis2', 'yaxis', 'yaxis2'].map((name) => {{ const {ends}; }})")
+        assert x == pytest.approx(x2, abs=1)
+        assert y[1] < y2[0]
+        assert x[1] < 390
+        late = "[...document.querySelectorAll('caption span')].filter((of) => of.getBoundingClientRect().right > 390)"
+        assert page.run(f"{late}.length") == 0
+        assert page.errors == []
+
+
+def test_an_ampersand_in_a_name_stands_as_it_is_outside_of_plotly(pair):
+    (pair / "holed").rename(pair / "holed & thin")
+    (pair / "summary.json").write_text(json.dumps(summary({"plain": 60.0, "holed & thin": 80.0})))
+    page = read(write_page(pair))
+    (player,) = (of["data"] for of in page.figures.values() if of["kind"] == "player")
+    assert [run["name"] for run in player["runs"]] == ["plain", "holed & thin"]
+    assert not any("&amp;" in text for text in [*page.texts, *page.cells])
+
+
 def test_seconds_of_every_step_are_listed(pair):
     path = pair / "plain" / "pressure.h5"
     hdf5.save(hdf5.load(path).replace(provenance={"seconds": 12.34, "version": "1"}), path)

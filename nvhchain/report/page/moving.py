@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from nvhchain.handoff import ComplexArray, FloatArray, Surface
-from nvhchain.report.page.blocks import Figure, label, packed
+from nvhchain.report.page.blocks import Figure, packed
 
 TRUNCATION = 2e-3
 """Largest error of the motion at a line, relative to its root sum of squares over the faces."""
@@ -72,7 +72,6 @@ def moving_bodies(
         for body, of in zip(here, coordinates, strict=True):
             runs.append(
                 {
-                    "name": label(body.name),
                     "title": body.name,
                     "surface": number,
                     "real": packed(of.real),

@@ -82,7 +82,7 @@ def _targets(stored: Stored) -> list[str]:
         if len(judged) > 1:
             passed = sum(bool(target["passed"]) for target in judged)
             worst = min(judged, key=lambda target: target.get("confidence", 1.0))
-            found.append(f"{run.name} passes {passed} of {len(judged)} targets. Least certain: ")
+            found.append(f"{run.name} passes {passed} of {len(judged)} targets. Worst: ")
             found[-1] += target_sentence(run.name, worst).removeprefix(f"{run.name} ")
         else:
             found += [target_sentence(run.name, target) for target in judged]

@@ -38,7 +38,9 @@ def blocks(stored: Stored) -> list[Any]:
     found: list[Any] = [Text(f"Fidelity: {', '.join(names)}.")] if names else []
     if rows:
         total = sum(float(row[3] or 0.0) for row in rows)
-        caption = "Hand-offs, with the seconds of their making" + (f" ({total:.0f} s in all)." if total else ".")
+        caption = "Stored results of the steps, and the seconds they took" + (
+            f" ({total:.0f} s in all)." if total else "."
+        )
         found.append(Table(("hand-off", "file", "version", "seconds", "MB"), rows, caption, numbers=3))
     if knobs:
         cells = [(step, text) for step, text in knobs.items()]

@@ -133,6 +133,34 @@
 
   const kinds = { spectrum, motion: (place, content, height) => movingBodies(place, content, height, choice), player: (place, content) => soundPlayer(place, content, choice), plotly: (plot, { data, layout }, height) =>
       Plotly.newPlot(plot, data, base(layout, height), { ...config, displayModeBar: plot.closest(".evidence") ? false : undefined }) };
+  /* On a narrow screen panels stand below each other, and their titles break. */
+  const narrow = (content, height, width) => {
+    const layout = content.layout, { rows, columns } = layout?.grid ?? {};
+    if (!rows || width > 560) return height;
+    const named = (letter) => Object.keys(layout).filter((name) => name.startsWith(`${letter}axis`));
+    const title = (name, text) => { layout[name] = { ...layout[name], title: { ...layout[name].title, text } }; };
+    if (columns > 1) {
+      const [x, y] = ["x", "y"].map(named), below = layout[x[x.length - 1]].title.text, beside = layout[y[0]].title.text;
+      x.forEach((name, number) => title(name, number === x.length - 1 ? below : ""));
+      for (const name of y) title(name, beside);
+      const scale = x.length / rows;
+      layout.grid = { ...layout.grid, rows: x.length, columns: 1 };
+      if (layout.legend) layout.legend.y = 1 + (layout.legend.y - 1) / scale;
+      height *= scale;
+    }
+    const most = Math.floor((width - 90) / 6.5);
+    for (const of of layout.annotations ?? []) of.text = broken(of.text, most);
+    return height;
+  };
+  const broken = (text, most) => {
+    const lines = [""];
+    const length = (of) => of.replace(/<[^>]*>/g, "").length;
+    for (const word of text.split(" ")) {
+      const last = lines[lines.length - 1], longer = last ? `${last} ${word}` : word;
+      if (last && length(longer) > most) lines.push(word); else lines[lines.length - 1] = longer;
+    }
+    return lines.join("<br>");
+  };
   /* Width (pixels) below which names under bars would overlap, or panels be too narrow: then the figure scrolls. */
   const least = ({ data, layout }) => {
     const panels = 280 * (layout?.grid?.columns ?? 1);
@@ -141,6 +169,7 @@
   };
   const draw = (plot) => {
     const content = JSON.parse(document.querySelector(`script[data-plot="${plot.id}"]`).textContent);
+    plot.dataset.height = narrow(content, Number(plot.dataset.height), plot.clientWidth);
     /* A fixed height: without one, Plotly loses the height of a plot when the window changes its width. */
     if (["plotly", "spectrum"].includes(content.kind)) plot.style.height = `${plot.dataset.height}px`;
     if (content.kind === "plotly" && !plot.closest(".evidence")) plot.style.minWidth = `${least(content)}px`;

@@ -126,9 +126,8 @@ const soundPlayer = (place, { data }, choice) => {
   orders.setAttribute("aria-label", "orders");
   const option = (text, value) => orders.append(Object.assign(document.createElement("option"), { textContent: text, value }));
   option("all orders", "");
-  const text = (name) => new DOMParser().parseFromString(name, "text/html").body.textContent;
-  (data.runs[0].orders ?? []).forEach(({ name }, number) => option(`without ${text(name)}`, `w${number}`));
-  (data.runs[0].orders ?? []).forEach(({ name }, number) => option(`only ${text(name)}`, `o${number}`));
+  (data.runs[0].orders ?? []).forEach(({ name }, number) => option(`without ${name}`, `w${number}`));
+  (data.runs[0].orders ?? []).forEach(({ name }, number) => option(`only ${name}`, `o${number}`));
   orders.onchange = () => {
     state.alone = orders.value.startsWith("o");
     state.order = orders.value === "" ? "" : Number(orders.value.slice(1));

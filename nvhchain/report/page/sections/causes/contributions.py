@@ -34,7 +34,7 @@ LINES = 3
 
 CAPTIONS = (
     "Paths: bearing and direction of the force, times its noise transfer function.",
-    "Modes of the housing.",
+    "Modes of the housing; residual: motion outside these modes.",
 )
 
 CURVES = 5
@@ -101,7 +101,7 @@ def _over_run_up(stored: Stored) -> list[Any]:
     note = (
         f"Sound of {name} at {stored.runs[0].point_name(0)} by its parts: pressure in phase with the sum, "
         "Re(p_i p*)/|p|, peak. The force of the order at each speed acts as in a steady state. Parts add up to the "
-        "sum; negative ones cancel others. `nvhchain contributions` writes all parts, also of other orders."
+        "sum; negative ones cancel others. The command nvhchain contributions writes all parts, also of other orders."
     )
     found: list[Any] = [Text(note)]
     for kind in (0, 1):

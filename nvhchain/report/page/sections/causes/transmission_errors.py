@@ -37,7 +37,9 @@ def _quasi_static(stored: Stored) -> Figure | None:
             repeats = max(1, round(longest / period))
             turned = (angle + period * np.arange(repeats)[:, None]).ravel()
             drawn[-1].append((number, name, np.degrees(turned), np.tile(error, repeats)))
-    caption = "Quasi-static transmission error over the angle of the wheel: the limit of low speed."
+    caption = (
+        "Quasi-static transmission error on the line of action over the angle of the wheel: the limit of low speed."
+    )
     return _figure(stages, drawn, "wheel angle / °", caption, linked=False) if stages else None
 
 
@@ -55,7 +57,7 @@ def _dynamic(stored: Stored) -> Figure | None:
         for mesh, error in zip(meshes, record.transmission_error[shown].T, strict=True):
             if mesh in titles:
                 drawn[titles.index(mesh)].append((number, run.name, np.degrees(angle[shown]), 1e6 * error))
-    caption = "Transmission error at the speed of the case over the first turn of the input."
+    caption = "Transmission error at the speed of the case over a turn of the input. A–B: mesh of shafts A and B."
     return _figure(titles, drawn, "angle of the input / °", caption) if titles else None
 
 

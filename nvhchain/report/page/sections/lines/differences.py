@@ -66,4 +66,7 @@ def _figure(stored: Stored) -> Figure | None:
     ]
     ticks = {"type": "category", "tickfont": {"size": 11}, "tickangle": 0}
     layout = axes("order of the input", "level / dB(A)", xaxis=ticks, bargap=0.3)
-    return Figure("A-weighted levels of the strongest orders, and the gear meshes they come from.", traces, layout)
+    caption = "A-weighted levels of the strongest orders, with the gear mesh and its harmonic."
+    if stored.marks.slots:
+        caption += " Sidebands lie slots per turn of a gear apart: 1 × slots is the first."
+    return Figure(caption, traces, layout)

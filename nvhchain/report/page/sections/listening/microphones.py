@@ -8,7 +8,7 @@ import numpy as np
 
 from nvhchain import levels
 from nvhchain.handoff import FieldPressure
-from nvhchain.report.page.blocks import Figure, Table, label, packed
+from nvhchain.report.page.blocks import Figure, Table, packed
 from nvhchain.report.page.stored import Stored, StoredRun
 from nvhchain.report.sound.microphones import BALLOON, MICROPHONES, added_levels, balloon_shape
 
@@ -90,7 +90,7 @@ def _balloon(run: StoredRun, pressure: FieldPressure, tops: dict[float, float]) 
     }
     distance = float(np.linalg.norm(pressure.points - middle, axis=1).max())
     caption = (
-        f"{label(run.name)}: levels in directions {distance:.3g} m from the middle, {RANGE:g} dB from the middle to "
+        f"{run.name}: levels in directions {distance:.3g} m from the middle, {RANGE:g} dB from the middle to "
         "the loudest direction of any design; the list chooses the line."
     )
     return Figure(caption, traces, layout, height=460)

@@ -10,7 +10,7 @@ import numpy as np
 
 from nvhchain.errors import InputError
 from nvhchain.handoff import PressureHistory
-from nvhchain.report.page.blocks import Figure, Table, Text, colour, label, packed
+from nvhchain.report.page.blocks import Figure, Table, Text, colour, packed
 from nvhchain.report.page.sections.speed.run_up import kind_of_record
 from nvhchain.report.page.stored import Stored, StoredRun
 from nvhchain.report.run_up import main_orders
@@ -86,7 +86,7 @@ def _runs(stored: Stored, scale: float) -> list[dict[str, Any]]:
     rate = _embedded_rate(stored, list(histories.values()))
     found = []
     for number, run in enumerate(stored.runs):
-        one: dict[str, Any] = {"name": label(run.name), "colour": colour(number)}
+        one: dict[str, Any] = {"name": run.name, "colour": colour(number)}
         if run.name in histories and rate:
             history = histories[run.name]
             heard = run_up_sound(history, rate=rate)
@@ -173,7 +173,7 @@ def _orders(stored: Stored) -> list[tuple[float, str]]:
 
 def _name(stored: Stored, order: float) -> str:
     origin = stored.origin(order)
-    return label(f"order {order:.6g}" + (f" ({origin})" if origin else ""))
+    return f"order {order:.6g}" + (f" ({origin})" if origin else "")
 
 
 def _embedded_rate(stored: Stored, histories: list[PressureHistory]) -> int:

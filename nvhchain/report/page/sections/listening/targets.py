@@ -108,5 +108,5 @@ def _figure(judged: list[tuple[int, str, Mapping[str, Any]]]) -> Figure:
     ticks = {"type": "log", "tickvals": frequencies, "ticktext": [f"{f:g}" for f in frequencies]}
     x, span = "input speed / rpm" if over_speed else "frequency / Hz", {"range": [floor, top + 6.0]}
     layout = axes(x, f"level / {first['unit']}", xaxis={} if over_speed else ticks, yaxis=span)
-    caption = f"Target {label(first['name'])}, and the levels with their confidence limits."
+    caption = f"Target {first['name']}, and the levels with their confidence limits."
     return Figure(caption, traces, layout, height=300)

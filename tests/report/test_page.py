@@ -300,6 +300,22 @@ def test_an_ampersand_in_a_name_stands_as_it_is_outside_of_plotly(pair):
     assert not any("&amp;" in text for text in [*page.texts, *page.cells])
 
 
+def test_states_over_speed_and_torque_have_a_map_of_each_design_and_of_their_difference(pair):
+    told = summary({"plain": 60.0, "holed": 80.0})
+    axes = {"speed_rpm": [1000.0, 2000.0], "torque_Nm": [50.0, 100.0]}
+    for name, shift in (("plain", 0.0), ("holed", 3.0)):
+        level = [[60.0, 61.0], [None, 64.0 + 2 * shift]] if shift else [[57.0, 66.0], [60.0, 64.0]]
+        told["configurations"][name]["steady_states"] = axes | {"level_dBA": level}
+    (pair / "summary.json").write_text(json.dumps(told))
+    page = read(write_page(pair))
+    both, difference = (of for name, of in page.figures.items() if name.startswith("plot-steady_states"))
+    assert len(both["data"]) == 2
+    (of,) = difference["data"]
+    assert unpacked(of["z"]) == pytest.approx([3.0, -5.0, np.nan, 6.0], nan_ok=True)
+    assert difference["layout"]["coloraxis"]["cmin"] == -difference["layout"]["coloraxis"]["cmax"] == -6.0
+    plotly.graph_objects.Figure(difference["data"], difference["layout"])
+
+
 def test_seconds_of_every_step_are_listed(pair):
     path = pair / "plain" / "pressure.h5"
     hdf5.save(hdf5.load(path).replace(provenance={"seconds": 12.34, "version": "1"}), path)

@@ -149,7 +149,13 @@
       height *= scale;
     }
     const most = Math.floor((width - 90) / 6.5);
-    for (const of of layout.annotations ?? []) of.text = broken(of.text, most);
+    for (const of of layout.annotations ?? []) Object.assign(of, { text: broken(of.text, most), align: "left" });
+    const more = 17 * ((layout.annotations?.[0]?.text.split("<br>").length ?? 1) - 1);
+    if (more && layout.legend && layout.margin) {
+      layout.margin = { ...layout.margin, t: layout.margin.t + more };
+      layout.legend.y += more / (height - layout.margin.t + more - layout.margin.b);
+      height += more;
+    }
     return height;
   };
   const broken = (text, most) => {

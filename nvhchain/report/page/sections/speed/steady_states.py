@@ -42,7 +42,8 @@ def blocks(stored: Stored) -> list[Any]:
     if all(len(of["torque_Nm"]) == 1 for of in states.values()):
         curve = over_steady_speeds(stored)
         return [*found, curve] if len(states) == 1 else [*found, curve, _difference(states)]
-    return [*found, _maps({name: (of, _levels(of)) for name, of in states.items()}, "dB(A)", "Overall level.")]
+    found.append(_maps({name: (of, _levels(of)) for name, of in states.items()}, "dB(A)", "Overall level."))
+    return found if len(states) == 1 else [*found, _difference_maps(states)]
 
 
 def stored_states(stored: Stored) -> dict[str, Any]:
@@ -76,17 +77,22 @@ def _curve(number: int, name: str, speed: list[float], level: FloatArray, unit: 
     return curve(number, name, rounded(speed, 1), rounded(level), "%{x:.0f} rpm: %{y:.1f} " + unit, **style)
 
 
+def _differences(states: dict[str, Any]) -> dict[str, Any]:
+    """Return "configuration − first" → its states and differences (dB) from the first."""
+    (base, first), *others = states.items()
+    return {f"{name} − {base}": (of, _levels(of) - _levels(first)) for name, of in others}
+
+
 def _difference(states: dict[str, Any]) -> Figure:
     """Return every configuration minus the first over speed."""
-    (base, first), *others = states.items()
     traces = [
-        _curve(number, f"{name} − {base}", of["speed_rpm"], _levels(of)[0] - _levels(first)[0], "dB")
-        for number, (name, of) in enumerate(others, start=1)
+        _curve(number, name, of["speed_rpm"], level[0], "dB")
+        for number, (name, (of, level)) in enumerate(_differences(states).items(), start=1)
     ]
     for trace in traces:
         trace["showlegend"] = True
     layout = axes("input speed / rpm", "difference / dB", yaxis={"zerolinecolor": "#5b636b", "zerolinewidth": 2})
-    return Figure(f"Difference from {base}; above 0 louder.", traces, layout, height=260)
+    return Figure(f"Difference from {next(iter(states))}; above 0 louder.", traces, layout, height=260)
 
 
 def _maps(levels: dict[str, Any], unit: str, caption: str) -> Figure:
@@ -100,3 +106,15 @@ def _maps(levels: dict[str, Any], unit: str, caption: str) -> Figure:
         for place, (name, (of, level)) in enumerate(levels.items())
     ]
     return Figure(f"{caption} Colours: {unit}.", traces, layout, height=380)
+
+
+def _difference_maps(states: dict[str, Any]) -> Figure:
+    """Return maps of every configuration minus the first, with the differences as numbers."""
+    levels = _differences(states)
+    most = max(1.0, *(float(np.nanmax(np.abs(level))) for _, level in levels.values()))
+    figure = _maps(levels, "dB", f"Difference from {next(iter(states))}: red louder, blue quieter.")
+    scale = {"colorscale": "RdBu", "reversescale": True, "cmin": round(-most, 1), "cmax": round(most, 1)}
+    figure.layout["coloraxis"] |= scale
+    for trace in figure.data:
+        trace["texttemplate"] = "%{z:+.1f}"
+    return figure

@@ -313,6 +313,8 @@ def test_states_over_speed_and_torque_have_a_map_of_each_design_and_of_their_dif
     (of,) = difference["data"]
     assert unpacked(of["z"]) == pytest.approx([3.0, -5.0, np.nan, 6.0], nan_ok=True)
     assert difference["layout"]["coloraxis"]["cmin"] == -difference["layout"]["coloraxis"]["cmax"] == -6.0
+    lowest, _, highest = difference["layout"]["coloraxis"]["colorscale"]
+    assert (lowest[1], highest[1]) == ("#0072b2", "#d55e00")  # blue is quieter
     plotly.graph_objects.Figure(difference["data"], difference["layout"])
 
 

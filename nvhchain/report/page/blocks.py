@@ -17,6 +17,9 @@ from nvhchain.plots.marks import COLOURS
 DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
 SYMBOLS = ("circle", "diamond", "square", "triangle-up", "cross", "x")
 
+LOUDER, QUIETER = "#d55e00", "#0072b2"
+"""Colours of differences."""
+
 _AXIS = {
     "gridcolor": "#e6e8eb", "zerolinecolor": "#c5cad0", "linecolor": "#8a929b", "ticks": "outside", "automargin": True,
 }  # fmt: skip

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from nvhchain.levels import number_text
-from nvhchain.report.page.blocks import Figure, Table, Text, axes, label, rounded
+from nvhchain.report.page.blocks import LOUDER, QUIETER, Figure, Table, Text, axes, label, rounded
 from nvhchain.report.page.stored import Stored, StoredRun
 
 TITLE = "Why"
@@ -18,8 +18,8 @@ STRONGEST = 3
 INAUDIBLE = -20.0
 """Level (dB(A)) below which a line counts as absent."""
 
-LOUDER, QUIETER, LEVEL = "#d55e00", "#0072b2", "#59636e"
-"""Colours of parts and of levels."""
+LEVEL = "#59636e"
+"""Colour of levels."""
 
 
 def blocks(stored: Stored) -> list[Any]:

@@ -8,6 +8,8 @@ import numpy as np
 
 from nvhchain.handoff import FloatArray
 from nvhchain.report.page.blocks import (
+    LOUDER,
+    QUIETER,
     Figure,
     Text,
     axes,
@@ -112,8 +114,9 @@ def _difference_maps(states: dict[str, Any]) -> Figure:
     """Return maps of every configuration minus the first, with the differences as numbers."""
     levels = _differences(states)
     most = max(1.0, *(float(np.nanmax(np.abs(level))) for _, level in levels.values()))
-    figure = _maps(levels, "dB", f"Difference from {next(iter(states))}: red louder, blue quieter.")
-    scale = {"colorscale": "RdBu", "reversescale": True, "cmin": round(-most, 1), "cmax": round(most, 1)}
+    figure = _maps(levels, "dB", f"Difference from {next(iter(states))}: orange louder, blue quieter.")
+    colours = [[0.0, QUIETER], [0.5, "#f6f7f9"], [1.0, LOUDER]]
+    scale = {"colorscale": colours, "cmin": round(-most, 1), "cmax": round(most, 1)}
     figure.layout["coloraxis"] |= scale
     for trace in figure.data:
         trace["texttemplate"] = "%{z:+.1f}"

@@ -310,6 +310,7 @@ def test_states_over_speed_and_torque_have_a_map_of_each_design_and_of_their_dif
     page = read(write_page(pair))
     both, difference = (of for name, of in page.figures.items() if name.startswith("plot-steady_states"))
     assert len(both["data"]) == 2
+    assert any(name.startswith("plot-answer") and of["data"] == difference["data"] for name, of in page.figures.items())
     (of,) = difference["data"]
     assert unpacked(of["z"]) == pytest.approx([3.0, -5.0, np.nan, 6.0], nan_ok=True)
     assert difference["layout"]["coloraxis"]["cmin"] == -difference["layout"]["coloraxis"]["cmax"] == -6.0

@@ -23,7 +23,7 @@ from nvhchain.report.page.blocks import (
 )  # fmt: skip
 from nvhchain.report.page.sections.lines.levels import UNITS
 from nvhchain.report.page.sections.speed.run_up import constant_speed, over_speed_traces, speed_range
-from nvhchain.report.page.sections.speed.steady_states import over_steady_speeds, stored_states
+from nvhchain.report.page.sections.speed.steady_states import difference_maps, over_steady_speeds, stored_states
 from nvhchain.report.page.stored import Stored
 from nvhchain.report.sentences import SILENCE, verdict
 from nvhchain.report.sound.targets import target_sentence
@@ -90,10 +90,13 @@ def _targets(stored: Stored) -> list[str]:
 
 
 def _steady_speeds(stored: Stored) -> Figure | None:
-    """Return the levels over steady speeds, if there are more than one at one torque."""
+    """Return the levels over more than one steady speed; the difference of two designs over speed and torque."""
     states = stored_states(stored)
-    single = bool(states) and all(len(of["torque_Nm"]) == 1 and len(of["speed_rpm"]) > 1 for of in states.values())
-    return over_steady_speeds(stored, height=HEIGHT) if single else None
+    if not states or any(len(of["speed_rpm"]) == 1 for of in states.values()):
+        return None
+    if all(len(of["torque_Nm"]) == 1 for of in states.values()):
+        return over_steady_speeds(stored, height=HEIGHT)
+    return difference_maps(states, height=HEIGHT) if len(states) == 2 else None
 
 
 def _assumed(stored: Stored) -> list[str]:

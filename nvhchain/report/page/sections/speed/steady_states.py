@@ -45,7 +45,7 @@ def blocks(stored: Stored) -> list[Any]:
         curve = over_steady_speeds(stored)
         return [*found, curve] if len(states) == 1 else [*found, curve, _difference(states)]
     found.append(_maps({name: (of, _levels(of)) for name, of in states.items()}, "dB(A)", "Overall level."))
-    return found if len(states) == 1 else [*found, _difference_maps(states)]
+    return found if len(states) == 1 else [*found, difference_maps(states)]
 
 
 def stored_states(stored: Stored) -> dict[str, Any]:
@@ -97,7 +97,7 @@ def _difference(states: dict[str, Any]) -> Figure:
     return Figure(f"Difference from {next(iter(states))}; above 0 louder.", traces, layout, height=260)
 
 
-def _maps(levels: dict[str, Any], unit: str, caption: str) -> Figure:
+def _maps(levels: dict[str, Any], unit: str, caption: str, *, height: int = 380) -> Figure:
     """Return maps over speed and torque, side by side with one scale of colours."""
     top = max(float(np.nanmax(level)) for _, level in levels.values())
     layout = grid(list(levels), min(len(levels), 2), "input speed / rpm", "input torque / N m")
@@ -107,14 +107,15 @@ def _maps(levels: dict[str, Any], unit: str, caption: str) -> Figure:
         heat_map(place, name, of["speed_rpm"], of["torque_Nm"], level, hover)
         for place, (name, (of, level)) in enumerate(levels.items())
     ]
-    return Figure(f"{caption} Colours: {unit}.", traces, layout, height=380)
+    return Figure(f"{caption} Colours: {unit}.", traces, layout, height=height)
 
 
-def _difference_maps(states: dict[str, Any]) -> Figure:
+def difference_maps(states: dict[str, Any], *, height: int = 380) -> Figure:
     """Return maps of every configuration minus the first, with the differences as numbers."""
     levels = _differences(states)
     most = max(1.0, *(float(np.nanmax(np.abs(level))) for _, level in levels.values()))
-    figure = _maps(levels, "dB", f"Difference from {next(iter(states))}: orange louder, blue quieter.")
+    caption = f"Overall level minus that of {next(iter(states))}: orange louder, blue quieter."
+    figure = _maps(levels, "dB", caption, height=height)
     colours = [[0.0, QUIETER], [0.5, "#f6f7f9"], [1.0, LOUDER]]
     scale = {"colorscale": colours, "cmin": round(-most, 1), "cmax": round(most, 1)}
     figure.layout["coloraxis"] |= scale

@@ -81,7 +81,7 @@ def test_options_stated_by_hand_stay_and_are_named(small):
     assert decision.case.options.friction == 0.08
     assert not decision.case.options.flexible_shafts
     assert [each.option for each in decision.against_estimate] == ["flexible_shafts"]
-    assert "left out by the case, would change the sound: -" in "\n".join(decision.lines)
+    assert "left out by the case, would change the sound: −" in "\n".join(decision.lines)
 
 
 @pytest.mark.slow

@@ -198,7 +198,7 @@ class Operation:
                 f"input_speed = {self.input_speed:g} rad/s is outside 0…20000 rad/s: give it as input_speed_rpm",
             ),
             (
-                self.input_speed > 0 or self.ramp is not None,
+                self.input_speed != 0 or self.ramp is not None,
                 "input_speed = 0 rad/s: a gearbox at rest is silent; give a speed, or a ramp that starts from rest",
             ),
             (

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from nvhchain import acoustics, levels
 from nvhchain.case import GearboxCase
 from nvhchain.error_band import housing as modal
-from nvhchain.error_band.band import COVERAGE, ErrorBand
+from nvhchain.error_band.band import COVERAGE, SILENT_LEVEL, ErrorBand
 from nvhchain.error_band.quantities import MASTER_MARGIN, Origin, force_band, force_sources, times
 from nvhchain.error_band.radiation import radiation_error
 from nvhchain.error_band.resonances import force_change
@@ -58,6 +59,24 @@ class RunUpBand:
         known = np.isfinite(before)
         moved = np.where(known, after, 0.0) - np.where(known, before, 0.0)
         return replace(self, limits=self.limits + moved, bands=bands)
+
+    @cached_property
+    def lines(self) -> ErrorBand:
+        """Band of the lines of the whole record: the mean of its parts by energy, each moved to its level.
+
+        Errors of a source at one frequency have one sign in all parts. A silent part adds nothing.
+        """
+        levels = np.array([band.level for band in self.bands])
+        moved = np.where(levels > SILENT_LEVEL, self.speed_levels - levels, -np.inf)
+        scale = 10 ** (moved / 20)[:, None, :]
+        parts = scale * np.array([band.amplitude for band in self.bands])
+        size = np.sqrt((parts**2).mean(axis=0))
+        sources = {}
+        for name in self.bands[0].sources:
+            errors = scale * np.array([band.sources[name] for band in self.bands])
+            change = (parts * errors).mean(axis=0)
+            sources[name] = np.divide(change, size, out=np.zeros_like(size), where=size > 0)
+        return replace(self.bands[0], amplitude=size, sources=sources)
 
     @property
     def level(self) -> FloatArray:

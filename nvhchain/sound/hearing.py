@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import log2
 
@@ -14,6 +15,9 @@ from nvhchain.sound.signals import Sound
 
 _STEP = 0.05
 """Spacing (s) of the curves over time; the loudness of an interval is its largest one."""
+
+_LOUDEST = 1.0
+"""Duration (s) of the loudest part of a run-up, whose loudness states the limits."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +103,25 @@ def loudness_at(sound: Sound, gains: FloatArray) -> FloatArray:
         else:
             found.append(float(np.percentile(_mosqito.loudness_in_time(louder)[1], 95)))
     return np.array(found)
+
+
+def loudness_limits(sound: Sound, loudness: float, gains: Sequence[float | None]) -> list[float | None]:
+    """Return the loudness of a sound with all lines louder or quieter by the limits of the overall level.
+
+    loudness: its loudness (sone).
+    gains: lower and upper limit of the level less the level (dB); None for a limit that does not exist.
+    Returns lower and upper limit (sone); None for one that does not exist.
+
+    The limits of a record have the ratios of those of its loudest second, by the method for steady sounds.
+    """
+    if not sound.loops:
+        part = max(1, round(_LOUDEST * sound.rate))
+        starts = range(0, max(1, len(sound.pressure) - part + 1), max(1, part // 2))
+        loudest = max(starts, key=lambda start: float(np.square(sound.pressure[start : start + part]).sum()))
+        sound = Sound(sound.pressure[loudest : loudest + part], sound.rate, True)
+    middle, *ends = loudness_at(sound, np.array([0.0, *(gain or 0.0 for gain in gains)])).tolist()
+    scale = loudness / middle if middle > 0 else 1.0
+    return [None if gain is None else scale * end for gain, end in zip(gains, ends, strict=True)]
 
 
 def loudness_level(loudness: float) -> float:

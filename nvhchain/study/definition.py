@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from nvhchain.case.checks.names import nearest
 from nvhchain.case.toml.read import check_texts, read_toml
@@ -15,6 +15,8 @@ from nvhchain.names import check_names
 from nvhchain.study.parameter import Parameter, numbers, parameter_from
 from nvhchain.study.responses import ON_REQUEST
 
+Plan = Literal["grid", "list", "monte_carlo", "latin_hypercube", "sobol", "sensitivity", "optimise", "gradient"]
+"""Name of a plan."""
 FEWEST_EVALUATIONS = 10
 """Smallest number of designs of a search."""
 DRAWN = ("monte_carlo", "latin_hypercube", "sobol")
@@ -105,9 +107,7 @@ class Study:
 
     case: str | Path
     parameters: tuple[Parameter, ...]
-    plan: Literal["grid", "list", "monte_carlo", "latin_hypercube", "sobol", "sensitivity", "optimise", "gradient"] = (
-        "grid"
-    )
+    plan: Plan = "grid"
     designs: int = 0
     seed: int = 1
     speeds_rpm: tuple[float, ...] = ()
@@ -121,6 +121,7 @@ class Study:
     def __post_init__(self) -> None:
         check_fields(self)
         require(len(self.parameters) > 0, "a study without parameters has one design: use run, or add [[parameters]]")
+        require(self.plan in get_args(Plan), f"plan: no {self.plan!r}: {nearest(self.plan, get_args(Plan))}")
         for name, number in (("seed", self.seed), ("designs", self.designs), ("most_designs", self.most_designs)):
             require(is_whole(number) and number >= 0, f"{name} = {number:g} must be a whole number, 0 or more")
             object.__setattr__(self, name, int(number))

@@ -6,14 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import hypot
 
-from nvhchain.study.responses import paired_offsets, stored_band
+from nvhchain.study.responses import paired_offsets
 from nvhchain.study.rows import Row
 
 LEVELS = ("level", "sound_power")
 """Responses in decibels of which differences have limits."""
-
-_SAME_LEVEL = 1e-3
-"""Largest difference (dB) of a level from that of its stored lines; their six digits make 1e-4 dB."""
 
 
 @dataclass(frozen=True)
@@ -43,9 +40,9 @@ def level_difference(first: Row, second: Row) -> Difference | None:
 
     Returns difference; None where a row has no level.
 
-    Both rows with their limits line by line: `nvhchain.error_band.difference_limits`. Otherwise (run-ups, sound power)
-    the distances to the limits add in quadrature. So do those of drawn gearboxes: their lines are those of the case
-    file, whose shares are not their own.
+    Both rows with their limits line by line: `nvhchain.error_band.difference_limits`. Otherwise (sound power) the
+    distances to the limits add in quadrature. So do those of drawn gearboxes, which have no lines of
+    their own.
     """
     name = next((name for name in LEVELS if name in first.responses and name in second.responses), None)
     if name is None:
@@ -57,16 +54,11 @@ def level_difference(first: Row, second: Row) -> Difference | None:
         below = hypot(first_high - before, after - second_low)
     if first_low is not None and second_high is not None:
         above = hypot(before - first_low, second_high - after)
-    if name == "level" and first.band and second.band and _holds_its_lines(first) and _holds_its_lines(second):
+    if name == "level" and first.band and second.band:
         low, high = paired_offsets(first.band, second.band)
         below, above = _least(below, None if low is None else -low), _least(above, high)
     change = after - before
     return Difference(change, (None if below is None else change - below, None if above is None else change + above))
-
-
-def _holds_its_lines(row: Row) -> bool:
-    """Return True where the lines of the band make the level of the row; those of a drawn gearbox do not."""
-    return row.band is not None and abs(stored_band(row.band).level[0] - row.responses["level"]) < _SAME_LEVEL
 
 
 def _least(first: float | None, second: float | None) -> float | None:

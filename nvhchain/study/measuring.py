@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from nvhchain import acoustics, chain, levels
+from nvhchain import acoustics, chain
 from nvhchain.case import Case, Deviations, GearboxCase
 from nvhchain.errors import InputError, SolverError, concerning
 from nvhchain.fidelity import Fidelity
@@ -40,9 +40,9 @@ def measure(case: Case, fidelity: Fidelity, operators: Path, asked: tuple[str, .
 
     def run(responses: dict[str, float], limits: Limits) -> dict[str, Any] | None:
         result = chain.run(case, fidelity=fidelity, operators=operators)
-        band = add_levels(result, responses, limits)
+        band = add_levels(result, asked, responses, limits)
         add_gears(result, responses)
-        add_requested(asked, result.pressure, case, fidelity.gear, responses)
+        add_requested(asked, result, responses, limits)
         return band
 
     return _outcome(case, run, began)
@@ -75,14 +75,12 @@ class _Reference:
     """Gearbox with the deviations of the case file, and the sound per force of all draws.
 
     vectors, housing : shared operators.
-    band : record of the band of the level.
     offsets : lower and upper limit of every response less the response (dB); None for a limit that does not exist.
     modal : line frequencies, as bytes → transfer vectors of the modes.
     """
 
     vectors: TransferVectors
     housing: ReducedHousing
-    band: dict[str, Any] | None
     offsets: dict[str, list[float | None]]
     modal: dict[bytes, ModalTransferVectors] = field(default_factory=dict)
 
@@ -128,7 +126,7 @@ def measure_drawn(
 
     def run(responses: dict[str, float], limits: Limits) -> dict[str, Any] | None:
         alike = _with_same_lines(mean, case)
-        reference = _reference_of(alike, fidelity, operators)  # limits hold the options left out
+        reference = _reference_of(alike, fidelity, operators, asked)  # limits hold the options left out
         housing = _damped(reference.housing, case, mean)
         driven = replace(case, quantities=("bearing_forces",))
         chosen = decided(alike, fidelity)
@@ -138,12 +136,13 @@ def measure_drawn(
         spectrum = forces.force_spectrum
         assert spectrum is not None
         pressure = acoustics.transfer_pressure(reference.functions(housing, spectrum, fidelity), spectrum)
-        add_places(levels.overall(pressure.frequency, pressure.pressure), pressure, case, responses)
-        for name, offsets in reference.offsets.items():
-            limits[name] = [None if offset is None else responses[name] + offset for offset in offsets]
-        add_gears(forces, responses)
-        add_requested(asked, pressure, case, fidelity.gear, responses)
-        return reference.band
+        heard = replace(forces, case=case, pressure=pressure)
+        add_places(heard, asked, responses)
+        for name in set(reference.offsets).intersection(responses):
+            limits[name] = [None if end is None else responses[name] + end for end in reference.offsets[name]]
+        add_gears(heard, responses)
+        add_requested(asked, heard, responses, limits)
+        return None
 
     return _outcome(case, run, began)
 
@@ -167,14 +166,14 @@ def _damped(housing: ReducedHousing, case: Case, mean: Case) -> ReducedHousing:
     return housing.replace(modal_damping=damping_of_modes(damping, housing.natural_frequency))
 
 
-def _reference_of(case: Case, fidelity: Fidelity, operators: Path) -> _Reference:
+def _reference_of(case: Case, fidelity: Fidelity, operators: Path, asked: tuple[str, ...]) -> _Reference:
     """Return the reference of a mean case, which is run once in a process."""
-    key = fingerprint(case, fidelity, str(operators))
+    key = fingerprint(case, fidelity, str(operators), asked)
     if key not in _REFERENCES:
         result = chain.run(case, fidelity=fidelity, operators=operators)
         responses: dict[str, float] = {}
         limits: Limits = {}
-        band = add_levels(result, responses, limits)
+        add_levels(result, asked, responses, limits)
         assert result.transfer_vectors is not None
         assert result.housing is not None
         while len(_REFERENCES) >= _MOST_REFERENCES:
@@ -183,5 +182,5 @@ def _reference_of(case: Case, fidelity: Fidelity, operators: Path) -> _Reference
             name: [None if limit is None else limit - responses[name] for limit in both]
             for name, both in limits.items()
         }
-        _REFERENCES[key] = _Reference(result.transfer_vectors, result.housing, band, offsets)
+        _REFERENCES[key] = _Reference(result.transfer_vectors, result.housing, offsets)
     return _REFERENCES[key]

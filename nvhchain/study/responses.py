@@ -14,19 +14,17 @@ from nvhchain.case import Case, GearboxCase
 from nvhchain.case.checks.names import nearest
 from nvhchain.case.checks.root_stress import root_stress
 from nvhchain.case.operation import RADIATED
-from nvhchain.error_band import SHARED, ErrorBand, difference_limits
+from nvhchain.error_band import SHARED, ErrorBand, RunUpBand, difference_limits
 from nvhchain.error_band.files import finite
 from nvhchain.errors import InputError
 from nvhchain.fidelity import GearFidelity
 from nvhchain.files.result_cache import fingerprint
-from nvhchain.handoff import FieldPressure, FloatArray
-from nvhchain.sound import loudness_at, steady_sound
+from nvhchain.handoff import FloatArray
+from nvhchain.sound import loudness_at, loudness_limits, run_up_sound, steady_sound
+from nvhchain.study.orders import MOST_ORDERS, order_levels
 
 ON_REQUEST = ("orders", "loudness", "contact_pressure")
 """Responses that a study asks for: they take time, or many columns."""
-
-MOST_ORDERS = 10
-"""Number of mesh orders of each stage with a level of their own."""
 
 _DIGITS = 6
 """Significant digits of a stored band."""
@@ -34,20 +32,21 @@ _DIGITS = 6
 Limits = dict[str, list[float | None]]
 
 
-def add_levels(result: chain.Result, responses: dict[str, float], limits: Limits) -> dict[str, Any] | None:
-    """Add levels with their limits: at every microphone, the loudest as `level`, and the sound power.
+def add_levels(
+    result: chain.Result, asked: Sequence[str], responses: dict[str, float], limits: Limits
+) -> dict[str, Any] | None:
+    """Add levels with their limits: at every microphone, the loudest as `level`, of mesh orders, and the sound power.
 
+    asked: responses on request.
     responses: response → number, to which the levels are added.
     limits: response → limits, to which those of the levels are added.
-    Returns record of the band of `level`, for `stored_band`; None for a run-up, and without sound pressure.
+    Returns record of the band of `level`, for `stored_band`; None without sound pressure.
     """
     found = None
     if "pressure" in result.case.quantities:
-        heard, band = result.overall, result.error_band
-        for name, number in add_places(heard, result.pressure, result.case, responses):
-            limits[name] = finite(band.overall[number])
-        if isinstance(band, ErrorBand):
-            found = _band_record(band, int(heard.argmax()), result)
+        band = result.error_band
+        limits |= add_places(result, asked, responses, band)
+        found = _band_record(band.lines if isinstance(band, RunUpBand) else band, int(result.overall.argmax()), result)
     if result.sound_power is not None:
         power = result.sound_power
         responses["sound_power"] = float(levels.overall_power(power.frequency, power.power))
@@ -56,47 +55,61 @@ def add_levels(result: chain.Result, responses: dict[str, float], limits: Limits
 
 
 def add_places(
-    heard: FloatArray, pressure: FieldPressure | None, case: Case, responses: dict[str, float]
-) -> list[tuple[str, int]]:
-    """Add the levels of all microphones and the loudest order; return responses and numbers of the places.
+    result: chain.Result,
+    asked: Sequence[str],
+    responses: dict[str, float],
+    band: ErrorBand | RunUpBand | None = None,
+) -> Limits:
+    """Add the levels of all microphones, and the mesh orders and the loudest order at the loudest one.
 
-    heard (n_point,): levels (dB(A)).
+    asked: responses on request.
     responses: response → number, to which the levels are added.
+    band: limits of the sound pressure.
+    Returns response → limits of the levels; none without a band.
     """
+    heard, case, limits = result.overall, result.case, Limits()
     loudest = int(heard.argmax())
     places = [("level", loudest)]
     if len(heard) > 1:
         places += [(f"level at {point.name}", number) for number, point in enumerate(case.field_points)]
     for name, number in places:
         responses[name] = float(heard[number])
+        if band is not None:
+            limits[name] = finite(band.overall[number])
+    pressure = result.pressure
     if pressure is not None and pressure.input_speed:
         line = int(levels.decibel(pressure.pressure[:, loudest]).argmax())
         responses["loudest order"] = round(2 * pi * float(pressure.frequency[line]) / pressure.input_speed, 6)
-    return places
+    if "orders" in asked:
+        for name, level, ends in order_levels(result, loudest, band):
+            responses[name] = level
+            if band is not None:
+                limits[name] = ends
+    return limits
 
 
-def add_requested(
-    asked: Sequence[str],
-    pressure: FieldPressure | None,
-    case: Case,
-    fidelity: GearFidelity,
-    responses: dict[str, float],
-) -> None:
-    """Add the responses of `ON_REQUEST` that a study asks for.
+def add_requested(asked: Sequence[str], result: chain.Result, responses: dict[str, float], limits: Limits) -> None:
+    """Add loudness and contact pressure, if a study asks for them.
 
-    responses: response → number, to which they are added.
+    responses, limits: response → number and limits, to which they are added; limits of the level make those of the
+    loudness.
     """
-    check_requested(asked, case)
+    case = result.case
     if not isinstance(case, GearboxCase):
         return
-    if pressure is not None and "orders" in asked:
-        responses.update(_orders(pressure, case))
-    if pressure is not None and "loudness" in asked:
-        responses["loudness_sone"] = _loudness(pressure)
+    if "loudness" in asked:
+        place = int(result.overall.argmax())
+        history, pressure = result.pressure_history, result.pressure
+        assert history is not None or pressure is not None
+        sound = run_up_sound(history, point=place) if history is not None else steady_sound(pressure, point=place)
+        responses["loudness_sone"] = loudness = float(loudness_at(sound, np.zeros(1))[0])
+        gains = [None if end is None else end - responses["level"] for end in limits["level"]]
+        limits["loudness_sone"] = loudness_limits(sound, loudness, gains)
     if "contact_pressure" in asked:
         for stage, pair, force in zip(case.stages, case.pairs, case.mesh_forces, strict=True):
             if force:
-                responses[f"contact_pressure_MPa of {stage.name}"] = _contact_pressure(pair, abs(force), fidelity)
+                found = _contact_pressure(pair, abs(force), result.fidelity.gear)
+                responses[f"contact_pressure_MPa of {stage.name}"] = found
 
 
 def check_requested(asked: Sequence[str], case: Case) -> None:
@@ -108,11 +121,6 @@ def check_requested(asked: Sequence[str], case: Case) -> None:
     lines = sorted({"orders", "loudness"}.intersection(asked))
     if lines and "pressure" not in case.quantities:
         raise InputError(f"responses = {lines} need sound pressure: add quantities = ['pressure'], or leave them out")
-    if lines and case.operation.ramp is not None:
-        raise InputError(
-            f"responses = {lines} belong to one speed, and a run-up has all of them: take operation.ramp out of the "
-            "case and give speeds_rpm, or leave them out"
-        )
 
 
 def response_names(case: Case, asked: Sequence[str]) -> list[str]:
@@ -188,25 +196,6 @@ def _contact_pressure(pair: gear.GearPair, force: float, fidelity: GearFidelity)
         loaded = gear.loaded_mesh(engagement, float(angle), force, guess=guess)
         guess, highest = loaded.deflection, max(highest, float(loaded.pressure.max()))
     return 1e-6 * highest
-
-
-def _orders(pressure: FieldPressure, case: GearboxCase) -> dict[str, float]:
-    """Return the levels (dB) of the mesh orders of the first stages at the loudest microphone."""
-    loudest = int(levels.overall(pressure.frequency, pressure.pressure).argmax())
-    order = 2 * pi * pressure.frequency / pressure.input_speed
-    found = {}
-    for name, number in case.mesh_orders.items():
-        for harmonic in range(1, MOST_ORDERS + 1):
-            line = int(np.abs(order - harmonic * float(number)).argmin())
-            if abs(order[line] - harmonic * number) < 1e-6 * number:
-                found[f"order {name} x {harmonic}"] = float(levels.decibel(pressure.pressure[line, loudest]))
-    return found
-
-
-def _loudness(pressure: FieldPressure) -> float:
-    """Return the loudness (sone) at the loudest microphone (ISO 532-1, extra `sound`)."""
-    loudest = int(levels.overall(pressure.frequency, pressure.pressure).argmax())
-    return float(loudness_at(steady_sound(pressure, point=loudest), np.zeros(1))[0])
 
 
 def _band_record(band: ErrorBand, place: int, result: chain.Result) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from nvhchain.case import Case, load_case
+from nvhchain.case import Case, GearboxCase, load_case
 from nvhchain.chain.running import OPERATORS
 from nvhchain.errors import InputError, ResourceError, check_all, require
 from nvhchain.fidelity import STANDARD, Fidelity
@@ -33,8 +33,8 @@ from nvhchain.study.responses import check_requested, check_response, response_n
 from nvhchain.study.rows import Row, operating_points
 from nvhchain.study.spreading import Spread, Task
 
-_CODE = ("gear", "dynamics", "housing", "acoustics", "error_band", "spectrum", "scene", "chain")
-_OWN_CODE = ("study/measuring", "study/responses")
+_CODE = ("gear", "dynamics", "housing", "acoustics", "error_band", "spectrum", "levels", "sound", "scene", "chain")
+_OWN_CODE = ("study/measuring", "study/orders", "study/responses")
 """Packages and modules on which a row depends."""
 
 RUN_BYTES = 40_000
@@ -106,6 +106,11 @@ def check_parameters(study: Study) -> None:
     """
     _check_memory(count_designs(study) * len(operating_points(study)))
     known: dict[str, None] = {}
+    for place in [place for place in ("speeds_rpm", "torques") if getattr(study, place)]:
+        require(
+            isinstance(load_case(study.case), GearboxCase),
+            f"{place}: {Path(study.case).name} is no gearbox and has neither speed nor torque: leave {place} out",
+        )
     for point in operating_points(study):
         base = load_case(study.case, changes=point.changes)
         check_requested(study.responses, base)

@@ -271,9 +271,10 @@ def _summary(study: Study, rows: Sequence[Row], effects: Sequence[Effect]) -> li
                 f"design {row.design} ({given})"
             )
         for effect in [effect for effect in effects if effect.response == main][:3]:
-            unit = f" {study.unit(effect.parameter)}".rstrip()
+            name, _, unit = study.title(effect.parameter).partition(" / ")
+            unit = f" {unit}".rstrip()
             lines.append(
-                f"{effect.parameter} changes {main} by {effect.change:.3g}{_unit(main)[:3]} on average "
+                f"{name} changes {main} by {effect.change:.3g}{_unit(main)[:3]} on average "
                 f"({_short(effect.lowest)}{unit} lowest, {_short(effect.highest)}{unit} highest): "
                 f"{100 * effect.share:.0f} % of its variance"
             )

@@ -18,6 +18,7 @@ from nvhchain.case import Ramp
 from nvhchain.error_band import (
     ErrorBand,
     Origin,
+    RunUpBand,
     error_band,
     run_up_band,
     run_up_force_band,
@@ -153,3 +154,18 @@ def test_forces_of_a_run_up_have_their_level_and_band_at_every_speed(case, housi
     assert max(relative) < 0.05
     exact = run_up_force_band(Origin(case, DRAFT), rising)
     assert exact.overall[0] == pytest.approx([exact.level[0]] * 2)
+
+
+def test_mean_lines_of_a_run_up_have_its_level_and_the_errors_of_their_parts():
+    """Errors of 10 and 30 % at one line count by the energy of their parts; a silent part adds nothing."""
+    frequency = np.array([500.0, 1000.0])
+    sizes = [np.array([[1.0], [0.0]]), np.array([[2.0], [1.0]]), np.zeros((2, 1))]
+    errors = (0.1, 0.3, 0.5)
+    bands = tuple(ErrorBand(frequency, size, {"gear": of * size}) for size, of in zip(sizes, errors, strict=True))
+    loud = np.array([band.level for band in bands[:2]]) + np.array([[3.0], [-1.0]])
+    speed_levels = np.concatenate([loud, [[-2000.0]]])
+    made = RunUpBand(np.array([1.0, 2.0, 3.0]), speed_levels, np.stack([speed_levels] * 2, axis=-1), bands)
+    assert made.lines.level == pytest.approx(made.level, abs=1e-9)
+    first, second = 10**0.3 * 1.0, 10**-0.1 * 4.0
+    relative = made.lines.sources["gear"] / made.lines.amplitude
+    assert relative[:, 0] == pytest.approx([(0.1 * first + 0.3 * second) / (first + second), 0.3])

@@ -21,6 +21,7 @@ from nvhchain.sound import (
     hearing,
     loudness_at,
     loudness_level,
+    loudness_limits,
     read_wav,
     run_up_sound,
     steady_sound,
@@ -36,9 +37,6 @@ LEAST_RANGE = 40.0
 
 NO_NOISE = 100.0
 """Ratio (dB) of tone to noise above which a background counts as silent in the critical band."""
-
-_LOUDEST = 1.0
-"""Duration (s) of the loudest part of a run-up, whose loudness states the limits."""
 
 
 def add_hearing(folder: str | Path) -> list[str]:
@@ -123,16 +121,8 @@ def _entry(stored: Stored, run: StoredRun, background: Sound | None) -> dict[str
 def _loudness_limits(run: StoredRun, sound: Sound, heard: Hearing) -> list[float | None]:
     """Return the limits (sone) of the loudness; None for no lower limit."""
     level = float(run.summary["overall_dBA"])
-    low, high = run.summary.get("error_band_dBA", (level, level))
-    if not sound.loops:
-        part = max(1, round(_LOUDEST * sound.rate))
-        starts = range(0, max(1, len(sound.pressure) - part + 1), max(1, part // 2))
-        loudest = max(starts, key=lambda start: float(np.square(sound.pressure[start : start + part]).sum()))
-        sound = Sound(sound.pressure[loudest : loudest + part], sound.rate, True)
-    gains = np.array([0.0, (low if low is not None else level) - level, high - level])
-    middle, least, most = loudness_at(sound, gains).tolist()
-    scale = heard.loudness / middle if middle > 0 else 1.0
-    return [None if low is None else scale * least, scale * most]
+    limits = run.summary.get("error_band_dBA", (level, level))
+    return loudness_limits(sound, heard.loudness, [None if end is None else end - level for end in limits])
 
 
 def _tones(stored: Stored, run: StoredRun, background: Sound) -> list[dict[str, Any]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from nvhchain.report.page.blocks import Figure, Hero, axes, label, rounded
-from nvhchain.study.page.results import Results, design_text, level_text, limits_of, unit_of
+from nvhchain.study.page.results import Results, design_text, level_text, limits_of, text_of, unit_of
 from nvhchain.study.page.scatter import distribution
 from nvhchain.study.page.search import course
 from nvhchain.study.page.slopes import tornado
@@ -18,6 +18,9 @@ MOST_LINES = 14
 
 MOST_RANKED = 12
 """Number of designs in the figure of one response."""
+
+MOST_LETTERS = 22
+"""Length of the name of a design beside a figure, which has to fit on a phone."""
 
 MOST_CURVES = 8
 """Number of designs with a curve over speed of their own."""
@@ -46,8 +49,9 @@ def _ranked(results: Results) -> Figure | None:
     rows = ranked[:MOST_RANKED]
     trace = _points(results, rows, "", "#0072b2", across=True)
     layout = axes(unit_of(main), "", yaxis={"type": "category", "autorange": "reversed"}, showlegend=False)
-    caption = f"The {len(rows)} lowest of {len(ranked)} designs with 95 % limits." if len(rows) < len(ranked) else ""
-    return Figure(caption or "All designs with 95 % limits.", [trace], layout, height=100 + 26 * len(rows))
+    count = f"The {len(rows)} lowest of {len(ranked)}" if len(rows) < len(ranked) else "All"
+    caption = f"{count} designs by number and values, with 95 % limits."
+    return Figure(caption, [trace], layout, height=100 + 26 * len(rows))
 
 
 def _doubt(results: Results) -> str:
@@ -95,11 +99,12 @@ def _points(results: Results, rows: list[Row], name: str, colour: str, *, across
     """Return designs in the pair of responses, or the main response of each `across` the figure."""
     y, x = (str(results.main), "") if across else results.pair or ("", "")
     texts = [label(design_text(results.study, row)) for row in rows]
+    short = [label(f"{row.design}: {', '.join(map(text_of, row.values.values()))}"[:MOST_LETTERS]) for row in rows]
     trace: dict[str, Any] = {
         "type": "scatter",
         "mode": "markers",
         "name": name,
-        ("y" if across else "x"): [text[:40] for text in texts] if across else [row.responses[x] for row in rows],
+        ("y" if across else "x"): short if across else [row.responses[x] for row in rows],
         ("x" if across else "y"): rounded(row.responses[y] for row in rows),
         "marker": {"color": colour, "size": 8},
         "customdata": [f"design {row.design}: {text}" for row, text in zip(rows, texts, strict=True)],

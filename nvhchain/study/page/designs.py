@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 from nvhchain.report.page.blocks import Table, Text
@@ -16,15 +18,22 @@ from nvhchain.study.page.results import (
     text_of,
     unit_of,
 )
+from nvhchain.study.rows import Row
 
 TITLE = "Designs"
+
+Column = tuple[list[str], Callable[[int, Row], list[str]]]
+"""Titles of the columns of a response, and their texts in a row of a number."""
 
 MOST_ROWS = 500
 """Number of rows of the table; the others are in study.csv."""
 
+MOST_RESPONSES = 5
+"""Number of responses of a table beside the first one, which paper has room for."""
+
 
 def blocks(results: Results) -> list[Any]:
-    """Return the table of runs, the lowest level first; a click on a title sorts it."""
+    """Return the table of runs, the lowest level first, and folded ones of the other responses."""
     used = [(index, row) for index, row in enumerate(results.rows) if row.refused is None]
     if not used:
         return []
@@ -32,25 +41,15 @@ def blocks(results: Results) -> list[Any]:
     if main is not None:
         used.sort(key=lambda item: item[1].responses.get(main, float("inf")))
     parameters = list(used[0][1].values)
-    responses = responses_of(results.rows)
-    limited = {name for name in responses if any(name in row.limits for _, row in used)}
-    head = ["design", *map(results.study.title, parameters), *point_titles(results.study)]
-    for name in responses:
-        head += [unit_of(name), "95 % limits"] if name in limited else [unit_of(name)]
-        if results.differences and name == main:
-            head += ["less design 0 / dB", "limits of it"]
-    cells = []
-    for index, row in used[:MOST_ROWS]:
-        line = [str(row.design), *(text_of(row.values[name]) for name in parameters)]
-        line += point_texts(row)
-        for name in responses:
-            line.append(response_text(name, row.responses.get(name)))
-            if name in limited:
-                line.append(limits_of(row.limits.get(name)))
-            if results.differences and name == main:
-                found = results.differences.get(index)
-                line += ["", ""] if found is None else [level_text(found.change), limits_of(found.limits)]
-        cells.append(line)
+    titles, points = list(map(results.study.title, parameters)), point_titles(results.study)
+    first, *others = _columns(results, used)
+    shown = used[:MOST_ROWS]
+    places = [[str(row.design), *point_texts(row)] for _, row in shown]
+    head = ["design", *titles, *points, *first[0]]
+    cells = [
+        [of[0], *(text_of(row.values[name]) for name in parameters), *of[1:], *first[1](index, row)]
+        for of, (index, row) in zip(places, shown, strict=True)
+    ]
     text = "A click on a title sorts."
     if results.differences:
         text += (
@@ -58,4 +57,37 @@ def blocks(results: Results) -> list[Any]:
         )
     if len(used) > MOST_ROWS:
         text += f" The first {MOST_ROWS} of {len(used)} runs; study.csv has all."
-    return [Text(text, "small"), Table(head, cells, numbers=1 + len(parameters), sortable=True)]
+    found: list[Any] = [Text(text, "small"), Table(head, cells, numbers=1 + len(parameters), sortable=True)]
+    while others:
+        part, others = others[:MOST_RESPONSES], others[MOST_RESPONSES:]
+        head = ["design", *points, *(title for of in part for title in of[0])]
+        cells = [
+            [*of, *(cell for _, texts in part for cell in texts(index, row))]
+            for of, (index, row) in zip(places, shown, strict=True)
+        ]
+        caption = f"{part[0][0][0]} to {part[-1][0][0]}" if len(part) > 1 else part[0][0][0]
+        found.append(Table(head, cells, caption, folded=True, sortable=True))
+    return found
+
+
+def _columns(results: Results, used: Sequence[tuple[int, Row]]) -> list[Column]:
+    """Return titles and texts of the columns of every response, the main one first, with its differences."""
+
+    def texts(index: int, row: Row, name: str) -> list[str]:
+        line = [response_text(name, row.responses.get(name))]
+        if name in limited:
+            line.append(limits_of(row.limits.get(name)))
+        if results.differences and name == main:
+            found = results.differences.get(index)
+            line += ["", ""] if found is None else [level_text(found.change), limits_of(found.limits)]
+        return line
+
+    main, names = results.main, responses_of([row for _, row in used])
+    limited = {name for name in names if any(name in row.limits for _, row in used)}
+    found: list[Column] = []
+    for name in sorted(names, key=lambda name: name != main):
+        titles = [unit_of(name), *(["95 % limits"] if name in limited else [])]
+        if results.differences and name == main:
+            titles += ["less design 0 / dB", "limits of it"]
+        found.append((titles, partial(texts, name=name)))
+    return found

@@ -1,0 +1,86 @@
+"""Levels of mesh orders with limits: of their lines at constant speed, the largest over the speed in a run-up."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nvhchain import chain, levels
+from nvhchain.case import GearboxCase
+from nvhchain.error_band import ErrorBand, RunUpBand
+from nvhchain.error_band.band import SILENT_LEVEL
+from nvhchain.error_band.files import finite
+from nvhchain.error_band.run_up import MAIN_LOBE
+from nvhchain.sound import OrderTrack, order_track
+from nvhchain.sound.orders import NEAREST_ORDER, WIDTH
+
+MOST_ORDERS = 10
+"""Number of mesh orders of each stage with a level of their own."""
+
+OrderLevel = tuple[str, float, list[float | None]]
+
+
+def order_levels(result: chain.Result, place: int, band: ErrorBand | RunUpBand | None = None) -> Iterator[OrderLevel]:
+    """Yield the mesh orders of all stages that lie inside the band of the case.
+
+    place: number of the microphone.
+    band: limits of the sound pressure, if there are any.
+    Yields name of the response, level (dB) and its limits, which are both None without a band.
+
+    In a run-up an order has the largest level over the speeds at which it lies inside the band (`order_track`).
+    """
+    case = result.case
+    assert isinstance(case, GearboxCase)
+    for stage, mesh_order in case.mesh_orders.items():
+        for harmonic in range(1, MOST_ORDERS + 1):
+            order, name = harmonic * float(mesh_order), f"order {stage} x {harmonic}"
+            if result.pressure_history is not None:
+                track = order_track(result.pressure_history, order, point=place)
+                frequency = order * track.input_speed / (2 * pi)
+                inside = (frequency >= case.band.low) & (frequency <= case.band.high)
+                if inside.any():
+                    level = levels.decibel(track.envelope[inside])
+                    ends = _largest(band, track, inside, place) if isinstance(band, RunUpBand) else finite(_NONE)
+                    yield name, float(level.max()), ends
+            elif result.pressure is not None:
+                axis = 2 * pi * result.pressure.frequency / result.pressure.input_speed
+                line = int(np.abs(axis - order).argmin())
+                if abs(axis[line] - order) <= NEAREST_ORDER:
+                    ends = finite(_NONE)
+                    if isinstance(band, ErrorBand):
+                        ends = finite([float(limit[line, place]) for limit in (band.lower, band.upper)])
+                    yield name, float(levels.decibel(result.pressure.pressure[line, place])), ends
+
+
+_NONE = (-np.inf, np.inf)
+
+
+def _largest(band: RunUpBand, track: OrderTrack, inside: NDArray[np.bool_], place: int) -> list[float | None]:
+    """Return the limits of the largest level of an order: the largest limits over the parts of the run-up.
+
+    inside (n,): True where the order lies inside the band of the case.
+
+    A part has the relative limits of the energy of the lines that the order sweeps in the window of its band.
+    """
+    parts = np.arange(len(track.time)) * len(band.bands) // len(track.time)
+    seconds = float(track.time[-1] - track.time[0]) / len(band.bands)
+    ends = []
+    for part, lines in enumerate(band.bands):
+        here = inside & (parts == part)
+        if not here.any():
+            continue
+        turns = track.input_speed[parts == part] / (2 * pi)
+        spacing = float(lines.frequency[-1] - lines.frequency[0]) / max(1, len(lines.frequency) - 1)
+        swept = track.order * float(np.ptp(turns)) / (2 * seconds * max(spacing, 1 / seconds))
+        width = max(WIDTH / 2 * turns.mean(), swept + MAIN_LOBE * spacing)
+        near = np.abs(lines.frequency - track.order * turns.mean()) <= width
+        sources = {name: of[near][:, [place]] for name, of in lines.sources.items()}
+        swept_lines = ErrorBand(lines.frequency[near], lines.amplitude[near][:, [place]], sources, weighted=False)
+        offsets = np.array([-np.inf, 0.0])
+        if near.any() and swept_lines.level[0] > SILENT_LEVEL:
+            offsets = swept_lines.overall[0] - swept_lines.level[0]
+        ends.append(levels.decibel(track.envelope[here]).max() + offsets)
+    return finite(np.max(ends, axis=0))

@@ -145,8 +145,12 @@ def test_sound_of_a_draw_is_that_of_a_whole_run(tmp_path: Path) -> None:
         bearings=drawn.bearings,
         gears=case.gears,
     )
-    short, whole = measure_drawn(lively, mean, TINY, tmp_path), measure(lively, TINY, tmp_path)
+    short = measure_drawn(lively, mean, TINY, tmp_path, ("orders",))
+    whole = measure(lively, TINY, tmp_path, ("orders",))
     assert short["refused"] is None
+    assert "order stage x 2" in short["limits"]
+    assert short["limits"].keys() == whole["limits"].keys()
+    assert short["band"] is None  # the lines of the mean case are not its own
     assert short["responses"] == pytest.approx(whole["responses"], rel=1e-9)
 
 

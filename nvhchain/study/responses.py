@@ -99,9 +99,11 @@ def add_requested(asked: Sequence[str], result: chain.Result, responses: dict[st
         return
     if "loudness" in asked:
         place = int(result.overall.argmax())
-        history, pressure = result.pressure_history, result.pressure
-        assert history is not None or pressure is not None
-        sound = run_up_sound(history, point=place) if history is not None else steady_sound(pressure, point=place)
+        if result.pressure_history is not None:
+            sound = run_up_sound(result.pressure_history, point=place)
+        else:
+            assert result.pressure is not None
+            sound = steady_sound(result.pressure, point=place)
         responses["loudness_sone"] = loudness = float(loudness_at(sound, np.zeros(1))[0])
         gains = [None if end is None else end - responses["level"] for end in limits["level"]]
         limits["loudness_sone"] = loudness_limits(sound, loudness, gains)

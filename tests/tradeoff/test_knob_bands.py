@@ -1,7 +1,5 @@
 """A run at `draft` against the shipped sweep: its errors are as claimed, and those of single knobs lie in its band."""
 
-from dataclasses import replace
-
 import pytest
 
 import nvhchain as nvh
@@ -52,19 +50,14 @@ def test_the_band_of_a_single_knob_holds_what_was_found(verdicts, row):
 def test_the_band_feels_a_knob(verdicts):
     """Limits grow with the error: of elements of the housing, of bodies and of modes."""
     width = {row: verdict.overall_limits[1] - verdict.overall_limits[0] for row, verdict in verdicts.items()}
-    sizes = [width["housing.element_size", size] for size in ("0.02", "0.013", "0.0105")]
+    sizes = [width["housing.element_size", size] for size in ("0.02", "0.016", "0.013", "0.0105")]
     assert sizes == sorted(sizes, reverse=True)
     assert width["gear.bodies", "analytic"] > 3 * width["gear.width_layers", "8"]
     assert width["housing.mode_ratio", "1"] > width["housing.mode_ratio", "1.25"]
 
 
-def test_draft_measured_again_is_as_far_from_the_yardstick_as_claimed_and_within_three_decibels(swept):
-    """The whole chain: 10 % and 0.05 dB, at the worst line and at every mesh harmonic.
-
-    The sweep was measured with natural frequencies as the elements have them.
-    """
-    housing = replace(nvh.DRAFT.housing, corrected_frequencies=False)
-    draft = nvh.run(swept, fidelity=replace(nvh.DRAFT, housing=housing))
+def test_draft_measured_again_is_as_far_from_the_yardstick_as_claimed_and_within_three_decibels(draft):
+    """The whole chain: 10 % and 0.05 dB, at the worst line and at every mesh harmonic."""
     sweep = shipped_sweep()
     (claim,) = [row for row in sweep.measurements if (row.knob, row.value) == ("preset", "draft")]
     orders = [float(order) for order in draft.case.mesh_orders.values()]

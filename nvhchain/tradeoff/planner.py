@@ -37,6 +37,9 @@ SHARE = 0.7
 SMALLEST_GAIN = 0.01
 """Smallest part of the whole time that a turned knob must save."""
 
+_NO_ERROR = 1e-3
+"""Error (dB) below which settings count as equally good: their order then does not depend on the tolerance."""
+
 WIDEST = 100.0
 """Upper limit (dB) of tolerances."""
 
@@ -168,7 +171,7 @@ def cheapest(
             gain = _seconds(seconds, turned) - _seconds(seconds, further)
             if gain < SMALLEST_GAIN * _seconds(seconds) or _error_sum(further) > SHARE * tolerance_db:
                 continue
-            worth = gain / max(_error_sum(further) - _error_sum(turned), 1e-3 * tolerance_db)
+            worth = gain / max(_error_sum(further) - _error_sum(turned), _NO_ERROR)
             if (best is None or worth > best[0]) and possible(task, apply_offers(base, list(further.values()))):
                 best = worth, further
         if best is None:

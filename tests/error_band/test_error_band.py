@@ -33,7 +33,7 @@ from nvhchain.error_band.housing import bearing_velocity, shifted, velocity_shar
 from nvhchain.error_band.radiation import level_error, radiation_error
 from nvhchain.error_band.resonances import force_change
 from nvhchain.errors import AccuracyWarning, InputError
-from nvhchain.fidelity import DRAFT, STANDARD
+from nvhchain.fidelity import DRAFT, REFERENCE, STANDARD
 from nvhchain.handoff import ForceSpectrum, HousingAccuracy, PressureHistory, SoundAccuracy
 from nvhchain.housing import respond, truncation_errors
 from nvhchain.levels import decibel, overall_power, power_level
@@ -158,7 +158,7 @@ def test_forces_are_uncertain_where_the_transmission_error_is_weak_and_open_wher
     assert first == pytest.approx(error, rel=0.1)
     assert 5 * error < weak < 100 * error
     assert none == 1.0
-    finer = of(case, STANDARD, housing, meshing, [mesh_law([1e-6, 1e-8])])
+    finer = of(case, REFERENCE, housing, meshing, [mesh_law([1e-6, 1e-8])])
     assert (finer.sources["gear"][:2] < 0.5 * made.sources["gear"][:2]).all()
 
 

@@ -77,12 +77,12 @@ def test_gears_of_finer_transverse_mesh_take_seconds_by_the_bricks_of_the_blank_
 
 
 def test_contact_problems_take_seconds_by_angles_and_by_the_pairs_of_slices(case):
-    assert rise(case, "mesh law", "gear", angles_per_mesh=768) == pytest.approx(
-        15 * rise(case, "mesh law", "gear", angles_per_mesh=96), rel=0.02
+    assert rise(case, "mesh law", "gear", angles_per_mesh=12 * 64) == pytest.approx(
+        11 * rise(case, "mesh law", "gear", angles_per_mesh=2 * 64), rel=0.02
     )
     assert slice_count(case.pairs[0], nvh.DRAFT.gear) == nvh.DRAFT.gear.slices
-    assert rise(case, "mesh law", "gear", slices=96) == pytest.approx(
-        15 / 3 * rise(case, "mesh law", "gear", slices=48), rel=0.02
+    assert rise(case, "mesh law", "gear", slices=3 * 32) == pytest.approx(
+        8 / 3 * rise(case, "mesh law", "gear", slices=2 * 32), rel=0.02
     )
     assert 1.0 < rise(case, "mesh law", "gear", slices=96) < 4.0  # s: 1.6 to 2.0 measured
     assert rise(case, "mesh law", "gear", deflections=64) == pytest.approx(

@@ -346,9 +346,9 @@ def test_wide_gears_do_not_get_the_layers_that_narrow_ones_get(two_stages, sweep
     assert "gear.width_layers" not in cheapest(two_stages, tolerance, wide).settings
 
 
-@pytest.mark.parametrize(("rpm", "tolerance", "layers"), [(1137, 1.5, "6"), (500, 2.7, "8")])
+@pytest.mark.parametrize(("rpm", "tolerance", "layers"), [(1137, 1.5, "6"), (600, 2.0, "8")])
 def test_layers_are_not_taken_whose_error_band_grows_by_more_than_the_tolerance(case, sweep, rpm, tolerance, layers):
-    """Measured to cost nothing, 4 layers leave the 10th harmonic 4.3 dB open, and 6 the 24th 5.5 dB."""
+    """Measured to cost nothing, 4 layers leave the 10th harmonic 9.0 dB open, and 6 the 20th 5.9 dB."""
     rows = [one for one in sweep.measurements if one.knob != "gear.width_layers"]
     saved = {"4": 10.0, "6": 20.0, "8": 30.0}
     rows[1:1] = [row("gear.width_layers", value, 0.0, 0.0, mesh_law_stage=left) for value, left in saved.items()]
@@ -369,15 +369,15 @@ def test_layers_are_not_taken_whose_error_band_grows_by_more_than_the_tolerance(
 
 
 def test_harmonics_of_which_the_base_knows_less_than_the_tolerance_bind_nothing(two_stages, sweep):
-    """The tenth of the second stage, whose gears are wide, is 3.5 dB open at `reference`."""
-    assert open_below(REFERENCE, two_stages) == pytest.approx([0.27, 3.50], abs=0.01)
+    """The tenth of the second stage, whose gears are wide, is 4.5 dB open at `reference`."""
+    assert open_below(REFERENCE, two_stages) == pytest.approx([0.28, 4.49], abs=0.01)
     at_draft = open_below(DRAFT, two_stages)
-    assert at_draft[0] == pytest.approx(1.05, abs=0.01)
+    assert at_draft[0] == pytest.approx(1.61, abs=0.01)
     assert at_draft[1] == np.inf
     rows = [row("gear.width_layers", "6", 0.0, 0.0, mesh_law_stage=15.0)]
     free = replace(sweep, measurements=(sweep.measurements[0], *rows, *sweep.measurements[3:]))
     assert cheapest(two_stages, 3.0, free).settings["gear.width_layers"] == "6"
-    assert "gear.width_layers" not in cheapest(two_stages, 4.0, free).settings  # 6 layers know nothing of that harmonic
+    assert "gear.width_layers" not in cheapest(two_stages, 5.0, free).settings  # 6 layers know nothing of that harmonic
 
 
 def test_models_beyond_the_yardstick_are_marked_in_the_table(sweep):

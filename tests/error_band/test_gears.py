@@ -125,6 +125,18 @@ def test_slices_err_with_the_square_of_the_overlap_and_spur_gears_not_at_all(cas
     assert np.hypot(law_error(flat, few), SLICE_ERROR / 8**2) == pytest.approx(law_error(wide, few))
 
 
+def test_load_patterns_and_elements_of_the_profile_err_at_the_first_harmonics_and_layers_at_all(case):
+    """Body and profile move smoothly as teeth roll: their part falls with the square of the harmonic's number."""
+    wheel = case.gears[1].geometry
+    exact = replace(DRAFT.gear, load_pattern_tolerance=1e-12, profile_elements=10_000)
+    first, second, far = law_error(wheel, DRAFT.gear, [1, 2, 1000]) ** 2 - law_error(wheel, exact) ** 2
+    assert first == pytest.approx((0.7 * 3e-3) ** 2 + 2.5e-3**2, rel=1e-6)
+    assert second == pytest.approx(first / 16)
+    assert abs(far) < 1e-9 * first
+    thick, thin = (replace(exact, width_layers=count, slices=10_000, angles_per_mesh=10_000) for count in (4, 8))
+    assert law_error(wheel, thick, [1, 8]) == pytest.approx(16 * law_error(wheel, thin, [1, 8]), rel=1e-2)
+
+
 def test_every_second_angle_of_a_law_tells_what_its_angles_leave_open(case):
     """64 angles in a mesh: the 30th harmonic lies on the second one where every other angle is left out, and the 62nd
     one, (30/62)² of it at kinks, where none is."""

@@ -234,7 +234,8 @@ def reduce_mesh(
     modes = seat_modes(K, M, count, f_top, mesh.motions)
     errors = frequency_errors(mesh.nodes, mesh.elements, casting.material, T @ modes.shapes, modes.frequency)
     ratio = thin_walls.long_edge(mesh.nodes, mesh.skin) / min(casting.wall, casting.end_wall)
-    left = _LEFT if ratio <= thin_walls.LONGEST else _LEFT_LONG
+    long = _LEFT_LONG if ratio <= thin_walls.LONGEST_MEASURED else _LEFT_ELSEWHERE
+    left = _LEFT if ratio <= thin_walls.LONGEST else long
     modes, errors = with_errors(modes, errors, corrected=corrected, left=left)
     report(3)
     square = (count, mesh.motions, count, mesh.motions)

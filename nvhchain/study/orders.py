@@ -77,9 +77,10 @@ def _largest(band: RunUpBand, track: OrderTrack, inside: NDArray[np.bool_], plac
         swept = track.order * float(np.ptp(turns)) / (2 * seconds * max(spacing, 1 / seconds))
         width = max(WIDTH / 2 * turns.mean(), swept + MAIN_LOBE * spacing)
         near = np.abs(lines.frequency - track.order * turns.mean()) <= width
-        sources = {name: of[near][:, [place]] for name, of in lines.sources.items()}
+        # one tone, spread over lines: errors of the housing have one sign there, too
+        sources = {f"{name} of the order": of[near][:, [place]] for name, of in lines.sources.items()}
         swept_lines = ErrorBand(lines.frequency[near], lines.amplitude[near][:, [place]], sources, weighted=False)
-        offsets = np.array([-np.inf, 0.0])
+        offsets = lines.overall[0] - lines.level[0] if lines.level[0] > SILENT_LEVEL else np.array([-np.inf, 0.0])
         if near.any() and swept_lines.level[0] > SILENT_LEVEL:
             offsets = swept_lines.overall[0] - swept_lines.level[0]
         ends.append(levels.decibel(track.envelope[here]).max() + offsets)

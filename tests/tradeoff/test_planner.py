@@ -212,8 +212,8 @@ def test_the_least_tolerance_that_a_refusal_names_is_not_refused(case, sweep):
 
 
 def test_thin_walls_of_which_the_base_warns_itself_leave_all_that_warns_of_nothing_more(case, sweep):
-    """9 mm elements are too stiff in walls of 2.5 mm, 13 mm elements still more."""
-    thin = replace(case, housing=replace(case.housing, wall=2.5e-3, end_wall=2.5e-3))
+    """9 mm elements are too stiff in walls of 1.7 mm, 13 mm elements still more."""
+    thin = replace(case, housing=replace(case.housing, wall=1.7e-3, end_wall=1.7e-3))
     everything = set(cheapest(case, 1.0, sweep).settings)
     assert set(cheapest(thin, 1.0, sweep).settings) == everything - {"housing.element_size"}
 

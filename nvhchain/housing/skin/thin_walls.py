@@ -30,6 +30,9 @@ _LONGEST_CORRECTED, _STIFFENING_CORRECTED = 5.0, 0.0015
 as fine.
 """
 
+LONGEST_MEASURED = 6.0
+"""Largest length over thickness for which corrected frequencies were measured; longer ones are warned of as others."""
+
 _NEIGHBOURS = 16
 """Number of facets searched for the other side of the wall; long facets have it close by."""
 
@@ -52,6 +55,8 @@ def stiffening(ratio: float, *, corrected: bool = False) -> str:
     longest, excess = (_LONGEST_CORRECTED, _STIFFENING_CORRECTED) if corrected else (LONGEST, _STIFFENING)
     if ratio <= longest * (1 + 1e-9):
         return ""
+    if ratio > LONGEST_MEASURED:
+        excess = _STIFFENING
     return (
         f"{ratio:.2g} times as long as the wall is thick, by which natural frequencies may come out "
         f"{100 * excess * ratio**2:.0f} % too high: refine to {longest:g} times"

@@ -42,7 +42,10 @@ def blocks(results: Results) -> list[Any]:
         used.sort(key=lambda item: item[1].responses.get(main, float("inf")))
     parameters = list(used[0][1].values)
     titles, points = list(map(results.study.title, parameters)), point_titles(results.study)
-    first, *others = _columns(results, used)
+    columns = _columns(results, used)
+    if not columns:
+        return []
+    first, *others = columns
     shown = used[:MOST_ROWS]
     places = [[str(row.design), *point_texts(row)] for _, row in shown]
     head = ["design", *titles, *points, *first[0]]

@@ -234,9 +234,7 @@ def reduce_mesh(
     modes = seat_modes(K, M, count, f_top, mesh.motions)
     errors = frequency_errors(mesh.nodes, mesh.elements, casting.material, T @ modes.shapes, modes.frequency)
     ratio = thin_walls.long_edge(mesh.nodes, mesh.skin) / min(casting.wall, casting.end_wall)
-    long = _LEFT_LONG if ratio <= thin_walls.LONGEST_MEASURED else _LEFT_ELSEWHERE
-    left = _LEFT if ratio <= thin_walls.LONGEST else long
-    modes, errors = with_errors(modes, errors, corrected=corrected, left=left)
+    modes, errors = with_errors(modes, errors, corrected=corrected, left=left_uncorrected(ratio))
     report(3)
     square = (count, mesh.motions, count, mesh.motions)
     reduced = ReducedHousing(
@@ -260,6 +258,16 @@ def reduce_mesh(
         reduced = reduced.replace(accuracy=reduced.accuracy | mapped)
     report(4)
     return reduced
+
+
+def left_uncorrected(ratio: float) -> float:
+    """Return the error of a corrected frequency of a casting over the correction.
+
+    ratio: size of the elements over the thickness of their walls.
+    """
+    if ratio <= thin_walls.LONGEST:
+        return _LEFT
+    return _LEFT_LONG if ratio <= thin_walls.LONGEST_MEASURED else _LEFT_ELSEWHERE
 
 
 def with_errors(

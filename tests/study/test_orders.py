@@ -11,7 +11,7 @@ from nvhchain import chain, levels
 from nvhchain.chain import Result
 from nvhchain.error_band import ErrorBand, RunUpBand
 from nvhchain.fidelity import DRAFT
-from nvhchain.handoff import PressureHistory
+from nvhchain.handoff import FieldPressure, PressureHistory
 from nvhchain.sound import _mosqito
 from nvhchain.spectrum import order_cut, order_waterfall
 from nvhchain.study import Parameter, Study, run_study
@@ -104,6 +104,22 @@ def test_limits_of_an_order_are_the_largest_limits_over_the_speed():
     far = next(ends for *_, ends in order_levels(result_of(history), 1, band_of(history, [*11 * [0.1], 9.0])))
     assert far[1] > limits[1] + 3.0
     assert far[0] == pytest.approx(limits[0], abs=1e-9)
+
+
+def test_an_order_at_constant_speed_has_the_limits_of_its_line():
+    """10 % of 1 Pa at order 20, and 20 % of 0.5 Pa at order 40."""
+    pressure = FieldPressure(np.array([600.0, 1200.0]), np.zeros((1, 3)), np.array([[1.0], [0.5]]) + 0j, 60 * np.pi)
+    steady = nvh.load_case(SMALL, changes=("operation.input_speed_rpm=1800", "band.high=3000"))
+    band = ErrorBand(pressure.frequency, np.abs(pressure.pressure), {"gear": np.array([[0.1], [0.1]])})
+    found = {
+        name: (level, ends) for name, level, ends in order_levels(Result(steady, DRAFT, pressure=pressure), 0, band)
+    }
+    assert list(found) == ["order stage x 1", "order stage x 2"]
+    for (level, ends), peak, share in zip(found.values(), (1.0, 0.5), (0.1, 0.2), strict=True):
+        assert level == pytest.approx(20 * np.log10(peak / np.sqrt(2) / 20e-6))
+        assert (
+            ends[0] < level + 20 * np.log10(1 - 0.9 * share) < level < level + 20 * np.log10(1 + 0.9 * share) < ends[1]
+        )
 
 
 @pytest.fixture(scope="module")

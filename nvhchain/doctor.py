@@ -230,9 +230,12 @@ def missing_libraries() -> list[str]:
 
 def _solver() -> Finding:
     ok, detail = _attempt(_SOLVER)
-    if ok and "Superlu" in detail and platform.machine().lower() in ("x86_64", "amd64"):
+    repair = "reinstall it with 'pip install --force-reinstall pypardiso mkl'"
+    if ok and "Superlu" in detail:
+        mkl = platform.machine().lower() in ("x86_64", "amd64")
         ok, detail = False, "pypardiso does not load, only small systems can be solved"
-    return Finding("sparse solver", ok, detail, "reinstall it with 'pip install --force-reinstall pypardiso mkl'")
+        repair = repair if mkl else f"MKL has no wheel for this processor; {remedy('cvxopt')} adds another solver"
+    return Finding("sparse solver", ok, detail, repair)
 
 
 def _numba() -> Finding:

@@ -1,7 +1,8 @@
-"""Sparse symmetric direct solver, factored once and kept; the only module that imports pypardiso.
+"""Sparse symmetric direct solver, factored once and kept; the only module that imports pypardiso or cvxopt.
 
-PARDISO (Intel MKL, x86-64) takes the upper triangle only. Elsewhere SuperLU solves small systems and refuses large
-ones: its fill-in on three-dimensional elasticity explodes (8 GB and minutes at 9·10⁴ unknowns).
+PARDISO (Intel MKL, x86-64) takes the upper triangle only. Elsewhere CHOLMOD, of the optional package cvxopt, factors
+what is positive definite. SuperLU solves small systems and refuses large ones: its fill-in on three-dimensional
+elasticity explodes (8 GB and minutes at 9·10⁴ unknowns).
 """
 
 from __future__ import annotations
@@ -22,15 +23,25 @@ from threadpoolctl import threadpool_info
 
 from nvhchain.errors import InputError, ResourceError, SolverError, require
 from nvhchain.handoff import ComplexArray, FloatArray
+from nvhchain.runtime.extras import remedy
 from nvhchain.runtime.memory import free_memory
+
+ENGINES, VARIABLE = ("pardiso", "cholmod", "superlu"), "NVHCHAIN_SPARSE"
+"""Solvers in the order of preference, and the variable of the environment that names the first one to try."""
 
 SUPERLU_UNKNOWNS = 40_000
 """Largest number of unknowns for SuperLU: about a minute and 2 GB for quadratic solid elements."""
+
+_CHOLMOD_BYTES = 90.0
+"""Memory (bytes) while CHOLMOD factors, over n^(4/3), n unknowns of quadratic solid elements. Measured on castings of
+133 932 and 189 261 unknowns: 89 and 86, of which 67 are kept."""
 
 A = TypeVar("A", FloatArray, ComplexArray)
 
 BLOCK = 64
 """Right-hand sides solved together: enough for level-3 BLAS, few enough to stay small beside the factor."""
+
+_ENGINE_REMEDY = f"install pypardiso (x86-64), or CHOLMOD by {remedy('cvxopt')}"
 
 _MEMORY_SHARE = 0.9
 """Share of the available memory that a factor may take."""
@@ -78,26 +89,53 @@ def factorize(
     matrix (n, n) sparse matrix: matrix, or its upper triangle.
     symmetric_positive_definite: True for Cholesky; complex matrices are taken as such. Otherwise LDLᵀ with pivoting,
     whose `negative` counts the negative eigenvalues (Sturm sequence property).
-    engine {"auto", "pardiso", "superlu"}: solver; auto takes pardiso where it exists.
+    engine {"auto", "pardiso", "cholmod", "superlu"}: solver; auto takes the first that exists and can. CHOLMOD takes
+    positive definite matrices only.
     upper: True if `matrix` is the upper triangle alone.
     """
     require(matrix.ndim == 2 and matrix.shape[0] == matrix.shape[1], f"matrix of shape {matrix.shape} is not square")
-    require(engine in ("auto", "pardiso", "superlu"), f"engine {engine!r} is none of auto, pardiso, superlu")
+    require(engine in ("auto", *ENGINES), f"engine {engine!r} is none of auto, {', '.join(ENGINES)}")
     if engine == "auto":
-        engine = "pardiso" if _has_pardiso() else "superlu"
+        cholmod = symmetric_positive_definite and _has_cholmod()
+        engine = "pardiso" if _has_pardiso() else "cholmod" if cholmod else "superlu"
     if engine == "pardiso":
         return _PardisoFactor(matrix if upper else sp.triu(matrix), symmetric_positive_definite)
+    if engine == "cholmod":
+        require(symmetric_positive_definite, "CHOLMOD takes positive definite matrices only: use another engine")
+        return _CholmodFactor(matrix if upper else sp.triu(matrix))
     if upper:
         matrix = matrix + sp.triu(matrix, 1).conj().T
     return _SuperluFactor(matrix, symmetric_positive_definite)
 
 
+def _named(engine: str) -> bool:
+    """Return whether the environment names this engine, or none."""
+    name = os.environ.get(VARIABLE) or engine
+    require(name in ENGINES, f"{VARIABLE} = {name!r} is none of {', '.join(ENGINES)}")
+    return name == engine
+
+
 def _has_pardiso() -> bool:
-    if platform.machine().lower() not in ("x86_64", "amd64"):
+    if not _named("pardiso") or platform.machine().lower() not in ("x86_64", "amd64"):
         return False
     _name_mkl()
     try:
         import pypardiso  # noqa: F401
+    except (ImportError, OSError):
+        return False
+    return True
+
+
+def counts_eigenvalues(unknowns: int) -> bool:
+    """Return whether an indefinite matrix of that size can be factored, which counts its negative eigenvalues."""
+    return _has_pardiso() or unknowns <= SUPERLU_UNKNOWNS or not _has_cholmod()
+
+
+def _has_cholmod() -> bool:
+    if not _named("cholmod"):
+        return False
+    try:
+        import cvxopt.cholmod  # noqa: F401
     except (ImportError, OSError):
         return False
     return True
@@ -247,6 +285,58 @@ class _PardisoFactor(_Closing):
         self._solver = self._upper = self._rows = self._columns = None
 
 
+class _CholmodFactor(_Closing):
+    """CHOLMOD's supernodal Cholesky factor, real or complex Hermitian, columns ordered by minimum degree."""
+
+    def __init__(self, upper: Any) -> None:
+        from cvxopt import cholmod, matrix, spmatrix
+
+        self._kind: type = complex if np.iscomplexobj(upper) else float
+        self.unknowns, self.negative = upper.shape[0], 0
+        self.memory = int(_CHOLMOD_BYTES * self.unknowns ** (4 / 3)) * (2 if self._kind is complex else 1)
+        free = free_memory()
+        if self.memory > _MEMORY_SHARE * free:
+            raise ResourceError(
+                f"factor of {self.unknowns} unknowns needs about {self.memory / 1e9:.1f} GB, {free / 1e9:.1f} GB are "
+                "free: use a coarser mesh or a machine with more memory"
+            )
+        entries = sp.coo_matrix(upper, dtype=self._kind)
+        rows, columns = (matrix(number.astype(np.int64)) for number in (entries.row, entries.col))
+        code = "z" if self._kind is complex else "d"
+        stored = spmatrix(matrix(entries.data, tc=code), rows, columns, upper.shape, code)
+        cholmod.options["supernodal"] = 2
+        self._cholmod: Any = cholmod
+        try:
+            self._factor: Any = cholmod.symbolic(stored, uplo="U")
+            cholmod.numeric(stored, self._factor)
+        except MemoryError:
+            raise ResourceError(f"no memory left to factor {self.unknowns} unknowns: use a coarser mesh") from None
+        except ArithmeticError:
+            raise SolverError(
+                f"matrix of {self.unknowns} unknowns is singular or not positive definite: "
+                "is the structure held against rigid motion?"
+            ) from None
+
+    def solve(self, rhs: A) -> A:
+        """Return the solution for right-hand side(s) `rhs` of shape (n,) or (n, k)."""
+        from cvxopt import matrix
+
+        rhs = _rhs(rhs, self.unknowns, self._kind)
+        require(self._factor is not None, "the factor has been closed: factorize again")
+        columns = rhs.reshape(self.unknowns, -1)
+        solution: Any = np.empty(columns.shape, self._kind)
+        for start in range(0, columns.shape[1], BLOCK):
+            block = slice(start, start + BLOCK)
+            solved = matrix(np.ascontiguousarray(columns[:, block]))
+            self._cholmod.solve(self._factor, solved)
+            solution[:, block] = np.array(solved)
+        return solution.reshape(rhs.shape)
+
+    def close(self) -> None:
+        """Release the memory of the factor."""
+        self._factor = None
+
+
 class _SuperluFactor(_Closing):
     """SciPy's SuperLU in symmetric mode: diagonal pivots, so that the signs of U's diagonal give the inertia."""
 
@@ -256,8 +346,8 @@ class _SuperluFactor(_Closing):
         self.unknowns, self._kind = matrix.shape[0], complex if np.iscomplexobj(matrix) else float
         if self.unknowns > SUPERLU_UNKNOWNS:
             raise ResourceError(
-                f"{self.unknowns} unknowns are too many for SuperLU (limit {SUPERLU_UNKNOWNS}): install pypardiso "
-                "(x86-64) or use a coarser mesh"
+                f"{self.unknowns} unknowns are too many for SuperLU (limit {SUPERLU_UNKNOWNS}): "
+                f"{_ENGINE_REMEDY}, or use a coarser mesh"
             )
         options = {"SymmetricMode": True}
         try:
@@ -273,7 +363,9 @@ class _SuperluFactor(_Closing):
         if positive_definite and (self.negative or not symmetric):
             raise SolverError(f"matrix of {self.unknowns} unknowns is not positive definite: is the structure held?")
         if not symmetric:
-            raise SolverError("SuperLU left the diagonal while pivoting: its inertia is not known; install pypardiso")
+            raise SolverError(
+                f"SuperLU left the diagonal while pivoting, its negative eigenvalues are not counted: {_ENGINE_REMEDY}"
+            )
 
     def solve(self, rhs: A) -> A:
         """Return the solution for right-hand side(s) `rhs` of shape (n,) or (n, k)."""

@@ -8,6 +8,10 @@ product (Grimes, Lewis & Simon, SIAM J. Matrix Anal. Appl. 15, 1994).
 The first block is x₀ = (K − σM)⁻¹b for some loads b, and random directions. On the same basis follows the residual
 flexibility of all modes above f_max: Σ φ φᵀb/λ = Σ φ φᵀM x₀/(1 + σθ) over θ > 0. Rigid modes lie below f_max and take
 no part, so that K may be singular.
+
+Where no solver factors indefinite matrices of that size, σ lies below zero: K − σM is positive definite. θ is then
+positive, and nothing counts the modes. They are complete as soon as they and the first ones above f_max have converged,
+and further random directions have revealed no others.
 """
 
 from __future__ import annotations
@@ -19,12 +23,16 @@ import scipy.linalg
 import scipy.sparse as sp
 
 from nvhchain.errors import ResourceError, SolverError, require
-from nvhchain.fem._sparse import Factor, factorize
+from nvhchain.fem._sparse import Factor, counts_eigenvalues, factorize
 from nvhchain.handoff import FloatArray
 from nvhchain.runtime.memory import free_memory
 
 BLOCK, _DRAWN = 16, 2
 """Least number of vectors per Lanczos step, and of random ones among them, for modes that the loads do not excite."""
+
+_BELOW, _UNCOUNTED, _BESIDE, _ROUGH, _PROBES = 0.01, 500, 8, 1e-3, 3
+"""Without a count of the modes: −σ over (2π f_max)², modes for which room is foreseen, the modes above f_max that have
+to converge too, their relative residual, and steps with further random directions that must reveal no mode."""
 
 _DENSE = 400
 """Number of unknowns below which a dense solution is faster and robust."""
@@ -87,13 +95,14 @@ def modes_and_residual(K: Any, M: Any, f_max: float, load: FloatArray) -> tuple[
         residual = above @ (above.T @ load / values[count:, None])
         values, shapes = values[:count], shapes[:, :count]
     else:
-        for shift in (limit, (1 + _MOVED) * limit):
+        shifts = (limit, (1 + _MOVED) * limit) if counts_eigenvalues(K.shape[0]) else (-_BELOW * limit,)
+        for shift in shifts:
             try:
                 with _shifted(K, M, shift) as factor:
-                    values, shapes, residual = _lanczos(K, M, factor, shift, load)
+                    values, shapes, residual = _lanczos(K, M, factor, (shift, max(shift, (1 + _MOVED) * limit)), load)
                 break
             except SolverError:
-                if shift > limit:
+                if shift == shifts[-1]:
                     raise
     if (values < -_INDEFINITE * limit).any():
         raise SolverError(
@@ -114,24 +123,31 @@ def modes_below(K: Any, M: Any, frequency: float) -> int:
 
 
 def _shifted(K: Any, M: Any, shift: float) -> Factor:
-    return factorize(sp.csr_matrix(K - shift * M), symmetric_positive_definite=False)
+    return factorize(sp.csr_matrix(K - shift * M), symmetric_positive_definite=shift < 0)
 
 
 def _lanczos(
-    K: Any, M: Any, factor: Factor, shift: float, load: FloatArray
+    K: Any, M: Any, factor: Factor, bounds: tuple[float, float], load: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return eigenvalues and shapes of (K, M) below `shift` and the residual of the loads; `factor` is of K − shift·M.
+    """Return eigenvalues and shapes of (K, M) below a limit and the residual of the loads.
 
-    Three-term recurrence, then a pass against the whole basis. M Q is kept with Q: two products with M per step.
+    bounds: shift of `factor`, K − shift·M, and limit, which is the shift or lies above a negative one.
+
+    Three-term recurrence, then a pass against the whole basis. M Q is kept with Q: two products with M per step. Below
+    a negative shift the operator changes its sign: the wanted eigenvalues are the negative ones in both cases.
     """
-    n, loads, expected = M.shape[0], load.shape[1], factor.negative
+    (shift, limit), sign = bounds, 1.0 if bounds[0] > 0 else -1.0
+    n, loads, shift = M.shape[0], load.shape[1], abs(shift)
+    counted = sign > 0
+    expected = factor.negative if counted else _UNCOUNTED
     if not expected + loads:
         return np.empty(0), np.empty((n, 0)), load
+    highest = -0.5 / shift if counted else -1 / (limit + shift)  # of the wanted ones; λ = 0 is at −1/shift
     width = max(BLOCK, loads + _DRAWN)
     capacity = min(n, 6 * expected + 64 * width)
     _check_memory(n, min(capacity, 4 * expected + 4 * width))
-    basis = np.empty((n, capacity + width), order="F")  # the system allocates pages as they are filled
-    projected = np.zeros((capacity + width, capacity + width))
+    basis = np.empty((n, capacity + 2 * width), order="F")  # the system allocates pages as they are filled
+    projected = np.zeros((capacity + 2 * width, capacity + 2 * width))
     random = np.random.default_rng(20)
     # loads that move the whole structure are almost parallel: Householder's QR keeps their small differences
     scale = np.sqrt(M.diagonal().clip(np.finfo(float).eps * M.diagonal().max()))[:, None]
@@ -140,10 +156,11 @@ def _lanczos(
     block, weighted, coupling = _next_block(block / scale, basis[:, :0], M, 0.0, random)
     start = coupling @ upper[:, :loads]
     first, size, coupling = 0, 0, np.empty((block.shape[1], 0))
+    revealed, unchanged = -1, 0
     while True:
         before, first, size = first, size, size + block.shape[1]
         basis[:, first:size] = block
-        new = factor.solve(weighted)
+        new = sign * factor.solve(weighted)
         diagonal = weighted.T @ new
         new -= block @ diagonal
         new -= basis[:, before:first] @ coupling.T
@@ -153,10 +170,10 @@ def _lanczos(
         if norm * shift > _SINGULAR:
             raise SolverError(f"{np.sqrt(shift) / (2 * np.pi)} Hz is a natural frequency: move f_max away from it")
         block, weighted, coupling = _next_block(new, basis[:, :size], M, norm, random)
-        found = int((inverse * shift < -0.5).sum())  # λ = 0 is at −1
-        if found > expected:
+        found = int((inverse < highest).sum())
+        if counted and found > expected:
             raise SolverError(f"{found} modes found below the limit, {expected} by the Sturm count")
-        if found == expected:
+        if found == expected or not counted:
             # A V s − V s θ = Q C s_last, with Q the next block, C its coupling and s_last the last rows of s. The term
             # also improves the vector: one more application of A that costs no solution
             theta, below, above = inverse[:found], vectors[:, :found], vectors[:, found:]
@@ -165,10 +182,22 @@ def _lanczos(
             spilled = beyond[:, :found] @ (below[: len(start)].T @ start)  # from the modes into the residual
             error = np.linalg.norm(np.hstack([beyond, spilled]), axis=0)
             finest = np.clip(1e-5 * np.sqrt(np.abs(1 + 1 / (shift * theta))), _FINEST, _TOLERANCE)
+            if not counted:
+                finest[:] = _FINEST
             least = _TOLERANCE * np.linalg.norm(static, axis=0) + _SMALL * np.linalg.norm(start, axis=0)
             allowed = np.concatenate([finest, least, least])
-            if block.shape[1] == 0 or (error <= allowed).all():
+            converged = (error <= allowed).all()
+            if block.shape[1] == 0 or (counted and converged):
                 break
+            beside = slice(found, found + _BESIDE)
+            left = np.linalg.norm(coupling @ vectors[first:size, beside] / inverse[beside], axis=0)
+            if converged and len(left) == _BESIDE and (left < _ROUGH).all():
+                unchanged = unchanged + 1 if found == revealed else 0
+                if unchanged > _PROBES:
+                    break
+                if revealed < 0:
+                    block, weighted, coupling = _with_random(block, coupling, basis[:, :size], M, random)
+                revealed = found
         if block.shape[1] == 0 or size + block.shape[1] > capacity:
             raise SolverError(
                 f"{found} of {expected} modes converged in a Krylov space of {size}: "
@@ -177,8 +206,10 @@ def _lanczos(
         projected[size : size + block.shape[1], first:size] = coupling
     basis[:, size : size + block.shape[1]] = block
     vectors = basis[:, : size + block.shape[1]] @ np.vstack([np.hstack([below, static]), beyond])
-    values, shapes = shift + 1 / theta[::-1], vectors[:, :found][:, ::-1]
-    lost = np.flatnonzero(np.finfo(float).eps * norm > _LOST * np.abs(values) * theta[::-1] ** 2)
+    values, shapes = sign * (shift + 1 / theta), vectors[:, :found]
+    order = np.argsort(values)
+    values, shapes = values[order], shapes[:, order]
+    lost = np.flatnonzero(np.finfo(float).eps * norm > _LOST * np.abs(values) * (values - sign * shift) ** -2.0)
     if lost.size:
         part = shapes[:, lost]
         values[lost], turned = scipy.linalg.eigh(part.T @ (K @ part), part.T @ (M @ part))
@@ -222,6 +253,18 @@ def _next_block(
     normalise = scipy.linalg.solve_triangular(lower, np.eye(len(lower)), lower=True).T
     block = np.matmul(Q, normalise, out=new[:, : Q.shape[1]])
     return block, np.matmul(weighted, normalise, out=Q), lower.T @ R
+
+
+def _with_random(
+    block: FloatArray, coupling: FloatArray, basis: FloatArray, M: Any, random: np.random.Generator
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return an M-orthonormal block with as many random directions beside it, its product with M, and its coupling."""
+    before, drawn = np.hstack([basis, block]), random.standard_normal(block.shape)
+    for _ in range(2):
+        drawn = _orthogonal_part(before, drawn, M)
+        drawn = scipy.linalg.solve_triangular(np.linalg.cholesky(drawn.T @ (M @ drawn)), drawn.T, lower=True).T
+    block = np.hstack([block, drawn])
+    return block, M @ block, np.vstack([coupling, np.zeros((drawn.shape[1], coupling.shape[1]))])
 
 
 def _orthogonal_part(basis: FloatArray, vectors: FloatArray, M: Any) -> FloatArray:

@@ -9,6 +9,7 @@ from nvhchain.errors import require
 EXTRAS = {
     "asammdf": "records",
     "bempp_cl": "bempp",
+    "cvxopt": "cholmod",
     "mosqito": "sound",
     "nptdms": "records",
     "pandas": "xarray",

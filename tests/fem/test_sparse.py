@@ -11,9 +11,8 @@ from nvhchain.errors import InputError, ResourceError, SolverError
 from nvhchain.fem import factorize, stiffness_and_mass
 from nvhchain.testing import elements as meshes
 
-ENGINES = pytest.mark.parametrize(
-    "engine", [pytest.param(e, id=e) for e in (["pardiso"] if door._has_pardiso() else []) + ["superlu"]]
-)
+COUNTING = (["pardiso"] if door._has_pardiso() else []) + ["superlu"]
+ENGINES = pytest.mark.parametrize("engine", [*COUNTING, "cholmod"])
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +47,7 @@ def test_hermitian_matrix_leaves_no_residual(matrices, engine):
     assert np.linalg.norm(hermitian @ solution - rhs) < 1e-9 * np.linalg.norm(rhs)
 
 
-@ENGINES
+@pytest.mark.parametrize("engine", COUNTING)
 def test_negative_pivots_count_the_eigenvalues_below_the_shift(matrices, engine):
     K, M = matrices
     exact = scipy.linalg.eigh(K.toarray(), M.toarray(), eigvals_only=True)
@@ -90,10 +89,11 @@ def test_superlu_refuses_sizes_it_cannot_do():
         factorize(sp.identity(size, format="csr"), engine="superlu")
 
 
-def test_factor_that_does_not_fit_into_memory_is_refused_before_it_is_made(matrices, monkeypatch):
+@pytest.mark.parametrize("engine", ["pardiso", "cholmod"])
+def test_factor_that_does_not_fit_into_memory_is_refused_before_it_is_made(matrices, monkeypatch, engine):
     monkeypatch.setattr(door, "free_memory", lambda: 1024)
     with pytest.raises(ResourceError, match="GB are free"):
-        factorize(matrices[0], engine="pardiso")
+        factorize(matrices[0], engine=engine)
 
 
 @ENGINES
@@ -106,7 +106,26 @@ def test_a_factor_does_not_search_the_installation_for_its_library(matrices, eng
         assert factor.unknowns == matrices[0].shape[0]
 
 
-def test_fallback_is_taken_where_pardiso_does_not_exist(monkeypatch):
+def test_cholmod_is_taken_where_pardiso_does_not_exist_and_superlu_where_neither_can(monkeypatch):
     monkeypatch.setattr(door.platform, "machine", lambda: "aarch64")
-    with factorize(sp.identity(3, format="csr")) as factor:
+    one = sp.identity(3, format="csr")
+    with factorize(one) as factor, factorize(-one, symmetric_positive_definite=False) as indefinite:
+        assert isinstance(factor, door._CholmodFactor)
+        assert isinstance(indefinite, door._SuperluFactor)
+    monkeypatch.setattr(door, "_has_cholmod", lambda: False)
+    with factorize(one) as factor:
         assert isinstance(factor, door._SuperluFactor)
+
+
+def test_the_environment_names_the_solver(monkeypatch):
+    monkeypatch.setenv("NVHCHAIN_SPARSE", "cholmod")
+    with factorize(sp.identity(3, format="csr")) as factor:
+        assert isinstance(factor, door._CholmodFactor)
+    monkeypatch.setenv("NVHCHAIN_SPARSE", "umfpack")
+    with pytest.raises(InputError, match="NVHCHAIN_SPARSE = 'umfpack' is none of pardiso, cholmod, superlu"):
+        factorize(sp.identity(3, format="csr"))
+
+
+def test_cholmod_refuses_what_is_not_positive_definite_by_request(matrices):
+    with pytest.raises(InputError, match="positive definite matrices only"):
+        factorize(matrices[0], symmetric_positive_definite=False, engine="cholmod")

@@ -7,6 +7,7 @@ from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
+from nvhchain.cli.console import Console
 from nvhchain.cli.output import show
 from nvhchain.errors import counted, require
 from nvhchain.fidelity import PRESETS, Fidelity
@@ -30,6 +31,7 @@ def study_command(options: argparse.Namespace) -> int:
             fidelity=fidelity,
             executor=executor,
             progress=lambda line: show(line, error=True),
+            watcher=Console(),
         )
     for line in write_study(study, rows, out):
         show(line)

@@ -2,26 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from math import erf, sqrt
 
 import numpy as np
 
+from nvhchain.case import Case, GearboxCase
 from nvhchain.error_band.band import COVERAGE, SILENT_LEVEL, ErrorBand
 from nvhchain.errors import require
-from nvhchain.handoff import FloatArray
+from nvhchain.files.result_cache import fingerprint
+from nvhchain.handoff import FloatArray, MeshLaw, ReducedHousing, TransferVectors
 
 SHARED = frozenset({"housing", "modes left out", "surface mesh", "radiation", "quadrature", "masters", "time step"})
 """Sources that have one error in two runs with the same housing, transfer vectors and fidelity."""
+
+SHARED_LAWS = frozenset({"gear"})
+"""Source that has one error in two runs with the same mesh laws under the same mesh forces.
+
+The relative error of a line is that of the harmonic of the transmission error that excites it, whatever shafts,
+bearings and housing make of the excitation.
+"""
 
 
 def difference_limits(first: ErrorBand, second: ErrorBand, shared: Collection[str] = ()) -> FloatArray:
     """Return the limits of the second overall level less the first one.
 
     first, second: bands of both levels, at the same places.
-    shared: sources that have the same relative error in both runs at a line, such as `SHARED` for two gears in one
-    housing.
+    shared: sources that have the same relative error in both runs at a line (`shared_sources`), such as `SHARED` for
+    two gears in one housing.
     Returns (n_place, 2): limits in dB; −inf and inf where an error exceeds the sound.
 
     A line l has the share a_l of the first energy and b_l of the second. A shared relative error ε_l changes the
@@ -79,6 +88,31 @@ def _energy_changes(band: ErrorBand, name: str, lines: FloatArray) -> FloatArray
 def _sum(changes: FloatArray, name: str) -> FloatArray:
     """Return the sum (n_place,) of changes (n_f, n_place) of the lines of a source."""
     return np.asarray(np.sqrt((changes**2).sum(axis=0)) if name == "housing" else np.abs(changes).sum(axis=0))
+
+
+def shared_inputs(
+    case: Case, housing: ReducedHousing | None, vectors: TransferVectors | None, laws: Sequence[MeshLaw]
+) -> dict[str, str]:
+    """Return fingerprints of what the shared errors of two runs stem from; empty for what a run lacks.
+
+    case: case of the run, with the mesh forces under which the laws have their errors.
+    housing, vectors, laws: hand-offs of the run.
+    """
+    found = {"operators": "", "laws": ""}
+    if housing is not None and vectors is not None:
+        found["operators"] = fingerprint(housing.content_hash, vectors.content_hash)
+    if isinstance(case, GearboxCase) and laws:
+        found["laws"] = fingerprint(*(law.content_hash for law in laws), case.mesh_forces)
+    return found
+
+
+def shared_sources(first: Mapping[str, str], second: Mapping[str, str]) -> frozenset[str]:
+    """Return the sources that have one error in two runs.
+
+    first, second: `shared_inputs` of the runs.
+    """
+    both = {name for name, content in first.items() if content and content == second[name]}
+    return (SHARED if "operators" in both else frozenset()) | (SHARED_LAWS if "laws" in both else frozenset())
 
 
 def pass_probability(level: float, limits: Sequence[float | None], target: float) -> float:

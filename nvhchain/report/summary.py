@@ -11,7 +11,7 @@ from typing import Any
 from nvhchain import levels
 from nvhchain.case import GearboxCase
 from nvhchain.chain.result import Result
-from nvhchain.error_band import SHARED, RunUpBand, difference_limits
+from nvhchain.error_band import RunUpBand, difference_limits, shared_inputs, shared_sources
 from nvhchain.error_band.files import finite
 from nvhchain.files.hdf5 import write_text
 from nvhchain.gear import quasi_static_transmission_error
@@ -100,12 +100,8 @@ def _difference(first: Result, second: Result) -> dict[str, Any]:
         return {}
     if before.amplitude.shape[1] != after.amplitude.shape[1]:
         return {}
-    operators = [(run.housing, run.transfer_vectors) for run in (first, second)]
-    same = all(
-        one is not None and other is not None and one.content_hash == other.content_hash
-        for one, other in zip(*operators, strict=True)
-    )
-    return {"difference_limits_db": finite(difference_limits(before, after, SHARED if same else ())[0])}
+    inputs = [shared_inputs(of.case, of.housing, of.transfer_vectors, of.mesh_laws) for of in (first, second)]
+    return {"difference_limits_db": finite(difference_limits(before, after, shared_sources(*inputs))[0])}
 
 
 def line_summary(pressure: FieldPressure) -> dict[str, Any]:

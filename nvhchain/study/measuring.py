@@ -13,7 +13,7 @@ from nvhchain import acoustics, chain
 from nvhchain.case import Case, Deviations, GearboxCase
 from nvhchain.errors import InputError, SolverError, concerning
 from nvhchain.fidelity import Fidelity
-from nvhchain.files.result_cache import fingerprint
+from nvhchain.files.result_cache import Watcher, fingerprint
 from nvhchain.handoff import (
     ForceSpectrum,
     ModalTransferVectors,
@@ -29,17 +29,21 @@ _MOST_REFERENCES = 4
 """Number of references that a process holds: several speeds and torques of one study."""
 
 
-def measure(case: Case, fidelity: Fidelity, operators: Path, asked: tuple[str, ...] = ()) -> dict[str, Any]:
+def measure(
+    case: Case, fidelity: Fidelity, operators: Path, asked: tuple[str, ...] = (), watcher: Watcher | None = None
+) -> dict[str, Any]:
     """Run a case and return responses, limits, the reason of a refusal and seconds.
 
     case: case of one design at one operating point.
     operators: folder of shared operators.
+    asked: responses on request.
+    watcher: receives begin, progress and end of the steps.
     Returns `responses`, `limits`, `band` (record or None), `refused` (None or text) and `seconds`.
     """
     began = time.monotonic()
 
     def run(responses: dict[str, float], limits: Limits) -> dict[str, Any] | None:
-        result = chain.run(case, fidelity=fidelity, operators=operators)
+        result = chain.run(case, fidelity=fidelity, operators=operators, watcher=watcher)
         band = add_levels(result, asked, responses, limits)
         add_gears(result, responses)
         add_requested(asked, result, responses, limits)
@@ -113,7 +117,12 @@ def can_be_drawn(case: Case, fidelity: Fidelity) -> bool:
 
 
 def measure_drawn(
-    case: Case, mean: Case, fidelity: Fidelity, operators: Path, asked: tuple[str, ...] = ()
+    case: Case,
+    mean: Case,
+    fidelity: Fidelity,
+    operators: Path,
+    asked: tuple[str, ...] = (),
+    watcher: Watcher | None = None,
 ) -> dict[str, Any]:
     """Run one of many cases that differ in deviations, tolerances and damping; return the same as `measure`.
 
@@ -126,13 +135,13 @@ def measure_drawn(
 
     def run(responses: dict[str, float], limits: Limits) -> dict[str, Any] | None:
         alike = _with_same_lines(mean, case)
-        reference = _reference_of(alike, fidelity, operators, asked)  # limits hold the options left out
+        reference = _reference_of(alike, fidelity, operators, asked, watcher)  # limits hold the options left out
         housing = _damped(reference.housing, case, mean)
         driven = replace(case, quantities=("bearing_forces",))
         chosen = decided(alike, fidelity)
         if isinstance(driven, GearboxCase) and isinstance(chosen, GearboxCase):
             driven = replace(driven, options=chosen.options)  # one decision for all draws
-        forces = chain.run(driven, fidelity=fidelity, operators=operators, housing=housing)
+        forces = chain.run(driven, fidelity=fidelity, operators=operators, housing=housing, watcher=watcher)
         spectrum = forces.force_spectrum
         assert spectrum is not None
         pressure = acoustics.transfer_pressure(reference.functions(housing, spectrum, fidelity), spectrum)
@@ -166,11 +175,13 @@ def _damped(housing: ReducedHousing, case: Case, mean: Case) -> ReducedHousing:
     return housing.replace(modal_damping=damping_of_modes(damping, housing.natural_frequency))
 
 
-def _reference_of(case: Case, fidelity: Fidelity, operators: Path, asked: tuple[str, ...]) -> _Reference:
+def _reference_of(
+    case: Case, fidelity: Fidelity, operators: Path, asked: tuple[str, ...], watcher: Watcher | None
+) -> _Reference:
     """Return the reference of a mean case, which is run once in a process."""
     key = fingerprint(case, fidelity, str(operators), asked)
     if key not in _REFERENCES:
-        result = chain.run(case, fidelity=fidelity, operators=operators)
+        result = chain.run(case, fidelity=fidelity, operators=operators, watcher=watcher)
         responses: dict[str, float] = {}
         limits: Limits = {}
         add_levels(result, asked, responses, limits)

@@ -14,11 +14,10 @@ from nvhchain.case import Case, GearboxCase
 from nvhchain.case.checks.names import nearest
 from nvhchain.case.checks.root_stress import root_stress
 from nvhchain.case.operation import RADIATED
-from nvhchain.error_band import SHARED, ErrorBand, RunUpBand, difference_limits
+from nvhchain.error_band import ErrorBand, RunUpBand, difference_limits, shared_inputs, shared_sources
 from nvhchain.error_band.files import finite
 from nvhchain.errors import InputError
 from nvhchain.fidelity import GearFidelity
-from nvhchain.files.result_cache import fingerprint
 from nvhchain.handoff import FloatArray
 from nvhchain.sound import loudness_at, loudness_limits, run_up_sound, steady_sound
 from nvhchain.study.orders import MOST_ORDERS, order_levels
@@ -201,9 +200,7 @@ def _contact_pressure(pair: gear.GearPair, force: float, fidelity: GearFidelity)
 
 
 def _band_record(band: ErrorBand, place: int, result: chain.Result) -> dict[str, Any]:
-    """Return the band at one place as a record for JSON, with a fingerprint of the shared operators."""
-    operators = (result.housing, result.transfer_vectors)
-    shared = fingerprint(*(of.content_hash for of in operators if of is not None)) if all(operators) else ""
+    """Return the band at one place as a record for JSON, with fingerprints of what other runs may share."""
     return {
         "frequency": _digits(band.frequency),
         "amplitude": _digits(band.amplitude[:, place]),
@@ -211,7 +208,7 @@ def _band_record(band: ErrorBand, place: int, result: chain.Result) -> dict[str,
         "reference": band.reference,
         "weighted": band.weighted,
         "place": place,
-        "operators": shared,
+        "shared": shared_inputs(result.case, result.housing, result.transfer_vectors, result.mesh_laws),
     }
 
 
@@ -235,12 +232,12 @@ def stored_band(record: Mapping[str, Any]) -> ErrorBand:
 
 
 def paired_offsets(first: Mapping[str, Any], second: Mapping[str, Any]) -> tuple[float | None, float | None]:
-    """Return the limits of a difference of levels less that difference; errors of shared operators cancel.
+    """Return the limits of a difference of levels less that difference; errors of shared operators and mesh laws cancel.
 
     first, second: records of `add_levels`; the first level is subtracted.
     Returns lower and upper limit less the difference (dB); None for one that does not exist.
     """
-    same = first["operators"] and first["operators"] == second["operators"] and first["place"] == second["place"]
+    same = shared_sources(first["shared"], second["shared"]) if first["place"] == second["place"] else frozenset()
     before, after = stored_band(first), stored_band(second)
-    low, high = finite((difference_limits(before, after, SHARED if same else ()) - (after.level - before.level))[0])
+    low, high = finite((difference_limits(before, after, same) - (after.level - before.level))[0])
     return low, high

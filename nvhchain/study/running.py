@@ -17,7 +17,7 @@ from nvhchain.chain.running import OPERATORS
 from nvhchain.errors import InputError, ResourceError, check_all, require
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.files.hdf5 import writable_folder, write_text
-from nvhchain.files.result_cache import code_version, fingerprint
+from nvhchain.files.result_cache import Watcher, code_version, fingerprint
 from nvhchain.kinds import checked
 from nvhchain.report.case_record import case_values
 from nvhchain.runtime.folder_lock import hold_folder
@@ -53,6 +53,7 @@ def run_study(
     fidelity: Fidelity = STANDARD,
     executor: Executor | None = None,
     progress: Callable[[str], None] | None = None,
+    watcher: Watcher | None = None,
 ) -> list[Row]:
     """Run every design of a study at every operating point; take rows of an earlier call where nothing has changed.
 
@@ -71,6 +72,8 @@ def run_study(
         Executor of designs, such as a process pool or a dask cluster; the first run is done in this process.
     progress : callable, optional
         Receives a line for every run.
+    watcher : Watcher, optional
+        Receives begin, progress and end of the steps of the first run, which computes the shared operators.
 
     Returns
     -------
@@ -91,7 +94,7 @@ def run_study(
     folder = writable_folder(out, "out")
     with hold_folder(folder):
         spread = Spread(fidelity, executor, Path(operators or folder / OPERATORS), study.responses)
-        runs = _Runs(study, folder, spread, progress)
+        runs = _Runs(study, folder, spread, progress, watcher)
         if study.plan == "optimise":
             return search(study, load_case(study.case), runs.rows)
         if study.plan == "gradient":
@@ -174,6 +177,7 @@ class _Runs:
     folder: Path
     spread: Spread
     progress: Callable[[str], None] | None
+    watcher: Watcher | None
     cases: dict[tuple[str, ...], Case] = field(default_factory=dict)
 
     def report(self, line: str) -> None:
@@ -212,7 +216,8 @@ class _Runs:
         self.report(f"{len(empty)} runs{several}: {len(tasks)} different ones, {len(tasks) - len(left)} cached")
         if left:
             writable_folder(self.folder / "rows", "rows")
-        for task, found, progress in self.spread.outcomes(left):
+        watcher = self.watcher if designs[0][0] == 0 else None  # later ones find the operators
+        for task, found, progress in self.spread.outcomes(left, watcher):
             if self.study.plan not in PAIRED:
                 found["band"] = None  # large, and of use for differences alone
             write_text(_record(self.folder, task.key), json.dumps(found) + "\n")

@@ -16,6 +16,7 @@ from nvhchain.case import Case
 from nvhchain.errors import ResourceError
 from nvhchain.fidelity import Fidelity
 from nvhchain.files.hdf5 import writable_folder
+from nvhchain.files.result_cache import Watcher
 from nvhchain.runtime.cluster import Room, room, share, worker_lost
 from nvhchain.scene import plan
 from nvhchain.study.measuring import measure, measure_drawn
@@ -73,33 +74,34 @@ class Spread:
     operators: Path
     asked: tuple[str, ...] = ()
 
-    def outcomes(self, tasks: Sequence[Task]) -> Iterator[tuple[Task, Outcome, str]]:
+    def outcomes(self, tasks: Sequence[Task], watcher: Watcher | None = None) -> Iterator[tuple[Task, Outcome, str]]:
         """Yield every task with its outcome and a line of progress, in the order of their ends.
 
         tasks: runs; the first one has this process for itself, for the shared operators.
+        watcher: receives begin, progress and end of the steps of the first one.
         Yields Task, dict, str: run, its outcome, and a line with the time that is left.
         """
         if not tasks:
             return
         writable_folder(self.operators, "operators")
         began, times = time.monotonic(), list[float]()
-        for done, (task, found) in enumerate(self._done(tasks), 1):
+        for done, (task, found) in enumerate(self._done(tasks, watcher), 1):
             times.append(time.monotonic() - began)
             each = fmean([times[0]] if done == 1 else [(times[-1] - times[0]) / (done - 1)])  # operators come first
             left = f"; about {_duration(each * (len(tasks) - done))} left" if 1 < done < len(tasks) else ""
             yield task, found, f"{done} of {len(tasks)}: {_words(found)}{left}"
 
-    def _done(self, tasks: Sequence[Task]) -> Iterator[tuple[Task, Outcome]]:
+    def _done(self, tasks: Sequence[Task], watcher: Watcher | None) -> Iterator[tuple[Task, Outcome]]:
         first, rest = tasks[0], tasks[1:]
-        yield first, self._run(first)
+        yield first, self._run(first, watcher)
         self._check_disk(len(rest))
         if self.executor is None:
             yield from ((task, self._run(task)) for task in rest)
         elif rest:
             yield from self._spread(rest, self.executor)
 
-    def _run(self, task: Task) -> Outcome:
-        function, *given = task.work(self.fidelity, self.operators, self.asked)
+    def _run(self, task: Task, watcher: Watcher | None = None) -> Outcome:
+        function, *given = task.work(self.fidelity, self.operators, self.asked, watcher)
         found: Outcome = function(*given)
         return found
 

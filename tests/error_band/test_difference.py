@@ -1,12 +1,14 @@
 """Limits of a difference: shared errors cancel, others add in quadrature."""
 
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import nvhchain as nvh
-from nvhchain.error_band import COVERAGE, SHARED, ErrorBand, difference_limits
+from nvhchain.error_band import COVERAGE, SHARED, ErrorBand, difference_limits, shared_inputs, shared_sources
 from nvhchain.errors import InputError
 
 pytestmark = pytest.mark.usefixtures("common_operators")
@@ -88,6 +90,21 @@ def test_a_second_load_is_compared_far_more_closely_than_either_level_is_known(t
         found[fidelity.name] = low, difference, high
     low, _, high = found["standard"]
     assert low < found["draft"][1] < high
+
+
+def test_errors_of_one_mesh_law_under_one_load_cancel():
+    """Runs with the same laws share no housing; another torque has errors of its own."""
+    case = nvh.load_case(CASES / "small" / "single_stage.toml")
+    law, other = (SimpleNamespace(content_hash=name) for name in "ab")
+    first, second = band([1.0, 0.5], gear=[0.1, 0.2]), band([2.0, 1.0], gear=[0.1, 0.2])
+
+    def limits(laws, torque=60):
+        loaded = replace(case, operation=replace(case.operation, input_torque=torque))
+        inputs = [shared_inputs(case, None, None, (law,)), shared_inputs(loaded, None, None, laws)]
+        return difference_limits(first, second, shared_sources(*inputs))
+
+    assert limits((law,))[0] == pytest.approx((20 * np.log10(2),) * 2, abs=1e-12)
+    assert width(limits((other,))) == width(limits((law,), 40)) == width(difference_limits(first, second)) > 1.0
 
 
 def test_bands_of_different_places_are_refused():

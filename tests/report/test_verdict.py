@@ -130,7 +130,12 @@ def test_errors_cancel_in_the_difference_only_where_both_runs_share_their_operat
     def run(housing):
         operator = SimpleNamespace(content_hash=housing)
         return SimpleNamespace(
-            error_band=band, error_bands={"pressure": band}, housing=operator, transfer_vectors=operator
+            case=None,
+            error_band=band,
+            error_bands={"pressure": band},
+            housing=operator,
+            transfer_vectors=operator,
+            mesh_laws=(),
         )
 
     assert _difference(run("a"), run("a"))["difference_limits_db"] == pytest.approx([0.0, 0.0])

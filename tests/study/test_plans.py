@@ -178,13 +178,14 @@ def test_errors_of_shared_operators_cancel_in_differences():
         "reference": 2e-5,
         "weighted": True,
         "place": 0,
-        "operators": "same",
+        "shared": {"operators": "same", "laws": ""},
     }
     level, (low, high) = float(stored_band(band).level[0]), map(float, stored_band(band).overall[0])
 
     def row(design, shared, more=0.0):
         limits = {"level": (low + more, high + more)}
-        return Row(design, {}, responses={"level": level + more}, limits=limits, band=band | {"operators": shared})
+        record = band | {"shared": {"operators": shared, "laws": ""}}
+        return Row(design, {}, responses={"level": level + more}, limits=limits, band=record)
 
     paired = differences([row(0, "same"), row(1, "same")])[1]
     apart = differences([row(0, "same"), row(1, "other")])[1]

@@ -370,6 +370,8 @@ def test_the_command_prints_best_designs_and_writes_tables(sphere, tmp_path, cap
     said = capsys.readouterr()
     assert said.out.startswith("Lowest level: ")
     assert "3 of 3: level " in said.err
+    assert said.err.index("transfer_vectors …") < said.err.index("1 of 3: ")
+    assert said.err.count("transfer_vectors …") == 1
     assert {"study.csv", "effects.csv", "effects.png"} <= {file.name for file in (tmp_path / "out").iterdir()}
     records = [json.loads(file.read_text()) for file in (tmp_path / "out" / "rows").iterdir()]
     assert len(records) == 3

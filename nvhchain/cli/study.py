@@ -6,12 +6,16 @@ import argparse
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from nvhchain.cli.console import Console
 from nvhchain.cli.output import show
 from nvhchain.errors import counted, require
 from nvhchain.fidelity import PRESETS, Fidelity
 from nvhchain.runtime.processes import process_pool
+
+if TYPE_CHECKING:
+    from nvhchain.study import Study
 
 
 def study_command(options: argparse.Namespace) -> int:
@@ -20,9 +24,9 @@ def study_command(options: argparse.Namespace) -> int:
 
     path = Path(options.study)
     study, fidelity = load_study(path), PRESETS[options.fidelity]
-    if options.plan:
-        return _print_plan(path, fidelity)
     out = Path(options.out or Path("out") / path.stem)
+    if options.plan:
+        return _print_plan(study, fidelity, path, out)
     with _executor(options) as executor:
         rows = run_study(
             study,
@@ -50,19 +54,21 @@ def _executor(options: argparse.Namespace) -> AbstractContextManager[Executor | 
     return connect(scheduler)
 
 
-def _print_plan(path: Path, fidelity: Fidelity) -> int:
-    """Print designs, runs, time and memory of every step."""
-    from nvhchain.study import check_parameters, costs, count_designs, load_study, operating_points
+def _print_plan(study: Study, fidelity: Fidelity, path: Path, out: Path) -> int:
+    """Print designs, runs, time, memory and disk of every step."""
+    from nvhchain.study import check_disk, check_parameters, costs, count_designs, disk_bytes, operating_points
 
-    study = load_study(path)
     designs, points = count_designs(study), operating_points(study)
     check_parameters(study)
     steps, at = costs(study, fidelity), counted(len(points), "operating point")
     show(f"{path.name}: {counted(designs, 'design')} at {at}, {counted(designs * len(points), 'run')}")
     for step in steps:
-        show(f"  {step.name:24s} {step.times:5d} x {step.seconds:6.1f} s  {step.megabytes:6.0f} MB")
+        kept = f"  {step.disk:8.1f} MB of disk" if step.disk else ""
+        show(f"  {step.name:24s} {step.times:5d} x {step.seconds:6.1f} s  {step.megabytes:6.0f} MB{kept}")
+    free = check_disk(study, out, steps)
     show(
         f"Processor time about {sum(step.times * step.seconds for step in steps):.0f} s; memory "
-        f"{max(step.megabytes for step in steps):.0f} MB a process"
+        f"{max(step.megabytes for step in steps):.0f} MB a process; disk {1e-6 * disk_bytes(study, steps):.1f} MB with "
+        f"the rows, {1e-9 * free:.1f} GB are free"
     )
     return 0

@@ -26,7 +26,13 @@ from nvhchain.runtime.deferred import deferred
 
 if TYPE_CHECKING:
     from nvhchain.error_band.band import COVERAGE, ErrorBand, format_level, format_limits, format_parts
-    from nvhchain.error_band.difference import SHARED, difference_limits, pass_probability, shared_inputs, shared_sources
+    from nvhchain.error_band.difference import (
+        SHARED,
+        difference_limits,
+        pass_probability,
+        shared_inputs,
+        shared_sources,
+    )
     from nvhchain.error_band.files import save_error_bands
     from nvhchain.error_band.quantities import Origin, error_band, force_band, power_band, velocity_band
     from nvhchain.error_band.run_bands import BANDS

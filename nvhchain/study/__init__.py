@@ -5,13 +5,13 @@ from nvhchain.study.definition import Goal, Study, load_study
 from nvhchain.study.differences import differences
 from nvhchain.study.measuring import measure, measure_drawn
 from nvhchain.study.parameter import Parameter
-from nvhchain.study.plans.costs import Cost, costs
+from nvhchain.study.plans.costs import Cost, costs, disk_bytes
 from nvhchain.study.plans.designs import count_designs, list_designs
 from nvhchain.study.plans.gradient import slopes
 from nvhchain.study.plans.optimise import best_score, scores
 from nvhchain.study.quality import failed_shares, influences, percentiles
 from nvhchain.study.rows import Row, operating_points
-from nvhchain.study.running import check_parameters, run_study
+from nvhchain.study.running import check_disk, check_parameters, run_study
 from nvhchain.study.tables import rows_csv, write_study
 
 __all__ = [

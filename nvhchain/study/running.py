@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from contextlib import suppress
@@ -26,7 +27,8 @@ from nvhchain.study.analysis import responses_of
 from nvhchain.study.definition import PAIRED, Study
 from nvhchain.study.measuring import can_be_drawn
 from nvhchain.study.parameter import Parameter
-from nvhchain.study.plans.designs import Design, count_designs, list_designs
+from nvhchain.study.plans.costs import MEMORY, Cost, costs, count_runs, disk_bytes, run_bytes
+from nvhchain.study.plans.designs import Design, list_designs
 from nvhchain.study.plans.gradient import walk_gradient
 from nvhchain.study.plans.optimise import draws_of, search
 from nvhchain.study.responses import check_requested, check_response, response_names
@@ -37,8 +39,8 @@ _CODE = ("gear", "dynamics", "housing", "acoustics", "error_band", "spectrum", "
 _OWN_CODE = ("study/measuring", "study/orders", "study/responses")
 """Packages and modules on which a row depends."""
 
-RUN_BYTES = 40_000
-"""Memory (bytes) of a run in this process: 24 kB of its case, measured on the drawn single stage, and its row."""
+_COMPARED = 20
+"""Largest number of runs whose cases are compared for the disk that they need."""
 
 _MISSPELT = ("unknown field", " no '", "must be of type", "must be a finite number")
 """Signs of a path or a value that no design can have; other designs that fail are rows with their reason."""
@@ -92,6 +94,7 @@ def run_study(
     """
     check_parameters(study)
     folder = writable_folder(out, "out")
+    check_disk(study, folder, costs(study, fidelity, most=_COMPARED))
     with hold_folder(folder):
         spread = Spread(fidelity, executor, Path(operators or folder / OPERATORS), study.responses)
         runs = _Runs(study, folder, spread, progress, watcher)
@@ -107,7 +110,7 @@ def check_parameters(study: Study) -> None:
 
     Targets, figures and goals must name a response that a run may have.
     """
-    _check_memory(count_designs(study) * len(operating_points(study)))
+    _check_memory(study)
     known: dict[str, None] = {}
     for place in [place for place in ("speeds_rpm", "torques") if getattr(study, place)]:
         require(
@@ -130,11 +133,28 @@ def _named(study: Study) -> list[tuple[str, str]]:
     return [*(("pareto", name) for name in study.pareto), *(("targets", name) for name in study.targets), *goal]
 
 
-def _check_memory(count: int) -> None:
-    needed, free = count * RUN_BYTES, free_memory()
+def check_disk(study: Study, folder: Path, found: Sequence[Cost]) -> float:
+    """Return the free disk (bytes) of a folder; refuse a study whose rows and operators need more.
+
+    folder: folder of the study, which need not exist. Files in it count as its own.
+    found: costs of the study.
+    """
+    place = next(each for each in (folder, *folder.absolute().parents) if each.exists())
+    held = sum(file.stat().st_size for part in ("rows", OPERATORS) for file in folder.glob(f"{part}/*"))
+    needed, free = disk_bytes(study, found), float(shutil.disk_usage(place).free)
+    if needed > free + held:
+        raise ResourceError(
+            f"{count_runs(study)} runs need about {needed / 2**30:.3g} GiB of disk, {folder} has {free / 2**30:.3g} "
+            "GiB: take fewer designs, or another --out"
+        )
+    return free
+
+
+def _check_memory(study: Study) -> None:
+    needed, free = run_bytes(study, MEMORY), free_memory()
     if needed > 0.8 * free:
         raise ResourceError(
-            f"{count} runs need about {needed / 2**30:.3g} GiB for their cases and rows, {free / 2**30:.3g} GiB are "
+            f"{count_runs(study)} runs need about {needed / 2**30:.3g} GiB for their cases and rows, {free / 2**30:.3g} GiB are "
             "free: take fewer designs, or several studies with other seeds"
         )
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
@@ -13,7 +12,6 @@ from statistics import fmean
 from typing import Any
 
 from nvhchain.case import Case
-from nvhchain.errors import ResourceError
 from nvhchain.fidelity import Fidelity
 from nvhchain.files.hdf5 import writable_folder
 from nvhchain.files.result_cache import Watcher
@@ -94,7 +92,6 @@ class Spread:
     def _done(self, tasks: Sequence[Task], watcher: Watcher | None) -> Iterator[tuple[Task, Outcome]]:
         first, rest = tasks[0], tasks[1:]
         yield first, self._run(first, watcher)
-        self._check_disk(len(rest))
         if self.executor is None:
             yield from ((task, self._run(task)) for task in rest)
         elif rest:
@@ -139,16 +136,6 @@ class Spread:
     def _memory(self, case: Case) -> int:
         """Return the estimated memory (bytes) of a run."""
         return int(2**20 * max(step.megabytes for step in plan(case, fidelity=self.fidelity).steps))
-
-    def _check_disk(self, left: int) -> None:
-        """Refuse more runs than the disk has room for, each with as much as the mesh laws of the first."""
-        each = sum(file.stat().st_size for file in self.operators.glob("mesh_law*.h5"))
-        free = shutil.disk_usage(self.operators).free
-        if left * each > free:
-            raise ResourceError(
-                f"{left} further runs may take {left * each / 2**30:.3g} GiB, the disk of {self.operators} has "
-                f"{free / 2**30:.3g} GiB: take fewer designs, or another --out"
-            )
 
 
 def _lost(count: int) -> Outcome:

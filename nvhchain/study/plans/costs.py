@@ -1,26 +1,45 @@
-"""Estimated time and memory of a study: operators that its designs share count once."""
+"""Estimated time, memory and disk of a study: operators that its designs share count once."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
+from math import lcm
 from typing import Any
 
 import numpy as np
 
+from nvhchain import gear
 from nvhchain.case import Case, GearboxCase, load_case
+from nvhchain.error_band.run_up import LINES
 from nvhchain.errors import InputError
 from nvhchain.fidelity import Fidelity
 from nvhchain.files.result_cache import fingerprint
 from nvhchain.scene import plan
-from nvhchain.study.definition import Study
+from nvhchain.study.definition import PAIRED, Study
 from nvhchain.study.parameter import Parameter
 from nvhchain.study.plans.designs import STEPS, count_designs, list_designs
 from nvhchain.study.rows import Row, operating_points
 
 MOST_LOADED = 200
 """Largest number of runs whose cases are compared; more are scaled up from so many."""
+
+MEMORY = (40_000, 330)
+"""Memory (bytes) of a run in this process: its case and row, and every line of its limits.
+
+Measured on the drawn single stage: 24 kB for the case; 45 kB for 130 lines, 128 kB for the 390 of a run-up.
+"""
+
+DISK = (1_000, 130)
+"""Disk (bytes) of a row, and of every line of its limits. Measured: 17 kB for 130 lines, 49 kB for 390."""
+
+BODY_BYTES = 22_000.0
+"""Disk of the finite elements of a gear, over the teeth of a sector and the square of the layers of elements.
+
+Measured at `draft` and `standard`: 13 to 20 kB for solid bodies, 8 to 45 kB for bodies with holes and slots.
+"""
 
 
 @dataclass(frozen=True)
@@ -37,68 +56,144 @@ class Cost:
         Processor time of each (s).
     megabytes : float
         Peak memory of each (MB).
+    disk : float
+        Size of the files of all results (MB), right within a factor of three; 0 where they are not kept.
     """
 
     name: str
     times: int
     seconds: float
     megabytes: float
+    disk: float = 0.0
 
 
-def costs(study: Study, fidelity: Fidelity) -> list[Cost]:
+def costs(study: Study, fidelity: Fidelity, most: int = MOST_LOADED) -> list[Cost]:
     """Return the estimated cost of every step of a study.
 
+    most: largest number of runs whose cases are compared; more are scaled up from so many.
     Returns steps in the order of a run. Each design counts with the seconds of the base case.
 
     Searches and slopes choose their designs by results: a step counts for all designs if any parameter changes it.
     Parts of a mesh law that designs share, such as finite elements of a gear, are not subtracted.
     """
-    count = count_designs(study) * len(operating_points(study))
-    chosen = study.plan not in ("optimise", "gradient")
-    cases = list(_cases(study)) if chosen else []
-    scale = count / max(1, len(cases))
+    different, case = _counter(study, most), load_case(study.case)
+    steps = plan(case, fidelity=fidelity).steps
+    counts = {name: number for step in steps for name, number in step.counts.items()}
     found = []
-    for step in plan(load_case(study.case), fidelity=fidelity).steps:
-        if not step.step.shared:
-            times = count
-        elif not chosen:
-            times = _searched(study, step.name)
-        else:
-            different = len({_key(case, step.name) for case in cases})
-            times = different if different < len(cases) or scale <= 1 else round(scale * different)
-        found.append(Cost(step.name, times, step.seconds, step.megabytes))
+    for step in steps:
+        times = different(partial(_key, name=step.name)) if step.step.shared else count_runs(study)
+        disk = times * _file_bytes(case, step.name, counts, fidelity) + _body_bytes(
+            case, step.name, different, fidelity
+        )
+        found.append(Cost(step.name, times, step.seconds, step.megabytes, 1e-6 * disk))
     return found
 
 
-def _searched(study: Study, name: str) -> int:
-    """Return the largest number of different results of a shared step in a search, or in the steps of slopes."""
+def count_runs(study: Study) -> int:
+    """Return the number of runs of a study: designs times operating points."""
+    return count_designs(study) * len(operating_points(study))
+
+
+def run_bytes(study: Study, kind: tuple[int, int]) -> int:
+    """Return the memory or the disk (bytes) that the rows of a study take.
+
+    kind: `MEMORY` or `DISK`.
+    """
+    case = load_case(study.case)
+    lines = 0.0
+    if study.plan in PAIRED and "pressure" in case.quantities:
+        lines = min(case.line_count, LINES) if case.running_up else case.line_count
+    return count_runs(study) * round(kind[0] + kind[1] * lines)
+
+
+def disk_bytes(study: Study, found: Sequence[Cost]) -> float:
+    """Return the estimated disk (bytes) of the rows and operators of a study.
+
+    found: costs of the study.
+    """
+    return run_bytes(study, DISK) + 1e6 * sum(cost.disk for cost in found)
+
+
+def _body_bytes(case: Case, name: str, different: Callable[[Callable[[Case], str]], int], fidelity: Fidelity) -> float:
+    """Return the disk of the finite elements of the gears of a mesh law; 0 for other steps."""
+    total = 0.0
+    for number, stage in enumerate(case.stages if isinstance(case, GearboxCase) else ()):
+        if name == f"mesh law {stage.name}":
+            for place in ("pinion", "wheel"):
+                body = getattr(case.pairs[number], place)  # type: ignore[union-attr]
+                each = BODY_BYTES * body.sector * fidelity.gear.width_layers**2
+                total += each * different(partial(_body_key, stage=number, place=place))
+    return total
+
+
+def _body_key(case: Case, stage: int, place: str) -> str:
+    """Return a fingerprint of the finite elements of a gear."""
+    assert isinstance(case, GearboxCase)
+    body: gear.GearBody = getattr(case.pairs[stage], place)
+    return fingerprint(replace(body, geometry=replace(body.geometry, micro=gear.MicroGeometry())))
+
+
+def _file_bytes(case: Case, name: str, counts: Mapping[str, float], fidelity: Fidelity) -> float:
+    """Return the estimated size (bytes) of each result of a step, whose parts are among `counts`."""
+    triangles, knobs = counts.get("triangles", 0.0), fidelity.gear
+    if name == "transfer vectors":
+        return 16.0 * counts["masters"] * triangles * len(case.field_points)
+    if not isinstance(case, GearboxCase):
+        return 0.0
+    if name == "housing":
+        return 8.0 * triangles * (counts["modes"] + 3 * len(case.bearings))
+    for number, stage in enumerate(case.stages):
+        pair = case.pairs[number]
+        if name == f"mesh law {stage.name}":
+            angles = lcm(pair.pinion.sector, pair.wheel.sector) * knobs.angles_per_mesh
+            pairs = 50.0 * angles * gear.slice_count(pair, knobs) ** 2 if case.deviations[number] else 0.0
+            return 14e3 + 8.0 * angles * knobs.deflections + pairs
+    return 0.0
+
+
+def _counter(study: Study, most: int) -> Callable[[Callable[[Case], str]], int]:
+    """Return the function that counts the different keys of the cases of a study."""
+    if study.plan in ("optimise", "gradient"):
+        return partial(_searched, study)
+    cases = list(_cases(study, most))
+    scale = count_runs(study) / max(1, len(cases))
+
+    def different(key: Callable[[Case], str]) -> int:
+        keys = len({key(case) for case in cases})
+        return keys if keys < len(cases) or scale <= 1 else round(scale * keys)
+
+    return different
+
+
+def _searched(study: Study, key: Callable[[Case], str]) -> int:
+    """Return the largest number of different keys in a search, or in the steps of slopes."""
     points = [load_case(study.case, changes=point.changes) for point in operating_points(study)]
-    first = _key(points[0], name)
+    first = key(points[0])
 
     def moves(parameter: Parameter) -> bool:
         for share in (0.2, 0.8):
             with suppress(InputError):
                 changes = [*parameter.changes(parameter.value_at(share)), *operating_points(study)[0].changes]
-                if _key(load_case(study.case, changes=changes), name) != first:
+                if key(load_case(study.case, changes=changes)) != first:
                     return True
         return False
 
     moving = sum(map(moves, study.parameters))
-    times = len({_key(case, name) for case in points})
+    times = len({key(case) for case in points})
     if study.goal is None:
         return times * (1 + 2 * STEPS * moving)
     drawn = study.goal.draws if any(map(moves, study.goal.scatter)) else 1
     return times * drawn * (study.designs if moving else 1)
 
 
-def _cases(study: Study) -> Iterator[Case]:
-    """Yield the cases of the runs, or of some of them spread over all; none of designs that fail."""
+def _cases(study: Study, most: int) -> Iterator[Case]:
+    """Yield the cases of the runs, or of `most` of them spread over all; none of designs that fail."""
     runs = [
         Row(number, design, point.speed_rpm, point.torque)
         for number, design in enumerate(list_designs(study))
         for point in operating_points(study)
     ]
-    for index in np.unique(np.linspace(0, len(runs) - 1, min(len(runs), MOST_LOADED)).astype(int)):
+    for index in np.unique(np.linspace(0, len(runs) - 1, min(len(runs), most)).astype(int)):
         row = runs[index]
         changes = [each for parameter in study.varied for each in parameter.changes(row.values[parameter.name])]
         try:

@@ -176,7 +176,10 @@ def force_error(case: GearboxCase, laws: Sequence[MeshLaw], fidelity: GearFideli
         error = law_error(wheel.geometry, fidelity, number)
         if any(of.geometry.micro != MicroGeometry() for of in (pinion, wheel)):
             error *= _against_compliance(law, force, harmonics, teeth)
-        spectra.append((base, *_law_spectrum(harmonics, teeth, error, fidelity, count)))
+        own, wrong = _law_spectrum(harmonics, teeth, error, fidelity, count)
+        table = _table_error(law, force, deflection, teeth) / harmonics[0]
+        wrong[: len(table)] = np.hypot(wrong[: len(table)], table)
+        spectra.append((base, own, wrong))
     return folded(spectra, highest)
 
 
@@ -192,6 +195,28 @@ def _against_compliance(law: MeshLaw, force: float, harmonics: FloatArray, teeth
     made = np.abs(np.fft.rfft(more - less)) / (2.0 * APART * len(more))
     strongest = harmonics[teeth::teeth].max(initial=0.0)
     return max(1.0, float(made[teeth::teeth].max(initial=0.0) / strongest)) if strongest > 0 else 1.0
+
+
+def _table_error(law: MeshLaw, force: float, deflection: FloatArray, teeth: int) -> FloatArray:
+    """Return the errors of the harmonics of the transmission error (n_angle,) by the steps of the law's deflection.
+
+    The force is linear over a step, with an error that falls with the square of the step. Without every second
+    deflection the error is four times as large: a third of the change is the error of the law. Mesh harmonic n has at
+    least the largest error over n: flanks that micro-geometry parts in turn leave kinks. Deflections between flanks
+    remain, as the ends of the gap.
+    """
+    number, found = np.arange(len(law.deflection)), np.zeros(len(deflection) // 2 + 1)
+    needed = (law.force.min(axis=0) <= 0) & (law.force.max(axis=0) >= 0)
+    needed[[0, -1]] = True
+    for parity in (0, 1):
+        kept = needed | (number % 2 == parity)
+        halved = law.replace(deflection=law.deflection[kept], force=law.force[:, kept])
+        change = quasi_static_transmission_error(halved, force)[1] - deflection
+        found = np.maximum(found, np.abs(np.fft.rfft(change)) / len(change) / 3.0)
+    found[0] = 0.0
+    meshing = np.arange(teeth, len(found), teeth)
+    found[meshing] = np.maximum(found[meshing], found.max() * teeth / meshing)
+    return found
 
 
 def folded(spectra: Sequence[tuple[Fraction, FloatArray, FloatArray]], highest: float) -> ForceError:

@@ -232,7 +232,7 @@ def stored_band(record: Mapping[str, Any]) -> ErrorBand:
 
 
 def paired_offsets(first: Mapping[str, Any], second: Mapping[str, Any]) -> tuple[float | None, float | None]:
-    """Return the limits of a difference of levels less that difference; errors of shared operators and mesh laws cancel.
+    """Return the limits of a difference of levels less that difference; shared errors cancel.
 
     first, second: records of `add_levels`; the first level is subtracted.
     Returns lower and upper limit less the difference (dB); None for one that does not exist.

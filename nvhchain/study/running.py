@@ -154,8 +154,8 @@ def _check_memory(study: Study) -> None:
     needed, free = run_bytes(study, MEMORY), free_memory()
     if needed > 0.8 * free:
         raise ResourceError(
-            f"{count_runs(study)} runs need about {needed / 2**30:.3g} GiB for their cases and rows, {free / 2**30:.3g} GiB are "
-            "free: take fewer designs, or several studies with other seeds"
+            f"{count_runs(study)} runs need about {needed / 2**30:.3g} GiB for their cases and rows, "
+            f"{free / 2**30:.3g} GiB are free: take fewer designs, or several studies with other seeds"
         )
 
 

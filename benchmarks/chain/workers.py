@@ -42,11 +42,10 @@ WAYS = {
 
 @dataclass(frozen=True)
 class Spent:
-    """Seconds of a study: wall time, processors, and the runs of its table; text of the table."""
+    """Wall time and processor seconds of a study, and the rows of its table."""
 
     wall: float
     processor: float
-    runs: float
     table: list[dict[str, str]]
 
 
@@ -61,7 +60,7 @@ def spent(out: Path, operators: Path, way: str, options: list[str]) -> Spent:
         assert child.wait() == 0
     wall = time.perf_counter() - began
     table = list(csv.DictReader((out / "study.csv").read_text(encoding="utf-8").splitlines()))
-    return Spent(wall, _own() - before, sum(float(row["seconds"]) for row in table), table)
+    return Spent(wall, _own() - before, table)
 
 
 def kill_one(child: subprocess.Popen[bytes], out: Path) -> None:
@@ -129,7 +128,7 @@ def measured(out: Path) -> dict[str, Spent]:
             before = _own()
             with cluster() as address:
                 one = spent(out / str(number), fresh, way, ["--scheduler", address])
-            found[way] = Spent(one.wall, _own() - before, one.runs, one.table)
+            found[way] = Spent(one.wall, _own() - before, one.table)
         else:
             found[way] = spent(out / str(number), fresh, way, [word for word in options if word])
     return found
@@ -139,12 +138,12 @@ def page(found: dict[str, Spent]) -> str:
     """Return the table."""
     alone = found["no workers"]
     lines = [
-        "| way | processor s | of it each design | wall s | seconds of all runs | same table |",
-        "|---|---:|---:|---:|---:|---|",
+        "| way | processor s | of it each design | wall s | same table |",
+        "|---|---:|---:|---:|---|",
     ]
     for way, one in found.items():
         lines.append(
-            f"| {way} | {one.processor:.0f} | {one.processor / DESIGNS:.2f} | {one.wall:.0f} | {one.runs:.0f} "
+            f"| {way} | {one.processor:.0f} | {one.processor / DESIGNS:.2f} | {one.wall:.0f} "
             f"| {'yes' if same(alone, one) else '**no**'} |"
         )
     return "\n".join(lines) + (

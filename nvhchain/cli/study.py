@@ -56,7 +56,7 @@ def _executor(options: argparse.Namespace) -> AbstractContextManager[Executor | 
 
 def _print_plan(study: Study, fidelity: Fidelity, path: Path, out: Path) -> int:
     """Print designs, runs, time, memory and disk of every step."""
-    from nvhchain.study import check_disk, check_parameters, costs, count_designs, disk_bytes, operating_points
+    from nvhchain.study import check_disk, check_parameters, costs, count_designs, disk_bytes, operating_points, remarks
 
     designs, points = count_designs(study), operating_points(study)
     check_parameters(study)
@@ -65,6 +65,8 @@ def _print_plan(study: Study, fidelity: Fidelity, path: Path, out: Path) -> int:
     for step in steps:
         kept = f"  {step.disk:8.1f} MB of disk" if step.disk else ""
         show(f"  {step.name:24s} {step.times:5d} x {step.seconds:6.1f} s  {step.megabytes:6.0f} MB{kept}")
+    for line in remarks(study):
+        show(line)
     free = check_disk(study, out, steps)
     show(
         f"Processor time about {sum(step.times * step.seconds for step in steps):.0f} s; memory "

@@ -11,7 +11,7 @@ from nvhchain.study.plans.gradient import slopes
 from nvhchain.study.plans.optimise import best_score, scores
 from nvhchain.study.quality import failed_shares, influences, percentiles
 from nvhchain.study.rows import Row, operating_points
-from nvhchain.study.running import check_disk, check_parameters, run_study
+from nvhchain.study.running import check_disk, check_parameters, remarks, run_study
 from nvhchain.study.tables import rows_csv, write_study
 
 __all__ = [

@@ -15,7 +15,7 @@ from nvhchain.error_band.band import SILENT_LEVEL
 from nvhchain.error_band.files import finite
 from nvhchain.error_band.run_up import MAIN_LOBE
 from nvhchain.sound import OrderTrack, order_track
-from nvhchain.sound.orders import NEAREST_ORDER, WIDTH
+from nvhchain.sound.orders import LEAST_TURNS, NEAREST_ORDER, WIDTH
 
 MOST_ORDERS = 10
 """Number of mesh orders of each stage with a level of their own."""
@@ -30,7 +30,8 @@ def order_levels(result: chain.Result, place: int, band: ErrorBand | RunUpBand |
     band: limits of the sound pressure, if there are any.
     Yields name of the response, level (dB) and its limits, which are both None without a band.
 
-    In a run-up an order has the largest level over the speeds at which it lies inside the band (`order_track`).
+    In a run-up an order has the largest level over the speeds at which it lies inside the band (`order_track`). One
+    that lies there for less than the window of the track has none.
     """
     case = result.case
     assert isinstance(case, GearboxCase)
@@ -38,6 +39,8 @@ def order_levels(result: chain.Result, place: int, band: ErrorBand | RunUpBand |
         for harmonic in range(1, MOST_ORDERS + 1):
             order, name = harmonic * float(mesh_order), f"order {stage} x {harmonic}"
             if result.pressure_history is not None:
+                if _turns_inside(case, order) < LEAST_TURNS:
+                    continue
                 track = order_track(result.pressure_history, order, point=place)
                 frequency = order * track.input_speed / (2 * pi)
                 inside = (frequency >= case.band.low) & (frequency <= case.band.high)
@@ -56,6 +59,32 @@ def order_levels(result: chain.Result, place: int, band: ErrorBand | RunUpBand |
 
 
 _NONE = (-np.inf, np.inf)
+
+
+def _turns_inside(case: GearboxCase, order: float) -> float:
+    """Return the turns of the input of a run-up over which an order lies inside the band."""
+    ramp = case.ramp
+    assert ramp is not None
+    ends = np.array([case.band.low, case.band.high]) * 2 * pi / order
+    slow, fast = sorted((ramp.start_speed, ramp.end_speed))
+    first, last = np.clip(ends, slow, fast)
+    return float((last**2 - first**2) / (2 * abs(ramp.end_speed - ramp.start_speed)) * ramp.duration / (2 * pi))
+
+
+def brief_orders(case: GearboxCase) -> str:
+    """Return a line on the mesh orders of a run-up that lie inside the band too briefly for a level; empty for none."""
+    brief = []
+    for stage, mesh_order in case.mesh_orders.items() if case.ramp is not None else ():
+        for harmonic in range(1, MOST_ORDERS + 1):
+            turns = _turns_inside(case, harmonic * float(mesh_order))
+            if 0 < turns < LEAST_TURNS:
+                brief.append(f"order {stage} x {harmonic} ({turns:.1f})")
+    if not brief:
+        return ""
+    return (
+        f"Without a level, for fewer than {LEAST_TURNS:g} turns of the input inside the band: {', '.join(brief)}; a "
+        "wider band or a longer run-up adds them"
+    )
 
 
 def _largest(band: RunUpBand, track: OrderTrack, inside: NDArray[np.bool_], place: int) -> list[float | None]:

@@ -26,6 +26,7 @@ from nvhchain.runtime.memory import free_memory
 from nvhchain.study.analysis import responses_of
 from nvhchain.study.definition import PAIRED, Study
 from nvhchain.study.measuring import can_be_drawn
+from nvhchain.study.orders import brief_orders
 from nvhchain.study.parameter import Parameter
 from nvhchain.study.plans.costs import MEMORY, Cost, costs, count_runs, disk_bytes, run_bytes
 from nvhchain.study.plans.designs import Design, list_designs
@@ -98,6 +99,8 @@ def run_study(
     with hold_folder(folder):
         spread = Spread(fidelity, executor, Path(operators or folder / OPERATORS), study.responses)
         runs = _Runs(study, folder, spread, progress, watcher)
+        for line in remarks(study):
+            runs.report(line)
         if study.plan == "optimise":
             return search(study, load_case(study.case), runs.rows)
         if study.plan == "gradient":
@@ -125,6 +128,15 @@ def check_parameters(study: Study) -> None:
         *(partial(_check_parameter, study, parameter, base, known) for parameter in study.varied),
         *(partial(check_response, name, place, known) for place, name in _named(study)),
     )
+
+
+def remarks(study: Study) -> list[str]:
+    """Return lines on responses that are asked for and that runs of the base case lack."""
+    if "orders" not in study.responses:
+        return []
+    cases = (load_case(study.case, changes=point.changes) for point in operating_points(study))
+    lines = (brief_orders(case) for case in cases if isinstance(case, GearboxCase))
+    return [line for line in dict.fromkeys(lines) if line]
 
 
 def _named(study: Study) -> list[tuple[str, str]]:

@@ -14,6 +14,7 @@ from nvhchain.error_band.gears import (
     SLICE_ERROR,
     UNKNOWN,
     _against_compliance,
+    _table_error,
     folded,
     force_error,
     law_error,
@@ -179,3 +180,26 @@ def test_slow_lines_of_a_blank_are_known_to_a_percent_of_their_mean_with_the_str
     strong, weak = force_error(case, [slotted], replace(STANDARD.gear, far_pattern_tolerance=0.0), 30.0).relative(lines)
     assert strong == pytest.approx(AMPLIFICATION * 0.012, rel=0.1)
     assert weak == pytest.approx(AMPLIFICATION * 0.12, rel=0.1)
+
+
+@pytest.mark.parametrize("deflections", [12, 17, 24])
+def test_errors_of_wide_steps_of_the_deflection_are_those_against_narrow_ones(case, deflections):
+    """Force c(θ) δ² between steps of 4 to 8 µm, against δ = √(F/c): held, by at most ten times the error."""
+    law, force = mesh_law([0.0]), 1000.0
+    stiffness = 1e12 * (1 + 0.2 * np.cos(30 * law.angle))[:, None]
+
+    def errors(count):
+        grid = np.linspace(0.0, 9e-5, count)
+        of = law.replace(deflection=grid, force=stiffness * grid**2)
+        deflection = quasi_static_transmission_error(of, force)[1]
+        exact = np.sqrt(force / stiffness[:, 0]) / np.cos(law.base_helix_angle)
+        made = np.abs(np.fft.rfft(deflection - exact))[1:] / len(exact)
+        return made, _table_error(of, force, deflection, 1)[1:], of
+
+    made, stated, _ = errors(deflections)
+    assert np.all(made[:6] < COVERAGE * stated[:6])
+    assert stated.max() < 10.0 * made.max()
+    wide, narrow = (
+        force_error(case, [errors(count)[2]], REFERENCE.gear, 40.0).relative(np.array([20.0]))[0] for count in (12, 400)
+    )
+    assert wide > 1.2 * narrow

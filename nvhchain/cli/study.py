@@ -63,14 +63,14 @@ def _print_plan(study: Study, fidelity: Fidelity, path: Path, out: Path) -> int:
     steps, at = costs(study, fidelity), counted(len(points), "operating point")
     show(f"{path.name}: {counted(designs, 'design')} at {at}, {counted(designs * len(points), 'run')}")
     for step in steps:
-        kept = f"  {step.disk:8.1f} MB of disk" if step.disk else ""
+        kept = f"  {step.disk:8.3g} MB of disk" if step.disk else ""
         show(f"  {step.name:24s} {step.times:5d} x {step.seconds:6.1f} s  {step.megabytes:6.0f} MB{kept}")
     for line in remarks(study):
         show(line)
     free = check_disk(study, out, steps)
     show(
         f"Processor time about {sum(step.times * step.seconds for step in steps):.0f} s; memory "
-        f"{max(step.megabytes for step in steps):.0f} MB a process; disk {1e-6 * disk_bytes(study, steps):.1f} MB with "
+        f"{max(step.megabytes for step in steps):.0f} MB a process; disk {1e-6 * disk_bytes(study, steps):.3g} MB with "
         f"the rows, {1e-9 * free:.1f} GB are free"
     )
     return 0

@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import re
 import sys
 import threading
 from concurrent.futures import BrokenExecutor, Future
@@ -365,7 +366,9 @@ def test_a_target_may_be_a_response_of_one_operating_point_alone(tmp_path, monke
 def test_the_command_prints_best_designs_and_writes_tables(sphere, tmp_path, capsys):
     path = written(tmp_path, RADII)
     assert main(["study", str(path), "--plan"]) == 0
-    assert "3 designs at 1 operating point, 3 runs" in capsys.readouterr().out
+    planned = capsys.readouterr().out
+    assert "3 designs at 1 operating point, 3 runs" in planned
+    assert re.search(r"; disk 0\.\d+ MB with the rows, [\d.]+ GB are free", planned)
     assert main(["study", str(path), "--out", str(tmp_path / "out")]) == 0
     said = capsys.readouterr()
     assert said.out.startswith("Lowest level: ")

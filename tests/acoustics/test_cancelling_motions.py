@@ -229,6 +229,7 @@ def test_one_point_that_hears_little_tells_nothing_of_cancellation_and_many_poin
         assert (left > 0).item() is told
 
 
+@pytest.mark.slow
 def test_walls_of_a_housing_that_bend_slower_than_sound_are_bounded_where_it_is_not_compact(air):
     """A lid in 6 × 4 half waves, four elements each: nothing was said above 460 Hz."""
     body, frequency = bodies.box((0.6, 0.4, 0.2), 0.05), 1404.0

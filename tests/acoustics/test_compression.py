@@ -114,6 +114,7 @@ def test_estimated_size_is_that_of_the_matrices(body, per_wavelength):
     assert compressed_size(len(surface.vertices), len(surface.triangles), knobs) == pytest.approx(size, rel=0.2)
 
 
+@pytest.mark.slow
 def test_compressed_transfer_vectors_meet_the_direct_ones_and_the_exact_field(body, air):
     surface, k, _, _ = body
     frequency = np.array([300.0, k * air.speed_of_sound / (2 * np.pi)])

@@ -30,6 +30,7 @@ def test_single_precision_pressure_is_within_1e_5_of_double_after_forty_wavenumb
     assert max(worst) < 1e-5
 
 
+@pytest.mark.slow
 def test_single_precision_is_as_good_far_from_the_origin_and_on_a_millimetre_body():
     gradient = np.random.default_rng(1).normal(size=320)
     for radius, centre, k in ((0.1, (30.0, -20.0, 10.0), 20.0), (1e-3, (0.0, 0.0, 0.0), 2e3)):

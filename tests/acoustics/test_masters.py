@@ -67,6 +67,7 @@ def test_chosen_masters_keep_the_tolerance_between_them_near_and_far(box, air, l
     assert atv.frequency[[0, -1]].tolist() == [low, 4000.0]
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:the air in openings")
 def test_a_resonating_cavity_is_found_and_kept_within_the_tolerance(resonator, air):
     """18 masters in 1 kHz, none of them asked for at the resonance 3 Hz wide."""

@@ -92,6 +92,7 @@ def test_lines_beside_a_resonance_err_by_no_more_than_is_stated(heard):
     assert 245 < coarse.accuracy.resonance_frequency < 270
 
 
+@pytest.mark.slow
 def test_a_resonance_that_the_mesh_misses_is_warned_of(air):
     surface = resonator(1)
     vectors = transfer_vectors(surface, [[0.0, 0.0, 1.0]], np.linspace(230.0, 280.0, 12), air=air, fidelity=FIDELITY)

@@ -100,6 +100,7 @@ def error_between_masters(body, masters, lines, plane, air, coarse):
     return np.abs(decibel(got.power / exact)).max(), got.accuracy.interpolation_error_db
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:interpolation between")
 @pytest.mark.parametrize("plane", [None, RigidPlane((0, 0, -0.15), (0, 0, 1))], ids=["free", "plane"])
 def test_power_between_masters_within_its_estimate(ball, air, coarse, plane):
@@ -252,6 +253,7 @@ def test_what_does_not_belong_together_is_refused(ball, resistance, air, coarse,
         radiation_resistance(SurfaceShapes(ball, harmonics(ball)), MASTERS, air=air, fidelity=coarse)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("tolerance", "fewest", "most"), [(1.0, 8, 12), (0.01, 13, 24)])
 def test_masters_are_chosen_from_a_tolerance(ball, air, coarse, tolerance, fewest, most):
     knobs = replace(coarse, master_tolerance_db=tolerance, masters=64)

@@ -139,6 +139,7 @@ def test_interior_source_at_8_and_12_elements_per_wavelength(air, coarse, body, 
     assert np.abs(pressure - exact).max() < limit * np.abs(exact).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("meshes", "source"),
     [
@@ -171,6 +172,7 @@ def _errors_around(ka, air, fidelity, body, spread):
     return np.abs(pressure - exact).max(axis=1) / np.abs(exact).max(axis=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ka", [np.pi, 4.49341, 5.76346])
 def test_irregular_frequencies_do_not_show_and_would_without_burton_miller(air, coarse, ka, monkeypatch):
     body = sphere(0.1, 2)

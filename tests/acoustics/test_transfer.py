@@ -60,6 +60,7 @@ def small_body():
     return surface, air, fidelity, atv, lines
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:the parts of the motion cancel")
 def test_fifty_masters_interpolate_to_a_thousandth_and_a_tenth_of_a_decibel(small_body):
     surface, air, fidelity, atv, lines = small_body

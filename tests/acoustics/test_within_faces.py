@@ -62,6 +62,7 @@ def test_no_motion_is_passed_on_less_or_much_more_on_meshes_of_needles_too(body)
     assert times[-1] < 2.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("means", [False, True], ids=["middles", "means"])
 @pytest.mark.parametrize(
     "body",

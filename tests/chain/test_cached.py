@@ -50,6 +50,7 @@ def test_nothing_is_cached_in_an_empty_folder(finished, coarse, tmp_path):
     assert not (tmp_path / "none").exists()
 
 
+@pytest.mark.slow
 def test_the_command_finds_the_folder_of_a_comparison(tmp_path, monkeypatch, capsys, pytestconfig):
     sphere = str(pytestconfig.rootpath / "cases" / "sphere" / "pulsating.toml")
     monkeypatch.chdir(tmp_path)

@@ -56,6 +56,7 @@ def test_transfer_vectors_of_a_free_field_are_refused_over_a_floor(case):
         nvh.run(case, transfer_vectors=free)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("precision", "alike"), [("double", 1e-10), ("single", 3e-6)])
 def test_work_spread_over_worker_processes_gives_the_same_pressure(case, request, tmp_path, capsys, precision, alike):
     """To rounding of the matrices: workers solve other groups of lines together."""

@@ -57,6 +57,7 @@ def plain(request, load, fidelity):
     return case, nvh.run(case, fidelity=fidelity, force_spectrum=load)
 
 
+@pytest.mark.slow
 def test_curve_and_structural_damping_reach_every_mode_and_line(small, plain, load, fidelity, tmp_path):
     case = small(CURVE, "structural_damping = true")
     assert case.housing.modal_damping == DampingCurve((2000.0, 4000.0), (0.01, 0.03))

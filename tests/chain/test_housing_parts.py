@@ -53,6 +53,7 @@ def rows(path):
         return list(csv.reader(file))
 
 
+@pytest.mark.slow
 def test_shares_of_modes_and_panels_add_up_to_the_pressure_at_every_line(told, case):
     out, _ = told
     pressure = hdf5.load(out / "pressure.h5")

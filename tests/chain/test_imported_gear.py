@@ -58,6 +58,7 @@ def write(path, mesh, stretch=1.0):
     meshio.Mesh(nodes, [("hexahedron20", mesh.elements)], point_sets=tags).write(path)
 
 
+@pytest.mark.slow
 def test_case_with_a_meshed_wheel_has_the_mesh_law_and_inertia_of_the_drawn_one(request, folder, fidelity):
     foreign = nvh.load_case(folder / "case.toml")
     assert isinstance(foreign.gears[1].blank, Mesh)

@@ -36,6 +36,7 @@ def bodies(monkeypatch):
     return computed
 
 
+@pytest.mark.slow
 def test_another_torque_or_blank_computes_no_flanks_of_the_same_gear_body_again(laws, bodies, request):
     case = nvh.load_case(request.config.rootpath / "cases" / "small" / "single_stage.toml")
     pinion, wheel = (each.geometry.teeth for each in case.gears)

@@ -56,6 +56,7 @@ def test_surface_velocity_alone_takes_no_boundary_elements(asked, compared):
     assert result.surface_velocity.content_hash == velocity.content_hash
 
 
+@pytest.mark.slow
 def test_sound_power_of_the_gearbox_is_that_of_its_velocity_and_takes_no_field_point(asked, coarse, compared):
     """Through the modes' radiation resistance between masters, against solutions at the five loudest lines: the masters
     are chosen for 1 dB here, 0.3 dB are kept."""
@@ -179,6 +180,7 @@ def test_levels_that_know_no_efficiency_are_refused_before_any_work(cases, coars
     assert record.began == []
 
 
+@pytest.mark.slow
 def test_plan_leaves_out_what_is_not_asked_for(cases, coarse):
     plans = {
         quantity: [step.name for step in nvh.plan(replace(cases[0], quantities=(quantity,)), fidelity=coarse).steps]

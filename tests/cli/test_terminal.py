@@ -49,6 +49,7 @@ def test_characters_that_the_terminal_lacks_are_spelt_out(finished, environment)
     assert printed(finished, **environment) == (0, levels(finished).replace("…", "..."), FOUND)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("closed", ["<&- >&- 2>&-", "2>&-"])
 def test_closed_streams_change_nothing(tmp_path, finished, closed):
     out = str(tmp_path / "out")
@@ -61,6 +62,7 @@ def test_closed_streams_change_nothing(tmp_path, finished, closed):
             assert Path(out, name).read_text() == Path(finished, name).read_text()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stream", ["stdout", "stderr"])
 def test_reader_that_left_changes_nothing(finished, stream):
     reader, writer = os.pipe()
@@ -71,6 +73,7 @@ def test_reader_that_left_changes_nothing(finished, stream):
     assert (done.returncode, done.stdout or done.stderr) == (0, FOUND if stream == "stdout" else levels(finished))
 
 
+@pytest.mark.slow
 def test_levels_that_cannot_be_written_are_one_line_and_a_failure(finished):
     with open("/dev/full", "w") as full:
         done = ran(finished, stdout=full, stderr=subprocess.PIPE)
@@ -80,6 +83,7 @@ def test_levels_that_cannot_be_written_are_one_line_and_a_failure(finished):
         assert ran(finished, stderr=full, stdout=subprocess.PIPE).returncode == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("flags", [("-W", "error"), ("-O",)])
 def test_flags_of_python_change_nothing(finished, tmp_path, flags):
     assert printed(str(tmp_path), *flags)[:2] == (0, levels(tmp_path))
@@ -97,6 +101,7 @@ def test_warnings_stay_one_line_each_where_python_makes_errors_of_them(tmp_path,
     assert capsys.readouterr().err == "nvhchain: beware\n"
 
 
+@pytest.mark.slow
 def test_an_unknown_backend_of_matplotlib_changes_no_figure(finished, tmp_path):
     """Commands open no window, for which a notebook or a terminal may name one."""
     picture = tmp_path / "p.png"

@@ -31,6 +31,7 @@ def ragged(make_laws, error):
     return made
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:mesh .* its flanks part")
 def test_idle_gears_are_told_with_the_time_for_which_no_flank_carries(make_gearbox, make_laws):
     with pytest.warns(AccuracyWarning, match=TOLD):

@@ -88,6 +88,7 @@ def _run(gearbox, laws, housing, torque, step, duration, every, fidelity=PLAIN, 
     return model, motion, states @ model.contact_output.T, states @ model.bearing_output.T
 
 
+@pytest.mark.slow
 def test_agrees_with_radau_over_20_ms_within_1e_4_of_the_peak_at_standard_step(make_gearbox, make_laws, make_housing):
     gearbox = make_gearbox()
     laws, housing = make_laws(slotted=True, angles=12), make_housing(gearbox, modes=2)
@@ -98,6 +99,7 @@ def test_agrees_with_radau_over_20_ms_within_1e_4_of_the_peak_at_standard_step(m
     assert np.abs(deflection - expected_deflection)[drive].max() < 1e-3 * np.abs(expected_deflection[drive]).max()
 
 
+@pytest.mark.slow
 def test_agrees_with_radau_through_contact_loss_and_is_of_second_order(make_gearbox, make_laws):
     gearbox, laws = make_gearbox(), make_laws(angles=8, plain_wheel=True, error=5e-6)
     kick = 3.0  # released from four times the static deflection: the flanks part on the rebound
@@ -225,6 +227,7 @@ def test_path_correction_are_right_within_5e_5_at_2_5_us_where_flanks_part_and_s
     assert errors[2] < 0.1 * errors[3]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("torque", [250.0, 0.0, -250.0])
 def test_energy_drifts_little_with_path_correction_and_less_at_shorter_steps(
     make_gearbox, make_laws, make_housing, torque

@@ -171,6 +171,7 @@ for record in (run_up(*model, **ramp, **at), bearing_forces(*model, input_speed=
 """
 
 
+@pytest.mark.slow
 def test_bits_do_not_depend_on_the_number_of_threads(make_gearbox, make_laws, make_housing):
     gearbox = make_gearbox()
     model = pickle.dumps((gearbox, make_laws(plain_wheel=True), make_housing(gearbox, modes=92)))

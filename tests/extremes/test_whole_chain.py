@@ -71,6 +71,7 @@ def ball_housing(scale, names, positions):
     )
 
 
+@pytest.mark.slow
 @given(scale=powers(1e-5, 1e4), force=powers(1e-12, 1e12), seed=st.integers(0, 99))
 def test_housing_and_sound_of_any_size_are_those_of_the_unit_scaled(tried, case, scale, force, seed):
     """Lengths s, frequencies 1/s, forces s²: velocities and pressures are the same, the error band in decibels too."""

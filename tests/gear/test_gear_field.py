@@ -201,6 +201,7 @@ def at_the_root(of, tooth, flank):
     return float(search.shape(xi)[0] @ of.von_mises[of.elements[element[0]]])
 
 
+@pytest.mark.slow
 def test_stress_at_the_root_converges_to_that_of_the_submodel():
     """13 to 38 % too low with four elements across the tooth, 6 to 10 % with eight, within 3 % with sixteen."""
     loaded, places = contact(), [StrainGauge(flank, length=1e-6, width=1e-6) for flank in (0, 1)]

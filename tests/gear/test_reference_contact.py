@@ -72,6 +72,7 @@ def soft(material):
     return (1 - material.poisson**2) / material.young
 
 
+@pytest.mark.slow
 def test_two_cylinders_meet_hertz_in_half_width_pressure_and_approach(cylinders):
     radii, materials, bodies = cylinders
     R = 1 / sum(1 / r for r in radii)

@@ -123,6 +123,7 @@ def placed(tree, pitch, tooth):
     return node
 
 
+@pytest.mark.slow
 def test_nodal_forces_with_friction_give_the_strain_of_the_undivided_model():
     tree, free, factor, size = undivided()
     drawn, pitch = tooth_mesh(BODY, COARSE)
@@ -153,6 +154,7 @@ def test_nodal_forces_with_friction_give_the_strain_of_the_undivided_model():
             np.testing.assert_allclose(found[case, i], expected, atol=1e-7 * np.abs(found[case]).max())
 
 
+@pytest.mark.slow
 def test_static_modes_give_the_strain_of_nodal_forces_without_friction():
     loaded, teeth = meshes(15, (-0.5, -0.2)), (0, 1)
     fidelity = dataclasses.replace(COARSE, profile_elements=4, width_layers=2)  # the grid over which forces are shared

@@ -28,6 +28,7 @@ def translations(exchange):
     return np.concatenate([6 * seat + np.arange(3) for seat in range(len(exchange.names))])
 
 
+@pytest.mark.slow
 def test_static_flexibility_of_the_seats_is_exact(exchange, reduced):
     flexibility = np.linalg.inv(exchange.stiffness[exchange.seats, exchange.seats])
     at = translations(exchange)

@@ -33,6 +33,7 @@ def volume(casting):
     return float(np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])).sum() / 6)
 
 
+@pytest.mark.slow
 def test_bearings_between_gears_get_an_inner_wall_that_carries_them():
     seats = [*ENDS, seat("A3", A, 0.06)]
     shaft = disc(B, 0.06, 0.015, width=0.14, gear=False)

@@ -222,6 +222,7 @@ def test_gap_between_two_halves_does_not_let_the_outside_in():
     assert area(skin, made.exposed) == pytest.approx(OUTSIDE, rel=0.08)  # with the flanks of the joint
 
 
+@pytest.mark.slow
 def test_bodies_apart_have_an_envelope_each_and_keep_their_own_motion():
     """Two boxes that a rigid set joins across a gap wider than a face; a crumb of one is none."""
     one = held_box("hex8", counts=(8, 6, 4), lengths=SIZE, held=False)
@@ -248,6 +249,7 @@ def test_body_thinner_than_a_face_is_refused():
         envelope(skin)
 
 
+@pytest.mark.slow
 def test_volume_velocity_of_any_motion_is_kept():
     skin = hollow(hole=([9, 10], [7, 8]))
     made = envelope(skin, opening=0.08)

@@ -45,6 +45,7 @@ def foreign(mesh, casting, fidelity, surface, tmp_path_factory):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")
 @pytest.mark.parametrize("corrected", [False, True])
 def test_tetrahedra_of_a_file_state_and_correct_their_frequencies_as_a_casting_does(
@@ -67,6 +68,7 @@ def test_tetrahedra_of_a_file_state_and_correct_their_frequencies_as_a_casting_d
     assert made.accuracy.frequency_error == pytest.approx(left if corrected else left + moved, rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:.*tetrahedra are 5.6 times as long")
 def test_casting_read_from_a_file_has_the_same_natural_frequencies(foreign, reduced):
     assert foreign.natural_frequency == pytest.approx(reduced.natural_frequency, rel=1e-10)
@@ -105,6 +107,7 @@ def reduce_box(model, fidelity=BOX, **options):
         return reduce_model(model, seats, fidelity=fidelity, **given), [str(w.message) for w in caught]
 
 
+@pytest.mark.slow
 def test_tolerance_in_decibel_decides_how_many_modes_an_imported_model_keeps():
     found = []
     for tolerance in (3.0, 0.1):
@@ -132,6 +135,7 @@ def test_opening_that_is_not_positive_is_refused(opening):
         reduce_box(held_box("hex8"), faces=RadiatingFaces(0.02, opening=opening))
 
 
+@pytest.mark.slow
 def test_rigid_motions_that_held_freedoms_leave_are_warned_of():
     free = held_box("hex8", held=False)
     sliding = free.held.copy()
@@ -144,6 +148,7 @@ def test_rigid_motions_that_held_freedoms_leave_are_warned_of():
         assert not any("rigid motions" in text for text in reduce_box(model)[1])
 
 
+@pytest.mark.slow
 def test_mesh_above_its_validity_is_warned_of_with_the_frequency_it_reaches():
     """Four elements to a wave of free bending of a plate as thick as the box is wide, of which the sides are worst."""
     sides = np.array([0.2 / 3, 0.05])
@@ -176,6 +181,7 @@ def resolution_of(model, f_max):
     return resolution(model, solid_skin(model), f_max, 4.0)
 
 
+@pytest.mark.slow
 def test_tetrahedra_much_longer_than_their_wall_is_thick_are_warned_of():
     """A plate of 10 mm: tetrahedra with edges of 40 mm and diagonals of 57 mm along it."""
 
@@ -190,6 +196,7 @@ def test_tetrahedra_much_longer_than_their_wall_is_thick_are_warned_of():
     assert not caught("hex8", (5, 3, 1))
 
 
+@pytest.mark.slow
 def test_the_material_with_the_shortest_waves_decides_how_far_a_mesh_is_good():
     model, (block,) = held_box("hex8"), held_box("hex8").blocks
     soft = replace(

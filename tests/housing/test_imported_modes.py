@@ -47,6 +47,7 @@ def from_file(modes, casting, fidelity, surface, tmp_path_factory):
     return housing(read_modal_uff(path), casting, fidelity, surface)
 
 
+@pytest.mark.slow
 def test_error_of_the_mapped_power_is_stated_and_small_with_the_castings_own_faces(from_file):
     stated = from_file.accuracy
     assert stated.mapping_frequency.tolist() == pytest.approx([375.0, 750.0, 1500.0, 3000.0])

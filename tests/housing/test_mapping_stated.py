@@ -24,6 +24,7 @@ def reduce_it(casting, fidelity, mesh, surface, monkeypatch):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:housing elements of 30 mm")
 def test_casting_states_the_error_of_its_mapping_and_warns_beyond_the_tolerance(reduce_it):
     with warnings.catch_warnings():

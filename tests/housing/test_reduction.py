@@ -55,6 +55,7 @@ def full_response(K, M, seats, force, frequency, loss_factor):
     return u
 
 
+@pytest.mark.slow
 def test_forced_response_of_reduced_and_full_housing_agree_within_one_percent(full, casting, motion, reduced):
     K, M, T, seats = full
     rng = np.random.default_rng(8)
@@ -229,6 +230,7 @@ def test_bad_arguments_are_refused(f_max, size, message):
         reduce_housing(Casting(), f_max=f_max, surface_size=size, fidelity=STANDARD.housing)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:housing elements of 30 mm")
 def test_reduce_housing_reports_its_progress_and_names_the_seats(casting, fidelity):
     steps = []

@@ -57,6 +57,7 @@ def test_deck_of_a_casting_is_the_casting(imported, reduced):
     assert np.abs(10 * np.log10(power(imported, lines) / power(reduced, lines))).max() < 0.3
 
 
+@pytest.mark.slow
 def test_power_is_that_of_faces_half_as_long_and_of_the_skin(mesh, casting, surface, motion, reduced, fidelity):
     fine = radiating_surface(casting, 0.011)
     moved = normal_motion(mesh.nodes, mesh.skin, fine, mounting_plane_faces(fine), fidelity.samples_per_face)

@@ -135,6 +135,7 @@ def test_free_housing_keeps_its_surface_velocity_to_the_tolerance_at_every_line(
     assert 0.5 < estimate / truth < 2
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:housing elements of 30 mm")
 def test_tolerance_in_decibel_decides_how_many_modes_a_reduction_takes(casting, fidelity, mesh, surface, monkeypatch):
     monkeypatch.setattr(reduction, "mesh_casting", lambda *_: mesh)

@@ -86,6 +86,7 @@ def test_every_format_has_the_modes_of_the_matrices_and_of_the_whole_model(kind,
     assert np.abs(static - exact).max() < 1e-6 * np.abs(exact).max()
 
 
+@pytest.mark.slow
 def test_velocity_of_the_surface_is_that_of_the_whole_model(body, tmp_path):
     model, *_ = body
     seat = {"S": model.rigid_sets[1].reference}

@@ -70,6 +70,7 @@ def test_a_pair_of_five_times_the_stiffness_carries_five_times_the_force(pair, s
     assert np.abs(stiff.force - 5 * solid.force).max() < 1e-6 * np.abs(stiff.force).max()
 
 
+@pytest.mark.slow
 def test_slots_that_vanish_leave_the_solid_gear(pair, solid):
     """What slots add to the transmission error goes to nothing with their area, in proportion; narrower than an
     element they are refused."""

@@ -101,6 +101,7 @@ def test_nearer_bodies_hide_farther_ones():
     assert image[50, 50, 0] > 150 > image[50, 50, 2]
 
 
+@pytest.mark.slow
 def test_command_line_draws_a_gear_and_a_stage_and_writes_a_field(tmp_path, capsys):
     case = "cases/small/single_stage.toml"
     assert main(["plot", case, "--gear", "wheel", "--out", str(tmp_path / "gear.png")]) == 0

@@ -61,6 +61,7 @@ def dmig(path, name):
     return np.array([[entries.get((row, column), 0.0) for column in order] for row in order]), order
 
 
+@pytest.mark.slow
 def test_bulk_data_hold_the_matrices_to_ten_digits(exchange, small):
     folder, made = exchange
     seats, modes = len(made.names), len(made.interface_frequency)
@@ -114,6 +115,7 @@ def test_model_from_a_file_gives_the_matrices_of_the_casting(exchange, small, me
         assert np.abs((one - other)[seats, seats] / scale).max() < 1e-6
 
 
+@pytest.mark.slow
 def test_command_writes_the_file_and_refuses_what_it_cannot(small, coarse, tmp_path, capsys, monkeypatch):
     (tmp_path / "case.toml").write_text(f'base = "{small[0]}"\n[band]\nhigh = 1900\n')
     monkeypatch.setitem(cli.commands.PRESETS, "draft", coarse)

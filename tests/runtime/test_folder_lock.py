@@ -66,6 +66,7 @@ def _command(process):
         return ""
 
 
+@pytest.mark.slow
 def test_sigterm_ends_a_command_and_its_children_as_an_interruption(tmp_path):
     """While gmsh meshes a housing in another process, in a group that no terminal reaches."""
     program = "from nvhchain.cli import main; raise SystemExit(main())"

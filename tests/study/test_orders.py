@@ -148,6 +148,7 @@ def run_up(operators):
     return chain.run(run_up_case(), fidelity=KNOBS, operators=operators)
 
 
+@pytest.mark.slow
 def test_orders_of_a_run_agree_with_spectra_against_angle(run_up):
     """Demodulation in time lies between windows of ten and of five turns after interpolation to equal angles."""
     found = {name: level for name, level, _ in order_levels(run_up, 0, run_up.error_band)}
@@ -178,6 +179,7 @@ def test_an_order_passes_a_speed_with_the_level_of_the_steady_run(rpm, harmonic,
     assert passing == pytest.approx(found[f"order stage x {harmonic}"], abs=1.0)
 
 
+@pytest.mark.slow
 def test_the_loudness_of_a_run_up_is_exceeded_for_5_percent_of_the_time(run_up):
     """Against MoSQITo on a record that scipy converts to 48 kHz; limits are those of the level."""
     responses, limits = {"level": float(run_up.overall[0])}, {"level": list(map(float, run_up.error_band.overall[0]))}
@@ -193,6 +195,7 @@ def test_the_loudness_of_a_run_up_is_exceeded_for_5_percent_of_the_time(run_up):
     assert responses["loudness_sone"] < high
 
 
+@pytest.mark.slow
 def test_a_study_of_run_ups_has_orders_and_loudness_with_limits_and_paired_differences(tmp_path, operators):
     """Both designs share housing and transfer vectors, whose errors cancel in the difference of their mean spectra."""
     nvh.save_case(run_up_case(), tmp_path / "case.toml")

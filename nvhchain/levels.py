@@ -49,6 +49,11 @@ def number_text(value: float, form: str = ".1f") -> str:
     return (text.lstrip("+-") if float(text) == 0.0 else text).replace("-", "−")
 
 
+def place_text(position: ArrayLike) -> str:
+    """Return a position (m) as text such as "(0.02, −0.01, 0.62)"."""
+    return f"({', '.join(number_text(x, '.4g') for x in np.asarray(position, dtype=float).tolist())})"
+
+
 def power_level(power: ArrayLike) -> FloatArray:
     """Return the sound power level: 10 log10(P / 1 pW).
 

@@ -13,6 +13,7 @@ from nvhchain import levels
 from nvhchain.errors import InputError, require
 from nvhchain.files import hdf5
 from nvhchain.handoff import FieldPressure, FloatArray, HandOff, PressureHistory, ReducedHousing
+from nvhchain.levels import place_text
 from nvhchain.names import check_names
 from nvhchain.plots.marks import OrderMarks, order_name
 from nvhchain.report.causes.paths import radiating
@@ -127,8 +128,7 @@ class Stored:
         if not point:
             return self.runs[0].point_name(0) if self.runs[0].points else ""
         at = point["position_m"]
-        place = ", ".join(f"{value:g}" for value in at) if isinstance(at, list) else str(at)
-        return f"{point['name']}, at ({place}) m"
+        return f"{point['name']}, at {place_text(at) if isinstance(at, list) else f'({at})'} m"
 
     @property
     def hand_off_files(self) -> list[Path]:

@@ -191,7 +191,7 @@ def _table(run: StoredRun, pressure: FieldPressure, names: list[str]) -> list[st
     for name, place, level, unweighted in zip(names, pressure.points, weighted, plain, strict=True):
         x, y, z = place
         rows.append(f"{name},{x:.9g},{y:.9g},{z:.9g},{level:.3f},{unweighted:.3f}")
-        told.append(f"{run.name}: {level:.1f} dB(A) at {name}, ({x:g}, {y:g}, {z:g}) m")
+        told.append(f"{run.name}: {levels.number_text(level)} dB(A) at {name}, {levels.place_text(place)} m")
     path = run.folder / f"{MICROPHONES}.csv"
     write_text(path, "\n".join(rows) + "\n")
     return [*told, f"Levels and pressures: {path}, {path.with_suffix('.h5')}"]

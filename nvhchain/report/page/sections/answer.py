@@ -145,12 +145,12 @@ def _single(stored: Stored) -> list[str]:
             origin = stored.origin(order) if turns else ""
             name = f"order {order:.5g} ({frequency[line]:.0f} Hz{', ' if origin else ''}{origin})"
             found.append(
-                f"  {name if turns else f'{frequency[line]:.0f} Hz'}: {level[line]:.1f} dB(A), "
+                f"  {name if turns else f'{frequency[line]:.0f} Hz'}: {levels.number_text(level[line])} dB(A), "
                 f"{100 * energy[line] / energy.sum():.0f} % of the energy"
             )
     for quantity, of in run.summary.get("highest", {}).items():
         name, unit = quantity.rsplit(", ", 1)
-        found.append(f"  {name}: at most {of['level_db']:.1f} {unit}, at {of['speed_rpm']:.0f} rpm")
+        found.append(f"  {name}: at most {levels.number_text(of['level_db'])} {unit}, at {of['speed_rpm']:.0f} rpm")
     return found
 
 
@@ -167,7 +167,8 @@ def _levels(stored: Stored) -> Figure | None:
         traces.append(
             {
                 "type": "scatter", "mode": "markers+text", "x": [level], "y": [label(run.name)],
-                "text": [f"{level:.1f} ({limits_text(limits)})".replace(" ()", "")], "textposition": "top center",
+                "text": [f"{levels.number_text(level)} ({limits_text(limits)})".replace(" ()", "")],
+                "textposition": "top center",
                 "marker": {"color": colour(number), "size": 11, "symbol": symbol(number)},
                 "error_x": whiskers([(level, limits)], lowest, number, 2), "hoverinfo": "skip", "showlegend": False,
             }

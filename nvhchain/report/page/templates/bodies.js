@@ -170,7 +170,7 @@ const movingBodies = (place, { data }, height, choice) => {
       });
       run.painter.load("tint", found, run.painter.bytes);
     }
-    const number = (value) => kind === "size" ? (value / (top || 1)).toFixed(1) : kind === "level" || kind === "given" ? value.toFixed(0) : value.toPrecision(2);
+    const number = (value) => kind === "size" ? (value / (top || 1)).toFixed(1) : kind === "level" || kind === "given" ? value.toFixed(0).replace("-", "−") : value.toPrecision(2);
     key.innerHTML = "";
     if (kind === "given" && runs.every((run) => run.given[title].step[state.line] === 0)) { key.append("not computed at this line"); return; }
     key.append(number(low), make("span", { className: "ramp" }), `${number(high)} ${unit}`);
@@ -241,7 +241,7 @@ const movingBodies = (place, { data }, height, choice) => {
       if (from) { turn(0.01 * (event.clientX - from.clientX), 0.01 * (event.clientY - from.clientY)); from = event; return; }
       const unit = 2 * radius / (0.97 * state.zoom * Math.min(canvas.clientHeight, canvas.clientWidth)), box = canvas.getBoundingClientRect();
       const under = face(run, unit * (event.clientX - box.left - box.width / 2), unit * (box.top + box.height / 2 - event.clientY));
-      canvas.title = under < 0 ? "" : `${run.shown[under].toPrecision(4)} ${data.colours[state.colours].unit}`;
+      canvas.title = under < 0 ? "" : `${run.shown[under].toPrecision(4).replace("-", "−")} ${data.colours[state.colours].unit}`;
     };
     canvas.onkeydown = (event) => {
       const step = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, -0.1], ArrowDown: [0, 0.1] }[event.key];

@@ -74,7 +74,7 @@
         state.weight === "A" ? level + aWeighting(run.frequency[line]) : level));
       const top = 5 * Math.ceil(Math.max(...levels.flat()) / 5) + 5;
       const floor = top - 75;
-      const name = (run, number) => `${run.name}: ${sum(levels[number]).toFixed(1)} ${unit}`;
+      const name = (run, number) => `${run.name}: ${sum(levels[number]).toFixed(1).replace("-", "−")} ${unit}`;
       const layout = { yaxis: { ...axis, title: { text: `level / ${unit} re ${data.reference}`, font: { size: 13 } }, range: [floor, top] } };
       const traces = [];
       if (thirds) {

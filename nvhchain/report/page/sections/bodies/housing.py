@@ -154,7 +154,7 @@ def _text(stored: Stored, moving: list[tuple[StoredRun, SurfaceVelocity]], frequ
     order = f", order {frequency / turns:.5g}" if turns else ""
     origin = stored.origin(frequency / turns) if turns else ""
     levels_ = ", ".join(
-        f"{run.name} {level:.1f} dB(A)" if level > -100 else f"{run.name} silent"
+        f"{run.name} {levels.number_text(level)} dB(A)" if level > -100 else f"{run.name} silent"
         for (run, _), level in zip(moving, heard, strict=True)
         if run.pressure is not None
     )

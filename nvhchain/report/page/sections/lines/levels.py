@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from nvhchain.levels import number_text
+from nvhchain.levels import number_text, place_text
 from nvhchain.report.page.blocks import Table, limits_text
 from nvhchain.report.page.stored import Stored
 
@@ -25,16 +25,16 @@ def blocks(stored: Stored) -> list[Any]:
     rows = []
     for run in stored.runs:
         for point in run.summary.get("points", []):
-            name, level, place = point["name"], point["level_dBA"], ", ".join(f"{x:g}" for x in point["position_m"])
+            name, level, place = point["name"], point["level_dBA"], place_text(point["position_m"])
             difference = number_text(level - base[name], "+.1f") if name in base and run is not stored.runs[0] else ""
-            rows.append((run.name, name, f"({place})", f"{level:.1f}", limits_text(point["limits_dBA"]), difference))
+            rows.append((run.name, name, place, number_text(level), limits_text(point["limits_dBA"]), difference))
     if rows:
         head = ["configuration", "microphone", "position / m", "level / dB(A)", "limits / dB(A)"]
         if len(stored.runs) > 1:
             head.append(f"minus {stored.runs[0].name} / dB")
         found.append(Table(head, [row[: len(head)] for row in rows], "A-weighted levels re 20 µPa.", numbers=3))
     others = [
-        (run.name, *_named(quantity), f"{of['level']:.1f}", limits_text(of["limits"]))
+        (run.name, *_named(quantity), number_text(of["level"]), limits_text(of["limits"]))
         for run in stored.runs
         for quantity, of in run.summary.get("other_quantities", {}).items()
     ]

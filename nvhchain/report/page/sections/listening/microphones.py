@@ -27,8 +27,7 @@ def blocks(stored: Stored) -> list[Any]:
     for run in stored.runs:
         added = run.hand_off(MICROPHONES, FieldPressure)
         for one in added_levels(added) if added is not None else []:
-            place = ", ".join(f"{x:.4g}" for x in one["position_m"])
-            rows.append((run.name, f"({place})", f"{one['level_dBA']:.1f}"))
+            rows.append((run.name, levels.place_text(one["position_m"]), levels.number_text(one["level_dBA"])))
     caption = "Microphones added from the spherical waves of the sound power, A-weighted levels re 20 µPa."
     head = ("configuration", "position / m", "level / dB(A)")
     found: list[Any] = [Table(head, rows, caption, folded=len(rows) > 12, numbers=2)] if rows else []

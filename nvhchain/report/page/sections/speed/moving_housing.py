@@ -93,5 +93,5 @@ def _level(cuts: list[Curve], order: float, speed: float) -> float:
 def _text(cuts: dict[str, list[Curve]], place: tuple[float, float], heard: FloatArray) -> str:
     order, speed = place
     name = next(of.name for of in next(iter(cuts.values())) if of.order == order)
-    sound = ", ".join(f"{run} {level:.1f} dB" for run, level in zip(cuts, heard, strict=True))
+    sound = ", ".join(f"{run} {levels.number_text(level)} dB" for run, level in zip(cuts, heard, strict=True))
     return f"{name}, {30 * speed / np.pi:.0f} rpm ({order * speed / (2 * np.pi):.0f} Hz): {sound}"

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from nvhchain.handoff import FloatArray
+from nvhchain.levels import number_text
 from nvhchain.report.page.blocks import (
     LOUDER,
     QUIETER,
@@ -119,6 +120,11 @@ def difference_maps(states: dict[str, Any], *, height: int = 380) -> Figure:
     colours = [[0.0, QUIETER], [0.5, "#f6f7f9"], [1.0, LOUDER]]
     scale = {"colorscale": colours, "cmin": round(-most, 1), "cmax": round(most, 1)}
     figure.layout["coloraxis"] |= scale
-    for trace in figure.data:
-        trace["texttemplate"] = "%{z:+.1f}"
+    for trace, (_, level) in zip(figure.data, levels.values(), strict=True):
+        numbers = [[number_text(x, "+.1f") if np.isfinite(x) else "" for x in row] for row in level.tolist()]
+        trace |= {
+            "text": numbers,
+            "texttemplate": "%{text}",
+            "hovertemplate": trace["hovertemplate"].replace("%{z:.1f}", "%{text}"),
+        }
     return figure

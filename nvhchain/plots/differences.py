@@ -72,19 +72,19 @@ def difference_table(configurations: Mapping[str, Mapping[str, Any]], *, stronge
     if all("over_speed" in of for of in configurations.values()):
         return _run_up_table(configurations)
     found: dict[float, dict[str, float]] = {}
-    frequency: dict[float, float] = {}
+    frequency: dict[float, dict[str, None]] = {}
     for name, summary in configurations.items():
         loudest = max((float(line["level_db"]) for line in summary["orders"]), default=0.0)
         for line in summary["orders"]:
             order, level = round(float(line["order"]), 6), float(line["level_db"])
             if level > loudest - AUDIBLE_RANGE:
                 found.setdefault(order, {})[name] = level
-                frequency[order] = float(line["frequency_hz"])
+                frequency.setdefault(order, {})[f"{line['frequency_hz']:.1f}"] = None
     listed = sorted(sorted(found, key=lambda order: -max(found[order].values()))[:strongest])
     header = ("quantity", "f / Hz", *names, *(f"{name} − {names[0]}" for name in names[1:]))
     overall = {name: float(summary["overall_dBA"]) for name, summary in configurations.items()}
     rows = [("overall / dB(A)", "", *_cells(overall, names))]
-    rows += [(f"order {order:g} / dB", f"{frequency[order]:.1f}", *_cells(found[order], names)) for order in listed]
+    rows += [(f"order {order:g} / dB", "; ".join(frequency[order]), *_cells(found[order], names)) for order in listed]
     return Table(header, tuple(rows))
 
 

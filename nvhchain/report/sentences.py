@@ -60,8 +60,8 @@ def verdict(summary: Mapping[str, Any]) -> list[str]:
     Notes
     -----
     Parts of lines add up to the signed difference; `causes` of a configuration name their modes and paths.
-    The limits of a difference are those of `nvhchain.error_band.difference_limits`. For run-ups they are those at which
-    the errors of both levels add up.
+    The limits of a difference are those of `nvhchain.error_band.difference_limits`. Without those of summary.json, the
+    errors of both levels add up.
     """
     (base, first), *others = summary["configurations"].items()
     if not others:
@@ -98,7 +98,10 @@ def _overall(name: str, other: Mapping[str, Any], base: str, first: Mapping[str,
         "" if least > 0 else f"; within these limits either may be the louder{_remedy((base, first), (name, other))}"
     )
     speeds = {round(float(of.get("input_speed_rpm") or 0.0), 3) for of in (other, first)}
-    speed = f" and {speeds.pop():g} rpm" if len(speeds) == 1 and "over_speed" not in other and any(speeds) else ""
+    speed = ""
+    if "over_speed" not in other and all(speeds):
+        own, of_first = (f"{of['input_speed_rpm']:g} rpm" for of in (other, first))
+        speed = f" and {own}" if len(speeds) == 1 else f", {name} at {own} and {base} at {of_first}"
     return f"{name} is {abs(difference):.1f} dB {word} than {base} at {point}{speed} ({limits}){decided}"
 
 
@@ -113,7 +116,7 @@ def _over_speed(name: str, other: Mapping[str, Any], first: Mapping[str, Any]) -
     word, count = _majority(difference)
     low, high = (f"{number_text(difference[at], '+.1f')} dB at {speed[at]:.0f} rpm" for at in ends)
     return (
-        f"  from {speed[0]:.0f} to {speed[-1]:.0f} rpm {name} is {word} at {count} of {len(speed)} speeds: "
+        f"  from {speed[0]:.0f} to {speed[-1]:.0f} rpm {name} is {word} at {_of_all(count, len(speed))} speeds: "
         f"between {low} and {high}"
     )
 
@@ -136,8 +139,8 @@ def _states(name: str, other: Mapping[str, Any], first: Mapping[str, Any]) -> li
     word, count = _majority(difference[known])
     what = "steady states" if len(torque) > 1 else "speeds"
     return [
-        f"  from {speed[0]:.0f} to {speed[-1]:.0f} rpm {name} is {word} at {count} of {known.sum()} {what}: between "
-        f"{low} dB at {at[0]} and {high} dB at {at[1]}; {energy} dB in the energy mean"
+        f"  from {speed[0]:.0f} to {speed[-1]:.0f} rpm {name} is {word} at {_of_all(count, known.sum())} {what}: "
+        f"between {low} dB at {at[0]} and {high} dB at {at[1]}; {energy} dB in the energy mean"
     ]
 
 
@@ -145,6 +148,10 @@ def _majority(difference: Any) -> tuple[str, int]:
     """Return the word for most of the differences (dB), and the number of those."""
     louder, quieter = int(np.count_nonzero(difference > 0)), int(np.count_nonzero(difference < 0))
     return ("louder", louder) if louder >= quieter else ("quieter", quieter)
+
+
+def _of_all(count: int, total: int) -> str:
+    return f"all {total}" if count == total > 1 else f"{count} of {total}"
 
 
 def _orders(of_name: str, other: Mapping[str, Any], base: str, first: Mapping[str, Any]) -> list[str]:
@@ -179,7 +186,7 @@ def _lines(other: Mapping[str, Any], first: Mapping[str, Any]) -> list[str]:
     lines.sort(key=lambda of: -of["part_db"] / difference)
     return [
         f"  {number_text(part, '+.1f')} dB: {_line(of, order_name(of['order'], mesh, slots))} "
-        f"{_change(*of['levels_dBA'])}{_reason(of)}"
+        f"{_beyond(of, first, other) or _change(*of['levels_dBA']) + _reason(of)}"
         for of in lines[:LINES]
         if (part := of["part_db"]) / difference >= LEAST_SHARE
     ] + [
@@ -196,6 +203,17 @@ def _line(cause: Mapping[str, Any], origin: str) -> str:
         return f"{frequency:.0f} Hz"
     where = ", ".join(filter(None, ("" if frequency is None else f"{frequency:.0f} Hz", origin)))
     return f"order {order:g}" + (f" ({where})" if where else "")
+
+
+def _beyond(cause: Mapping[str, Any], *designs: Mapping[str, Any]) -> str:
+    """Return how an order leaves or enters the band; empty unless another speed puts it above all lines in a design."""
+    speeds = [float(of.get("input_speed_rpm") or 0.0) for of in designs]
+    highest = max((line["frequency_hz"] for of in designs for line in of.get("orders", [])), default=inf)
+    for level, speed, word in zip(reversed(cause["levels_dBA"]), speeds, ("enters", "leaves"), strict=True):
+        frequency = cause["order"] * speed / 60.0
+        if speeds[0] != speeds[1] and level is not None and frequency > highest:
+            return f"of {_level(level)} dB(A) {word} the band, at {frequency:.0f} Hz in the other design"
+    return ""
 
 
 def _change(before: float | None, after: float | None) -> str:

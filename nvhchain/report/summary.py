@@ -92,12 +92,13 @@ def _configurations(results: Mapping[str, Result]) -> dict[str, Any]:
 
 
 def _difference(first: Result, second: Result) -> dict[str, Any]:
-    """Return the limits of the overall difference at the first field point, where both have constant speed."""
+    """Return the limits of the overall difference at the first field point; of run-ups, from their mean lines."""
     if "pressure" not in first.error_bands or "pressure" not in second.error_bands:
         return {}
     before, after = first.error_band, second.error_band
-    if isinstance(before, RunUpBand) or isinstance(after, RunUpBand):
+    if isinstance(before, RunUpBand) != isinstance(after, RunUpBand):
         return {}
+    before, after = (of.lines if isinstance(of, RunUpBand) else of for of in (before, after))
     if before.amplitude.shape[1] != after.amplitude.shape[1]:
         return {}
     inputs = [shared_inputs(of.case, of.housing, of.transfer_vectors, of.mesh_laws) for of in (first, second)]

@@ -59,7 +59,7 @@ def test_verdict_table_and_page_hold_the_states(compared, ran, tmp_path):
         summary = summary | {"configurations": summary["configurations"] | {name: summary["configurations"][name] | {
             "steady_states": of
         }}}  # fmt: skip
-    sentence = next(line for line in verdict(summary) if " of 3 speeds" in line)
+    sentence = next(line for line in verdict(summary) if " 3 speeds" in line)
     by = np.array(maps["slotted"]["level_dBA"]) - np.array(maps["solid"]["level_dBA"])
     louder = int((by > 0).sum())
     assert (f"louder at {louder} of 3" if louder > 1 else f"quieter at {3 - louder} of 3") in sentence

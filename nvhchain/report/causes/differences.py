@@ -101,7 +101,7 @@ def causes(first: Result, second: Result) -> list[dict[str, Any]]:
         lines.append(
             {
                 "order": float(found.order[line]),
-                "frequency_hz": float(np.nanmax(found.frequency[line])),
+                "frequency_hz": _one_frequency(found.frequency[line]),
                 "levels_dBA": [float(levels.decibel(p)) if p else None for p in found.pressure[line].tolist()],
                 "part_db": float(found.part[line]),
                 **kinds,
@@ -181,6 +181,12 @@ def _split(run: Result, frequency: FloatArray) -> dict[float, tuple[dict[str, co
         return {}
     paths, modes = ([dict(zip(of.names, line.tolist(), strict=True)) for line in of.pressure[:, 0]] for of in parts)
     return {float(f): (paths[i], modes[i]) for i, f in enumerate(lines)}
+
+
+def _one_frequency(frequency: FloatArray) -> float | None:
+    """Return the frequency (Hz) of a line; None where designs of different speeds have it at two frequencies."""
+    known = frequency[np.isfinite(frequency)]
+    return float(known.max()) if np.ptp(known) <= 1e-6 * known.max() else None
 
 
 def _gain(frequency: float) -> float:

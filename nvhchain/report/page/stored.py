@@ -9,6 +9,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
+import numpy as np
+
 from nvhchain import levels
 from nvhchain.errors import InputError, require
 from nvhchain.files import hdf5
@@ -120,6 +122,16 @@ class Stored:
         high = max((float(of.case.get("values", {}).get("band.high", 0.0)) for of in self.runs), default=0.0)
         high = high or min(map(sample_rate, heard.values()), default=0.0) / 2.56
         return {name: run_up_maps(of, self.marks, high=high) for name, of in heard.items()}
+
+    @cached_property
+    def by_order(self) -> bool:
+        """True if the steady runs have different input speeds: their lines correspond by order, not by frequency."""
+        speeds = {round(of.input_speed, 6) if (of := run.pressure) is not None else 0.0 for run in self.runs}
+        return len(speeds) > 1 and min(speeds) > 0
+
+    def line_scale(self, run: StoredRun) -> float:
+        """Return what multiplies the number of a line to its frequency (Hz) in a run: 1, or turns per second."""
+        return run.pressure.input_speed / (2 * np.pi) if self.by_order and run.pressure is not None else 1.0
 
     @property
     def microphone(self) -> str:

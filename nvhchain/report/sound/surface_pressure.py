@@ -25,8 +25,8 @@ def add_surface_pressure(folder: str | Path, count: int) -> list[str]:
     stored = stored_results(Path(folder))
     moving = [(run, of) for run in stored.runs if (of := run.hand_off("surface_velocity", SurfaceVelocity))]
     require(bool(moving), f"{folder} holds no motion of a housing at constant speed: run a case of constant speed")
-    frequencies = loudest_lines(moving, count)
-    return [_solved(stored, run, of, frequencies) for run, of in moving]
+    lines = loudest_lines(stored, moving, count)
+    return [_solved(stored, run, of, stored.line_scale(run) * lines) for run, of in moving]
 
 
 def _solved(stored: Stored, run: StoredRun, velocity: SurfaceVelocity, frequencies: np.ndarray) -> str:

@@ -21,6 +21,7 @@ from nvhchain.report.page.blocks import (
     symbol,
     whiskers,
 )  # fmt: skip
+from nvhchain.report.page.sections.cases import value_text
 from nvhchain.report.page.sections.lines.levels import UNITS
 from nvhchain.report.page.sections.speed.run_up import constant_speed, over_speed_traces, speed_range
 from nvhchain.report.page.sections.speed.steady_states import difference_maps, over_steady_speeds, stored_states
@@ -36,6 +37,12 @@ HEIGHT = 225
 LOUDEST = 3
 """Number of lines named for a single run."""
 
+AUDIBLE = 1.0
+"""Least estimated effect (dB) of an option left out that is named."""
+
+DIFFERENCES = 3
+"""Largest number of differing values that are named."""
+
 DOUBT = "; within these limits either may be the louder"
 """Words of a sentence of the verdict whose limits decide nothing."""
 
@@ -47,7 +54,12 @@ def blocks(stored: Stored) -> list[Any]:
     hero = Hero(
         headline=_headline(stored),
         doubt="Not decided: within the confidence limits either may be the louder." if doubt else "",
-        sentences=(_compared(stored, sentences, doubt=doubt) or _single(stored)) + _targets(stored) + _assumed(stored),
+        sentences=[
+            *(_compared(stored, sentences, doubt=doubt) or _single(stored)),
+            *_targets(stored),
+            *_differing(stored),
+            *_assumed(stored),
+        ],
         levels=_levels(stored),
         where=_bands(stored) or _over_speed(stored),
         speeds=_steady_speeds(stored),
@@ -64,7 +76,8 @@ def _compared(stored: Stored, sentences: list[str], *, doubt: bool) -> list[str]
         if match := re.match(r"(.+? is) [0-9.]+ dB (louder|quieter) than .+? at ", sentence):
             why = "Why {} {}:".format(*match.groups())
             sentence = sentence.replace(DOUBT, "")
-            found.append(f"At {sentence[match.end() :]}" if len(stored.runs) == 2 else sentence)
+            rest = re.sub(r" \(limits ([^()]*)\)", r". Limits of this difference: \1", sentence[match.end() :], count=1)
+            found.append(f"At {rest}" if len(stored.runs) == 2 else sentence)
         elif sentence.startswith("  from "):
             found.append(f"F{sentence[3:]}")
         elif doubt or not sentence.startswith("Limits of "):
@@ -102,7 +115,32 @@ def _steady_speeds(stored: Stored) -> Figure | None:
 def _assumed(stored: Stored) -> list[str]:
     """Return what the cases assume, such as a housing drawn by rule."""
     given = stored.summary.get("assumptions") or {}
-    return [f"{name}: {sentence}" for name, sentences in given.items() for sentence in sentences]
+    found = [f"{name}: {sentence}" for name, sentences in given.items() for sentence in sentences]
+    left_out: dict[str, list[str]] = {}
+    for name, of in stored.summary.get("modelling", {}).items():
+        effects = [
+            f"{each['option'].replace('_', ' ')} {levels.number_text(each['level_db'], '+.1f')} dB"
+            for each in of["options"]
+            if not each["modelled"] and abs(each.get("level_db", 0.0)) >= AUDIBLE
+        ]
+        if effects:
+            left_out.setdefault(", ".join(effects), []).append(name)
+    return found + [
+        f"Not modelled in {' and '.join(names)}, with the estimated change of the level: {text}."
+        for text, names in left_out.items()
+    ]
+
+
+def _differing(stored: Stored) -> list[str]:
+    """Return a sentence on the values that differ between two cases."""
+    values = [run.case.get("values") or {} for run in stored.runs]
+    if len(values) != 2 or not all(values):
+        return []
+    first, second = values
+    changed = [path for path in dict.fromkeys([*first, *second]) if first.get(path) != second.get(path)]
+    named = [f"{path} {value_text(first, path)} → {value_text(second, path)}" for path in changed[:DIFFERENCES]]
+    more = len(changed) - len(named)
+    return [f"The cases differ in {', '.join(named)}{f' and {more} more values' if more else ''}."] if named else []
 
 
 def _headline(stored: Stored) -> str:
@@ -126,7 +164,9 @@ def _headline(stored: Stored) -> str:
 
 def _single(stored: Stored) -> list[str]:
     """Return sentences on one run: where its level is, and its loudest lines."""
-    found = [f"Level at {stored.microphone}."] if stored.summary.get("field_point") else []
+    speeds = {of.get("input_speed_rpm") for of in (run.summary for run in stored.runs)} - {None, 0.0}
+    speed = f", with the input at {speeds.pop():.5g} rpm" if len(speeds) == 1 else ""
+    found = [f"Level at {stored.microphone}{speed}."] if stored.summary.get("field_point") else []
     for run in stored.runs:
         for quantity, of in run.summary.get("other_quantities", {}).items():
             name, unit = UNITS.get(quantity, (quantity.replace("_", " "), "dB"))
@@ -160,15 +200,18 @@ def _levels(stored: Stored) -> Figure | None:
     if not heard:
         return None
     lowest = min(run.summary["overall_dBA"] for _, run, _ in heard) - 25.0
+    ends = [end for _, run, _ in heard for end in (run.summary["overall_dBA"], *run.summary.get("error_band_dBA", ()))]
+    middle = 0.5 * (min(lowest + 25.0 if end is None else end for end in ends) + max(filter(None, ends)))
     traces = []
     for number, run, _ in heard:
         level = float(run.summary["overall_dBA"])
         limits = run.summary.get("error_band_dBA")
+        inside = "top left" if level > middle else "top right"  # text in the figure, also on a narrow screen
         traces.append(
             {
                 "type": "scatter", "mode": "markers+text", "x": [level], "y": [label(run.name)],
                 "text": [f"{levels.number_text(level)} ({limits_text(limits)})".replace(" ()", "")],
-                "textposition": "top center",
+                "textposition": inside,
                 "marker": {"color": colour(number), "size": 11, "symbol": symbol(number)},
                 "error_x": whiskers([(level, limits)], lowest, number, 2), "hoverinfo": "skip", "showlegend": False,
             }

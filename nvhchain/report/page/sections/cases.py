@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from typing import Any
 
 from nvhchain.levels import number_text
@@ -50,7 +51,7 @@ def _values(stored: Stored) -> list[Any]:
     if not values:
         return []
     paths = list(dict.fromkeys(path for of in values.values() for path in of))
-    rows = [(path, *(_text(of[path]) if path in of else ABSENT for of in values.values())) for path in paths]
+    rows = [(path, *(value_text(of, path) for of in values.values())) for path in paths]
     found: list[Any] = []
     if len(values) > 1:
         differing = [row for row in rows if len(set(row[1:])) > 1]
@@ -64,7 +65,11 @@ def _values(stored: Stored) -> list[Any]:
     return found
 
 
-def _text(value: Any) -> str:
+def value_text(values: Mapping[str, Any], path: str) -> str:
+    """Return a value of a case as text; a dash where the case has none."""
+    if path not in values:
+        return ABSENT
+    value = values[path]
     if isinstance(value, float):
         return f"{value:.9g}"
     return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)

@@ -9,6 +9,7 @@
       click: (plot) => Plotly.downloadImage(plot, { format: "svg", filename: plot.id, width: 1100, height: plot.offsetHeight }),
     }],
   };
+  if (innerWidth < 560) config.displayModeBar = false;  // it would hide the legend
   const axis = { gridcolor: "#e6e8eb", zerolinecolor: "#c5cad0", linecolor: "#8a929b", ticks: "outside", automargin: true };
   const base = (layout, height) => ({
     font, height, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", hovermode: "closest",
@@ -132,7 +133,7 @@
   };
 
   const kinds = { spectrum, motion: (place, content, height) => movingBodies(place, content, height, choice), player: (place, content) => soundPlayer(place, content, choice), plotly: (plot, { data, layout }, height) =>
-      Plotly.newPlot(plot, data, base(layout, height), { ...config, displayModeBar: plot.closest(".evidence") ? false : undefined }) };
+      Plotly.newPlot(plot, data, base(layout, height), { ...config, displayModeBar: plot.closest(".evidence") ? false : config.displayModeBar }) };
   /* On a narrow screen panels stand below each other, and their titles break. */
   const narrow = (content, height, width) => {
     const layout = content.layout, { rows, columns } = layout?.grid ?? {};
@@ -171,7 +172,7 @@
   const least = ({ data, layout }) => {
     const panels = 280 * (layout?.grid?.columns ?? 1);
     const named = (Array.isArray(data) ? data : []).map(({ x }) => (typeof x?.[0] === "string" ? x : []));
-    return Math.max(panels, ...named.map((x) => x.length * (8 + 6 * Math.max(0, ...x.flatMap((name) => name.split("<br>")).map((row) => row.length)))));
+    return Math.max(panels, ...named.map((x) => 90 + x.length * (8 + 6 * Math.max(0, ...x.flatMap((name) => name.split("<br>")).map((row) => row.length)))));
   };
   const draw = (plot) => {
     const content = JSON.parse(document.querySelector(`script[data-plot="${plot.id}"]`).textContent);

@@ -37,11 +37,13 @@ def blocks(stored: Stored) -> list[Any]:
     if not moving:
         return []
     faces = sum(len(of.surface.triangles) for _, of in moving)
-    frequencies = loudest_lines(moving, max(1, min(LINES, VALUES // faces)))
-    if not len(frequencies):
+    lines = loudest_lines(stored, moving, max(1, min(LINES, VALUES // faces)))
+    if not len(lines):
         return []
-    bodies = []
+    bodies, heard = [], []
     for run, of in moving:
+        frequencies = stored.line_scale(run) * lines
+        heard.append(_weighted(run, of, frequencies))
         motion = _motion(of, frequencies)
         given = {
             CONTRIBUTION: _contribution(stored, run, of, frequencies, motion),
@@ -49,10 +51,7 @@ def blocks(stored: Stored) -> list[Any]:
         }
         values = {title: found for title, found in given.items() if found is not None}
         bodies.append(MovingBody(run.name, of.surface, motion, values))
-    heard = [_weighted(run, of, frequencies) for run, of in moving]
-    texts = [
-        _text(stored, moving, float(f), [of[number] for of in heard]) for number, f in enumerate(frequencies.tolist())
-    ]
+    texts = [_text(stored, moving, line, [of[number] for of in heard]) for number, line in enumerate(lines.tolist())]
     colours = [Colours("Normal velocity", "dB re 1 nm/s", "level", REFERENCE_VELOCITY)]
     added = ""
     if all(PRESSURE in body.values for body in bodies):
@@ -124,13 +123,16 @@ def _surface_pressure(run: StoredRun, of: SurfaceVelocity, frequencies: FloatArr
     return np.asarray(np.where(solved[:, None], levels.decibel(faces)[nearest], 0.0))
 
 
-def loudest_lines(moving: list[tuple[StoredRun, SurfaceVelocity]], count: int) -> FloatArray:
-    """Return the frequencies (n,) Hz of the lines that are loudest in any configuration, in rising order."""
+def loudest_lines(stored: Stored, moving: list[tuple[StoredRun, SurfaceVelocity]], count: int) -> FloatArray:
+    """Return the frequencies (n,) Hz, or orders, of the lines that are loudest in any configuration, in rising order.
+
+    `stored.line_scale` of a run times a line is its frequency.
+    """
     level: dict[float, float] = {}
     for run, of in moving:
         frequency = of.frequency[of.frequency > 0]
         for f, heard in zip(frequency.tolist(), _weighted(run, of, frequency), strict=True):
-            key = round(f, 3)
+            key = round(f / stored.line_scale(run), 3)
             level[key] = max(level.get(key, -np.inf), float(heard))
     return np.sort(sorted(level, key=lambda f: -level[f])[:count])
 
@@ -148,14 +150,17 @@ def _weighted(run: StoredRun, of: SurfaceVelocity, frequency: FloatArray) -> Flo
     return np.where(near, level[nearest], -400.0) + levels.a_weighting(frequency)
 
 
-def _text(stored: Stored, moving: list[tuple[StoredRun, SurfaceVelocity]], frequency: float, heard: list[float]) -> str:
+def _text(stored: Stored, moving: list[tuple[StoredRun, SurfaceVelocity]], line: float, heard: list[float]) -> str:
     """Return frequency, order and levels of a line."""
     turns = next((run.pressure.input_speed for run, _ in moving if run.pressure is not None), 0.0) / (2 * np.pi)
-    order = f", order {frequency / turns:.5g}" if turns else ""
-    origin = stored.origin(frequency / turns) if turns else ""
+    order = line if stored.by_order else line / turns if turns else 0.0
+    origin = stored.origin(order) if order else ""
     levels_ = ", ".join(
-        f"{run.name} {levels.number_text(level)} dB(A)" if level > -100 else f"{run.name} silent"
+        (f"{run.name} {levels.number_text(level)} dB(A)" if level > -100 else f"{run.name} silent")
+        + (f" at {stored.line_scale(run) * line:.1f} Hz" if stored.by_order and level > -100 else "")
         for (run, _), level in zip(moving, heard, strict=True)
         if run.pressure is not None
     )
-    return f"{frequency:.1f} Hz{order}" + (f" ({origin})" if origin else "") + (f": {levels_}" if levels_ else "")
+    names = ("" if stored.by_order else f"{line:.1f} Hz", f"order {order:.5g}" if order else "")
+    name = ", ".join(filter(None, names)) + (f" ({origin})" if origin else "")
+    return name + (f": {levels_}" if levels_ else "")

@@ -58,7 +58,7 @@ def blocks(stored: Stored) -> list[Any]:
 def _by_path_and_mode(stored: Stored) -> list[Any]:
     """Return the pressure by path and by mode at the loudest lines, of all configurations side by side."""
     steady = stored.having(lambda run: run.pressure)
-    lines = _loudest([pressure for *_, pressure in steady])
+    lines = _loudest(stored, [(run, pressure) for _, run, pressure in steady])
     parts: dict[int, tuple[Contributions, Contributions]] = {}
     for number, run, pressure in steady:
         velocity = run.hand_off("surface_velocity", SurfaceVelocity)
@@ -66,7 +66,7 @@ def _by_path_and_mode(stored: Stored) -> list[Any]:
         if velocity is not None and forces is not None and len(lines):
             surface = velocity.surface.content_hash
             operators = (stored.radiating(TransferVectors, surface), stored.radiating(ReducedHousing, surface))
-            found = stored_parts(pressure, forces, operators, lines)
+            found = stored_parts(pressure, forces, operators, stored.line_scale(run) * lines)
             parts |= {} if found is None else {number: found}
     if not parts:
         return []
@@ -159,20 +159,25 @@ def _over_speed(stored: Stored, parts: dict[int, Contributions], order: float, c
     return Figure(f"{caption} The {CURVES} strongest over speed.", traces, layout, height=380)
 
 
-def _loudest(pressures: list[FieldPressure]) -> FloatArray:
-    """Return the frequencies (n,) Hz of the loudest lines in dB(A) of all configurations, rising."""
+def _loudest(stored: Stored, steady: list[tuple[StoredRun, FieldPressure]]) -> FloatArray:
+    """Return the loudest lines (n,) in dB(A) that all configurations have, rising: frequencies (Hz), or orders."""
     level: dict[float, float] = {}
-    first = pressures[0].frequency if pressures else np.zeros(0)
-    for of in pressures:
+    axes_ = [of.frequency / stored.line_scale(run) for run, of in steady]
+    first = axes_[0] if axes_ else np.zeros(0)
+    for (_, of), along in zip(steady, axes_, strict=True):
         weighted = levels.decibel(of.pressure[:, 0]) + levels.a_weighting(of.frequency)
-        for f, heard in zip(of.frequency.tolist(), weighted.tolist(), strict=True):
-            if all(np.abs(other.frequency - f).min() <= 1e-6 * f for other in pressures):
+        for f, heard in zip(along.tolist(), weighted.tolist(), strict=True):
+            if all(np.abs(other - f).min() <= 1e-6 * f for other in axes_):
                 line = float(first[np.abs(first - f).argmin()])  # one line, whose last digits may differ
                 level[line] = max(level.get(line, -np.inf), heard)
     return np.sort(sorted(level, key=lambda f: -level[f])[:LINES])
 
 
-def _title(stored: Stored, frequency: float) -> str:
+def _title(stored: Stored, line: float) -> str:
+    if stored.by_order:
+        origin = stored.origin(line)
+        return f"order {line:.5g}" + (f" ({origin})" if origin else "")
+    frequency = line
     turns = next(of.input_speed for run in stored.runs if (of := run.pressure)) / (2 * np.pi)
     if not turns:
         return f"{frequency:.0f} Hz"

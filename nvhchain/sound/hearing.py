@@ -124,6 +124,22 @@ def loudness_limits(sound: Sound, loudness: float, gains: Sequence[float | None]
     return [None if gain is None else scale * end for gain, end in zip(gains, ends, strict=True)]
 
 
+def loudness_ratios(sound: Sound, time: FloatArray, gains: FloatArray) -> FloatArray:
+    """Return what the loudness of a record is multiplied by where its level is at its limits.
+
+    time (n,): middles of the parts of the record (s) to which the gains belong.
+    gains (n, 2): lower and upper limit of the level less the level (dB); −inf for no lower limit.
+    Returns (n, 2): ratios of the loudness of a second about each time, by the method for steady sounds.
+    """
+    size, ratios = max(1, round(_LOUDEST * sound.rate)), np.ones((len(time), 2))
+    for row, (at, ends) in enumerate(zip(time.tolist(), gains, strict=True)):
+        first = min(max(0, round(at * sound.rate) - size // 2), max(0, len(sound.pressure) - size))
+        part = Sound(sound.pressure[first : first + size], sound.rate, True)
+        middle, *limits = loudness_at(part, np.array([0.0, *np.maximum(ends, -200.0)])).tolist()
+        ratios[row] = np.array(limits) / middle if middle > 0 else 1.0
+    return ratios
+
+
 def loudness_level(loudness: float) -> float:
     """Return the loudness level of a loudness.
 

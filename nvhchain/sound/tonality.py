@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from math import log2
 
 import numpy as np
@@ -106,7 +107,14 @@ def _full(energy: float, low: float, high: float) -> float:
 
 def _energy(sound: Sound, low: float, high: float) -> float:
     """Return the mean square pressure (Pa²) between two frequencies (Hz)."""
+    energy, spacing = _energy_below(sound)
+    first, end = (min(int(np.ceil(edge / spacing - 1e-9)), len(energy) - 1) for edge in (low, high))
+    return float(energy[end] - energy[first])
+
+
+@lru_cache(maxsize=2)
+def _energy_below(sound: Sound) -> tuple[FloatArray, float]:
+    """Return the mean square pressure (Pa²) below each line of a spectrum (n_f + 1,), and the spacing of lines (Hz)."""
     signal: FloatArray = np.asarray(sound.pressure)
     power = 2.0 * np.abs(np.fft.rfft(signal)) ** 2 / len(signal) ** 2
-    axis = np.fft.rfftfreq(len(signal), 1.0 / sound.rate)
-    return float(power[(axis >= low) & (axis < high)].sum())
+    return np.concatenate([[0.0], np.cumsum(power)]), sound.rate / len(signal)

@@ -7,7 +7,7 @@ import pytest
 
 from nvhchain.cli import main
 from nvhchain.files import hdf5
-from nvhchain.handoff import FieldPressure
+from nvhchain.handoff import FieldPressure, PressureHistory
 from nvhchain.levels import decibel, overall
 from nvhchain.report.sound.write import BACKGROUND
 from nvhchain.sound import Background, background_sound, write_wav
@@ -61,6 +61,41 @@ def test_hearing_is_added_to_summary_console_and_page(finished, capsys):
     page = (finished / "report.html").read_text()
     assert '<section id="hearing">' in page
     assert "order 20, stage × 1" in page
+
+
+@pytest.mark.slow
+def test_run_up_has_limits_of_loudness_and_prominence_of_orders_over_speed(finished):
+    rate, duration = 48000, 3.0
+    time = np.arange(int(rate * duration)) / rate
+    speed = 2 * np.pi * (40.0 + 20.0 * time / duration)
+    wave = np.sqrt(2) * 2e-3 * np.sin(20 * np.cumsum(speed) / rate)  # 40 dB
+    (finished / "pressure.h5").unlink()
+    hdf5.save(PressureHistory(time, [[0, 0, 1]], wave[:, None], speed), finished / "pressure_history.h5")
+    told = json.loads((finished / "summary.json").read_text())
+    rows = [{"speed_rpm": 2400.0 + 300.0 * k, "level_dBA": 40.0, "limits_dBA": [None, 50.0]} for k in range(5)]
+    told["configurations"]["A"] |= {
+        "over_speed": rows,
+        "overall_dBA": 40.0,
+        "error_band_dBA": [None, 50.0],
+        "highest": {},
+    }
+    (finished / "summary.json").write_text(json.dumps(told))
+    (finished / "case.json").write_text(json.dumps({"name": "A", "mesh_orders": {"stage": 20.0}, "slot_orders": {}}))
+    assert main(["hearing", str(finished)]) == 0
+    heard = json.loads((finished / "summary.json").read_text())["configurations"]["A"]["hearing"]
+    middle, lower, upper = (
+        np.array(heard[f"loudness_{which}sone_in_time"])[20:40] for which in ("", "lower_", "upper_")
+    )
+    assert lower.max() < 0.01
+    assert upper / middle == pytest.approx(np.full(20, 2.0), rel=0.1)  # 10 dB more
+    (order,) = (of for of in heard["order_tones"] if of["order"] == 20.0)
+    frequency, ratio = np.array(order["speed_rpm"]) / 3.0, np.array(order["tone_to_noise_dB"])
+    near = np.abs(frequency - 1000.0) < 60.0  # the noise has 45 dB in the third octave of 231 Hz at 1 kHz
+    assert near.sum() >= 2
+    assert ratio[near] == pytest.approx(40 - 45 - 10 * np.log10(162.2 / 231), abs=1.0)
+    page = (finished / "report.html").read_text()
+    assert "Tone-to-noise ratio of the main orders" in page
+    assert "Prominence ratio of the main orders" in page
 
 
 def test_unfinished_run_is_refused(finished, capsys):

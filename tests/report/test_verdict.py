@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from nvhchain.error_band import ErrorBand
+from nvhchain.error_band import ErrorBand, RunUpBand
 from nvhchain.levels import a_weighting
 from nvhchain.report import verdict
 from nvhchain.report.summary import _difference
@@ -141,3 +141,19 @@ def test_errors_cancel_in_the_difference_only_where_both_runs_share_their_operat
     assert _difference(run("a"), run("a"))["difference_limits_db"] == pytest.approx([0.0, 0.0])
     low, high = _difference(run("a"), run("b"))["difference_limits_db"]
     assert low < -1.0 < 1.0 < high
+    levels = np.repeat(band.level[None], 2, axis=0)
+    rising = RunUpBand(np.array([100.0, 200.0]), levels, np.stack([levels - 2, levels + 2], axis=2), (band, band))
+    same, other = (
+        SimpleNamespace(**vars(run(of)) | {"error_band": rising, "error_bands": {"pressure": rising}}) for of in "ab"
+    )
+    assert _difference(same, same)["difference_limits_db"] == pytest.approx([0.0, 0.0])
+    assert _difference(same, other)["difference_limits_db"] == pytest.approx([low, high])
+
+
+def test_an_order_that_another_speed_puts_above_the_band_leaves_it():
+    first = configuration({20: 60.0, 30: 62.0}, [55.0, 65.0], frequency=50.0) | {"input_speed_rpm": 3000.0}
+    second = configuration({20: 60.0}, [55.0, 65.0], frequency=60.0) | {"input_speed_rpm": 3600.0}
+    told = verdict(summary(slow=first, fast=second))
+    assert ", fast at 3600 rpm and slow at 3000 rpm (limits" in told[0]
+    assert any("leaves the band, at 1800 Hz in the other design" in line for line in told)
+    assert not any("disappears" in line for line in told)

@@ -177,6 +177,15 @@ def curve(
     }  # fmt: skip
 
 
+def shade(number: int, name: str, x: Iterable[float], y: Iterable[float]) -> dict[str, Any]:
+    """Return the shaded limits of configuration `number`: upper ones along x, lower ones back."""
+    return {
+        "type": "scatter", "mode": "lines", "x": rounded(x, 1), "y": rounded(y), "fill": "toself",
+        "fillcolor": colour(number), "opacity": 0.15, "line": {"width": 0}, "hoverinfo": "skip",
+        "showlegend": False, "legendgroup": label(name),
+    }  # fmt: skip
+
+
 def level_bars(
     number: int, name: str, x: Sequence[str], level: Sequence[float | None], floor: float, hover: str
 ) -> dict[str, Any]:

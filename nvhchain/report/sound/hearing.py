@@ -12,8 +12,10 @@ import numpy as np
 
 from nvhchain.errors import require
 from nvhchain.files.hdf5 import write_text
+from nvhchain.handoff import FloatArray
 from nvhchain.plots.marks import order_name
 from nvhchain.report.page.stored import Stored, StoredRun, stored_results
+from nvhchain.report.run_up import curves_of
 from nvhchain.report.sound.write import BACKGROUND
 from nvhchain.sound import (
     Hearing,
@@ -22,6 +24,7 @@ from nvhchain.sound import (
     loudness_at,
     loudness_level,
     loudness_limits,
+    loudness_ratios,
     read_wav,
     run_up_sound,
     steady_sound,
@@ -31,6 +34,12 @@ from nvhchain.sound.tonality import HIGHEST, LOWEST
 
 TONES = 12
 """Largest number of tones that are judged."""
+
+SPEEDS = 40
+"""Largest number of speeds at which an order of a run-up is judged."""
+
+SILENCE = -100.0
+"""Level (dB) at and below which an order is silent."""
 
 LEAST_RANGE = 40.0
 """Range (dB) below the strongest tone within which tones are judged."""
@@ -74,6 +83,11 @@ def hearing_sentences(name: str, entry: Mapping[str, Any]) -> list[str]:
         ratio = tone["tone_to_noise_dB"]
         how = f"{ratio:.1f} dB over the background in" if ratio <= NO_NOISE else "the background has no energy in"
         told.append(f"  {tone['name']} ({tone['frequency_hz']:.0f} Hz) is prominent: {how} its critical band")
+    for order in entry.get("order_tones", []):
+        speeds = [speed for speed, of in zip(order["speed_rpm"], order["prominent"], strict=True) if of]
+        if speeds:
+            where = f"{len(speeds)} of {len(order['speed_rpm'])} speeds, {min(speeds):.0f}…{max(speeds):.0f} rpm"
+            told.append(f"  {order['name']} is prominent before the background at {where}")
     if entry.get("tones") and not prominent:
         told.append("  no tone is prominent before the background")
     return told
@@ -108,7 +122,9 @@ def _entry(stored: Stored, run: StoredRun, background: Sound | None) -> dict[str
             "sharpness_acum_in_time": heard.sharpness_in_time,
             "roughness_asper_in_time": heard.roughness_in_time,
         }
-        return found | {name: [round(float(value), 4) for value in of] for name, of in curves.items()}
+        curves |= _loudness_limits_in_time(run, sound, heard)
+        found |= {name: [round(float(value), 4) for value in of] for name, of in curves.items()}
+        return found | ({} if background is None else {"order_tones": _order_tones(stored, run, background)})
     if background is not None:
         noise = background.resampled(sound.rate).pressure
         both = sound.pressure + np.resize(noise, len(sound.pressure))
@@ -123,6 +139,46 @@ def _loudness_limits(run: StoredRun, sound: Sound, heard: Hearing) -> list[float
     level = float(run.summary["overall_dBA"])
     limits = run.summary.get("error_band_dBA", (level, level))
     return loudness_limits(sound, heard.loudness, [None if end is None else end - level for end in limits])
+
+
+def _loudness_limits_in_time(run: StoredRun, sound: Sound, heard: Hearing) -> dict[str, FloatArray]:
+    """Return the limits of the loudness of a run-up over time: those of the level in its parts; empty without any."""
+    rows = run.summary.get("over_speed", [])
+    if not rows:
+        return {}
+    duration = len(sound.pressure) / sound.rate
+    middles = duration * (np.arange(len(rows)) + 0.5) / len(rows)
+    ends = np.array([[np.nan if end is None else end - of["level_dBA"] for end in of["limits_dBA"]] for of in rows])
+    gains = np.where(np.isnan(ends), [-np.inf, 0.0], ends)
+    ratios = loudness_ratios(sound, middles, gains)
+    return {
+        f"loudness_{end}_sone_in_time": heard.loudness_in_time * np.interp(heard.time, middles, ratios[:, column])
+        for column, end in enumerate(("lower", "upper"))
+    }
+
+
+def _order_tones(stored: Stored, run: StoredRun, background: Sound) -> list[dict[str, Any]]:
+    """Return the prominence of the main orders of a run-up before the background, over speed."""
+    found = []
+    for cut in curves_of(stored.run_up_maps, stored.marks)[run.name]:
+        if cut.order is None:
+            continue
+        frequency = cut.order * cut.speed / (2 * pi)
+        judged = np.flatnonzero((frequency >= LOWEST) & (frequency <= HIGHEST) & (cut.level > SILENCE))
+        judged = judged[:: -(-len(judged) // SPEEDS)] if len(judged) else judged
+        tones = [tone_prominence(float(frequency[at]), float(cut.level[at]), background) for at in judged]
+        columns: dict[str, Any] = {
+            "speed_rpm": 30 / pi * cut.speed[judged],
+            "tone_to_noise_dB": [tone.tone_to_noise for tone in tones],
+            "prominence_ratio_dB": [tone.prominence_ratio for tone in tones],
+        }
+        if not tones:
+            continue
+        found.append(
+            {"name": cut.name, "order": cut.order, "prominent": [tone.prominent for tone in tones]}
+            | {name: [round(float(value), 2) for value in of] for name, of in columns.items()}
+        )
+    return found
 
 
 def _tones(stored: Stored, run: StoredRun, background: Sound) -> list[dict[str, Any]]:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from math import log2
 from typing import Any
 
 from nvhchain.levels import number_text
-from nvhchain.report.page.blocks import Figure, Table, Text, curve, grid, limits_text, packed
+from nvhchain.report.page.blocks import Figure, Table, Text, curve, grid, limits_text, packed, shade
 from nvhchain.report.page.stored import Stored, StoredRun
 from nvhchain.report.sound.hearing import NO_NOISE
 
@@ -17,6 +18,12 @@ CURVES = {
     "roughness_asper_in_time": "roughness / asper",
 }
 """Curve in summary.json → its name."""
+
+RATIOS = {
+    "tone_to_noise_dB": ("Tone-to-noise ratio", 8.0, 8.33),
+    "prominence_ratio_dB": ("Prominence ratio", 9.0, 10.0),
+}
+"""Ratio → its name, the limit of prominence from 1 kHz on (dB), and its rise towards lower frequencies (dB/octave)."""
 
 EXPLANATION = (
     "Loudness by ISO 532-1 in a free field, sharpness by DIN 45692, roughness by Daniel and Weber. Of a run-up, "
@@ -44,6 +51,8 @@ def blocks(stored: Stored) -> list[Any]:
     found: list[Any] = [Table(head, rows)]
     if any("time_s" in of for _, _, of in heard):
         found.append(_curves(heard))
+    judged = [(number, run, of) for number, run, of in heard if of.get("order_tones")]
+    found += [_order_tones(judged, key) for key in RATIOS if judged]
     tones = [
         (
             run.name, tone["name"], f"{tone['frequency_hz']:.0f}", f"{tone['level_dB']:.1f}",
@@ -92,8 +101,35 @@ def _curves(heard: list[tuple[int, StoredRun, dict[str, Any]]]) -> Figure:
     for place, key in enumerate(CURVES):
         for number, run, of in heard:
             if key in of:
+                if key == "loudness_sone_in_time" and "loudness_upper_sone_in_time" in of:
+                    limits = [*of["loudness_upper_sone_in_time"], *reversed(of["loudness_lower_sone_in_time"])]
+                    traces.append(shade(number, run.name, [*of["speed_rpm"], *reversed(of["speed_rpm"])], limits))
                 x, y = packed(of["speed_rpm"]), packed(of[key])
                 traces.append(curve(number, run.name, x, y, "%{x:.0f} rpm: %{y:.3g}", place=place))
         layout[f"yaxis{place + 1 if place else ''}"]["rangemode"] = "tozero"
     layout["legend"] = {"orientation": "h", "x": 0, "y": 1.06, "yanchor": "bottom"}
-    return Figure("Hearing over the input speed.", traces, layout, height=620)
+    caption = "Hearing over the input speed. Shaded: limits of the loudness, from those of the level."
+    return Figure(caption, traces, layout, height=620)
+
+
+def _order_tones(heard: list[tuple[int, StoredRun, dict[str, Any]]], key: str) -> Figure:
+    """Return a ratio of every order to the background over speed, one panel an order, with the limit of prominence."""
+    name, least, slope = RATIOS[key]
+    titles = list(dict.fromkeys(tone["name"] for _, _, of in heard for tone in of["order_tones"]))
+    layout = grid(titles, 2, "input speed / rpm", "ratio / dB", legend=1.06)
+    layout["yaxis"]["range"] = [-30.0, 3.0 + max(max(tone[key]) for *_, of in heard for tone in of["order_tones"])]
+    traces: list[dict[str, Any]] = []
+    for number, run, of in heard:
+        for tone in of["order_tones"]:
+            place = titles.index(tone["name"])
+            traces.append(
+                curve(number, run.name, tone["speed_rpm"], tone[key], "%{x:.0f} rpm: %{y:.1f} dB", place=place)
+            )
+            octaves = [max(0.0, log2(60e3 / (tone["order"] * rpm))) for rpm in tone["speed_rpm"]]
+            line = {"color": "#59636e", "width": 1, "dash": "dot"}
+            edge = curve(
+                number, "prominent", tone["speed_rpm"], [least + slope * of for of in octaves], "", place=place
+            )
+            traces.append(edge | {"line": line, "showlegend": False, "hoverinfo": "skip", "hovertemplate": None})
+    caption = f"{name} of the main orders before the background (ECMA-418-1), prominent above the dotted line."
+    return Figure(caption, traces, layout, height=120 + 190 * -(-len(titles) // 2))

@@ -14,7 +14,6 @@ from nvhchain.report.page.blocks import (
     Figure,
     Text,
     axes,
-    colour,
     colour_scale,
     curve,
     grid,
@@ -23,6 +22,7 @@ from nvhchain.report.page.blocks import (
     packed,
     panel,
     rounded,
+    shade,
     symbol,
 )  # fmt: skip
 from nvhchain.report.page.stored import Stored, StoredRun
@@ -180,13 +180,7 @@ def over_speed_traces(runs: tuple[StoredRun, ...]) -> list[dict[str, Any]]:
         speed = [row["speed_rpm"] for row in rows]
         low = [floor if row["limits_dBA"][0] is None else row["limits_dBA"][0] for row in rows]
         high = [row["level_dBA"] if row["limits_dBA"][1] is None else row["limits_dBA"][1] for row in rows]
-        traces.append(
-            {
-                "type": "scatter", "mode": "lines", "x": rounded([*speed, *reversed(speed)], 1),
-                "y": rounded([*high, *reversed(low)]), "fill": "toself", "fillcolor": colour(number), "opacity": 0.15,
-                "line": {"width": 0}, "hoverinfo": "skip", "showlegend": False, "legendgroup": label(run.name),
-            }
-        )  # fmt: skip
+        traces.append(shade(number, run.name, [*speed, *reversed(speed)], [*high, *reversed(low)]))
         style: dict[str, Any] = {"mode": "lines+markers", "marker": {"symbol": symbol(number), "size": 6}}
         level = rounded(row["level_dBA"] for row in rows)
         style["legendgroup"] = label(run.name)

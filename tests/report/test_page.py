@@ -178,6 +178,22 @@ def test_housing_starts_at_the_line_that_is_loudest_in_sound_and_holds_its_motio
         assert motion[line] == pytest.approx(size * np.ones(shapes.shape[1]), rel=3e-3)
 
 
+def test_lines_of_designs_at_two_speeds_correspond_by_order(pair):
+    """The other design turns a tenth faster: its order 20 lies at 1100 Hz."""
+    kinds = {"pressure": FieldPressure, "surface_velocity": SurfaceVelocity, "force_spectrum": ForceSpectrum}
+    for name, kind in kinds.items():
+        path = pair / "holed" / f"{name}.h5"
+        of = hdf5.load(path, kind)
+        faster = {} if kind is SurfaceVelocity else {"input_speed": 1.1 * SPEED}
+        hdf5.save(of.replace(frequency=1.1 * of.frequency, **faster), path)
+    page = read(write_page(pair))
+    (body,) = (of["data"] for of in page.figures.values() if of["kind"] == "motion")
+    assert len(body["lines"]) == 40
+    assert body["lines"][body["chosen"]].startswith("order 20 (stage1 × 1): plain ")
+    assert body["lines"][body["chosen"]].endswith("dB(A) at 1100.0 Hz")
+    assert "The cases differ in gears.wheel.blank.count – → 5." in " ".join(page.texts)
+
+
 def test_values_that_differ_and_the_making_of_every_hand_off_are_tables(pair):
     cells = read(write_page(pair)).cells
     assert cells.count("gears.wheel.blank.count") == 2  # among the differences, and among all values
@@ -314,6 +330,7 @@ def test_states_over_speed_and_torque_have_a_map_of_each_design_and_of_their_dif
     (of,) = difference["data"]
     assert unpacked(of["z"]) == pytest.approx([3.0, -5.0, np.nan, 6.0], nan_ok=True)
     assert difference["layout"]["coloraxis"]["cmin"] == -difference["layout"]["coloraxis"]["cmax"] == -6.0
+    assert of["text"] == [["+3.0", "−5.0"], ["", "+6.0"]]
     lowest, _, highest = difference["layout"]["coloraxis"]["colorscale"]
     assert (lowest[1], highest[1]) == ("#0072b2", "#d55e00")  # blue is quieter
     plotly.graph_objects.Figure(difference["data"], difference["layout"])

@@ -303,3 +303,14 @@ def test_failed_save_leaves_neither_file_nor_fragment(tmp_path, monkeypatch):
     with pytest.raises(OSError, match="disk full"):
         hdf5.save(SURFACE, tmp_path / "s.h5")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_repeated_periods_of_a_record_take_little_more_space_than_one(tmp_path):
+    one = np.random.default_rng(1).normal(size=(25000, 1, 3))
+    sizes = []
+    for number, force in enumerate((one, np.concatenate([one, one]))):
+        time = np.arange(len(force)) * 1e-4
+        path = tmp_path / f"{number}.h5"
+        hdf5.save(BearingForces(time, force, ("A",), np.zeros((1, 3)), np.full(len(time), 100.0)), path)
+        sizes.append(path.stat().st_size)
+    assert sizes[1] < 1.4 * sizes[0]

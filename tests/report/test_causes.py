@@ -82,7 +82,7 @@ def test_record_of_less_than_ten_turns_is_mapped_in_windows_of_half_its_length()
 def test_lines_of_designs_that_differ_in_their_last_digits_are_one_line():
     sound = np.array([[1.0], [2.0]]) * (1 + 0j)
     runs = [FieldPressure(np.array([1200.0, f]), [[0.0, 0, 1]], sound, 9.0) for f in (2400.0, 2400.0 * (1 + 1e-13))]
-    assert contributions._loudest(runs).tolist() == [1200.0, 2400.0]
+    assert contributions._loudest([(1.0, of) for of in runs]).tolist() == [1200.0, 2400.0]
 
 
 def test_record_of_less_than_eight_turns_has_no_order_to_hear_alone():

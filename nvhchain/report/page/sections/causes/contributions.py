@@ -58,7 +58,7 @@ def blocks(stored: Stored) -> list[Any]:
 def _by_path_and_mode(stored: Stored) -> list[Any]:
     """Return the pressure by path and by mode at the loudest lines, of all configurations side by side."""
     steady = stored.having(lambda run: run.pressure)
-    lines = _loudest(stored, [(run, pressure) for _, run, pressure in steady])
+    lines = _loudest([(stored.line_scale(run), pressure) for _, run, pressure in steady])
     parts: dict[int, tuple[Contributions, Contributions]] = {}
     for number, run, pressure in steady:
         velocity = run.hand_off("surface_velocity", SurfaceVelocity)
@@ -159,10 +159,10 @@ def _over_speed(stored: Stored, parts: dict[int, Contributions], order: float, c
     return Figure(f"{caption} The {CURVES} strongest over speed.", traces, layout, height=380)
 
 
-def _loudest(stored: Stored, steady: list[tuple[StoredRun, FieldPressure]]) -> FloatArray:
-    """Return the loudest lines (n,) in dB(A) that all configurations have, rising: frequencies (Hz), or orders."""
+def _loudest(steady: list[tuple[float, FieldPressure]]) -> FloatArray:
+    """Return the loudest lines (n,) in dB(A) that all configurations have, rising: frequencies over their scale."""
     level: dict[float, float] = {}
-    axes_ = [of.frequency / stored.line_scale(run) for run, of in steady]
+    axes_ = [of.frequency / scale for scale, of in steady]
     first = axes_[0] if axes_ else np.zeros(0)
     for (_, of), along in zip(steady, axes_, strict=True):
         weighted = levels.decibel(of.pressure[:, 0]) + levels.a_weighting(of.frequency)

@@ -200,7 +200,7 @@ def sensitivity(study: Study, rows: Sequence[Row]) -> list[SobolIndex]:
         if lacking(worst, response):
             continue
         values = np.array([row.responses[response] for row in worst])
-        if np.ptp(values) > 1e-12 * max(1.0, float(np.abs(values).max())):
+        if not is_constant(values):
             found += indices_from(names, response, values, study.designs)
     return found
 
@@ -263,15 +263,23 @@ def _effect(name: str, response: str, given: Sequence[object], values: FloatArra
     groups: dict[str, list[int]] = {}
     for index, value in enumerate(given):
         groups.setdefault(str(value), []).append(index)
-    means = {key: float(values[some].mean()) for key, some in groups.items()}
+    apart = values - values.mean()
+    if is_constant(values):
+        apart = np.zeros_like(values)  # what is left is rounding
+    means = {key: float(apart[some].mean()) for key, some in groups.items()}
     low, high = min(means, key=means.__getitem__), max(means, key=means.__getitem__)
-    between = sum(len(some) * (means[key] - values.mean()) ** 2 for key, some in groups.items())
-    whole = float(((values - values.mean()) ** 2).sum())
+    between = sum(len(some) * means[key] ** 2 for key, some in groups.items())
+    whole = float((apart**2).sum())
     return Effect(
         name,
         response,
         means[high] - means[low],
         given[groups[low][0]],
         given[groups[high][0]],
-        float(between / whole) if whole > 0 else 0.0,
+        min(1.0, between / whole) if whole > 0 else 0.0,
     )
+
+
+def is_constant(values: FloatArray) -> bool:
+    """Return True for values that differ by rounding alone: 1e-9 of the largest."""
+    return float(np.ptp(values)) <= 1e-9 * float(np.abs(values).max())

@@ -10,7 +10,7 @@ from scipy.stats import beta, binom, rankdata
 
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray
-from nvhchain.study.analysis import responses_of, worst_rows
+from nvhchain.study.analysis import is_constant, responses_of, worst_rows
 from nvhchain.study.definition import Study
 from nvhchain.study.rows import Row
 
@@ -189,7 +189,7 @@ def influences(study: Study, rows: Sequence[Row], response: str) -> list[Influen
     if len(worst) < FEWEST:
         return []
     values = np.array([row.responses[response] for row in worst])
-    if np.ptp(values) <= 1e-12 * max(1.0, float(np.abs(values).max())):
+    if is_constant(values):
         return []
     random = np.random.default_rng(0)
     picked = random.integers(len(values), size=(RESAMPLES, len(values)))

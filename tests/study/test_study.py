@@ -243,6 +243,19 @@ def test_a_parameter_without_effect_is_named():
     assert idle_parameters(main_effects(study, rows)) == ["y"]
 
 
+def test_a_response_that_is_the_same_in_all_designs_has_no_effects():
+    """A mass of 0.1 + 0.2 or 0.3 kg is one mass: rounding has no share of a variance."""
+    study = Study("case.toml", (Parameter("x", ("a.x",), tuple(range(7))), Parameter("y", ("a.y",), (0, 1, 2))))
+    masses = (0.1 + 0.2, 0.3, 0.1 + 0.2)
+    rows = [
+        Row(n, {"x": n % 7, "y": n % 3}, responses={"level": 60.0 + n % 7, "mass": masses[n % 3]}) for n in range(21)
+    ]
+    effects = {(one.response, one.parameter): one for one in main_effects(study, rows)}
+    assert effects["level", "x"].share == pytest.approx(1.0)
+    assert {effects["mass", name].share for name in "xy"} == {0.0}
+    assert {effects["mass", name].change for name in "xy"} == {0.0}
+
+
 def test_variants_change_several_places_together(sphere, tmp_path):
     text = (
         '[[parameters]]\nname = "kind"\n[parameters.variants.small]\n"body.radius_mm" = 5\npulsation = 4.0\n'

@@ -77,7 +77,7 @@ def main_effects(study: Study, rows: Sequence[Row]) -> list[Effect]:
     list of Effect
         Effects by response. Values of a distribution are grouped in quarters.
     """
-    used = [row for row in rows if row.refused is None]
+    used = [row for row in rows if row.refused is None and None not in row.values.values()]
     found = []
     for response in responses_of(used):
         here = [row for row in used if response in row.responses]

@@ -143,6 +143,8 @@ class Parameter:
 
     def text(self, value: object) -> str:
         """Return name, value and unit, such as "hole radius = 14 mm"."""
+        if value is None:
+            return f"{self._plain_name} as in the case"
         number = number_text(value, ".4g") if isinstance(value, float) else str(value)
         gap = "" if self.unit in ("", "°") else " "
         return f"{self._plain_name} = {number}{gap}{self.unit}"
@@ -173,18 +175,29 @@ class Parameter:
         return self.mean - self.deviation, self.mean + self.deviation
 
     def base_value(self, case: Case) -> Any:
-        """Return the value of a case in the unit of the path; the first one, or the middle, where it states none."""
-        if self.levels or self.draw:
-            return self.value_at(0.0)
-        given = {_in_si(path, value) for path, value in case_values(case) if isinstance(value, int | float)}
-        stem, factor = _in_si(self.paths[0], 1.0)
-        found = next((value for path, value in given if path == stem), None)
+        """Return the value of a case in the unit of the paths; None where it states none, or several."""
+        given = dict(case_values(case))
+        in_si = dict(_in_si(path, value) for path, value in given.items() if isinstance(value, int | float))
+        found = []
+        for path in self.paths:
+            stem, factor = _in_si(path, 1.0)
+            value = given.get(path)
+            if value is None and stem in in_si:
+                value = float(f"{in_si[stem] / factor:.9g}")
+            found.append(value)
+        return found[0] if found and all(value == found[0] for value in found) else None
+
+    def holds(self, value: Any) -> bool:
+        """Return True for one of the values or variants, or a value inside the range."""
+        if self.levels or value is None:
+            return value in self.levels
         low, high = self.span
-        base = found if found is None else float(f"{found / factor:.9g}")
-        return base if base is not None and low <= base <= high else 0.5 * (low + high)
+        return bool(low <= value <= high)
 
     def changes(self, value: Any) -> list[str]:
-        """Return the assignments "path = value" that give a case this value."""
+        """Return the assignments "path = value" that give a case this value; none for None, the value of the case."""
+        if value is None:
+            return []
         if self.variants:
             return [f"{path} = {_toml(new)}" for path, new in dict(self.variants)[value].items()]
         return [f"{path} = {_toml(value)}" for path in self.paths]

@@ -29,7 +29,7 @@ from nvhchain.study.measuring import can_be_drawn
 from nvhchain.study.orders import brief_orders
 from nvhchain.study.parameter import Parameter
 from nvhchain.study.plans.costs import MEMORY, Cost, costs, count_runs, disk_bytes, run_bytes
-from nvhchain.study.plans.designs import Design, list_designs
+from nvhchain.study.plans.designs import Design, base_design, list_designs
 from nvhchain.study.plans.gradient import walk_gradient
 from nvhchain.study.plans.optimise import draws_of, search
 from nvhchain.study.responses import check_requested, check_response, response_names
@@ -102,7 +102,7 @@ def run_study(
         for line in remarks(study):
             runs.report(line)
         if study.plan == "optimise":
-            return search(study, load_case(study.case), runs.rows)
+            return search(study, base_design(study), runs.rows)
         if study.plan == "gradient":
             return walk_gradient(study, runs.rows)
         return runs.rows(list(enumerate(list_designs(study))))

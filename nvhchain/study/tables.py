@@ -214,8 +214,10 @@ def _search_lines(study: Study, rows: Sequence[Row]) -> list[str]:
     name, percent = study.goal.response, study.goal.percent
     share = f"{percent:g} % of {study.goal.draws} gearboxes below " if study.goal.draws else ""
     best, (base, *_) = best_score(study, rows), scores(study, rows)
+    outside = [study.text(name, base.values[name]) for name in base.outside]
+    lies = [f"Design 0, the base case, lies outside the search: {', '.join(outside)}"] if outside else []
     if best is None:
-        return ["No design meets all targets: widen the ranges, or raise the targets"]
+        return ["No design meets all targets: widen the ranges, or raise the targets", *lies]
     given = ", ".join(study.text(*one)[:60] for one in best.values.items())
     form = ".1f" if name.startswith("level") else ".4g"
     lines = [f"Best {name}: {share}{best.responses[name]:{form}}, design {best.design} ({given})"]
@@ -223,7 +225,7 @@ def _search_lines(study: Study, rows: Sequence[Row]) -> list[str]:
         change = best.responses[name] - base.responses[name]
         missed = ", which misses a target" if base.excess > 0 else ""
         lines.append(f"Less design 0, the base case{missed}: {change:+{form}}")
-    return lines
+    return lines + lies
 
 
 def _csv(records: Iterable[Mapping[str, Any]]) -> str:

@@ -28,6 +28,7 @@ from nvhchain.study import (
 )
 from nvhchain.study.plans import gradient, optimise
 from nvhchain.study.plans.costs import MEMORY, run_bytes
+from nvhchain.study.plans.designs import base_design
 from nvhchain.study.responses import stored_band
 from nvhchain.testing.coarse_runs import SMALL
 
@@ -75,19 +76,19 @@ def valley(study, centre):
 
 
 AXES = tuple(Parameter(name, (f"pulsation.{name}",), low=0.0, high=4.0) for name in "xy")
+MIDDLE = {"x": 2.0, "y": 2.0}
 
 
 def test_a_search_finds_the_lowest_value_and_repeats():
     study = Study("c.toml", AXES, plan="optimise", designs=60, goal=Goal(), seed=3)
-    case = nvh.load_case("cases/sphere/pulsating.toml")
     evaluate, asked = valley(study, {"x": 2.9, "y": 0.7})
-    rows = optimise.search(study, case, evaluate)
+    rows = optimise.search(study, MIDDLE, evaluate)
     assert [number for number, _ in asked] == list(range(len(rows)))
     assert len(rows) <= 60
     best = best_score(study, rows)
     assert (best.values["x"], best.values["y"]) == (pytest.approx(2.9, abs=0.05), pytest.approx(0.7, abs=0.05))
     again, repeated = valley(study, {"x": 2.9, "y": 0.7})
-    optimise.search(study, case, again)
+    optimise.search(study, MIDDLE, again)
     assert repeated == asked
 
 
@@ -95,7 +96,7 @@ def test_a_search_keeps_to_its_targets():
     """The lowest level within mass = 10 − x <= 6.5 lies at x = 3.5."""
     study = Study("c.toml", AXES, plan="optimise", designs=80, goal=Goal(), targets={"mass": 6.5})
     evaluate, _ = valley(study, {"x": 2.9, "y": 0.7})
-    best = best_score(study, optimise.search(study, nvh.load_case("cases/sphere/pulsating.toml"), evaluate))
+    best = best_score(study, optimise.search(study, MIDDLE, evaluate))
     assert best.responses["mass"] <= 6.5
     assert best.responses["level"] == pytest.approx(60.36, abs=0.1)
 
@@ -111,21 +112,54 @@ def test_a_search_goes_past_designs_that_lack_the_response():
                 del row.responses["mass"]
         return rows
 
-    rows = optimise.search(study, nvh.load_case("cases/sphere/pulsating.toml"), evaluate)
+    rows = optimise.search(study, MIDDLE, evaluate)
     lacking = [score for score in scores(study, rows) if score.values["x"] > 3.0]
     assert {score.refused for score in lacking} == {"this design has no response 'mass'"}
     assert best_score(study, rows).values["x"] < 3.0
     with pytest.raises(InputError, match="optimise: no response 'noise': choose among level, mass"):
-        optimise.search(replace(study, targets={"noise": 1.0}), nvh.load_case("cases/sphere/pulsating.toml"), evaluate)
+        optimise.search(replace(study, targets={"noise": 1.0}), MIDDLE, evaluate)
 
 
 def test_a_search_among_values_ends_when_all_are_known():
     kinds = Parameter("x", ("pulsation.x",), values=(0, 1, 2, 3))
     study = Study("c.toml", (kinds,), plan="optimise", designs=50, goal=Goal())
     evaluate, asked = valley(study, {"x": 2})
-    rows = optimise.search(study, nvh.load_case("cases/sphere/pulsating.toml"), evaluate)
+    rows = optimise.search(study, {"x": 0}, evaluate)
     assert best_score(study, rows).values == {"x": 2}
     assert len(asked) <= 4
+
+
+def test_design_0_of_a_search_is_the_base_case_itself(tmp_path):
+    """A radius outside its range, a velocity and a body among the values, and two places that differ."""
+    (tmp_path / "ball.toml").write_text(SPHERE.replace("radius_mm = 10", "radius_mm = 25"))
+    radius = Parameter("radius", ("body.radius_mm",), low=5.0, high=20.0)
+    velocity = Parameter("velocity", ("pulsation",), values=(0.5, 1.0, 2.0))
+    body = Parameter(
+        "kind", variants=(("small", {"body.radius_mm": 3}), ("given", {"body.radius_mm": 25, "pulsation": 1}))
+    )
+    several = Parameter("both", ("body.radius_mm", "pulsation"), low=0.5, high=30.0)
+    study = Study(tmp_path / "ball.toml", (radius,), plan="optimise", designs=10, goal=Goal())
+    assert base_design(replace(study, parameters=(radius,))) == {"radius": 25.0}
+    assert base_design(replace(study, parameters=(velocity,))) == {"velocity": 1.0}
+    assert base_design(replace(study, parameters=(body,))) == {"kind": "given"}
+    assert base_design(replace(study, parameters=(several,))) == {"both": None}
+    assert several.changes(None) == []
+
+
+def test_a_base_case_outside_the_ranges_is_stated_and_is_not_the_best_design(study_file, tmp_path):
+    """Radius 4 mm is the quietest of all, and below the range of 5 to 20 mm."""
+    text = 'plan = "optimise"\ndesigns = 10\n[optimise]\nresponse = "level"\n' + RADIUS
+    path = study_file(text)
+    (tmp_path / "ball.toml").write_text(SPHERE.replace("radius_mm = 10", "radius_mm = 4"))
+    study = load_study(path)
+    rows = run_study(study, out=tmp_path / "out", fidelity=nvh.DRAFT)
+    assert rows[0].values == {"radius": 4.0}
+    best = best_score(study, rows)
+    assert best.design > 0
+    assert best.values["radius"] >= 5.0
+    lines = write_study(study, rows, tmp_path / "out")
+    assert lines[1].startswith("Less design 0, the base case: +")
+    assert lines[2] == "Design 0, the base case, lies outside the search: radius = 4 mm"
 
 
 def test_robust_scores_are_percentiles_over_draws_at_the_worst_speed():

@@ -22,7 +22,7 @@ def blocks(results: Results) -> list[Any]:
     if goal is None:
         return []
     found = scores(results.study, results.rows)
-    valid = [score for score in found if score.excess == 0.0]
+    valid = [score for score in found if score.valid]
     names = [goal.response, *(name for name in results.study.targets if name != goal.response)]
     rows = [
         (
@@ -43,13 +43,15 @@ def course(results: Results) -> Figure | None:
     if results.study.goal is None:
         return None
     found, name = scores(results.study, results.rows), results.study.goal.response
-    valid = [score for score in found if score.excess == 0.0]
+    valid = [score for score in found if score.valid]
     lowest = list(np.minimum.accumulate([score.responses[name] for score in valid])) if valid else []
-    others = [score for score in found if score.responses and score.excess > 0.0]
+    others = [score for score in found if score.responses and not score.valid and not score.outside]
+    outside = [score for score in found if score.responses and score.outside]
     traces: list[dict[str, Any]] = []
     for title, some, colour, symbol in (
         ("meets all targets", valid, "#0072b2", "circle"),
         ("misses a target", others, "#8a929b", "x"),
+        ("outside the ranges", outside, "#1d2329", "diamond-open"),
     ):
         if some:
             traces.append(

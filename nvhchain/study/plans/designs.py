@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+from dataclasses import replace
 from itertools import product
 from math import prod
 from typing import Any
@@ -9,9 +11,12 @@ from typing import Any
 import numpy as np
 from scipy.stats import qmc
 
-from nvhchain.errors import require
+from nvhchain.case import Case, load_case
+from nvhchain.errors import InputError, require
+from nvhchain.files.result_cache import fingerprint
 from nvhchain.handoff import FloatArray
 from nvhchain.study.definition import Study
+from nvhchain.study.parameter import Parameter
 
 STEPS = 3
 """Largest number of steps of a slope, each half of the one before."""
@@ -38,6 +43,25 @@ def list_designs(study: Study) -> list[Design]:
         {parameter.name: parameter.value_at(share) for parameter, share in zip(study.parameters, row, strict=True)}
         for row in shares
     ]
+
+
+def base_design(study: Study) -> Design:
+    """Return the values that the base case has; None for a parameter of which it states none.
+
+    A variant or a value counts as that of the case if the case stays the same with it.
+    """
+    base = load_case(study.case)
+    return {parameter.name: _base_value(study, parameter, base) for parameter in study.parameters}
+
+
+def _base_value(study: Study, parameter: Parameter, base: Case) -> Any:
+    given = parameter.base_value(base)
+    for level in parameter.levels:
+        with suppress(InputError):
+            changed = load_case(study.case, changes=parameter.changes(level))
+            if level == given or fingerprint(replace(changed, name=base.name)) == fingerprint(base):
+                return level
+    return given
 
 
 def count_designs(study: Study) -> int:

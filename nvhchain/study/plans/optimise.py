@@ -13,7 +13,6 @@ import numpy as np
 from scipy.optimize import differential_evolution, minimize
 from scipy.stats import qmc
 
-from nvhchain.case import Case
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray
 from nvhchain.study.analysis import responses_of
@@ -57,6 +56,8 @@ class Score:
         Sum of the relative excesses over targets; 0 for a design that meets them.
     refused : str, optional
         Reason why a run of the design failed, or the response that it lacks.
+    outside : tuple of str
+        Parameters of the base case that lie outside their values or range.
     """
 
     design: int
@@ -64,6 +65,12 @@ class Score:
     responses: dict[str, float]
     excess: float
     refused: str | None = None
+    outside: tuple[str, ...] = ()
+
+    @property
+    def valid(self) -> bool:
+        """True for a design inside the ranges that meets all targets."""
+        return self.excess == 0.0 and not self.outside
 
 
 def draws_of(goal: Goal | None) -> list[Design]:
@@ -99,7 +106,8 @@ def scores(study: Study, rows: Sequence[Row]) -> list[Score]:
         excess = sum(
             max(0.0, responses[name] - target) / max(abs(target), 1e-12) for name, target in study.targets.items()
         )
-        found.append(Score(design, values, responses, excess))
+        outside = tuple(one.name for one in study.parameters if not one.holds(values[one.name]))
+        found.append(Score(design, values, responses, excess, outside=outside))
     return found
 
 
@@ -110,10 +118,10 @@ def _counted(study: Study) -> tuple[str, ...]:
 
 
 def best_score(study: Study, rows: Sequence[Row]) -> Score | None:
-    """Return the score with the smallest response among those that meet the targets; None without one."""
+    """Return the score with the smallest response among the valid ones; None without one."""
     assert study.goal is not None
     name = study.goal.response
-    usable = [score for score in scores(study, rows) if score.excess == 0.0]
+    usable = [score for score in scores(study, rows) if score.valid]
     return min(usable, key=lambda score: score.responses[name], default=None)
 
 
@@ -126,10 +134,10 @@ def _included(rows: Sequence[Row], name: str, percent: float) -> float:
     return max(float(np.percentile(values, percent)) if len(values) > 1 else values[0] for values in points.values())
 
 
-def search(study: Study, case: Case, evaluate: Evaluate) -> list[Row]:
+def search(study: Study, base: Design, evaluate: Evaluate) -> list[Row]:
     """Evaluate designs until the number of the study is reached or the search has converged.
 
-    case: base case, whose values are those of design 0.
+    base: values of the base case, which are design 0; it is no candidate where they lie outside the ranges.
     evaluate: function that runs numbered designs.
     Returns rows of all designs, in the order of the search.
 
@@ -139,7 +147,6 @@ def search(study: Study, case: Case, evaluate: Evaluate) -> list[Row]:
     an interrupted one it goes on.
     """
     found = _Search(study, evaluate)
-    base = {parameter.name: parameter.base_value(case) for parameter in study.parameters}
     with suppress(_Spent):
         found.scored([base])
         found.most = 1 + round(EVOLVED * (study.designs - 1))
@@ -184,7 +191,7 @@ class _Search:
 
     def _value(self, score: Score) -> float:
         assert self.study.goal is not None
-        if score.refused is not None:
+        if score.refused is not None or score.outside:
             return REFUSED
         return BROKEN * (1.0 + score.excess) if score.excess > 0 else score.responses[self.study.goal.response]
 
@@ -218,7 +225,8 @@ def _evolve(found: _Search, base: Design) -> None:
     count = min(max(5, MEMBERS * len(parameters)), max(5, (found.most - 1) // 2))
     points = qmc.LatinHypercube(len(parameters), seed=found.study.seed).random(count)
     first = points * ends
-    first[0] = [_place(parameter, base[parameter.name]) for parameter in parameters]
+    if all(parameter.holds(base[parameter.name]) for parameter in parameters):
+        first[0] = [_place(parameter, base[parameter.name]) for parameter in parameters]
 
     def generation(places: FloatArray) -> FloatArray:
         return np.array(found.scored([found.design(place) for place in np.atleast_2d(places.T)]))

@@ -437,6 +437,24 @@ def test_the_plan_of_a_search_counts_what_its_parameters_leave_alone_once(tmp_pa
     assert found["mesh law stage"] == 24
 
 
+@pytest.mark.parametrize("plan", ["monte_carlo", "optimise"])
+def test_a_plan_of_drawn_gearboxes_counts_one_housing(plan, tmp_path):
+    """Drawn damping of the housing moves neither its modes nor its transfer vectors; seeds move the mesh law."""
+    kind = "scatter" if plan == "optimise" else "parameters"
+    path = tmp_path / "draws.toml"
+    path.write_text(
+        f'case = "{Path("cases/small/single_stage.toml").resolve()}"\nplan = "{plan}"\ndesigns = 12\n'
+        + '[optimise]\nresponse = "level"\ndraws = 5\n[[parameters]]\nname = "allowance"\n'
+        'path = "gears.pinion.geometry.thickness_allowance_um"\nlow = 30\nhigh = 60\n'
+        * (plan == "optimise")
+        + f'[[{kind}]]\nname = "damping"\npath = "housing.modal_damping"\nmean = 0.02\ndeviation = 0.002\n'
+        f'[[{kind}]]\nname = "seed"\npath = "gears.pinion.deviations.seed"\ndraw = true\n'
+    )
+    found = {cost.name: cost.times for cost in costs(load_study(path), nvh.DRAFT)}
+    assert (found["housing"], found["transfer vectors"]) == (1, 1)
+    assert found["bearing forces"] == (60 if plan == "optimise" else 12)
+
+
 def test_no_workers_are_refused(sphere, tmp_path, capsys):
     assert main(["study", str(written(tmp_path, RADII)), "--workers", "0"]) == 2
     assert "--workers = 0: give 1 or more" in capsys.readouterr().err

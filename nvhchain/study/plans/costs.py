@@ -19,6 +19,7 @@ from nvhchain.fidelity import Fidelity
 from nvhchain.files.result_cache import fingerprint
 from nvhchain.scene import plan
 from nvhchain.study.definition import PAIRED, Study
+from nvhchain.study.measuring import can_be_drawn
 from nvhchain.study.parameter import Parameter
 from nvhchain.study.plans.designs import STEPS, count_designs, list_designs
 from nvhchain.study.rows import Row, operating_points
@@ -76,12 +77,16 @@ def costs(study: Study, fidelity: Fidelity, most: int = MOST_LOADED) -> list[Cos
     Searches and slopes choose their designs by results: a step counts for all designs if any parameter changes it.
     Parts of a mesh law that designs share, such as finite elements of a gear, are not subtracted.
     """
-    different, case = _counter(study, most), load_case(study.case)
+    case = load_case(study.case)
+    fixed = study.scatter if can_be_drawn(case, fidelity) else ()  # drawn gearboxes share what their mean case has
+    different = _counter(study, most, ())
+    shared = _counter(study, most, fixed) if fixed else different
     steps = plan(case, fidelity=fidelity).steps
     counts = {name: number for step in steps for name, number in step.counts.items()}
     found = []
     for step in steps:
-        times = different(partial(_key, name=step.name)) if step.step.shared else count_runs(study)
+        counter = shared if step.name in ("housing", "transfer vectors") else different
+        times = counter(partial(_key, name=step.name)) if step.step.shared else count_runs(study)
         disk = times * _file_bytes(case, step.name, counts, fidelity) + _body_bytes(
             case, step.name, different, fidelity
         )
@@ -151,11 +156,11 @@ def _file_bytes(case: Case, name: str, counts: Mapping[str, float], fidelity: Fi
     return 0.0
 
 
-def _counter(study: Study, most: int) -> Callable[[Callable[[Case], str]], int]:
-    """Return the function that counts the different keys of the cases of a study."""
+def _counter(study: Study, most: int, fixed: Sequence[Parameter]) -> Callable[[Callable[[Case], str]], int]:
+    """Return the function that counts the different keys of all cases; `fixed` parameters stay as in the base case."""
     if study.plan in ("optimise", "gradient"):
-        return partial(_searched, study)
-    cases = list(_cases(study, most))
+        return partial(_searched, study, fixed)
+    cases = list(_cases(study, most, fixed))
     scale = count_runs(study) / max(1, len(cases))
 
     def different(key: Callable[[Case], str]) -> int:
@@ -165,7 +170,7 @@ def _counter(study: Study, most: int) -> Callable[[Callable[[Case], str]], int]:
     return different
 
 
-def _searched(study: Study, key: Callable[[Case], str]) -> int:
+def _searched(study: Study, fixed: Sequence[Parameter], key: Callable[[Case], str]) -> int:
     """Return the largest number of different keys in a search, or in the steps of slopes."""
     points = [load_case(study.case, changes=point.changes) for point in operating_points(study)]
     first = key(points[0])
@@ -178,16 +183,17 @@ def _searched(study: Study, key: Callable[[Case], str]) -> int:
                     return True
         return False
 
-    moving = sum(map(moves, study.parameters))
+    moving = sum(moves(parameter) for parameter in study.parameters if parameter not in fixed)
     times = len({key(case) for case in points})
     if study.goal is None:
         return times * (1 + 2 * STEPS * moving)
-    drawn = study.goal.draws if any(map(moves, study.goal.scatter)) else 1
+    drawn = study.goal.draws if not fixed and any(map(moves, study.goal.scatter)) else 1
     return times * drawn * (study.designs if moving else 1)
 
 
-def _cases(study: Study, most: int) -> Iterator[Case]:
+def _cases(study: Study, most: int, fixed: Sequence[Parameter]) -> Iterator[Case]:
     """Yield the cases of the runs, or of `most` of them spread over all; none of designs that fail."""
+    varied = [parameter for parameter in study.varied if parameter not in fixed]
     runs = [
         Row(number, design, point.speed_rpm, point.torque)
         for number, design in enumerate(list_designs(study))
@@ -195,7 +201,7 @@ def _cases(study: Study, most: int) -> Iterator[Case]:
     ]
     for index in np.unique(np.linspace(0, len(runs) - 1, min(len(runs), most)).astype(int)):
         row = runs[index]
-        changes = [each for parameter in study.varied for each in parameter.changes(row.values[parameter.name])]
+        changes = [each for parameter in varied for each in parameter.changes(row.values[parameter.name])]
         try:
             yield load_case(study.case, changes=[*changes, *row.point.changes])
         except InputError:

@@ -89,13 +89,14 @@ class Influence:
     parameter, response : str
         Names.
     share : float
-        Share of the variance of the response between groups of similar values of the parameter, less its expectation
+        Share of the variance of the response between groups of equal or similar values of the parameter, less its expectation
         for a parameter without influence.
     share_limits : tuple of float
         95 % confidence limits, by resampling.
-    correlation : float
-        Rank correlation of Spearman, −1 to 1: 0 where the sign of a deviation does not matter.
-    correlation_limits : tuple of float
+    correlation : float, optional
+        Rank correlation of Spearman, −1 to 1: 0 where the sign of a deviation does not matter. None for variants and
+        values that are no numbers.
+    correlation_limits : tuple of float, optional
         95 % confidence limits, by resampling.
     """
 
@@ -103,8 +104,8 @@ class Influence:
     response: str
     share: float
     share_limits: tuple[float, float]
-    correlation: float
-    correlation_limits: tuple[float, float]
+    correlation: float | None
+    correlation_limits: tuple[float | None, float | None]
 
 
 def share_text(share: float, limits: tuple[float, float]) -> str:
@@ -176,14 +177,14 @@ def failed_shares(study: Study, rows: Sequence[Row]) -> list[FailedShare]:
 
 
 def influences(study: Study, rows: Sequence[Row], response: str) -> list[Influence]:
-    """Return the influence of all distributed parameters on a response, the largest first.
+    """Return the influence of all parameters but seeds on a response, the largest first.
 
     rows: rows of `run_study`; designs with a refused run are omitted.
     response: name of the response, at the worst operating point of each design.
     Returns influences; none with fewer than 50 designs, and none for seeds, which have no order.
 
-    The share is ε² = 1 − (1 − η²)(n − 1)/(n − k) with η² the variance between k = 10 groups over the whole one: the
-    first-order Sobol index from any designs. For interactions and seeds take the plan `sensitivity`.
+    The share is ε² = 1 − (1 − η²)(n − 1)/(n − k) with η² the variance between k groups over the whole one: the
+    first-order Sobol index from any designs. Groups are the values or variants, or ten parts of a distribution. For interactions and seeds take the plan `sensitivity`.
     """
     worst = [row for row in worst_rows(rows) if response in row.responses]
     if len(worst) < FEWEST:
@@ -195,11 +196,17 @@ def influences(study: Study, rows: Sequence[Row], response: str) -> list[Influen
     picked = random.integers(len(values), size=(RESAMPLES, len(values)))
     found = []
     for parameter in study.parameters:
-        if parameter.levels or parameter.draw:
+        if parameter.draw:
             continue
-        given = np.array([row.values[parameter.name] for row in worst], dtype=float)
-        share, share_limits = _resampled(_share, given, values, picked)
-        correlation, limits = _resampled(_correlation, given, values, picked)
+        given = [row.values[parameter.name] for row in worst]
+        groups = np.array(
+            given if not parameter.levels else [parameter.levels.index(one) for one in given], dtype=float
+        )
+        share, share_limits = _resampled(_share_of_levels if parameter.levels else _share, groups, values, picked)
+        correlation: float | None = None
+        limits: tuple[float | None, float | None] = (None, None)
+        if all(isinstance(one, int | float) for one in given):
+            correlation, limits = _resampled(_correlation, np.array(given, dtype=float), values, picked)
         found.append(Influence(parameter.name, response, share, share_limits, correlation, limits))
     return sorted(found, key=lambda one: -one.share)
 
@@ -216,12 +223,18 @@ def _resampled(
 
 
 def _share(given: FloatArray, values: FloatArray) -> float:
-    count = len(values)
-    groups = np.array_split(values[np.argsort(given, kind="stable")], GROUPS)
-    mean = values.mean()
+    return _share_between(np.array_split(values[np.argsort(given, kind="stable")], GROUPS), values)
+
+
+def _share_of_levels(given: FloatArray, values: FloatArray) -> float:
+    return _share_between([values[given == level] for level in np.unique(given)], values)
+
+
+def _share_between(groups: Sequence[FloatArray], values: FloatArray) -> float:
+    count, mean = len(values), values.mean()
     between = sum(len(group) * (group.mean() - mean) ** 2 for group in groups)
     whole = ((values - mean) ** 2).sum()
-    return float(1.0 - (1.0 - between / whole) * (count - 1) / (count - GROUPS))
+    return float(1.0 - (1.0 - between / whole) * (count - 1) / (count - len(groups)))
 
 
 def _correlation(given: FloatArray, values: FloatArray) -> float:

@@ -137,8 +137,8 @@ def _write_quality(study: Study, rows: Sequence[Row], folder: Path) -> list[str]
             f"{share_text(failed.share, failed.limits)} of the gearboxes exceed {failed.response} = {failed.target:g}"
         )
     lines += [
-        f"{one.parameter} makes {share_text(one.share, one.share_limits)} of the variance of {main}, rank correlation "
-        f"{one.correlation:.2f}"
+        f"{one.parameter} makes {share_text(one.share, one.share_limits)} of the variance of {main}"
+        + ("" if one.correlation is None else f", rank correlation {one.correlation:.2f}")
         for one in ranking[:5]
     ]
     if study.plan == "sobol" or study.plan == "latin_hypercube":

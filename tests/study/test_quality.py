@@ -88,6 +88,28 @@ def test_tolerances_are_ranked_by_their_share_of_the_variance() -> None:
     assert influences(study, rows_of(study)[:40], "level") == []
 
 
+def test_parameters_with_values_are_ranked_among_distributions() -> None:
+    """Level = a + b of Var 1/12 each, a class 0, 1, 2 of Var 2/3 and a ghost 0 or 1 of Var 1/4, which is no number."""
+    ghosts = ([], [{"order": 33}])
+    more = (Parameter("class", ("c",), values=(0, 1, 2)), Parameter("ghost", ("g",), values=ghosts))
+    more += (Parameter("idle", ("i",), values=(4, 5, 6, 7)),)
+    study = replace(factory(600), parameters=(*factory(600).parameters, *more))
+    rows = [
+        Row(i, one, responses={"level": one["a"] + one["b"] + one["class"] + (one["ghost"] != [])})
+        for i, one in enumerate(list_designs(study))
+    ]
+    found = {one.parameter: one for one in influences(study, rows, "level")}
+    assert list(found)[:2] == ["class", "ghost"]
+    assert set(found) == {"a", "b", "class", "ghost", "idle"}
+    variance = {"class": 2 / 3, "ghost": 1 / 4, "a": 1 / 12, "b": 1 / 12, "idle": 0.0}
+    for name, own in variance.items():
+        low, high = found[name].share_limits
+        assert low < own / (13 / 12) < high
+        assert high - low < 0.15
+    assert found["class"].correlation > 0.6
+    assert found["ghost"].correlation is None
+
+
 def test_a_study_of_draws_ends_with_percentiles_and_failures(tmp_path: Path) -> None:
     """Lines and files of a hundred gearboxes."""
     study = factory(100, targets={"level": 2.5})

@@ -120,11 +120,13 @@ def _ranking(results: Results, ranking: list[Influence], main: str) -> list[Any]
         (
             results.study.title(one.parameter),
             share_text(one.share, one.share_limits),
-            number_text(one.correlation, ".2f"),
-            limits_of(one.correlation_limits, 2),
+            "" if one.correlation is None else number_text(one.correlation, ".2f"),
+            "" if one.correlation is None else limits_of(one.correlation_limits, 2),
         )
         for one in ranking
     ]
     head = ("tolerance", "share of variance (95 % limits)", "rank correlation", "95 % limits")
+    seeds = [parameter.name for parameter in results.study.parameters if parameter.draw]
+    note = [Text(f"Not ranked, since seeds have no order: {', '.join(seeds)}.", "small")] if seeds else []
     figure = Figure("Tolerances by their effect, with 95 % limits.", [trace], layout, height=110 + 38 * len(ranking))
-    return [figure, Table(head, rows, numbers=1, sortable=True)]
+    return [figure, Table(head, rows, numbers=1, sortable=True), *note]

@@ -75,15 +75,16 @@ def main_effects(study: Study, rows: Sequence[Row]) -> list[Effect]:
     Returns
     -------
     list of Effect
-        Effects by response. Values of a distribution are grouped in quarters.
+        Effects by response. Values of a distribution are grouped in quarters. Parameters that leave all responses
+        alone have none, whatever the means of their groups.
     """
     used = [row for row in rows if row.refused is None and None not in row.values.values()]
-    found = []
+    idle, found = _idle_names(study, used), []
     for response in responses_of(used):
         here = [row for row in used if response in row.responses]
         values = np.array([row.responses[response] for row in here])
         effects = [
-            _effect(name, response, given, values)
+            _effect(name, response, given, values if name not in idle else np.zeros_like(values))
             for name, given in _columns(study, here).items()
             if len(set(map(str, given))) > 1
         ]
@@ -152,6 +153,30 @@ def idle_parameters(effects: Sequence[Effect]) -> list[str]:
     for effect in effects:
         most[effect.parameter] = max(most.get(effect.parameter, 0.0), abs(effect.change))
     return [name for name, change in most.items() if change < 1e-9]
+
+
+def same_responses(first: Row | None, second: Row | None) -> bool:
+    """Return True for two rows without failure whose responses differ by rounding alone."""
+    if first is None or second is None or first.refused is not None or second.refused is not None:
+        return False
+    names = first.responses.keys()
+    return names == second.responses.keys() and all(
+        is_constant(np.array([first.responses[name], second.responses[name]])) for name in names
+    )
+
+
+def _idle_names(study: Study, rows: Sequence[Row]) -> set[str]:
+    """Return the parameters that leave all responses alone, as far as pairs of designs decide it."""
+    idle = {name for row in rows for name in row.idle}
+    if study.plan != "sensitivity":
+        return idle
+    known = {(row.design, row.point): row for row in rows}
+    for column, parameter in enumerate(study.parameters, 2):  # designs of A, and those with one parameter from B
+        firsts = [row for row in rows if row.design < study.designs]
+        pairs = [(row, known.get((column * study.designs + row.design, row.point))) for row in firsts]
+        if pairs and all(same_responses(*pair) for pair in pairs):
+            idle.add(parameter.name)
+    return idle
 
 
 def best_designs(rows: Sequence[Row], first: str, second: str) -> list[Row]:

@@ -89,8 +89,8 @@ class Influence:
     parameter, response : str
         Names.
     share : float
-        Share of the variance of the response between groups of equal or similar values of the parameter, less its expectation
-        for a parameter without influence.
+        Share of the variance of the response between groups of equal or similar values of the parameter, less its
+        expectation for a parameter without influence.
     share_limits : tuple of float
         95 % confidence limits, by resampling.
     correlation : float, optional
@@ -184,7 +184,8 @@ def influences(study: Study, rows: Sequence[Row], response: str) -> list[Influen
     Returns influences; none with fewer than 50 designs, and none for seeds, which have no order.
 
     The share is ε² = 1 − (1 − η²)(n − 1)/(n − k) with η² the variance between k groups over the whole one: the
-    first-order Sobol index from any designs. Groups are the values or variants, or ten parts of a distribution. For interactions and seeds take the plan `sensitivity`.
+    first-order Sobol index from any designs. Groups are the values or variants, or ten parts of a distribution.
+    For interactions and seeds take the plan `sensitivity`.
     """
     worst = [row for row in worst_rows(rows) if response in row.responses]
     if len(worst) < FEWEST:
@@ -199,10 +200,9 @@ def influences(study: Study, rows: Sequence[Row], response: str) -> list[Influen
         if parameter.draw:
             continue
         given = [row.values[parameter.name] for row in worst]
-        groups = np.array(
-            given if not parameter.levels else [parameter.levels.index(one) for one in given], dtype=float
-        )
-        share, share_limits = _resampled(_share_of_levels if parameter.levels else _share, groups, values, picked)
+        levels = parameter.levels
+        groups = np.array([levels.index(one) for one in given] if levels else given, dtype=float)
+        share, share_limits = _resampled(_share_of_levels if levels else _share, groups, values, picked)
         correlation: float | None = None
         limits: tuple[float | None, float | None] = (None, None)
         if all(isinstance(one, int | float) for one in given):

@@ -53,6 +53,8 @@ class Row:
         Time of the run (s).
     draw : int
         Number of the draw of the tolerances, from 0.
+    idle : tuple of str
+        Parameters whose other values leave the responses of this design alone, as further runs have found.
     band : mapping, optional
         Record of the limits of `level` line by line, for differences (`nvhchain.study.differences`).
     """
@@ -66,6 +68,7 @@ class Row:
     refused: str | None = None
     seconds: float = 0.0
     draw: int = 0
+    idle: tuple[str, ...] = ()
     band: Mapping[str, Any] | None = field(default=None, repr=False, compare=False)
 
     @property

@@ -23,8 +23,8 @@ from nvhchain.kinds import checked
 from nvhchain.report.case_record import case_values
 from nvhchain.runtime.folder_lock import hold_folder
 from nvhchain.runtime.memory import free_memory
-from nvhchain.study.analysis import responses_of
-from nvhchain.study.definition import PAIRED, Study
+from nvhchain.study.analysis import main_effects, responses_of, same_responses
+from nvhchain.study.definition import DRAWN, PAIRED, Study
 from nvhchain.study.measuring import can_be_drawn
 from nvhchain.study.orders import brief_orders
 from nvhchain.study.parameter import Parameter
@@ -42,6 +42,9 @@ _OWN_CODE = ("study/measuring", "study/orders", "study/responses")
 
 _COMPARED = 20
 """Largest number of runs whose cases are compared for the disk that they need."""
+
+CLEAR = 20.0
+"""Share of the variance, times the number of runs, of a clear effect; chance alone gives about 3."""
 
 _MISSPELT = ("unknown field", " no '", "must be of type", "must be a finite number")
 """Signs of a path or a value that no design can have; other designs that fail are rows with their reason."""
@@ -105,7 +108,38 @@ def run_study(
             return search(study, base_design(study), runs.rows)
         if study.plan == "gradient":
             return walk_gradient(study, runs.rows)
-        return runs.rows(list(enumerate(list_designs(study))))
+        rows = runs.rows(list(enumerate(list_designs(study))))
+        return _with_idle(runs, rows) if study.plan in DRAWN else rows
+
+
+def _with_idle(runs: _Runs, rows: list[Row]) -> list[Row]:
+    """Return the rows of draws; the first one names the parameters that leave all responses alone.
+
+    Every parameter changes in all draws, so that means over groups differ by chance. A parameter without a clear share
+    of any variance gets another value in the first and in the last design, and all others keep theirs.
+    """
+    done = [row for row in rows if row.refused is None]
+    if len({row.design for row in done}) < 2:
+        return rows
+    clear = {effect.parameter for effect in main_effects(runs.study, rows) if effect.share > CLEAR / len(done)}
+    idle = [parameter.name for parameter in runs.study.parameters if parameter.name not in clear]
+    for own, other in ((done[0], done[-1]), (done[-1], done[0])):
+        tried = [name for name in idle if own.values[name] != other.values[name]]
+        if not tried:
+            break
+        runs.report(f"Runs with one other value: {', '.join(tried)}")
+        designs = [own.values | {name: other.values[name]} for name in tried]
+        first = max(row.design for row in rows) + 1
+        again = {(row.design - first, row.point): row for row in runs.rows(list(enumerate(designs, first)))}
+        before = [row for row in rows if row.design == own.design]
+        idle = [
+            name
+            for place, name in enumerate(tried)
+            if all(same_responses(row, again.get((place, row.point))) for row in before)
+        ]
+    else:
+        rows[rows.index(done[0])] = replace(done[0], idle=tuple(idle))
+    return rows
 
 
 def check_parameters(study: Study) -> None:

@@ -243,6 +243,35 @@ def test_a_parameter_without_effect_is_named():
     assert idle_parameters(main_effects(study, rows)) == ["y"]
 
 
+@pytest.mark.parametrize("plan", ["monte_carlo", "latin_hypercube", "sobol", "sensitivity"])
+def test_a_parameter_without_effect_is_named_in_plans_of_draws(plan, tmp_path, monkeypatch):
+    """The level follows the damping of the housing, that of a bearing at one speed alone, and not that of a shaft."""
+
+    def measured(case, *rest):
+        level = 60.0 - 100 * case.housing.modal_damping
+        if case.operation.input_speed > 200:
+            level += 1e-4 * case.bearings[0].radial_damping
+        return {"responses": {"level": level}, "limits": {}, "band": None, "refused": None, "seconds": 0.0}
+
+    for name in ("measure", "measure_drawn"):
+        monkeypatch.setattr(spreading, name, measured)
+    study = Study(
+        SMALL,
+        (
+            Parameter("housing", ("housing.modal_damping",), low=0.01, high=0.03),
+            Parameter("bearing", ("bearings.A1.radial_damping",), low=600, high=2400),
+            Parameter("shaft", ("shafts.A.modal_damping",), low=0.01, high=0.03),
+        ),
+        plan=plan,
+        designs=8,
+        speeds_rpm=(1500.0, 3000.0),
+    )
+    rows = run_study(study, out=tmp_path, fidelity=nvh.DRAFT)
+    assert len(rows) == 2 * 8 * (5 if plan == "sensitivity" else 1)
+    assert idle_parameters(main_effects(study, rows)) == ["shaft"]
+    assert "No response depends on shaft" in write_study(study, rows, tmp_path)
+
+
 def test_a_response_that_is_the_same_in_all_designs_has_no_effects():
     """A mass of 0.1 + 0.2 or 0.3 kg is one mass: rounding has no share of a variance."""
     study = Study("case.toml", (Parameter("x", ("a.x",), tuple(range(7))), Parameter("y", ("a.y",), (0, 1, 2))))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
@@ -218,7 +219,9 @@ def _check_parameter(study: Study, parameter: Parameter, base: Case, known: dict
     misspelt = [reason for reason in reasons if any(sign in reason for sign in _MISSPELT)]
     if misspelt or not cases:
         reason = (misspelt or reasons)[0]
-        near = _nearest_path(parameter, base) if "unknown field" in reason and "did you mean" not in reason else ""
+        near = (
+            _nearest_path(study, parameter, base) if "unknown field" in reason and "did you mean" not in reason else ""
+        )
         raise InputError(f"{parameter.name}: does not fit {Path(study.case).name}: {reason}{near}")
     require(
         len(cases) < len(ends)
@@ -228,10 +231,18 @@ def _check_parameter(study: Study, parameter: Parameter, base: Case, known: dict
     )
 
 
-def _nearest_path(parameter: Parameter, base: Case) -> str:
-    """Return the paths of the case that are nearest to those of a parameter, in words."""
-    known = [path for path, _ in case_values(base)]
-    close = [near for path in parameter.given_paths for near in get_close_matches(path, known, 1)]
+def _nearest_path(study: Study, parameter: Parameter, base: Case) -> str:
+    """Return the paths that are nearest to those of a parameter, in words; a list without names stands as a whole."""
+    known = dict(case_values(base))
+    close = []
+    for path in parameter.given_paths:
+        for near in get_close_matches(path, known, 1):
+            change = Parameter(parameter.name, (near,), (known[near],)).changes(known[near])
+            try:
+                load_case(study.case, changes=change)
+                close.append(near)
+            except InputError:
+                close.append(re.sub(r"\.\d+\..*", " (a list without names: give all of it)", near))
     return f"; nearest path: {', '.join(close)}" if close else ""
 
 

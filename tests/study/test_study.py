@@ -272,6 +272,18 @@ def test_a_parameter_without_effect_is_named_in_plans_of_draws(plan, tmp_path, m
     assert "No response depends on shaft" in write_study(study, rows, tmp_path)
 
 
+def test_the_nearest_path_that_is_named_can_be_set(tmp_path):
+    """A field inside a list without names is no path: the list is."""
+    for path, near in (
+        ("shafts.A.young_GPa", r"nearest path: shafts\.A\.segments \(a list without names: give all of it\)$"),
+        ("shafts.A.modal_dampin", "did you mean 'modal_damping'"),
+        ("gears.pinion.face_width_mm", r"nearest path: gears\.pinion\.geometry\.face_width_mm$"),
+    ):
+        study = Study(SMALL, (Parameter("x", (path,), (0.01, 0.02)),))
+        with pytest.raises(InputError, match=near):
+            run_study(study, out=tmp_path, fidelity=nvh.DRAFT)
+
+
 def test_a_response_that_is_the_same_in_all_designs_has_no_effects():
     """A mass of 0.1 + 0.2 or 0.3 kg is one mass: rounding has no share of a variance."""
     study = Study("case.toml", (Parameter("x", ("a.x",), tuple(range(7))), Parameter("y", ("a.y",), (0, 1, 2))))

@@ -65,7 +65,7 @@ def _print_plan(study: Study, fidelity: Fidelity, path: Path, out: Path) -> int:
     for step in steps:
         kept = f"  {step.disk:8.3g} MB of disk" if step.disk else ""
         show(f"  {step.name:24s} {step.times:5d} x {step.seconds:6.1f} s  {step.megabytes:6.0f} MB{kept}")
-    for line in remarks(study):
+    for line in remarks(study, fidelity):
         show(line)
     free = check_disk(study, out, steps)
     show(

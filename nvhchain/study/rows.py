@@ -55,6 +55,8 @@ class Row:
         Number of the draw of the tolerances, from 0.
     idle : tuple of str
         Parameters whose other values leave the responses of this design alone, as further runs have found.
+    remarks : tuple of str
+        Remarks on the model of the base case, at the first row.
     band : mapping, optional
         Record of the limits of `level` line by line, for differences (`nvhchain.study.differences`).
     """
@@ -69,6 +71,7 @@ class Row:
     seconds: float = 0.0
     draw: int = 0
     idle: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
     band: Mapping[str, Any] | None = field(default=None, repr=False, compare=False)
 
     @property

@@ -16,7 +16,7 @@ from typing import Any
 
 from nvhchain.case import Case, GearboxCase, load_case
 from nvhchain.chain.running import OPERATORS
-from nvhchain.errors import InputError, ResourceError, check_all, require
+from nvhchain.errors import InputError, ResourceError, SolverError, check_all, require
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.files.hdf5 import writable_folder, write_text
 from nvhchain.files.result_cache import Watcher, code_version, fingerprint
@@ -24,6 +24,7 @@ from nvhchain.kinds import checked
 from nvhchain.report.case_record import case_values
 from nvhchain.runtime.folder_lock import hold_folder
 from nvhchain.runtime.memory import free_memory
+from nvhchain.scene.modelling import modelled
 from nvhchain.study.analysis import main_effects, responses_of, same_responses
 from nvhchain.study.definition import DRAWN, PAIRED, Study
 from nvhchain.study.measuring import can_be_drawn
@@ -103,14 +104,18 @@ def run_study(
     with hold_folder(folder):
         spread = Spread(fidelity, executor, Path(operators or folder / OPERATORS), study.responses)
         runs = _Runs(study, folder, spread, progress, watcher)
-        for line in remarks(study):
+        found = remarks(study, fidelity)
+        for line in found:
             runs.report(line)
         if study.plan == "optimise":
-            return search(study, base_design(study), runs.rows)
-        if study.plan == "gradient":
-            return walk_gradient(study, runs.rows)
-        rows = runs.rows(list(enumerate(list_designs(study))))
-        return _with_idle(runs, rows) if study.plan in DRAWN else rows
+            rows = search(study, base_design(study), runs.rows)
+        elif study.plan == "gradient":
+            rows = walk_gradient(study, runs.rows)
+        else:
+            rows = runs.rows(list(enumerate(list_designs(study))))
+        if study.plan in DRAWN:
+            rows = _with_idle(runs, rows)
+    return [replace(row, remarks=tuple(found) if index == 0 else ()) for index, row in enumerate(rows)]
 
 
 def _with_idle(runs: _Runs, rows: list[Row]) -> list[Row]:
@@ -165,12 +170,15 @@ def check_parameters(study: Study) -> None:
     )
 
 
-def remarks(study: Study) -> list[str]:
-    """Return lines on responses that are asked for and that runs of the base case lack."""
-    if "orders" not in study.responses:
-        return []
-    cases = (load_case(study.case, changes=point.changes) for point in operating_points(study))
-    lines = (brief_orders(case) for case in cases if isinstance(case, GearboxCase))
+def remarks(study: Study, fidelity: Fidelity) -> list[str]:
+    """Return lines on responses that runs of the base case lack, and on options that it leaves out by hand."""
+    cases = [load_case(study.case, changes=point.changes) for point in operating_points(study)]
+    gearboxes = [case for case in cases if isinstance(case, GearboxCase)]
+    lines = [brief_orders(case) for case in gearboxes] if "orders" in study.responses else []
+    with suppress(InputError, SolverError):  # a run states its reason
+        for case in gearboxes[:1]:
+            made = modelled(case, fidelity)
+            lines += [f"{case.name}: {each.line(made.tolerance_db)}" for each in made.against_estimate]
     return [line for line in dict.fromkeys(lines) if line]
 
 

@@ -49,7 +49,7 @@ def write_study(study: Study, rows: Sequence[Row], out: str | Path) -> list[str]
     Returns
     -------
     list of str
-        Best design, largest effects, parameters without effect, refused designs.
+        Best design, largest effects, parameters without effect, refused designs, remarks on the base case.
 
     Notes
     -----
@@ -102,7 +102,7 @@ def write_study(study: Study, rows: Sequence[Row], out: str | Path) -> list[str]
         save(best_points(others, found, names=pair[::-1]), folder / "pareto.png")
         lines.append(f"Best in {pair[0]} and {pair[1]}: designs {', '.join(str(row.design) for row in best)}")
     write_study_page(study, rows, lines, folder)
-    return lines
+    return [*lines, *(remark for row in rows for remark in row.remarks)]
 
 
 def _write_quality(study: Study, rows: Sequence[Row], folder: Path) -> list[str]:

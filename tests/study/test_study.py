@@ -284,6 +284,25 @@ def test_the_nearest_path_that_is_named_can_be_set(tmp_path):
             run_study(study, out=tmp_path, fidelity=nvh.DRAFT)
 
 
+def test_a_study_states_what_the_base_case_leaves_out(tmp_path, monkeypatch):
+    """Bending shafts left out by the case: the remark of `run`, in progress, at the end and on the page."""
+
+    def measured(case, *rest):
+        responses = {"level": 60.0 - 100 * case.housing.modal_damping}
+        return {"responses": responses, "limits": {}, "band": None, "refused": None, "seconds": 0.0}
+
+    monkeypatch.setattr(spreading, "measure", measured)
+    off = "\n".join(f"{name} = false" for name in ("flexible_shafts", "gyroscopic", "gear_body_modes"))
+    (tmp_path / "plain.toml").write_text(f'base = "{SMALL.resolve()}"\nname = "plain"\n[options]\n{off}\n')
+    study = Study(tmp_path / "plain.toml", (Parameter("damping", ("housing.modal_damping",), (0.01, 0.02)),))
+    shown = []
+    rows = run_study(study, out=tmp_path / "out", fidelity=nvh.DRAFT, progress=shown.append)
+    remark = "plain: flexible_shafts left out by the case, would change the sound: "
+    assert len([line for line in shown if line.startswith(remark)]) == 1
+    assert len([line for line in write_study(study, rows, tmp_path / "out") if line.startswith(remark)]) == 1
+    assert (tmp_path / "out" / "report.html").read_text().count(remark) == 1
+
+
 def test_a_response_that_is_the_same_in_all_designs_has_no_effects():
     """A mass of 0.1 + 0.2 or 0.3 kg is one mass: rounding has no share of a variance."""
     study = Study("case.toml", (Parameter("x", ("a.x",), tuple(range(7))), Parameter("y", ("a.y",), (0, 1, 2))))

@@ -29,7 +29,8 @@ MOST_CURVES = 8
 def blocks(results: Results) -> list[Any]:
     """Return the first screen."""
     headline, *others = results.lines or (f"{len(results.rows)} runs",)
-    doubt = _doubt(results)
+    remarks = [f"{remark}." for row in results.rows for remark in row.remarks]
+    doubt = " ".join([*filter(None, [_doubt(results)]), *remarks])
     figures = [
         figure
         for figure in (course(results), tornado(results), distribution(results), _pareto(results), _over_speed(results))

@@ -21,6 +21,7 @@ from nvhchain.study import (
     Row,
     Study,
     best_designs,
+    check_parameters,
     costs,
     idle_parameters,
     indices_from,
@@ -301,6 +302,19 @@ def test_a_study_states_what_the_base_case_leaves_out(tmp_path, monkeypatch):
     assert len([line for line in shown if line.startswith(remark)]) == 1
     assert len([line for line in write_study(study, rows, tmp_path / "out") if line.startswith(remark)]) == 1
     assert (tmp_path / "out" / "report.html").read_text().count(remark) == 1
+
+
+def test_the_studies_of_the_page_fit_the_cases_that_they_name(tmp_path):
+    """Every study of docs/howto/studies.md in an empty folder with the single stage."""
+    page = Path("docs/howto/studies.md").read_text(encoding="utf-8")
+    assert main(["new", "single-stage", str(tmp_path)]) == 0
+    blocks = re.findall(r"```toml\n(.*?)```", page, re.S)
+    for text in blocks:
+        (tmp_path / re.match(r"# (\w+\.toml)", text)[1]).write_text(text)
+    studies = [tmp_path / re.match(r"# (\w+\.toml)", text)[1] for text in blocks if "[[parameters]]" in text]
+    assert len(studies) == 2
+    for path in studies:
+        check_parameters(load_study(path))
 
 
 def test_a_response_that_is_the_same_in_all_designs_has_no_effects():

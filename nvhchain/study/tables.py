@@ -196,8 +196,9 @@ def _write_slopes(study: Study, rows: Sequence[Row], folder: Path) -> list[str]:
     write_text(folder / "slopes.csv", _csv(_flat(one) for one in found))
     main = main_response(rows)
     return [
-        f"One {study.unit(one.parameter) or 'unit'} of {one.parameter} changes {main}{_at(one)} by {one.value:.3g} ± "
-        f"{one.error:.1g}"
+        f"One {study.unit(one.parameter) or 'unit'} of {one.parameter} changes {main}{_at(one)} by {one.value:.3g} "
+        + (f"({_ends(one.limits, 3)}; " if any(limit is not None for limit in one.limits) else "(")
+        + f"difference quotient ± {one.error:.1g})"
         for one in found
         if one.response == main
     ]
@@ -308,8 +309,10 @@ def _limits(row: Row, name: str) -> str:
     return f" ({_ends(row.limits[name])})"
 
 
-def _ends(limits: Iterable[float | None]) -> str:
-    return "…".join("none" if limit is None or not isfinite(limit) else f"{limit:.1f}" for limit in limits)
+def _ends(limits: Iterable[float | None], digits: int | None = None) -> str:
+    """Return limits in words, with one decimal or a number of significant digits."""
+    form = ".1f" if digits is None else f".{digits}g"
+    return "…".join("none" if limit is None or not isfinite(limit) else f"{limit:{form}}" for limit in limits)
 
 
 def _short(value: object) -> str:

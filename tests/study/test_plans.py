@@ -162,6 +162,15 @@ def test_a_base_case_outside_the_ranges_is_stated_and_is_not_the_best_design(stu
     assert lines[2] == "Design 0, the base case, lies outside the search: radius = 4 mm"
 
 
+def test_a_slope_is_stated_with_its_limits(tmp_path, monkeypatch):
+    study = Study("c.toml", (AXES[0],), plan="gradient")
+    rows = [Row(0, {"x": 2.0}, responses={"level": 60.0})]
+    for limits, text in (((-0.68, 1.08), "(-0.68…1.08; difference quotient ± 0.004)"), ((None, None), "(difference ")):
+        slope = gradient.Slope("x", "level", None, None, 0.191, 0.004, limits, 0.5)
+        monkeypatch.setattr("nvhchain.study.tables.slopes", lambda *given, slope=slope: [slope])
+        assert write_study(study, rows, tmp_path)[0].startswith(f"One unit of x changes level by 0.191 {text}")
+
+
 def test_robust_scores_are_percentiles_over_draws_at_the_worst_speed():
     study = Study("c.toml", (AXES[0],), plan="optimise", designs=10, goal=Goal(percent=90.0))
     levels = np.arange(11.0)

@@ -17,8 +17,8 @@ from nvhchain.spectrum import Waterfall, order_cut, order_waterfall, waterfall
 ORDER_RESOLUTION = 0.15
 """Orders of the input that figures and order cuts resolve: windows of ten turns."""
 
-HARMONICS = 3
-"""Number of harmonics of the highest mesh order in maps of orders."""
+HARMONICS = 4
+"""Least number of harmonics of the highest mesh order in maps of orders."""
 
 MAIN_ORDERS = 8
 """Largest number of orders that are followed over speed."""
@@ -61,8 +61,13 @@ def loudest(cuts: Sequence[Curve]) -> tuple[float, float]:
 
 
 def run_up_maps(history: PressureHistory, marks: OrderMarks, *, high: float) -> tuple[Waterfall, Waterfall]:
-    """Return the waterfalls of the first field point against frequency up to `high` (Hz), and against order."""
-    highest = (HARMONICS + 1) * max(marks.mesh.values(), default=20.0)
+    """Return the waterfalls of the first field point against frequency up to `high` (Hz), and against order.
+
+    Orders reach to those that stay below `high` up to the mean speed, for half of a steady run-up.
+    """
+    turns = float(history.input_speed.mean()) / (2 * pi)
+    highest = max(HARMONICS * max(marks.mesh.values(), default=20.0), high / max(turns, 1e-9))
+    highest = min(highest, high / max(float(history.input_speed.min()) / (2 * pi), 1e-9))
     signal = history.pressure[:, 0], sample_rate(history), history.input_speed
     return input_frequency_waterfall(*signal, high=high), input_order_waterfall(*signal, high=highest)
 

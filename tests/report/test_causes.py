@@ -11,7 +11,7 @@ from nvhchain.plots import OrderMarks
 from nvhchain.report.causes.differences import line_differences, run_up_causes, split_difference
 from nvhchain.report.page.sections.causes import contributions
 from nvhchain.report.page.sections.listening.sound import _orders
-from nvhchain.report.run_up import run_up_maps
+from nvhchain.report.run_up import curves_of, loudest, run_up_maps
 
 RNG = np.random.default_rng(1)
 
@@ -90,3 +90,18 @@ def test_record_of_less_than_eight_turns_has_no_order_to_hear_alone():
     speed = np.full(2000, 2 * np.pi * 15.0)
     history = PressureHistory(time, [[0, 0, 1]], np.sin(20 * speed[0] * time)[:, None], speed)
     assert _orders(SimpleNamespace(runs=[SimpleNamespace(pressure_history=history)])) == []
+
+
+def test_orders_up_to_the_band_are_followed_not_only_low_harmonics_of_the_mesh():
+    """Order 100 of 20 teeth, the fifth harmonic, in a run-up whose band ends above it."""
+    time = np.arange(40000) / 8000.0
+    speed = 2 * np.pi * (20.0 + 2.0 * time)
+    angle = np.cumsum(speed) / 8000.0
+    wave = 0.1 * np.sin(20 * angle) + np.sin(100 * angle)
+    history = PressureHistory(time, [[0, 0, 1]], wave[:, None], speed)
+    marks = OrderMarks(mesh={"stage": 20.0})
+    maps = run_up_maps(history, marks, high=3100.0)
+    overall, *cuts = curves_of({"one": maps}, marks)["one"]
+    assert loudest(cuts)[0] == 100.0
+    assert "stage × 5" in cuts[-1].name
+    assert maps[1].axis[-1] < 3100.0 / 20.0  # above the band there is nothing to follow

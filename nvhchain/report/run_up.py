@@ -75,17 +75,18 @@ def run_up_maps(history: PressureHistory, marks: OrderMarks, *, high: float) -> 
 def curves_of(maps: Mapping[str, tuple[Waterfall, Waterfall]], marks: OrderMarks) -> dict[str, list[Curve]]:
     """Return the curves over speed from the maps against frequency and order."""
     in_order = [of for _, of in maps.values()]
-    orders = _at_harmonics(main_orders(in_order), in_order[0].axis, marks)
+    orders = main_orders(in_order, marks)
     return {
         name: [_overall(in_frequency), *_cuts(in_orders, orders, marks)]
         for name, (in_frequency, in_orders) in maps.items()
     }
 
 
-def main_orders(maps: Sequence[Waterfall]) -> list[float]:
+def main_orders(maps: Sequence[Waterfall], marks: OrderMarks) -> list[float]:
     """Return the orders with most A-weighted energy over the run-up in any of the maps, in rising order.
 
-    An order is a line of the maps that is stronger than its neighbours within the width of a window's main lobe.
+    An order is a line of the maps that is stronger than its neighbours within the width of a window's main lobe. Mesh
+    orders and their sidebands come first: peaks between them are mostly vibration at a natural frequency.
     """
     axis = maps[0].axis
     energy = np.zeros(len(axis))
@@ -95,11 +96,12 @@ def main_orders(maps: Sequence[Waterfall]) -> list[float]:
     energy[:3] = 0.0  # the mean and its leakage
     found: list[float] = []
     for line in np.argsort(-energy):
-        if len(found) == MAIN_ORDERS or not energy[line] > 10 ** (-LEAST_RANGE / 10) * energy.max():
+        if not energy[line] > 10 ** (-LEAST_RANGE / 10) * energy.max():
             break
         if energy[line] == energy[max(line - 2, 0) : line + 3].max():
-            found.append(float(axis[line]))
-    return sorted(found)
+            found += _at_harmonics([float(axis[line])], axis, marks)
+    named = [order for order in dict.fromkeys(found) if order_name(order, marks.mesh, marks.slots)]
+    return sorted(list(dict.fromkeys([*named, *found]))[:MAIN_ORDERS])
 
 
 def _at_harmonics(orders: Sequence[float], axis: FloatArray, marks: OrderMarks) -> list[float]:

@@ -7,11 +7,13 @@ import pytest
 
 from nvhchain.handoff import FieldPressure, PressureHistory
 from nvhchain.levels import a_weighting, decibel, equivalent
-from nvhchain.plots import OrderMarks
+from nvhchain.plots.marks import OrderMarks, order_name
 from nvhchain.report.causes.differences import line_differences, run_up_causes, split_difference
 from nvhchain.report.page.sections.causes import contributions
+from nvhchain.report.page.sections.limits import EXPLANATION
 from nvhchain.report.page.sections.listening.sound import _orders
 from nvhchain.report.run_up import curves_of, loudest, run_up_maps
+from nvhchain.spectrum import Waterfall
 
 RNG = np.random.default_rng(1)
 
@@ -105,3 +107,26 @@ def test_orders_up_to_the_band_are_followed_not_only_low_harmonics_of_the_mesh()
     assert loudest(cuts)[0] == 100.0
     assert "stage × 5" in cuts[-1].name
     assert maps[1].axis[-1] < 3100.0 / 20.0  # above the band there is nothing to follow
+
+
+def test_the_player_of_a_run_up_names_orders_as_its_curves_do():
+    """Also where the strongest line of the map lies beside the mesh order."""
+    axis = np.arange(1000) * 0.1
+    amplitude = np.full((4, 1000), 1e-6, complex)
+    amplitude[:, [200, 399]] = 1.0
+    of = Waterfall(np.arange(4.0), np.full(4, 200.0), axis, amplitude, True)
+    marks = OrderMarks(mesh={"stage": 20.0})
+    history = PressureHistory(np.arange(2) * 10.0, [[0, 0, 1]], np.zeros((2, 1)), np.full(2, 200.0))
+    stored = SimpleNamespace(
+        runs=[SimpleNamespace(pressure_history=history)],
+        run_up_maps={"one": (of, of)},
+        marks=marks,
+        origin=lambda order: order_name(order, marks.mesh, marks.slots),
+    )
+    curves = curves_of({"one": (of, of)}, marks)["one"]
+    assert _orders(stored) == [(20.0, curves[1].name), (40.0, curves[2].name)]
+
+
+def test_limits_of_run_ups_are_explained_as_they_are_computed():
+    """Errors that two run-ups share cancel (`test_difference.py`)."""
+    assert "both errors add up" not in EXPLANATION

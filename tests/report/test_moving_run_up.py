@@ -10,6 +10,7 @@ from nvhchain.report import run_up
 from nvhchain.report.causes.run_up import order_forces
 from nvhchain.report.page.sections.speed import moving_housing
 from nvhchain.report.page.sections.speed.moving_housing import _motion
+from nvhchain.spectrum import Waterfall
 from nvhchain.testing import ball_with_modes
 
 
@@ -57,3 +58,16 @@ def test_a_record_of_nearly_constant_speed_has_no_slider_over_speed():
     assert moving_housing._places({"one": [loud]}, [forces], 1000.0) == []
     rising = forces.replace(input_speed=np.linspace(90.0, 180.0, 200))
     assert len(moving_housing._places({"one": [loud]}, [rising], 1000.0)) == moving_housing.SPEEDS
+
+
+def test_mesh_orders_are_followed_before_louder_sound_between_them():
+    """Eight peaks between mesh orders stand above the third harmonic of the mesh, which is followed all the same."""
+    axis = np.arange(1000) * 0.1
+    amplitude = np.full((4, 1000), 1e-6, complex)
+    between = np.array([21.5, 23.7, 25.9, 28.1, 30.3, 32.5, 34.7, 36.9])
+    amplitude[:, np.rint(between * 10).astype(int)] = 1.0
+    amplitude[:, [200, 399, 599]] = 0.9  # the second and the third a line beside the harmonic
+    marks = OrderMarks(mesh={"stage": 20.0}, slots={})
+    found = run_up.main_orders([Waterfall(np.arange(4.0), np.full(4, 200.0), axis, amplitude, True)], marks)
+    assert set(found) > {20.0, 40.0, 60.0}  # by their names, as curves and players use them
+    assert len(found) == run_up.MAIN_ORDERS

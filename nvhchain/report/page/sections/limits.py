@@ -33,7 +33,7 @@ EXPLANATION = (
     "of different sources add in quadrature. Options that the program left out count with twice their effect; "
     "those that a case switches off do not count. Errors of the model itself, such as joints, damping or tolerances of "
     "the real gearbox, are not included. In the limits of a difference the errors of a shared housing and of shared "
-    "transfer vectors cancel where both spectra are alike. For run-ups they assume that both errors add up."
+    "transfer vectors cancel where both spectra are alike. This holds for run-ups, too."
 )
 
 

@@ -153,7 +153,7 @@ def _orders(stored: Stored) -> list[tuple[float, str]]:
     if any(np.trapezoid(of.input_speed, of.time) <= 2 * np.pi * LEAST_TURNS for of in histories):
         return []
     if histories:
-        found = main_orders([in_orders for _, in_orders in stored.run_up_maps.values()])
+        found = main_orders([in_orders for _, in_orders in stored.run_up_maps.values()], stored.marks)
         return [(order, _name(stored, order)) for order in found[:ORDERS]]
     loudest: dict[float, float] = {}
     turning = False

@@ -242,8 +242,8 @@ def parser() -> argparse.ArgumentParser:
         "--out",
         metavar="FILE",
         type=Path,
-        help="figure (PNG, default: beside the first file; or SVG), motion of a housing (.gif, .glb, .vtu, .vtkhdf, "
-        ".unv, .csv), or a gear for ParaView (.vtu)",
+        help="figure (.png, default: beside the first file; .svg, .pdf), motion of a housing (.gif, .glb, .vtu, "
+        ".vtkhdf, .unv, .csv), or a gear for ParaView (.vtu)",
     )
     plot.set_defaults(action=commands.plot)
 

@@ -30,7 +30,7 @@ from nvhchain.handoff import (
 )
 from nvhchain.interop import write_gear_field_vtu
 from nvhchain.names import printable
-from nvhchain.plots.files import save
+from nvhchain.plots.files import check_format, save
 from nvhchain.report.housing_pictures import SUFFIXES, draw_housings, draw_velocities, write_motion
 from nvhchain.report.run_up import input_frequency_waterfall, input_order_waterfall, sample_rate
 from nvhchain.spectrum import BAND_MARGIN
@@ -65,11 +65,11 @@ def draw(
     quantity: str = "force",
     angle: bool = False,
 ) -> None:
-    """Draw hand-offs of one kind as PNG, or write their motion.
+    """Draw hand-offs of one kind as PNG, SVG or PDF, or write their motion.
 
     files: HDF5 files, all of one kind.
-    picture: PNG to write. A path that ends in .gif, .glb, .vtu, .vtkhdf, .unv or .csv holds the motion of a housing or
-    surface (`write_motion`). The suffix .vtu also holds displacement and stress of a gear.
+    picture: figure to write: .png, .svg or .pdf. A path that ends in .gif, .glb, .vtu, .vtkhdf, .unv or .csv holds the
+    motion of a housing or surface (`write_motion`). The suffix .vtu also holds displacement and stress of a gear.
     orders: draw maps of records against order of the input instead of frequency. Steady records of several speeds then
     make one map.
     frequency: frequencies (Hz) of the modes or lines to draw.
@@ -100,6 +100,7 @@ def draw(
     if picture.suffix in SUFFIXES:
         write_motion(hand_offs, picture, frequency)
         return
+    check_format(picture, SUFFIXES if kind in (ReducedHousing, SurfaceVelocity) else ())
     known: dict[type[HandOff], Callable[[Mapping[str, Any], bool], list[Axes]]] = {
         MeshLaw: _mesh_laws,
         BearingForces: lambda of, orders: (

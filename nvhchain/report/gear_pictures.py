@@ -11,7 +11,7 @@ from nvhchain.case import GearboxCase, load_case
 from nvhchain.errors import InputError, require
 from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import GearField
-from nvhchain.plots.files import save
+from nvhchain.plots.files import check_format, save
 
 
 def draw_case(
@@ -23,13 +23,13 @@ def draw_case(
     gear_name: str | None = None,
     angle: float = 0.0,
 ) -> None:
-    """Draw a gearbox in its housing, one stage, or one gear of a case as PNG.
+    """Draw a gearbox in its housing, one stage, or one gear of a case as PNG, SVG or PDF.
 
     stage: stage: both gears in mesh, with their elements and the teeth in contact.
     gear_name: gear: its elements, and the teeth in contact in its stages.
     angle: angle of the wheel of a stage (rad).
     """
-    require(picture.suffix.lower() == ".png", f"{picture}: cases are drawn as .png")
+    check_format(picture)
     case = _gearbox(path)
     require(stage is None or gear_name is None, f"stage {stage} and gear {gear_name}: draw one of them")
     save(_drawn(case, fidelity, stage, gear_name, angle), picture)

@@ -109,7 +109,7 @@ def test_command_line_draws_a_gear_and_a_stage_and_writes_a_field(tmp_path, caps
     for arguments, message in (
         (["plot", case, "--gear", "nothing"], "no gear 'nothing': known: pinion, wheel"),
         (["plot", case, "--stage", "nothing"], "no stage 'nothing': known: stage"),
-        (["plot", case, "--out", "picture.gif"], "cases are drawn as .png"),
+        (["plot", case, "--out", "picture.gif"], "picture.gif: suffix '.gif' is no format of figures"),
         (["plot", "cases/sphere/pulsating.toml"], "no gears to draw"),
         (["gear-field", case, "--gear", "nothing", "--out", "x.h5"], "no gear 'nothing': known: stage"),
     ):

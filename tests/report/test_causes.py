@@ -103,7 +103,7 @@ def test_orders_up_to_the_band_are_followed_not_only_low_harmonics_of_the_mesh()
     history = PressureHistory(time, [[0, 0, 1]], wave[:, None], speed)
     marks = OrderMarks(mesh={"stage": 20.0})
     maps = run_up_maps(history, marks, high=3100.0)
-    overall, *cuts = curves_of({"one": maps}, marks)["one"]
+    _, *cuts = curves_of({"one": maps}, marks)["one"]
     assert loudest(cuts)[0] == 100.0
     assert "stage × 5" in cuts[-1].name
     assert maps[1].axis[-1] < 3100.0 / 20.0  # above the band there is nothing to follow

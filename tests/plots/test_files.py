@@ -1,0 +1,41 @@
+"""Files of figures hold what their suffix names."""
+
+import numpy as np
+import pytest
+
+from nvhchain.cli import main
+from nvhchain.files import hdf5
+from nvhchain.handoff import FieldPressure
+
+
+@pytest.fixture
+def stored(tmp_path):
+    """Stored pressure at two lines."""
+    pressure = FieldPressure(np.array([500.0, 1000.0]), [[0, 0, 1]], np.array([[0.1], [0.2j]]), 80.0)
+    return hdf5.save(pressure, tmp_path / "pressure.h5")
+
+
+@pytest.mark.parametrize(
+    ("suffix", "begin", "content"),
+    [
+        (".png", b"\x89PNG", b"IEND"),
+        (".svg", b"<?xml", b"</svg>"),
+        (".pdf", b"%PDF", b"%%EOF"),
+        (".SVG", b"<?xml", b""),
+    ],
+)
+def test_a_figure_is_what_its_suffix_names(stored, suffix, begin, content):
+    picture = stored.with_suffix(suffix)
+    assert main(["plot", str(stored), "--out", str(picture)]) == 0
+    written = picture.read_bytes()
+    assert written.startswith(begin)
+    assert content in written
+
+
+@pytest.mark.parametrize("name", ["a.usd", "a.xyz", "a.jpg", "shape"])
+def test_a_suffix_of_no_figure_is_refused_in_one_line(stored, capsys, name):
+    picture = stored.parent / name
+    assert main(["plot", str(stored), "--out", str(picture)]) == 2
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert "end it in .png, .svg, .pdf" in line
+    assert not picture.exists()

@@ -35,5 +35,9 @@ def save(axes: Sequence[Axes], path: Path) -> None:
     """Save the figure of `axes` as PNG, SVG or PDF, by the suffix of `path`."""
     check_format(path)
     suffix = path.suffix.lower()
-    shown = {"dpi": RESOLUTION, "format": suffix[1:], "metadata": FORMATS[suffix]}
-    write_atomic(path, content_of(lambda file: figure_of(axes[0]).savefig(file, **shown)))
+    write_atomic(
+        path,
+        content_of(
+            lambda file: figure_of(axes[0]).savefig(file, dpi=RESOLUTION, format=suffix[1:], metadata=FORMATS[suffix])
+        ),
+    )

@@ -182,18 +182,31 @@ def _lines(other: Mapping[str, Any], first: Mapping[str, Any]) -> list[str]:
     if not difference:
         return []
     mesh, slots = first.get("mesh_orders", {}), first.get("slot_orders", {}) | other.get("slot_orders", {})
-    lines = [of for of in other.get("causes") or _by_level(other, first) if of["order"] is not None]
-    lines.sort(key=lambda of: -of["part_db"] / difference)
-    return [
-        f"  {number_text(part, '+.1f')} dB: {_line(of, order_name(of['order'], mesh, slots))} "
-        f"{_beyond(of, first, other) or _change(*of['levels_dBA']) + _reason(of)}"
+    causes = other.get("causes") or _by_level(other, first)
+    lines = sorted((of for of in causes if of["order"] is not None), key=lambda of: -of["part_db"] / difference)
+    found = [
+        (
+            of["part_db"],
+            f"{_line(of, order_name(of['order'], mesh, slots))} "
+            f"{_beyond(of, first, other) or _change(*of['levels_dBA']) + _reason(of)}",
+        )
         for of in lines[:LINES]
-        if (part := of["part_db"]) / difference >= LEAST_SHARE
-    ] + [
-        f"  {number_text(of['part_db'], '+.1f')} dB: all other sound"
-        for of in other.get("causes", [])
-        if of["order"] is None and of["part_db"] / difference >= MOST_SHARE
+        if of["part_db"] / difference >= LEAST_SHARE
     ]
+    found += [(of["part_db"], between_orders(of)) for of in causes if "speeds_rpm" in of]
+    if "over_speed" in other:  # what is left of the two levels as they are written
+        left = round(difference, 1) - sum(round(part, 1) for part, _ in found)
+        found += [(left, "all other sound")] * (abs(left) > 0.05)
+    else:
+        rest = [of["part_db"] for of in causes if of["order"] is None]
+        found += [(part, "all other sound") for part in rest if part / difference >= MOST_SHARE]
+    return [f"  {number_text(part, '+.1f')} dB: {text}" for part, text in found]
+
+
+def between_orders(cause: Mapping[str, Any]) -> str:
+    """Return the name of sound between orders that lies about one speed."""
+    low, high = (f"{speed:.0f}" for speed in cause["speeds_rpm"])
+    return f"sound between the orders at {low}{'' if low == high else f'…{high}'} rpm"
 
 
 def _line(cause: Mapping[str, Any], origin: str) -> str:

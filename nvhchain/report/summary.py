@@ -16,7 +16,7 @@ from nvhchain.error_band.files import finite
 from nvhchain.files.hdf5 import write_text
 from nvhchain.gear import quasi_static_transmission_error
 from nvhchain.handoff import FieldPressure, FloatArray
-from nvhchain.report.causes.differences import causes, run_up_causes
+from nvhchain.report.causes.differences import causes, named_or_lasting, run_up_causes
 from nvhchain.report.causes.run_up import with_parts
 from nvhchain.report.marks import mesh_orders, order_marks, slot_orders
 from nvhchain.report.run_up import curves_of, run_up_maps, run_up_summary
@@ -85,8 +85,8 @@ def _configurations(results: Mapping[str, Result]) -> dict[str, Any]:
             found[name]["causes"] = because
         if first in histories and name in histories:
             both = float(found[first]["overall_dBA"]), float(found[name]["overall_dBA"])
-            orders = [of.order for of in curves[name] if of.order is not None]
-            lines = run_up_causes(both, (maps[first][1], maps[name][1]), orders)
+            in_order = maps[first][1], maps[name][1]
+            lines = run_up_causes(both, in_order, named_or_lasting(curves[name], in_order, marks))
             found[name]["causes"] = with_parts(lines, results[first], results[name])
     return found
 

@@ -8,11 +8,17 @@ import pytest
 from nvhchain.handoff import FieldPressure, PressureHistory
 from nvhchain.levels import a_weighting, decibel, equivalent
 from nvhchain.plots.marks import OrderMarks, order_name
-from nvhchain.report.causes.differences import line_differences, run_up_causes, split_difference
+from nvhchain.report.causes.differences import (
+    line_differences,
+    named_or_lasting,
+    run_up_causes,
+    split_difference,
+)
 from nvhchain.report.page.sections.causes import contributions
 from nvhchain.report.page.sections.limits import EXPLANATION
 from nvhchain.report.page.sections.listening.sound import _orders
 from nvhchain.report.run_up import curves_of, loudest, run_up_maps
+from nvhchain.report.sentences import verdict
 from nvhchain.spectrum import Waterfall
 
 RNG = np.random.default_rng(1)
@@ -130,3 +136,58 @@ def test_the_player_of_a_run_up_names_orders_as_its_curves_do():
 def test_limits_of_run_ups_are_explained_as_they_are_computed():
     """Errors that two run-ups share cancel (`test_difference.py`)."""
     assert "both errors add up" not in EXPLANATION
+
+
+def burst_beside_an_order():
+    """Maps and levels of two run-ups with order 20: the second lacks a tone of 0.3 s at 800 Hz, near 1050 rpm."""
+    rate, seconds = 4000.0, 10.0
+    time = np.arange(int(rate * seconds)) / rate
+    speed = 2 * np.pi * (10.0 + 15.0 * time / seconds)
+    order = np.sin(20 * np.cumsum(speed) / rate)
+    burst = np.where(np.abs(time - 5.0) < 0.15, 8.0 * np.sin(2 * np.pi * 811.0 * time), 0.0)
+    waves = [order + burst, 0.8 * order]
+    marks = OrderMarks(mesh={"stage": 20.0})
+    maps = {
+        name: run_up_maps(PressureHistory(time, [[0, 0, 1]], wave[:, None], speed), marks, high=1500.0)
+        for name, wave in zip("ab", waves, strict=True)
+    }
+    return maps, marks, tuple(float(equivalent(wave, sample_rate=rate)) for wave in waves)
+
+
+def test_sound_between_orders_is_named_by_its_speed_and_not_by_orders():
+    maps, marks, heard = burst_beside_an_order()
+    in_order = maps["a"][1], maps["b"][1]
+    curves = curves_of(maps, marks)["b"]
+    assert len(curves) > 2  # the burst has peaks between the orders
+    orders = named_or_lasting(curves, in_order, marks)
+    assert orders == [20.0]
+    found = run_up_causes(heard, in_order, orders)
+    assert sum(of["part_db"] for of in found) == pytest.approx(heard[1] - heard[0], abs=1e-9)
+    near = found[1]
+    low, high = near["speeds_rpm"]
+    assert low < 60 * 17.5 < high
+    assert high - low < 300.0
+    assert near["part_db"] < 0.6 * (heard[1] - heard[0]) < 0
+
+
+def test_an_order_that_no_gear_makes_is_kept_where_it_lasts():
+    rate = 4000.0
+    time = np.arange(int(rate * 10.0)) / rate
+    speed = 2 * np.pi * (10.0 + 1.5 * time)
+    angle = np.cumsum(speed) / rate
+    wave = np.sin(20 * angle) + np.sin(33 * angle)
+    marks = OrderMarks(mesh={"stage": 20.0})
+    maps = run_up_maps(PressureHistory(time, [[0, 0, 1]], wave[:, None], speed), marks, high=1500.0)
+    orders = named_or_lasting(curves_of({"a": maps}, marks)["a"], (maps[1],), marks)
+    assert orders == pytest.approx([20.0, 33.0], abs=0.11)
+
+
+def test_parts_of_a_run_up_add_up_to_its_difference_as_they_are_written():
+    maps, marks, heard = burst_beside_an_order()
+    causes = run_up_causes(heard, (maps["a"][1], maps["b"][1]), [20.0])
+    rows = [{"speed_rpm": speed, "level_dBA": 60.0} for speed in (600.0, 1500.0)]
+    first, second = ({"overall_dBA": level, "over_speed": rows, "mesh_orders": marks.mesh} for level in heard)
+    lines = verdict({"field_point": {"name": "m"}, "configurations": {"a": first, "b": second | {"causes": causes}}})
+    assert any("sound between the orders at" in line for line in lines)
+    parts = [float(line.partition(" dB:")[0].replace("−", "-")) for line in lines if " dB: " in line]
+    assert sum(parts) == pytest.approx(round(heard[1] - heard[0], 1), abs=1e-9)

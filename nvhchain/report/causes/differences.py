@@ -12,7 +12,9 @@ from nvhchain import levels
 from nvhchain.chain.result import Result
 from nvhchain.conventions import REFERENCE_PRESSURE
 from nvhchain.handoff import ComplexArray, FieldPressure, FloatArray
+from nvhchain.plots.marks import OrderMarks, order_name
 from nvhchain.report.causes.paths import line_parts
+from nvhchain.report.run_up import WINDOW_BANDWIDTH, Curve
 from nvhchain.spectrum import Waterfall
 
 LINES = 8
@@ -20,6 +22,15 @@ LINES = 8
 
 PARTS = 11
 """Largest number of modes or paths of a line; the others are one more part."""
+
+NARROW = 0.1
+"""Share of the windows of a run-up, at least those of one event, in which sound is named by its speed."""
+
+LEAST_PART = 0.05
+"""Least part (dB) that is looked for at one speed."""
+
+EVENT = 4
+"""Windows of a run-up that hold one event: they overlap by three quarters."""
 
 OTHERS = "all others"
 """Name of the part that holds what is not listed."""
@@ -116,7 +127,8 @@ def run_up_causes(
 ) -> list[dict[str, Any]]:
     """Return the orders that make most of the difference of two run-ups.
 
-    The energy of an order is its A-weighted mean over time; each window lasts ten turns.
+    The energy of an order is its A-weighted mean over time; each window lasts ten turns. Where most of the rest lies
+    about one speed, such as vibration that a resonance leaves, it is one more part, with `speeds_rpm`.
 
     levels_dBA : (float, float) equivalent levels of the whole records.
     maps : (Waterfall, Waterfall) waterfalls against order.
@@ -135,16 +147,73 @@ def run_up_causes(
         for i in shown.tolist()
     ]
     rest = levels_dBA[1] - levels_dBA[0] - sum(of["part_db"] for of in found)
-    return [*found, {"order": None, "part_db": float(rest), "lines": None}]
+    near = _near_a_speed(maps, [of["order"] for of in found], rest, _mean(total))
+    left = {"order": None, "part_db": float(rest - sum(of["part_db"] for of in near)), "lines": None}
+    return [*found, *near, left]
+
+
+def _near_a_speed(
+    maps: tuple[Waterfall, Waterfall], orders: Sequence[float], rest: float, per_db: float
+) -> list[dict[str, Any]]:
+    """Return the part (dB) of sound outside the orders about one speed; empty where it is less than half of the rest.
+
+    It is at most the rest, as windows do not reach the ends of a record, whose sound then counts too little.
+
+    per_db : energy per decibel.
+    """
+    if abs(rest) < LEAST_PART or maps[0].amplitude.shape != maps[1].amplitude.shape:
+        return []
+    before, after = (_energies(of).sum(axis=1) / WINDOW_BANDWIDTH - _order_energies(of, orders).sum(1) for of in maps)
+    part = (after - before) / per_db
+    first, last = _narrowest(np.sign(rest) * part)
+    if not 0.5 * abs(rest) <= np.sign(rest) * part[first:last].sum():
+        return []
+    speeds = sorted(30 / np.pi * maps[1].input_speed[[first, last - 1]])
+    where = {"order": None, "speeds_rpm": [float(speed) for speed in speeds], "lines": None}
+    return [where | {"part_db": float(np.sign(rest) * min(abs(rest), abs(part[first:last].sum())))}]
+
+
+def _narrowest(energy: FloatArray) -> tuple[int, int]:
+    """Return the first window and the one after the last of the narrow range that holds most of an energy (n,)."""
+    count = min(len(energy), max(EVENT, round(NARROW * len(energy))))
+    inside = np.convolve(energy, np.ones(count), "valid")
+    first = int(inside.argmax())
+    large = first + np.flatnonzero(energy[first : first + count] >= NARROW * inside.max())
+    return (int(large[0]), int(large[-1]) + 1) if len(large) else (first, first + count)
+
+
+def named_or_lasting(curves: Sequence[Curve], maps: Sequence[Waterfall], marks: OrderMarks) -> list[float]:
+    """Return the orders of curves that gears make or that last: vibration near one speed is none, unless no gear is."""
+    orders = [of.order for of in curves if of.order is not None]
+    return [of for of in orders if not marks.mesh or order_name(of, marks.mesh, marks.slots) or _lasting(maps, of)]
+
+
+def _lasting(maps: Sequence[Waterfall], order: float) -> bool:
+    """Return False for an order with most of its energy about one speed in all maps."""
+    for of in maps:
+        energy = _order_energies(of, [order])[:, 0]
+        first, last = _narrowest(energy)
+        if energy[first:last].sum() < 0.5 * energy.sum():
+            return True
+    return False
 
 
 def _order_energy(of: Waterfall, orders: Sequence[float]) -> FloatArray:
     """Return the A-weighted mean square (n,) of orders over the time of a run-up."""
-    lines = np.abs(of.axis[:, None] - np.asarray(orders)).argmin(axis=0)
+    return np.asarray(_order_energies(of, orders).sum(axis=0))
+
+
+def _order_energies(of: Waterfall, orders: Sequence[float]) -> FloatArray:
+    """Return what every window adds to the A-weighted mean square of orders (n_window, n)."""
+    return _energies(of, np.array([np.abs(of.axis - order).argmin() for order in orders], dtype=int))
+
+
+def _energies(of: Waterfall, lines: Any = slice(None)) -> FloatArray:
+    """Return what every window adds to the A-weighted mean square (n_window, n) of lines over the time of a run-up."""
     turns = of.input_speed / (2 * np.pi)
     gain = 10 ** (levels.a_weighting(np.maximum(np.outer(turns, of.axis[lines]), 1e-3)) / 10)
     seconds = 1.0 / np.maximum(turns, 1e-9)
-    return np.asarray(seconds @ (0.5 * np.abs(of.amplitude[:, lines]) ** 2 * gain) / seconds.sum())
+    return np.asarray(seconds[:, None] / seconds.sum() * 0.5 * np.abs(of.amplitude[:, lines]) ** 2 * gain)
 
 
 def split_difference(

@@ -9,6 +9,7 @@ from typing import Any
 from nvhchain.levels import number_text
 from nvhchain.report.page.blocks import LOUDER, QUIETER, Figure, Table, Text, axes, label, rounded
 from nvhchain.report.page.stored import Stored, StoredRun
+from nvhchain.report.sentences import between_orders
 
 TITLE = "Why"
 
@@ -89,6 +90,8 @@ def _difference(stored: Stored, base: StoredRun, run: StoredRun) -> list[Any]:
 
 def _line(stored: Stored, of: Mapping[str, Any]) -> str:
     """Return the name of a line, or of all others."""
+    if "speeds_rpm" in of:
+        return between_orders(of)
     if of["order"] is None:
         return f"{of['lines']} other lines" if of["lines"] is not None else "all other sound"
     if of["order"] == of["frequency_hz"]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from nvhchain.handoff import FloatArray
 from nvhchain.kinds import checked
-from nvhchain.runtime.extras import check_installed
+from nvhchain.runtime.extras import imported
 from nvhchain.sound.signals import Sound
 
 _STEP = 0.05
@@ -61,16 +61,14 @@ def hearing(sound: Sound) -> Hearing:
     Loudness: ISO 532-1:2017, the steady method for a loop and the time-varying one for a record. Sharpness: DIN
     45692:2009. Roughness: Daniel & Weber, Acustica 83 (1997) 113, in windows of 0.2 s.
     """
-    check_installed("mosqito")
-    from nvhchain.sound import _mosqito
-
-    signal = np.asarray(sound.resampled(_mosqito.RATE).pressure)
-    rough_time, rough = _mosqito.roughness_in_time(signal)
+    engine = imported("nvhchain.sound._mosqito", "mosqito")
+    signal = np.asarray(sound.resampled(engine.RATE).pressure)
+    rough_time, rough = engine.roughness_in_time(signal)
     if sound.loops:
-        loudness, sharpness = _mosqito.steady_loudness(signal)
+        loudness, sharpness = engine.steady_loudness(signal)
         none = np.zeros(0)
         return Hearing(loudness, sharpness, float(rough.mean()), none, none, none, none)
-    time, loud, sharp = _mosqito.loudness_in_time(signal)
+    time, loud, sharp = engine.loudness_in_time(signal)
     step = max(1, round(_STEP / float(time[1] - time[0])))
     starts = np.arange(0, len(time), step)
     return Hearing(
@@ -91,17 +89,15 @@ def loudness_at(sound: Sound, gains: FloatArray) -> FloatArray:
     gains (n,): changes of the level (dB).
     Returns (n,): loudness (sone); N5 of a record.
     """
-    check_installed("mosqito")
-    from nvhchain.sound import _mosqito
-
-    signal = np.asarray(sound.resampled(_mosqito.RATE).pressure)
+    engine = imported("nvhchain.sound._mosqito", "mosqito")
+    signal = np.asarray(sound.resampled(engine.RATE).pressure)
     found = []
     for gain in gains:
         louder = signal * 10 ** (gain / 20)
         if sound.loops:
-            found.append(_mosqito.steady_loudness(louder)[0])
+            found.append(engine.steady_loudness(louder)[0])
         else:
-            found.append(float(np.percentile(_mosqito.loudness_in_time(louder)[1], 95)))
+            found.append(float(np.percentile(engine.loudness_in_time(louder)[1], 95)))
     return np.array(found)
 
 

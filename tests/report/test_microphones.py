@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,6 +15,8 @@ from nvhchain.files import hdf5
 from nvhchain.handoff import FieldPressure, ForceSpectrum
 from nvhchain.report import write_page
 from nvhchain.report.page.stored import stored_results
+from nvhchain.report.sound.microphones import run_waves
+from nvhchain.sound import read_wav
 from nvhchain.testing import ball_with_modes
 
 LINES = np.array([300.0, 1000.0, 1600.0])
@@ -102,3 +105,51 @@ def test_microphones_without_waves_are_refused_with_a_remedy(finished, tmp_path,
     assert "no microphones are named" in capsys.readouterr().err
     assert main(["microphones", str(finished), "--at", "0", "0", "0.05"]) == 2
     assert "inside the sphere of 0.1012 m" in capsys.readouterr().err
+
+
+@pytest.fixture
+def again(finished, tmp_path):
+    """Copy of the run without added microphones."""
+    shutil.copytree(finished, tmp_path, dirs_exist_ok=True)
+    for path in tmp_path.glob("microphones.*"):
+        path.unlink()
+    return tmp_path
+
+
+def test_later_microphones_join_earlier_ones_under_names_of_their_own(again):
+    added = ["microphones", str(again), "--at"]
+    assert main([*added, "0", "0", "1", "--at", "1", "0", "0.5"]) == 0
+    first = hdf5.load(again / "microphones.h5", FieldPressure)
+    assert main(["microphones", str(again), "--iso3744", "--radius", "1"]) == 0
+    assert main(["microphones", str(again), "--iso3744", "--radius", "1.5"]) == 0  # in place of the array before
+    assert main([*added, "0", "2", "0", "--at", "0", "0", "1"]) == 0  # the last one is there
+    names = [row.rsplit(",", 5)[0] for row in (again / "microphones.csv").read_text().splitlines()[1:]]
+    assert names == ["added 1", "added 2", *(f"ISO 3744 {number + 1}" for number in range(40)), "added 3"]
+    found = hdf5.load(again / "microphones.h5", FieldPressure)
+    assert found.pressure[:, :2] == pytest.approx(first.pressure, rel=1e-12)
+    assert found.points[-1].tolist() == [0.0, 2.0, 0.0]
+    page = (again / "report.html").read_text()
+    assert all(f">{name}<" in page for name in ("added 1", "added 3", "ISO 3744 40"))
+
+
+def test_an_added_microphone_is_heard_by_its_name(again, capsys):
+    assert main(["microphones", str(again), "--at", "0", "0", "1", "--at", "1", "0", "0.5"]) == 0
+    added = hdf5.load(again / "microphones.h5", FieldPressure)
+    alone = FieldPressure(added.frequency, added.points[:1], added.pressure[:, :1], added.input_speed)
+    hdf5.save(alone, again / "pressure.h5")
+    assert main(["sound", str(again), "--point", "added 2"]) == 0
+    sound = read_wav(again / "sound-ball-added_2.wav")
+    assert 2 * sound.rms**2 == pytest.approx(float((np.abs(added.pressure[:, 1]) ** 2).sum()), rel=1e-3)
+    assert main(["sound", str(again), "--point", "added 3"]) == 2
+    assert "no microphone 'added 3'" in capsys.readouterr().err
+
+
+def test_the_radius_of_an_array_is_far_enough_for_its_lowest_line(finished):
+    """The near field reaches to a quarter of the wavelength; ISO 3744 asks for twice the source's dimension, too."""
+    (run,) = stored_results(finished).runs
+    waves = run_waves(run, hdf5.load)
+    low = replace(waves, forces=waves.forces.replace(frequency=np.array([100.0, 1000.0, 1600.0])))
+    _, radius = low.array("ISO 3744", None)
+    assert radius == pytest.approx(0.25 * waves.resistance.air.speed_of_sound / 100.0)
+    _, radius = waves.array("ISO 3744", None)
+    assert radius == pytest.approx(2 * 0.1 * np.sqrt(3), rel=0.02)

@@ -1,5 +1,7 @@
 """Loudness, sharpness and roughness of the signals that the standards name, and prominence of tones."""
 
+import sys
+
 import numpy as np
 import pytest
 
@@ -185,3 +187,13 @@ def test_missing_extra_is_one_line_of_remedy(monkeypatch):
     monkeypatch.setattr("nvhchain.runtime.extras.installed", lambda module: False)
     with pytest.raises(InputError, match=r"^mosqito is not installed: pip install nvhchain\[sound\]$"):
         hearing(Sound(tone(1000.0, 60.0), RATE, True))
+
+
+def test_a_broken_mosqito_is_one_line_with_its_remedy(tmp_path, monkeypatch):
+    """Installed, but built against other packages: its import fails."""
+    (tmp_path / "mosqito.py").write_text("raise ImportError('numpy.core.multiarray failed\\nto import')\n")
+    for name in [name for name in sys.modules if name.partition(".")[0] == "mosqito" or name.endswith("._mosqito")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(InputError, match="mosqito is installed but cannot be imported .* --force-reinstall mosqito$"):
+        hearing(Sound(np.zeros(4800), 48000))

@@ -23,6 +23,9 @@ from nvhchain.report.page.stored import StoredRun, stored_results
 MICROPHONES, BALLOON = "microphones", "balloon"
 """Names of the hand-offs that are added to the folder of a run."""
 
+ADDED = "added "
+"""Begin of the names of added field points, before their number."""
+
 _SAME = 1e-9
 """Largest relative difference of the sound power of a run from that of the waves that belong to it."""
 
@@ -63,7 +66,10 @@ class RunWaves:
     def array(self, standard: str, radius: float | None) -> tuple[FloatArray, float]:
         """Return the positions (n_point, 3) m of a standard's array, and its radius (m)."""
         surface, plane = self.housing.surface, self.resistance.plane
-        radius = radius or NEAREST * source_dimension(surface, plane)
+        quarter = (
+            0.25 * self.resistance.air.speed_of_sound / float(self.forces.frequency[self.forces.frequency > 0].min())
+        )
+        radius = radius or max(NEAREST * source_dimension(surface, plane), quarter)
         centre = 0.5 * (surface.vertices.min(axis=0) + surface.vertices.max(axis=0))
         return acoustics.array_points(radius, centre, reflecting_plane=plane or False, standard=standard), radius
 
@@ -93,8 +99,11 @@ def add_microphones(
 ) -> list[str]:
     """Add field points to a finished run or comparison, and write microphones.h5 and microphones.csv.
 
+    Points of earlier calls are kept; an array replaces an earlier one of its standard.
+
     points : field points (m).
-    radius : radius (m) of array and balloon; by default twice the source's dimension, for a balloon at least 1 m.
+    radius : radius (m) of array and balloon; by default twice the source's dimension, for an array at least a quarter
+        of the longest wavelength, and for a balloon at least 1 m.
 
     Raises InputError if there are no waves, or a point lies inside the enclosing sphere.
     """
@@ -107,7 +116,7 @@ def add_microphones(
         if len(places):
             pressure = waves.pressure(places)
             hdf5.save(pressure, run.folder / f"{MICROPHONES}.h5")
-            told += _table(run, pressure, names)
+            told += _table(run, pressure, names)  # levels of earlier points belong to these waves, too
             if standard is not None:
                 told.append(_array_power(waves, pressure, names, standard, radius))
         if balloon:
@@ -170,9 +179,21 @@ def _same(
 def _places(
     waves: RunWaves, points: ArrayLike | None, standard: str | None, radius: float | None
 ) -> tuple[FloatArray, list[str]]:
-    """Return field points (n_point, 3) m and their names: those given, then those of an array."""
+    """Return field points (n_point, 3) m and their names: those added before, those given, then those of an array.
+
+    Empty if there is nothing to add.
+    """
     given = np.zeros((0, 3)) if points is None else np.asarray(points, dtype=float).reshape(-1, 3)
-    names = [f"added {number + 1}" for number in range(len(given))]
+    if not len(given) and standard is None:
+        return given, []
+    names, before = added_names(waves.run), waves.run.hand_off(MICROPHONES, FieldPressure)
+    kept = [number for number, name in enumerate(names) if standard is None or not name.startswith(standard)]
+    old = np.zeros((0, 3)) if before is None else before.points[kept]
+    names = [names[number] for number in kept]
+    new = [place for place in given if not len(old) or np.abs(old - place).max(axis=1).min() > 0]
+    taken = [int(name.removeprefix(ADDED)) for name in names if name.startswith(ADDED)]
+    names += [f"{ADDED}{number + 1 + max(taken, default=0)}" for number in range(len(new))]
+    given = np.concatenate([old, np.array(new).reshape(-1, 3)])
     if standard is None:
         return given, names
     array, distance = waves.array(standard, radius)
@@ -238,10 +259,24 @@ def balloon_shape(pressure: FieldPressure) -> tuple[int, int]:
     return _ELEVATIONS, _AZIMUTHS + 1
 
 
-def added_levels(pressure: FieldPressure) -> list[dict[str, Any]]:
-    """Return position (m) and level (dB(A)) of every added microphone."""
+def added_names(run: StoredRun) -> list[str]:
+    """Return the names of the microphones that were added to a run; empty without any."""
+    pressure, table = run.hand_off(MICROPHONES, FieldPressure), run.folder / f"{MICROPHONES}.csv"
+    if pressure is None:
+        return []
+    rows = table.read_text(encoding="utf-8").splitlines()[1:] if table.is_file() else []
+    names = [row.rsplit(",", 5)[0] for row in rows]
+    numbered = [f"{ADDED}{number + 1}" for number in range(len(pressure.points))]
+    return names if len(names) == len(numbered) else numbered
+
+
+def added_levels(run: StoredRun) -> list[dict[str, Any]]:
+    """Return name, position (m) and level (dB(A)) of every added microphone."""
+    pressure = run.hand_off(MICROPHONES, FieldPressure)
+    if pressure is None:
+        return []
     weighted = levels.overall(pressure.frequency, pressure.pressure)
     return [
-        {"position_m": place.tolist(), "level_dBA": float(level)}
-        for place, level in zip(pressure.points, weighted, strict=True)
+        {"name": name, "position_m": place.tolist(), "level_dBA": float(level)}
+        for name, place, level in zip(added_names(run), pressure.points, weighted, strict=True)
     ]

@@ -12,6 +12,7 @@ from nvhchain.errors import require
 from nvhchain.handoff import FieldPressure, PressureHistory
 from nvhchain.interop import write_pressure_uff, write_spectrum_uff
 from nvhchain.report.page.stored import StoredRun, stored_results
+from nvhchain.report.sound.microphones import MICROPHONES, added_names
 from nvhchain.report.sound.write import BACKGROUND
 from nvhchain.sound import (
     Sound,
@@ -54,17 +55,17 @@ def render_sounds(
     words = [*(["only"] if only else ["without"] if without else []), *orders, *(["background"] if background else [])]
     found = []
     for run in heard:
-        number = _point(run, point)
-        sound = _filtered(run, number, only, without, seconds)
+        source, number = _point(run, point)
+        sound = _filtered(source, number, only, without, seconds)
         if background is not None:
             sound = _mixed(sound, background, full_scale, stored.folder)
-        ends = [*([run.point_name(number).replace(" ", "_")] if point else []), *words]
+        ends = [*([point.replace(" ", "_")] if point else []), *words]
         path = stored.folder / "-".join(["sound", run.name, *ends])
         path = path.with_name(path.name + ".wav")
-        title = ", ".join([run.name, run.point_name(number), " ".join(words)]).rstrip(", ")
+        title = ", ".join([run.name, point or run.point_name(number), " ".join(words)]).rstrip(", ")
         found.append((write_wav(sound, path, title=title), sound))
         if universal:
-            signals = [_filtered(run, at, only, without, seconds) for at in range(_microphones(run))]
+            signals = [_filtered(_source(run), at, only, without, seconds) for at in range(_microphones(run))]
             write_pressure_uff(_history(run, signals), path.with_suffix(".unv"), names=run.points)
             if run.pressure is not None:
                 write_spectrum_uff(run.pressure, stored.folder / f"spectrum-{run.name}.unv", names=run.points)
@@ -73,8 +74,7 @@ def render_sounds(
 
 def _microphones(run: StoredRun) -> int:
     """Return the number of microphones."""
-    heard = run.pressure_history if run.pressure_history is not None else run.pressure
-    return 0 if heard is None else len(heard.points)
+    return len(_source(run).points)
 
 
 def _history(run: StoredRun, signals: Sequence[Sound]) -> PressureHistory:
@@ -90,21 +90,38 @@ def _history(run: StoredRun, signals: Sequence[Sound]) -> PressureHistory:
     return PressureHistory(time, points, np.stack([of.pressure for of in signals], axis=1), speed)
 
 
-def _point(run: StoredRun, name: str | None) -> int:
-    """Return the number of a microphone."""
+def _point(run: StoredRun, name: str | None) -> tuple[FieldPressure | PressureHistory, int]:
+    """Return the pressure that holds a microphone, of the case or added later, and its number there."""
     if name is None:
-        return 0
-    names = run.points
-    require(name in names, f"{run.name} has no microphone {name!r}: {nearest(name, names)}")
-    return names.index(name)
+        return _source(run), 0
+    added = added_names(run)
+    require(
+        name in [*run.points, *added], f"{run.name} has no microphone {name!r}: {nearest(name, run.points + added)}"
+    )
+    if name in run.points:
+        return _source(run), run.points.index(name)
+    pressure = run.hand_off(MICROPHONES, FieldPressure)
+    assert pressure is not None
+    return pressure, added.index(name)
 
 
-def _filtered(run: StoredRun, point: int, only: Sequence[float], without: Sequence[float], seconds: float) -> Sound:
+def _source(run: StoredRun) -> FieldPressure | PressureHistory:
+    """Return the pressure at the microphones of the case."""
+    heard = run.pressure if run.pressure_history is None else run.pressure_history
+    assert heard is not None
+    return heard
+
+
+def _filtered(
+    pressure: FieldPressure | PressureHistory,
+    point: int,
+    only: Sequence[float],
+    without: Sequence[float],
+    seconds: float,
+) -> Sound:
     """Return the sound of a configuration with the wanted orders."""
-    if run.pressure_history is not None:
-        return _filtered_run_up(run.pressure_history, point, only, without)
-    pressure = run.pressure
-    assert isinstance(pressure, FieldPressure)
+    if isinstance(pressure, PressureHistory):
+        return _filtered_run_up(pressure, point, only, without)
     if only:
         pressure = filter_orders(pressure, only)
     if without:

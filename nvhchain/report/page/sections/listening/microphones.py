@@ -10,7 +10,7 @@ from nvhchain import levels
 from nvhchain.handoff import FieldPressure
 from nvhchain.report.page.blocks import Figure, Table, packed
 from nvhchain.report.page.stored import Stored, StoredRun
-from nvhchain.report.sound.microphones import BALLOON, MICROPHONES, added_levels, balloon_shape
+from nvhchain.report.sound.microphones import BALLOON, added_levels, balloon_shape
 
 TITLE = "Directivity"
 
@@ -25,12 +25,12 @@ def blocks(stored: Stored) -> list[Any]:
     """Return the levels of added microphones, and the balloons."""
     rows = []
     for run in stored.runs:
-        added = run.hand_off(MICROPHONES, FieldPressure)
-        for one in added_levels(added) if added is not None else []:
-            rows.append((run.name, levels.place_text(one["position_m"]), levels.number_text(one["level_dBA"])))
+        for one in added_levels(run):
+            place = levels.place_text(one["position_m"])
+            rows.append((run.name, one["name"], place, levels.number_text(one["level_dBA"])))
     caption = "Microphones added from the spherical waves of the sound power, A-weighted levels re 20 µPa."
-    head = ("configuration", "position / m", "level / dB(A)")
-    found: list[Any] = [Table(head, rows, caption, folded=len(rows) > 12, numbers=2)] if rows else []
+    head = ("configuration", "microphone", "position / m", "level / dB(A)")
+    found: list[Any] = [Table(head, rows, caption, folded=len(rows) > 12, numbers=3)] if rows else []
     balloons = stored.having(lambda run: run.hand_off(BALLOON, FieldPressure))
     tops = _tops([of for *_, of in balloons])
     return found + [_balloon(run, of, tops) for _, run, of in balloons]

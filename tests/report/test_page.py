@@ -13,6 +13,7 @@ import plotly.graph_objects
 import pytest
 
 import nvhchain as nvh
+from nvhchain import levels
 from nvhchain.acoustics import sphere
 from nvhchain.cli import main
 from nvhchain.files import hdf5
@@ -360,6 +361,23 @@ def test_half_finished_comparison_shows_the_cases_that_have_begun(pair):
     assert "Unfinished: results so far" in page.texts
     (body,) = (of["data"] for of in page.figures.values() if of["kind"] == "motion")
     assert [run["title"] for run in body["runs"]] == ["plain"]
+
+
+def test_one_design_of_a_finished_comparison_has_a_finished_page(pair):
+    """Its level and limits lie in the summary of the comparison; what refers to the other design stays there."""
+    whole = json.loads((pair / "summary.json").read_text())
+    pressure = hdf5.load(pair / "holed" / "pressure.h5", FieldPressure)
+    level = float(levels.overall(pressure.frequency, pressure.pressure[:, 0]))
+    whole["configurations"]["holed"] |= {"overall_dBA": level, "error_band_dBA": [level - 2.0, level + 3.0]}
+    (pair / "summary.json").write_text(json.dumps(whole))
+    page = read(write_page(pair / "holed"))
+    text = " ".join(page.texts)
+    assert "Unfinished" not in text
+    assert f"holed: {level:.1f} dB(A) ({level - 2:.1f}…{level + 3:.1f})" in text
+    assert "plain" not in text
+    whole["configurations"]["holed"]["overall_dBA"] = level + 1.0  # it ran again since then
+    (pair / "summary.json").write_text(json.dumps(whole))
+    assert "Unfinished: results so far" in read(write_page(pair / "holed")).texts
 
 
 def test_run_up_shows_levels_orders_and_maps(tmp_path):

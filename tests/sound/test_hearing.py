@@ -195,5 +195,5 @@ def test_a_broken_mosqito_is_one_line_with_its_remedy(tmp_path, monkeypatch):
     for name in [name for name in sys.modules if name.partition(".")[0] == "mosqito" or name.endswith("._mosqito")]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.syspath_prepend(tmp_path)
-    with pytest.raises(InputError, match="mosqito is installed but cannot be imported .* --force-reinstall mosqito$"):
+    with pytest.raises(InputError, match=r"mosqito is installed but cannot be imported .* --force-reinstall mosqito$"):
         hearing(Sound(np.zeros(4800), 48000))

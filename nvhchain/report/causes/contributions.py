@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ from nvhchain.errors import InputError, require
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fem.solid_model import SolidModel
 from nvhchain.fidelity import STANDARD, Fidelity
-from nvhchain.files.hdf5 import write_text
+from nvhchain.files.hdf5 import writable_folder, write_text
 from nvhchain.files.result_cache import Watcher
 from nvhchain.handoff import Surface
 from nvhchain.housing import Casting, respond
@@ -29,10 +30,13 @@ from nvhchain.housing.casting.contributions import (
 )
 from nvhchain.names import safe_names
 from nvhchain.plots.files import save
+from nvhchain.report.case_record import recorded_case
 from nvhchain.report.causes.paths import force_parts
 from nvhchain.report.causes.run_up import order_load, result_parts
 from nvhchain.report.marks import order_marks
+from nvhchain.report.page.stored import stored_results
 from nvhchain.report.run_up import curves_of, loudest, run_up_maps
+from nvhchain.report.summary import write_summary
 
 
 def contributions(
@@ -83,7 +87,12 @@ def contributions(
     bosses, walls and flange; those of an imported model are its node groups.
     """
     case = _gearbox(case, fidelity, order)
-    result = chain.run(case, fidelity=fidelity, out=out, watcher=watcher, **(supplied or {}))
+    out = writable_folder(out, "out")
+    finished = any(out.glob("*.h5")) and stored_results(out).finished
+    with nullcontext() if finished else recorded_case(case, fidelity, out):
+        result = chain.run(case, fidelity=fidelity, out=out, watcher=watcher, **(supplied or {}))
+    if not finished:
+        write_summary({case.name: result}, out)  # for the page of this folder
     forces = "bearing_forces" if case.operation.ramp else "force_spectrum"
     of: dict[str, Any] = {name: getattr(result, name) for name in ("housing", forces, "transfer_vectors")}
     missing = [name for name, one in of.items() if one is None]

@@ -29,6 +29,10 @@ _SHARED = "operators"
 """Folder of hand-offs that the runs of a comparison share."""
 
 
+_ROUNDING = 0.01
+"""Largest difference (dB) of equal levels."""
+
+
 @dataclass(frozen=True, eq=False)
 class StoredRun:
     """Results of one configuration: the folder of its hand-offs, its part of summary.json, and case.json.
@@ -84,11 +88,15 @@ class StoredRun:
 
 @dataclass(frozen=True, eq=False)
 class Stored:
-    """Results in the folder of a page; the first run is the base, `summary` is empty before the end of a run."""
+    """Results in the folder of a page; the first run is the base, `summary` is empty before the end of a run.
+
+    `operators` is the folder of hand-offs that runs of a comparison share, by default that in the folder.
+    """
 
     folder: Path
     summary: Mapping[str, Any]
     runs: tuple[StoredRun, ...]
+    operators: Path | None = None
     _radiating: dict[tuple[str, str], list[Any]] = field(default_factory=dict, repr=False)
     _loaded: dict[str, ReducedHousing] = field(default_factory=dict, repr=False)
 
@@ -145,7 +153,7 @@ class Stored:
     @property
     def hand_off_files(self) -> list[Path]:
         """All hand-offs of the runs and their shared operators."""
-        folders = dict.fromkeys([*(run.folder for run in self.runs), self.folder / _SHARED])
+        folders = dict.fromkeys([*(run.folder for run in self.runs), self.operators or self.folder / _SHARED])
         return [path for folder in folders for path in sorted(folder.glob("*.h5"))]
 
     def housing(self, run: StoredRun) -> ReducedHousing | None:
@@ -172,7 +180,7 @@ class Stored:
 def stored_results(folder: Path) -> Stored:
     """Return the results that `run` or `compare` left in a folder, completely or in part; InputError without any."""
     try:
-        return _stored(folder, json_table(folder / "summary.json"))
+        return _stored(folder, *_summary(folder))
     except OSError as error:
         raise InputError(f"{folder}: {error.strerror or error}: name the folder of a run or comparison") from None
     except (KeyError, TypeError, ValueError, AttributeError) as error:
@@ -183,7 +191,31 @@ def stored_results(folder: Path) -> Stored:
         ) from None
 
 
-def _stored(folder: Path, summary: dict[str, Any]) -> Stored:
+def _summary(folder: Path) -> tuple[dict[str, Any], Path]:
+    """Return the summary of a folder and that of its shared operators.
+
+    The folder of one design of a comparison has the part of the design, without what refers to other designs or to
+    files beside the comparison. A design that ran again with another level has none.
+    """
+    summary, place = json_table(folder / "summary.json"), folder.resolve()
+    found = {} if summary else json_table(place.parent / "summary.json")
+    of, heard = found.get("configurations", {}).get(place.name), place / "pressure.h5"
+    if of is not None and heard.is_file():
+        pressure = hdf5.load(heard, FieldPressure)
+        level = float(levels.overall(pressure.frequency, pressure.pressure[:, 0]))
+        of = of if abs(level - of["overall_dBA"]) < _ROUNDING else None
+    if of is None:
+        return summary, folder / _SHARED
+    alone = {key: value for key, value in of.items() if key not in ("causes", "difference_limits_db", "sound")}
+    named = {
+        key: {name: value for name, value in found[key].items() if name == place.name}
+        for key in ("assumptions", "modelling")
+        if key in found
+    }
+    return {**found, **named, "configurations": {place.name: alone}}, place.parent / _SHARED
+
+
+def _stored(folder: Path, summary: dict[str, Any], operators: Path) -> Stored:
     if summary:
         names = list(summary["configurations"])
         require(len(names) > 0, f"{folder}/summary.json holds no configuration: run `nvhchain compare` again")
@@ -200,7 +232,7 @@ def _stored(folder: Path, summary: dict[str, Any]) -> Stored:
         bool(summary) or any(_has_results(run.folder) for run in runs),
         f"{folder} holds no results: run `nvhchain run` or `nvhchain compare` first, with --out {folder}",
     )
-    return Stored(folder, summary, tuple(runs))
+    return Stored(folder, summary, tuple(runs), operators)
 
 
 def _check_levels(summary: Mapping[str, Any]) -> None:

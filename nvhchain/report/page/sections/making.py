@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from os.path import relpath
 from typing import Any
 
 from nvhchain.files import hdf5
@@ -23,7 +24,7 @@ def blocks(stored: Stored) -> list[Any]:
         rows.append(
             (
                 kind,
-                str(path.relative_to(stored.folder)),
+                relpath(path, stored.folder),
                 str(provenance.get("version", "")),
                 f"{seconds:.1f}" if isinstance(seconds, int | float) else "",
                 f"{size:.1f}",

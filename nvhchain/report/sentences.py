@@ -36,6 +36,9 @@ KNOBS = {
 }
 """Source of numerical error → part of the fidelity whose knobs decide it."""
 
+CANCELLING = 0.5
+"""Least ratio of the largest path against a change to the largest one for it, at which both are named."""
+
 SILENCE = -100.0
 """Level (dB) at and below which a line counts as silent."""
 
@@ -265,8 +268,17 @@ def _reason(cause: Mapping[str, Any]) -> str:
     what = f"the housing mode at {frequency}" if frequency else "motion outside the housing modes"
     before, after = mode["pressure_Pa"]
     change = "in another phase" if abs(after - before) <= SAME * before else "more" if after > before else "less"
+    against = min(listed[1], key=lambda one: one["part_db"] / part)
+    if against["part_db"] / part > -CANCELLING * path["part_db"] / part:
+        return f", because it excites {what} {change}, mostly through {_path(path)}"
+    shares = [f"{_path(of)} ({number_text(of['part_db'], '+.1f')} dB)" for of in (path, against)]
+    return f", because it excites {what} {change}, through {shares[0]} against {shares[1]}"
+
+
+def _path(path: Mapping[str, Any]) -> str:
+    """Return the name of a path."""
     bearing, _, axis = path["name"].rpartition(" ")
-    return f", because it excites {what} {change}, mostly through bearing {bearing} in {axis}"
+    return f"bearing {bearing} in {axis}"
 
 
 def _limits(name: str, configuration: Mapping[str, Any]) -> list[str]:

@@ -19,6 +19,7 @@ from nvhchain.handoff import ForceSpectrum
 from nvhchain.housing import exported_modes
 from nvhchain.interop import write_modal_uff
 from nvhchain.report import contributions
+from nvhchain.report.page.stored import stored_results
 
 pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
 
@@ -68,6 +69,7 @@ def test_shares_of_modes_and_panels_add_up_to_the_pressure_at_every_line(told, c
             assert float(level) == pytest.approx(exact, abs=0.05)
             assert sum(map(float, shares)) == pytest.approx(1.0, abs=1e-3)
         assert imread(out / f"contributions-{kind}.png").std() > 0.01
+    assert stored_results(out).finished  # its page has level and limits
     assert head[3:8] == ["side wall +x", "side wall -x", "side wall +y", "side wall -y", "rear wall"]
     assert head[-2:] == ["boss A2", "boss B2"]
 

@@ -482,3 +482,38 @@ def test_page_of_a_trade_off_names_cheaper_settings_and_draws_all(request, tmp_p
     (figure,) = page.figures.values()
     assert sum(len(trace["x"]) for trace in figure["data"]) == 93
     assert "gear.profile_elements" in page.cells
+
+
+def test_limits_are_numbers_in_two_columns_of_tables(pair):
+    whole = json.loads((pair / "summary.json").read_text())
+    for name, limits in (("plain", [58.5, 61.0]), ("holed", [None, 83.0])):
+        level = whole["configurations"][name]["overall_dBA"]
+        point = {"name": "m", "position_m": [0, 0, 1], "level_dBA": level, "limits_dBA": limits}
+        whole["configurations"][name]["points"] = [point]
+    (pair / "summary.json").write_text(json.dumps(whole))
+    assert main(["tables", str(pair)]) == 0
+    with next((pair / "tables").glob("levels*.csv")).open(newline="") as file:
+        head, plain, holed = csv.reader(file)
+    columns = [head.index(f"limits / dB(A), {end}") for end in ("lower", "upper")]
+    assert [plain[at] for at in columns] == ["58.5", "61.0"]
+    assert [holed[at] for at in columns] == ["", "83.0"]
+
+
+def test_tables_of_a_study_go_into_a_workbook_and_its_page_names_its_command(tmp_path, capsys):
+    (tmp_path / "study.csv").write_text("design,level\n0,61.5\n1,58.25\n")
+    (tmp_path / "effects.csv").write_text("response,change\nlevel,-3.25\n")
+    book = tmp_path / "study.xlsx"
+    assert main(["tables", str(tmp_path), "--out", str(book)]) == 0
+    with zipfile.ZipFile(book) as parts:
+        assert 'name="study"' in (sheets := parts.read("xl/workbook.xml").decode())
+        assert 'name="effects"' in sheets
+        assert "<v>58.25</v>" in parts.read("xl/worksheets/sheet2.xml").decode()
+    capsys.readouterr()
+    assert main(["report", str(tmp_path)]) == 2
+    assert "is that of a study: run `nvhchain study FILE" in capsys.readouterr().err
+
+
+def test_tables_make_no_folder_named_as_a_document(pair, capsys):
+    assert main(["tables", str(pair), "--out", str(pair / "x.pdf")]) == 2
+    assert "or a workbook that ends in .xlsx" in capsys.readouterr().err
+    assert not (pair / "x.pdf").exists()

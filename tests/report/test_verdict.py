@@ -104,6 +104,21 @@ def test_a_quieter_design_names_its_parts_with_their_sign_and_what_moves_less():
     )
 
 
+def test_paths_that_cancel_are_both_named_with_their_parts():
+    def part(name, db):
+        return {"name": name, "part_db": db, "pressure_Pa": [1.0, 2.0]}
+
+    cause = {"order": 116, "frequency_hz": 4640.0, "levels_dBA": [50.0, 55.0], "part_db": 0.67}
+    cause |= {"modes": [part("mode 9, 4180 Hz", 0.6)]}
+    paths = [part("A2 x", 0.77), part("A1 x", -0.99), part("B1 x", 0.65)]
+    first, second = (configuration({116: level}, [level - 1, level + 1], frequency=40) for level in (60.0, 60.7))
+    (line,) = verdict(summary(a=first, b=second | {"causes": [cause | {"paths": paths}]}))[1:]
+    assert line.endswith("more, through bearing A2 in x (+0.8 dB) against bearing A1 in x (−1.0 dB)")
+    slight = [part("A2 x", 0.77), part("A1 x", -0.2)]
+    (line,) = verdict(summary(a=first, b=second | {"causes": [cause | {"paths": slight}]}))[1:]
+    assert line.endswith("more, mostly through bearing A2 in x")
+
+
 def test_silent_or_equal_configurations_name_no_line():
     one, silent = configuration({1: 60.0}, [59.0, 61.0]), configuration({1: -400.0}, [None, None])
     assert verdict(summary(a=one, b=silent)) == ["b and a cannot be compared at microphone: one of them is silent"]

@@ -177,8 +177,18 @@ class Stored:
         return cast("list[H]", self._radiating[key])
 
 
+def is_study(folder: Path) -> bool:
+    """Return True for the folder of a finished study."""
+    return (folder / "study.csv").is_file() and not (folder / "summary.json").is_file()
+
+
 def stored_results(folder: Path) -> Stored:
     """Return the results that `run` or `compare` left in a folder, completely or in part; InputError without any."""
+    require(
+        not is_study(folder),
+        f"{folder} is that of a study: run `nvhchain study FILE --out {folder}` again for its page; finished rows are "
+        "taken from it",
+    )
     try:
         return _stored(folder, *_summary(folder))
     except OSError as error:

@@ -20,11 +20,17 @@ from nvhchain.files.atomic_write import write_output
 from nvhchain.files.hdf5 import writable_folder, write_text
 from nvhchain.report.page.blocks import Figure, Hero, Table
 from nvhchain.report.page.sections import SECTIONS, section_module
-from nvhchain.report.page.stored import stored_results
+from nvhchain.report.page.stored import is_study, stored_results
 from nvhchain.runtime.extras import check_installed
 
 FOLDER = "tables"
 """Name of the folder of CSV files."""
+
+FILES = (".csv", ".doc", ".docx", ".h5", ".html", ".json", ".ods", ".pdf", ".png", ".svg", ".txt", ".xls", ".xlsm")
+"""Suffixes of files that are neither a workbook nor the name of a folder."""
+
+_LIMITS = re.compile(r"(?:(below )|([+−-]?\d+(?:\.\d+)?)…)([+−-]?\d+(?:\.\d+)?)")
+"""Limits as text: the lower one or none, and the upper one."""
 
 _LONGEST_NAME = 28
 """Largest number of characters in the name of a table; numbers may follow."""
@@ -43,10 +49,12 @@ class PageTable:
 
 
 def page_tables(folder: str | Path) -> list[PageTable]:
-    """Return all tables and curves of the page of a run or comparison.
+    """Return all tables and curves of the page of a run or comparison, or the tables of a study.
 
     Raises InputError if the folder holds no results, or unreadable ones.
     """
+    if is_study(Path(folder)):
+        return [PageTable(path.stem[:_LONGEST_NAME], "", _read(path)) for path in sorted(Path(folder).glob("*.csv"))]
     stored = stored_results(Path(folder))
     found: list[PageTable] = []
     for name in SECTIONS:
@@ -59,7 +67,7 @@ def page_tables(folder: str | Path) -> list[PageTable]:
 
 
 def write_tables(folder: str | Path, out: str | Path | None = None) -> list[Path]:
-    """Write all tables and curves of the page of a run or comparison.
+    """Write all tables and curves of the page of a run or comparison, or the tables of a study.
 
     out : Excel workbook (.xlsx), or folder of CSV files; by default `tables` in the folder.
 
@@ -73,7 +81,7 @@ def write_tables(folder: str | Path, out: str | Path | None = None) -> list[Path
         tables = page_tables(folder)
         return [write_output(place, workbook([(of.name, of.caption, of.rows) for of in tables]))]
     require(
-        place.suffix.lower() not in (".csv", ".xls"),
+        place.suffix.lower() not in FILES or place.is_dir(),
         f"--out {place}: name a folder for CSV files, or a workbook that ends in .xlsx",
     )
     tables = page_tables(folder)
@@ -92,7 +100,7 @@ def _parts(block: Any) -> Iterator[tuple[str, list[list[str | float | None]]]]:
         for figure in (block.levels, block.where):
             yield from _parts(figure) if figure is not None else ()
     elif isinstance(block, Table):
-        yield block.caption, [[*block.head], *([_value(cell) for cell in row] for row in block.rows)]
+        yield block.caption, _typed([block.head, *block.rows])
     elif isinstance(block, Figure) and block.kind == "plotly":
         yield from _curves(block)
     elif isinstance(block, Figure) and block.kind == "spectrum":
@@ -160,6 +168,25 @@ def _values(given: Any) -> list[str | float | None]:
         digits = np.finfo(numbers.dtype).precision + 1 if numbers.dtype.kind == "f" else 17
         return [float(f"{number:.{digits}g}") if np.isfinite(number) else None for number in numbers]
     return [_plain(of) if isinstance(of, str) else None if of is None else float(of) for of in given]
+
+
+def _read(path: Path) -> list[list[str | float | None]]:
+    """Return the rows of a CSV file."""
+    with path.open(newline="", encoding="utf-8") as file:
+        return _typed(list(csv.reader(file)))
+
+
+def _typed(rows: Sequence[Sequence[str]]) -> list[list[str | float | None]]:
+    """Return rows with numbers where cells are numbers; a column of limits becomes two."""
+    columns: list[list[str | float | None]] = []
+    for title, *cells in zip(*rows, strict=True):
+        found = [_LIMITS.fullmatch(cell) for cell in cells]
+        if not any(found) or any(cell and not of for cell, of in zip(cells, found, strict=True)):
+            columns.append([title, *map(_value, cells)])
+            continue
+        for end, group in (("lower", 2), ("upper", 3)):
+            columns.append([f"{title}, {end}", *(_value(of[group]) if of and of[group] else None for of in found)])
+    return [list(row) for row in zip(*columns, strict=True)]
 
 
 def _value(cell: str) -> str | float | None:

@@ -20,13 +20,17 @@ def sound(options: argparse.Namespace) -> int:
     from nvhchain.conventions import REFERENCE_PRESSURE
     from nvhchain.report.sound.render import render_sounds
 
+    require(
+        options.full_scale is None or options.background not in (None, "case"),
+        f"--full-scale {options.full_scale} belongs to a WAV file of --background: give one, or leave it out",
+    )
     written = render_sounds(
         options.folder,
         point=options.point,
         only=options.only,
         without=options.without,
         background=options.background,
-        full_scale=options.full_scale,
+        full_scale=1.0 if options.full_scale is None else options.full_scale,
         seconds=options.seconds,
         universal=options.uff,
     )
@@ -98,7 +102,6 @@ def add_commands(verbs: Any) -> None:
         "--full-scale",
         metavar="PA",
         type=float,
-        default=1.0,
         help="pressure (Pa) of a sample of 1.0 of the background (default: 1)",
     )
     listen.add_argument(

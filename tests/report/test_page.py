@@ -19,6 +19,7 @@ from nvhchain.cli import main
 from nvhchain.files import hdf5
 from nvhchain.handoff import BearingForces, FieldPressure, ForceSpectrum, PressureHistory, SurfaceVelocity
 from nvhchain.report import write_page
+from nvhchain.report.page._jinja import _unbroken
 from scripts.browser import CHROMIUM, Browser
 
 SPEED = 2 * np.pi * 50.0
@@ -517,3 +518,8 @@ def test_tables_make_no_folder_named_as_a_document(pair, capsys):
     assert main(["tables", str(pair), "--out", str(pair / "x.pdf")]) == 2
     assert "or a workbook that ends in .xlsx" in capsys.readouterr().err
     assert not (pair / "x.pdf").exists()
+
+
+def test_options_in_the_verdict_stay_in_one_row_and_names_stay_escaped():
+    sentence = "<b>: a finer --fidelity or knobs narrow it"
+    assert _unbroken(sentence) == '&lt;b&gt;: a finer <span class="option">--fidelity</span> or knobs narrow it'

@@ -54,3 +54,9 @@ def test_universal_file_holds_all_microphones_in_pascals(finished):
     for of, size in zip(signals, SIZE.T, strict=True):
         assert of["ordinate_spec_data_type"] == 15
         assert np.sqrt(2 * np.mean(of["data"] ** 2)) == pytest.approx(np.sqrt((np.abs(size) ** 2).sum()), rel=1e-6)
+
+
+@pytest.mark.parametrize("background", [[], ["--background", "case"]])
+def test_a_scale_without_a_file_is_refused(finished, capsys, background):
+    assert main(["sound", str(finished), "--full-scale", "3", *background]) == 2
+    assert "--full-scale 3.0 belongs to a WAV file of --background" in capsys.readouterr().err

@@ -8,7 +8,7 @@ from importlib.resources import files
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
+from markupsafe import Markup, escape
 from plotly.offline import get_plotlyjs
 
 from nvhchain import __version__
@@ -53,7 +53,7 @@ def renewed(page: str, sections: Sequence[tuple[str, str, Sequence[Any]]], order
 
 
 def _environment() -> Environment:
-    return Environment(
+    environment = Environment(
         loader=PackageLoader("nvhchain.report.page"),
         autoescape=True,
         undefined=StrictUndefined,
@@ -62,6 +62,13 @@ def _environment() -> Environment:
         lstrip_blocks=True,
         finalize=lambda value: printable(value) if isinstance(value, str) and not isinstance(value, Markup) else value,
     )
+    environment.filters["unbroken"] = _unbroken
+    return environment
+
+
+def _unbroken(sentence: str) -> Markup:
+    """Return a sentence whose options of the command line stay in one row."""
+    return Markup(re.sub(r"(--[a-z0-9-]+)", r'<span class="option">\1</span>', str(escape(printable(sentence)))))
 
 
 def _own(name: str) -> Markup:

@@ -217,7 +217,7 @@ def _summary(folder: Path) -> tuple[dict[str, Any], Path]:
     if of is None:
         return summary, folder / _SHARED
     alone = {key: value for key, value in of.items() if key not in ("causes", "difference_limits_db", "sound")}
-    named = {
+    named: dict[str, Any] = {
         key: {name: value for name, value in found[key].items() if name == place.name}
         for key in ("assumptions", "modelling")
         if key in found

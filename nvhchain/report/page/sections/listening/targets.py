@@ -25,9 +25,10 @@ from nvhchain.report.sound.targets import percent
 TITLE = "Targets"
 
 EXPLANATION = (
-    "The confidence is the probability that the level keeps to its target. It takes the confidence limits as two "
-    "standard deviations of a normal distribution. Over several speeds or frequencies it is the least of them. Errors "
-    "of the model itself, such as joints, damping or tolerances of the real gearbox, are not included."
+    "The confidence is the probability that the level keeps to its target. The error of the amplitude in pascals, not "
+    "of the level in dB, counts as normally distributed. The limits lie two standard deviations from it. Over several "
+    "speeds or frequencies it is the least of them. Errors of the model itself, such as joints, damping or tolerances "
+    "of the real gearbox, are not included."
 )
 
 BORROWED = " Further steady speeds take the distances to their limits from the speed of the case."

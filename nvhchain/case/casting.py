@@ -48,10 +48,6 @@ class Casting(housing.Casting, Housing):
             if inside
         )
         self._check_floor(case)
-        require(
-            self.bores != housing.Casting.bores or self._bores_fit(case),
-            "housing: bores are missing: give one for every bearing",
-        )
         bores = {bore.name: bore.centre for bore in self.bores}
         for name, seat in case.seats.items():
             require(name in bores, f"bearing {name!r}: the housing has no such bore; {nearest(name, list(bores))}")
@@ -62,11 +58,6 @@ class Casting(housing.Casting, Housing):
             )
         unused = sorted(set(bores) - set(case.seats))
         require(not unused, f"housing.bores: {', '.join(unused)} carry no bearing: remove them or add the bearing")
-
-    def _bores_fit(self, case: GearboxCase) -> bool:
-        """Return True if every bearing sits in the bore of its name."""
-        bores = {bore.name: bore.centre for bore in self.bores}
-        return all(name in bores and dist(seat, bores[name]) < SEAT_TOLERANCE for name, seat in case.seats.items())
 
     def _check_floor(self, case: GearboxCase) -> None:
         """Refuse gear spaces that reach through the reflecting plane; the rest is checked on the surface."""

@@ -196,13 +196,16 @@ class GearboxCase:
         )
 
     def _check_train(self) -> None:
-        """Refuse gears that cannot mesh, teeth that break, and a train that does not turn."""
-        require_all(self._apart())
-        _ = self.pairs, self.gearbox
-        require_all(breaking_teeth(self))
+        """Refuse gears that cannot mesh, teeth that break, and a train that does not turn as asked."""
+        check_all(lambda: require_all(self._apart()), self._check_teeth)
         if self.ramp is not None:
             self.band.check_record(self.ramp.duration)
         self._check_fluctuation()
+
+    def _check_teeth(self) -> None:
+        """Refuse gears that do not mesh, and teeth that break."""
+        _ = self.pairs, self.gearbox
+        require_all(breaking_teeth(self))
 
     def _apart(self) -> Iterator[str]:
         """Yield the mistakes in places of gears that mesh."""

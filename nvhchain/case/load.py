@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from nvhchain.case.checks.mended import mended
+from nvhchain.case.checks.missing import missing_values
 from nvhchain.case.checks.names import nearest, unknown_names
 from nvhchain.case.gearbox import GearboxCase
 from nvhchain.case.radiator import RadiatorCase
@@ -22,6 +25,11 @@ from nvhchain.kinds import NAMES, checked
 from nvhchain.names import check_names
 
 Case = GearboxCase | RadiatorCase
+
+_MISSING = re.compile(r"\.housing: required field '(bores|gear_spaces|wall|end_wall|depth|bell_depth)' is missing")
+
+_LAYERS = 4
+"""Largest number of rounds in which mistakes behind mistakes are looked for."""
 
 NAMES[RadiatorCase] = "a RadiatorCase, as load_case returns them"
 
@@ -82,17 +90,35 @@ def _built(table: Table, path: Path, changes: Sequence[str]) -> Case:
         raise InputError(f"{path}: kind = {kind!r}: choose one of {', '.join(kinds)}")
     table["folder"] = str(path.parent)
     _place_files(table, path.parent)
+    missing = [f"{path}: {text}" for text in missing_values(table)] if kind == "gearbox" else []
     try:
         case = build(kinds[kind], table, str(path))
         _check_judgeable(case, str(path))
-        return case
     except InputError as error:
         wrong = mistakes(error)
         if kind == "gearbox":
-            missing = _missing_castings(table)
-            wrong = [text for text in wrong if not (missing and text.startswith(f"{path}.housing: Casting "))]
-            wrong += [f"{path}: {text}" for text in (*missing, *unknown_names(table))]
-        raise Mistakes(list(dict.fromkeys(wrong))) from None
+            wrong += [*missing, *(f"{path}: {text}" for text in unknown_names(table))]
+            wrong += _hidden(table, wrong, str(path))
+        raise Mistakes(list(dict.fromkeys(text for text in wrong if not _MISSING.search(text)))) from None
+    if missing:
+        raise Mistakes(missing)
+    return case
+
+
+def _hidden(table: Table, wrong: Sequence[str], path: str) -> list[str]:
+    """Return the mistakes of a gearbox that others hide, found with stand-ins for those."""
+    found: list[str] = []
+    for _ in range(_LAYERS):
+        table = Table(mended(table, [*wrong, *found], path), {})
+        try:
+            build(GearboxCase, table, path)
+            break
+        except InputError as error:
+            more = [text for text in mistakes(error) if text not in wrong and text not in found]
+            found += more
+            if not more:
+                break
+    return found
 
 
 def _check_judgeable(case: Case, path: str) -> None:
@@ -102,18 +128,6 @@ def _check_judgeable(case: Case, path: str) -> None:
         check_targets(case.targets, case.quantities, tuple(point.name for point in case.field_points), speeds)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-
-
-def _missing_castings(table: Mapping[str, Any]) -> list[str]:
-    """Return the mistakes of a casting in whose place those of the example would stand."""
-    housing = table.get("housing")
-    if not isinstance(housing, Mapping) or housing.get("type", "casting") != "casting":
-        return []
-    examples = {
-        "bores": '{ name = "A1", centre_mm = [0, 0, 39], radius_mm = 31 } for every bearing',
-        "gear_spaces": "{ centre_mm = [0, 0], radius_mm = 50 } for every shaft",
-    }
-    return [f"housing: {name} are missing: give {one}" for name, one in examples.items() if name not in housing]
 
 
 def parse_change(text: str) -> dict[str, Any]:

@@ -80,7 +80,9 @@ def run(
                 started.hand_offs[step] = steps.MADE_BY[step](started)
         supplied.warn(started)  # now that nothing was refused
     made = {step.name: hand_off for step, hand_off in started.hand_offs.items()}
-    decision = modelled(case, fidelity) if isinstance(case, GearboxCase) and case.options.undecided else None
+    decision = None
+    if isinstance(case, GearboxCase) and case.options.undecided and started.scene.computes_forces:
+        decision = modelled(case, fidelity)
     return Result(started.case, fidelity, **made, supplied=tuple(started.scene.supplied), decision=decision)
 
 

@@ -34,7 +34,6 @@ from nvhchain.runtime.threads import one_blas_thread
 from nvhchain.scene import Modelling, Scene, modelled
 from nvhchain.scene.inputs import input_effects
 from nvhchain.scene.order_error import OrderError
-from nvhchain.scene.steps import BEARING_FORCES
 
 OPTIONS_LEFT_OUT = "options left out"
 """Source of error of the options that the program left out."""
@@ -174,7 +173,7 @@ class Result:
         """Options that were modelled or left out, each with its estimate; None where the forces are supplied."""
         if self.decision is not None or not isinstance(self.case, GearboxCase):
             return self.decision
-        if BEARING_FORCES not in Scene(self.case, self.fidelity, self.supplied).steps:
+        if not Scene(self.case, self.fidelity, self.supplied).computes_forces:
             return None
         return modelled(self.case, self.fidelity)
 

@@ -163,6 +163,13 @@ def decided(case: Case, fidelity: Fidelity) -> Case:
     return modelled(case, fidelity).case
 
 
+def plain(case: Case) -> Case:
+    """Return a case whose `auto` is off, for a run without dynamics."""
+    if not isinstance(case, GearboxCase) or not case.options.undecided:
+        return case
+    return replace(case, options=replace(case.options, **{name: OFF[name] for name in case.options.undecided}))
+
+
 def modelled(case: GearboxCase, fidelity: Fidelity) -> Modelling:
     """Decide the options of a case.
 

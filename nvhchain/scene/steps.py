@@ -30,7 +30,7 @@ from nvhchain.handoff import (
     SurfaceVelocity,
     TransferVectors,
 )
-from nvhchain.scene.modelling import decided
+from nvhchain.scene.modelling import decided, plain
 
 H_co = TypeVar("H_co", covariant=True)
 
@@ -44,7 +44,8 @@ class Scene:
     Parameters
     ----------
     case : Case
-        Gearbox or radiator. Options that are `auto` are decided (`nvhchain.scene.modelling`).
+        Gearbox or radiator. Options that are `auto` are decided (`nvhchain.scene.modelling`), and off where the forces
+        are supplied.
     fidelity : Fidelity
         Knobs.
     supplied : collection of str, or mapping of str to hand-off
@@ -56,7 +57,8 @@ class Scene:
     supplied: Collection[str] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "case", decided(self.case, self.fidelity))
+        settled = decided(self.case, self.fidelity) if self.computes_forces else plain(self.case)
+        object.__setattr__(self, "case", settled)
 
     @property
     def gearbox(self) -> GearboxCase:
@@ -81,20 +83,30 @@ class Scene:
 
         A cheap step that takes only supplied hand-offs comes first, so that bad input is refused before long work.
         """
+        needed = self._needed()
+        return tuple(
+            sorted((step for step in STEPS if step in needed), key=lambda step: not self._takes_supplied(step))
+        )
+
+    @property
+    def computes_forces(self) -> bool:
+        """True where this run computes bearing forces, on which the options of a gearbox act."""
+        return BEARING_FORCES in self._needed(beyond_forces=False)
+
+    def _needed(self, *, beyond_forces: bool = True) -> set[Step[Any]]:
+        """Return the steps that are needed; those of the bearing forces only with `beyond_forces`."""
         needed: set[Step[Any]] = set()
 
         def need(step: Step[Any]) -> None:
             if step.name not in self.supplied and step not in needed:
                 needed.add(step)
-                for other in step.needs(self):
+                for other in step.needs(self) if beyond_forces or step is not BEARING_FORCES else ():
                     need(other)
 
         answers = _RUN_UP_ANSWERS if self.case.running_up else _ANSWERS
         for quantity in self.case.quantities:
             need(answers[quantity])
-        return tuple(
-            sorted((step for step in STEPS if step in needed), key=lambda step: not self._takes_supplied(step))
-        )
+        return needed
 
     def _takes_supplied(self, step: Step[Any]) -> bool:
         """Return True for a step without knobs whose inputs are all supplied."""

@@ -12,6 +12,23 @@ from scipy.special import spherical_jn, spherical_yn
 from nvhchain.acoustics import sphere
 from nvhchain.conventions import Air
 from nvhchain.handoff import ComplexArray, FloatArray, Surface, SurfaceVelocity
+from nvhchain.housing import Bore, Casting, GearSpace
+
+
+def reference_casting() -> Casting:
+    """Return the casting of the two-stage example, with centre distances of 95.958 and 152.395 mm."""
+    axes = {"A": (0.0, 0.0), "B": (0.0831021, -0.0479790), "C": (0.2309714, -0.0111114)}
+    seats, spaces = {"A": 0.031, "B": 0.036, "C": 0.055}, {"A": 0.050, "B": 0.080, "C": 0.123}
+    return Casting(
+        bores=tuple(
+            Bore(f"{name}{end}", (*axes[name], z), seats[name]) for name in axes for end, z in ((1, 0.039), (2, 0.221))
+        ),
+        gear_spaces=tuple(GearSpace(axes[name], spaces[name]) for name in axes),
+        wall=0.0055,
+        end_wall=0.006,
+        depth=0.222,
+        bell_depth=0.036,
+    )
 
 
 def box(

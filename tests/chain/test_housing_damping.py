@@ -7,7 +7,7 @@ import pytest
 
 import nvhchain as nvh
 from nvhchain.acoustics import modal_pressure, modal_transfer_vectors, radiate
-from nvhchain.case import housing as case_housing
+from nvhchain.case import housing as case_housing, Options
 from nvhchain.case import housing_model
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError
@@ -139,3 +139,13 @@ def test_curve_and_structural_damping_of_a_housing_from_a_file_reach_its_reducti
 def test_bad_damping_is_refused_with_its_value(small, line, message):
     with pytest.raises(InputError, match=message):
         small(line)
+
+
+@pytest.mark.slow
+def test_options_are_not_decided_where_the_forces_are_supplied(plain, load, fidelity):
+    case, given = plain
+    result = nvh.run(replace(case, options=Options()), fidelity=fidelity, force_spectrum=load, housing=given.housing)
+    assert result.decision is None
+    assert result.modelling is None
+    assert not result.case.options.undecided
+    assert np.array_equal(result.surface_velocity.normal_velocity, given.surface_velocity.normal_velocity)

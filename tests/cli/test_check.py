@@ -182,3 +182,53 @@ n = 2
     assert table["t"]["u"].places == {"v": ("f", 7)}
     assert [item.place for item in table["l"]] == [("f", 8), ("f", 13)]
     assert [item.places["f"][1] for item in table["l"][0]["m"]["k"]["e"]] == [11, 12]
+
+
+def test_mistakes_behind_other_kinds_of_mistakes_are_reported_with_them(checked):
+    _, _, printed = checked(
+        ('name = "B2"\nshaft = "B"', 'name = "B2"\nshaft = "Bx"'),
+        ("[68.54129, 0], radius_mm = 54", "[68.54129, 0], radius_mm = 42"),
+        ("input_torque = 60", "input_torque = 200000"),
+        ("low = 100", "low = -3"),
+        ("helix_angle_deg = -10", "helx_angle_deg = -10"),
+        ("centre_distance_mm = 68.54129", "centre_distance_mm = 70"),
+        ("bolts = 8", "bolts = 9999"),
+    )
+    words = ("'Bx' is unknown", "tip radius", "breaks the teeth", "band -3", "helx_angle", "shafts are", "bolts = 9999")
+    assert [sum(word in line for line in printed) for word in words] == [1] * len(words), printed
+    assert len(printed) == len(words), printed
+
+
+GEOMETRY = ("bores", "gear_spaces", "wall", "end_wall", "depth", "bell_depth")
+PROPOSALS = {
+    "bores": '{ name = "A1", centre_mm = [0, 0, 33], radius_mm = … }',
+    "gear_spaces": "{ centre_mm = [68.54129, 0], radius_mm = 47 }",
+    "depth": "bearing B2 is at z = 127 mm",
+    "bell_depth": "bearing A1 is at z = 33 mm",
+}
+
+
+@pytest.mark.parametrize("lacking", [(name,) for name in GEOMETRY] + [GEOMETRY])
+def test_a_casting_takes_no_geometry_of_another_one(tmp_path, request, capsys, lacking):
+    text = (request.config.rootpath / SMALL).read_text()
+    for name in lacking:
+        text, count = re.subn(rf"(?sm)^{name} = \[.*?\n\]\n|^{name}_mm = [^\n]*\n", "", text)
+        assert count == 1
+    (tmp_path / "case.toml").write_text(text)
+    assert main(["check", str(tmp_path / "case.toml")]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == len(lacking)
+    for name in lacking:
+        (line,) = (line for line in lines if re.search(rf"housing: {name} (is|are) missing: give ", line))
+        assert PROPOSALS.get(name, "") in line
+    with pytest.raises(TypeError, match="missing"):
+        nvh.case.Casting(**{name: () for name in GEOMETRY if name not in lacking})
+
+
+def test_a_bearing_takes_no_stiffness_of_another_one(checked, request, tmp_path):
+    lines = "radial_stiffness = 1.63e8\naxial_stiffness = 5.05e7\n"
+    _, _, printed = checked((lines, ""))
+    (line,) = printed
+    assert "bearing A2: radial_stiffness and axial_stiffness missing: give them" in line
+    case = load_case(request.config.rootpath / SMALL)
+    assert load_case(nvh.save_case(case, tmp_path / "saved.toml")).bearings == case.bearings

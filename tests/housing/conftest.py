@@ -17,7 +17,10 @@ def casting():
     return Casting(
         bores=(Bore("A1", (0.0, 0.0, 0.039), 0.02), Bore("A2", (0.0, 0.0, 0.149), 0.02)),
         gear_spaces=(GearSpace((0.0, 0.0), 0.05), GearSpace((0.05, 0.01), 0.06)),
+        wall=0.0055,
+        end_wall=0.006,
         depth=0.15,
+        bell_depth=0.036,
         bolts=4,
         side_ribs=0,
         spokes=3,

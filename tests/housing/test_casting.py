@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from nvhchain.errors import InputError
-from nvhchain.housing import Bore, Casting, GearSpace
+from nvhchain.housing import Bore, GearSpace
 from nvhchain.housing.casting.outline import hull, inner_distance, stations
 from nvhchain.housing.casting.solids import bolt_circle, outline_at
+from nvhchain.testing.bodies import reference_casting
 
 
 def test_reference_axes_have_the_centre_distances_of_the_gearbox():
-    a, b, c = (np.array(space.centre) for space in Casting().gear_spaces)
+    a, b, c = (np.array(space.centre) for space in reference_casting().gear_spaces)
     assert np.linalg.norm(b - a) == pytest.approx(95.958e-3, abs=2e-6)
     assert np.linalg.norm(c - b) == pytest.approx(152.395e-3, abs=2e-6)
 
@@ -22,7 +23,7 @@ def test_housing_in_millimetres_is_refused_with_limit_and_remedy():
         GearSpace((0.2, 0.0), 123.0)
     spaces = (GearSpace((0.0, 0.0), 0.05), GearSpace((0.05, 0.0), 2.4), GearSpace((4.9, 0.0), 2.4))
     with pytest.raises(InputError, match=r"long in x, more than 5 m.*_mm"):
-        replace(Casting(), gear_spaces=spaces, bores=(Bore("A", (0.0, 0.0, 0.039), 0.03),))
+        replace(reference_casting(), gear_spaces=spaces, bores=(Bore("A", (0.0, 0.0, 0.039), 0.03),))
 
 
 def test_412_m_housing_is_refused_with_limit_and_remedy():
@@ -49,7 +50,7 @@ def test_412_m_housing_is_refused_with_limit_and_remedy():
 )
 def test_bad_value_is_refused_by_name(field, value, message):
     with pytest.raises(InputError, match=message):
-        replace(Casting(), **{field: value})
+        replace(reference_casting(), **{field: value})
 
 
 @pytest.mark.parametrize(
@@ -65,9 +66,9 @@ def test_bad_value_is_refused_by_name(field, value, message):
     ],
 )
 def test_bad_bore_is_refused(change, message):
-    first, *others = Casting().bores
+    first, *others = reference_casting().bores
     with pytest.raises(InputError, match=message):
-        replace(Casting(), bores=(replace(first, **change), *others))
+        replace(reference_casting(), bores=(replace(first, **change), *others))
 
 
 def test_hull_of_two_equal_circles_is_a_stadium():
@@ -94,7 +95,7 @@ def test_hull_leaves_out_a_circle_inside_and_joins_tangentially():
 
 
 def test_bolts_are_evenly_spaced_outside_the_side_wall():
-    casting = Casting()
+    casting = reference_casting()
     bolts = bolt_circle(casting)
     assert bolts.shape == (12, 2)
     wall = outline_at(casting, casting.wall + casting.draft)

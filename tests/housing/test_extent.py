@@ -8,6 +8,10 @@ from nvhchain.housing import Bore, Casting, GearSpace, encloses, envelope_area
 ROUND = Casting(
     bores=(Bore("A1", (0.0, 0.0, 0.039), 0.03), Bore("A2", (0.0, 0.0, 0.221), 0.03)),
     gear_spaces=(GearSpace((0.0, 0.0), 0.1),),
+    wall=0.0055,
+    end_wall=0.006,
+    depth=0.222,
+    bell_depth=0.036,
 )
 
 

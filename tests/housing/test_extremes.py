@@ -71,6 +71,7 @@ def test_walls_of_fifty_millimetres(fidelity):
         wall=0.05,
         end_wall=0.05,
         depth=0.3,
+        bell_depth=0.036,
         bolts=6,
         side_ribs=0,
         spokes=0,

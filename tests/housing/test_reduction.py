@@ -11,7 +11,7 @@ import nvhchain as nvh
 from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.fem import factorize
 from nvhchain.fidelity import DRAFT, STANDARD, HousingFidelity
-from nvhchain.housing import Casting, reduce_housing
+from nvhchain.housing import reduce_housing
 from nvhchain.housing.casting.mesh import mounting_plane_faces
 from nvhchain.housing.modes.response import face_displacement, seat_displacement
 from nvhchain.housing.modes.seat_modes import SeatModes, seat_unknowns
@@ -25,6 +25,7 @@ from nvhchain.housing.reduction import (
     seat_flexibility,
     with_errors,
 )
+from nvhchain.testing.bodies import reference_casting
 
 F_MAX = 4000.0
 """Hz, the band for which conftest.py reduces the test housing."""
@@ -190,44 +191,46 @@ def test_long_elements_leave_more_of_the_correction_in_a_casting():
 
 def test_bending_wavelength_of_an_aluminium_plate():
     # B = 70e9 · 0.0055³ / (12 · (1 − 0.33²)) = 1089.1 N m, m'' = 14.85 kg/m²: c_B at 5 kHz = 518.6 m/s
-    assert bending_wavelength(Casting(), 5000.0) == pytest.approx(0.10372, rel=1e-3)
+    assert bending_wavelength(reference_casting(), 5000.0) == pytest.approx(0.10372, rel=1e-3)
 
 
 def test_mesh_too_coarse_for_the_band_is_warned_of_with_the_frequency_it_is_good_for(recwarn):
     coarse = HousingFidelity(element_size=0.03)
     message = r"30 mm give 3\.5 .* 5000 Hz, 4 are needed: refine to 25\.9 mm or lower f_max to 37\d\d Hz, up to which"
     with pytest.warns(AccuracyWarning, match=message):
-        check_bending_resolution(Casting(), 5000.0, coarse)
-    check_bending_resolution(Casting(), 3700.0, coarse)
+        check_bending_resolution(reference_casting(), 5000.0, coarse)
+    check_bending_resolution(reference_casting(), 3700.0, coarse)
     assert not recwarn.list
 
 
 def test_elements_much_longer_than_the_wall_is_thick_are_warned_of_with_the_error_and_the_size(recwarn):
     """Walls of 1 mm at standard fidelity: 803 Hz for a first mode of 497 Hz with elements of 4 mm, not corrected."""
-    thin = replace(Casting(), wall=0.001)
+    thin = replace(reference_casting(), wall=0.001)
     message = r"of 10\.5 mm in walls of 1 mm are 1\d times as long .* may come out {} % too high: refine to {} times"
     with pytest.warns(AccuracyWarning, match=message.format(77, 5)):
         check_thin_walls(thin, STANDARD.housing)
     with pytest.warns(AccuracyWarning, match=message.format(77, "3.5")):
         check_thin_walls(thin, replace(STANDARD.housing, corrected_frequencies=False))
     check_thin_walls(thin, HousingFidelity(element_size=0.005))
-    check_thin_walls(Casting(), DRAFT.housing)
+    check_thin_walls(reference_casting(), DRAFT.housing)
     assert not recwarn.list
 
 
 def test_mesh_without_bending_waves_is_refused_with_remedy():
     with pytest.warns(AccuracyWarning):
-        check_bending_resolution(Casting(), 14_900.0, HousingFidelity(element_size=0.03))  # 2.03 per wavelength
+        check_bending_resolution(
+            reference_casting(), 14_900.0, HousingFidelity(element_size=0.03)
+        )  # 2.03 per wavelength
     with pytest.raises(InputError, match=r"give 1\.\d+ per bending wavelength .* 16000 Hz, 4 are needed: refine to"):
-        check_bending_resolution(Casting(), 16_000.0, HousingFidelity(element_size=0.03))
+        check_bending_resolution(reference_casting(), 16_000.0, HousingFidelity(element_size=0.03))
     with pytest.raises(InputError, match="refine to"):
-        reduce_housing(Casting(), f_max=500e3, surface_size=0.02, fidelity=STANDARD.housing)
+        reduce_housing(reference_casting(), f_max=500e3, surface_size=0.02, fidelity=STANDARD.housing)
 
 
 @pytest.mark.parametrize(("f_max", "size", "message"), [(-1.0, 0.02, "f_max"), (5e3, 0.0, "surface_size")])
 def test_bad_arguments_are_refused(f_max, size, message):
     with pytest.raises(InputError, match=message):
-        reduce_housing(Casting(), f_max=f_max, surface_size=size, fidelity=STANDARD.housing)
+        reduce_housing(reference_casting(), f_max=f_max, surface_size=size, fidelity=STANDARD.housing)
 
 
 @pytest.mark.slow

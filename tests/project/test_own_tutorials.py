@@ -19,6 +19,17 @@ def blocks(page, language):
     return re.findall(rf"^```{language}\n(.*?)^```", page, re.S | re.M)
 
 
+def shown(name):
+    """Output that a page shows."""
+    return "\n".join(blocks((PAGES / f"{name}.md").read_text(encoding="utf-8"), "text"))
+
+
+def limits(printed, case):
+    """Lower and upper limits of the levels of a case, in the order of their lines."""
+    found = re.findall(rf"^{case}: [\d.]+ dB\(A\) \(.*?([\d.]+)…([\d.]+)\)", printed, re.M)
+    return [(float(low), float(high)) for low, high in found]
+
+
 def followed(name, folder, monkeypatch, capsys, cases="."):
     """Text that the commands of a page print, and the number in which it ends; files of the page are saved first."""
     page = (PAGES / f"{name}.md").read_text(encoding="utf-8")
@@ -56,6 +67,9 @@ def test_twice_the_pulsation_is_twice_the_pressure(tmp_path, monkeypatch, capsys
     first, second = (float(level) for level in re.findall(r"^single-stage: ([\d.]+) dB\(A\)", printed, re.M))
     assert (first, second - first) == pytest.approx((42.5, number), abs=0.11)
     assert "mesh_law" not in printed
+    assert "options left out" not in printed
+    assert "modelled:" not in printed
+    assert limits(printed, "single-stage")[0] == pytest.approx(limits(shown("own_forces"), "single-stage")[0], abs=0.15)
 
 
 @pytest.mark.slow

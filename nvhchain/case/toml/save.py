@@ -16,6 +16,7 @@ from nvhchain.case.fluctuation import SpeedRecord, TorqueRecord
 from nvhchain.case.gearbox import GearboxCase
 from nvhchain.case.radiator import RadiatorCase
 from nvhchain.case.toml.meanings import bare, classes, fields_in_files, is_union, keys, meanings, type_name
+from nvhchain.dynamics import Bearing
 from nvhchain.errors import InputError
 from nvhchain.files.atomic_write import write_output
 from nvhchain.kinds import checked
@@ -25,6 +26,9 @@ _WIDTH = 110
 
 _PLACED = (Mesh, SpeedRecord, Topography, TorqueRecord)
 """Classes whose `file` is a path from the working directory; that of others is a path from the case's folder."""
+
+_OF_A_BEARING = ("radial_stiffness", "axial_stiffness")
+"""Fields that a file must give for a bearing without model, whatever their default."""
 
 
 @checked
@@ -129,7 +133,8 @@ def _stated(owner: Any) -> Iterator[tuple[str, Any, Any]]:
     for field, hint in fields_in_files(type(owner)):
         value = getattr(owner, field.name)
         default = field.default if field.default_factory is MISSING else field.default_factory()
-        if not (value == default and type(value) is type(default)):
+        needed = isinstance(owner, Bearing) and owner.model is None and field.name in _OF_A_BEARING
+        if needed or not (value == default and type(value) is type(default)):
             if value is None:
                 raise InputError(f"{type(owner).__name__}.{field.name} = None cannot be written: give it a value")
             yield field.name, hint, value

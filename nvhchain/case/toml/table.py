@@ -45,6 +45,8 @@ def build(cls: type[T], table: Any, path: str) -> T:
             values[name] = _field(name, hints, raw, f"{path}.{key}", unit)
         except InputError as error:
             wrong += mistakes(error)
+            if name not in fields and (meant := _nearest(name, fields)):
+                values.setdefault(meant, None)  # misspelt, not missing
     wrong += [
         f"{path}: required field {name!r} is missing"
         for name, f in fields.items()
@@ -78,9 +80,9 @@ def _field(name: str, hints: Mapping[str, Any], raw: Any, place: str, unit: str 
             units = [f"{owner}_{other}" for other, (si, _) in UNITS.items() if needed and si == needed]
             unknown = f"{name.removeprefix(owner + '_')!r} is no unit of {owner!r}"
             raise InputError(f"{place}: {unknown}: write {' or '.join((owner, *units))} (SI without a unit)")
-        close = difflib.get_close_matches(name, hints, n=1)
-        fits = close and unit and si_unit(hints[close[0]]) == UNITS[unit][0]
-        meant = f"{close[0]}_{unit}" if fits else "".join(close)
+        close = _nearest(name, hints)
+        fits = close and unit and si_unit(hints[close]) == UNITS[unit][0]
+        meant = f"{close}_{unit}" if fits else close
         remedy = f"did you mean {meant!r}?" if close else f"known fields: {', '.join(hints)}"
         raise InputError(f"{place}: unknown field; {remedy}")
     if unit is None:
@@ -116,6 +118,11 @@ def convert(hint: Any, raw: Any, place: str, factor: float = 1.0) -> Any:
     if isinstance(raw, bool) is not (hint is bool) or not isinstance(raw, hint):
         raise InputError(f"{place} = {raw!r} must be of type {hint.__name__}")
     return raw
+
+
+def _nearest(name: str, fields: Mapping[str, Any]) -> str:
+    """Return the field that a misspelt name means, or no text."""
+    return "".join(difflib.get_close_matches(name, fields, n=1))
 
 
 def _split_unit(key: str, fields: Mapping[str, Any]) -> tuple[str, str | None]:

@@ -110,10 +110,6 @@ class InnerWall:
         _length(self, "thickness", self.thickness, 1e-3, LARGEST)
 
 
-_A, _B, _C = (0.0, 0.0), (0.0831021, -0.0479790), (0.2309714, -0.0111114)
-"""Shaft axes of the reference gearbox: centre distances 95.958 mm at −30° and 152.395 mm at +14°."""
-
-
 @dataclass(frozen=True)
 class Casting:
     """Parametric gearbox casting.
@@ -157,19 +153,12 @@ class Casting:
         damping is viscous, with the same value at a mode's resonance.
     """
 
-    bores: tuple[Bore, ...] = (
-        Bore("A1", (*_A, 0.039), 0.031),
-        Bore("A2", (*_A, 0.221), 0.031),
-        Bore("B1", (*_B, 0.039), 0.036),
-        Bore("B2", (*_B, 0.221), 0.036),
-        Bore("C1", (*_C, 0.039), 0.055),
-        Bore("C2", (*_C, 0.221), 0.055),
-    )
-    gear_spaces: tuple[GearSpace, ...] = (GearSpace(_A, 0.050), GearSpace(_B, 0.080), GearSpace(_C, 0.123))
-    wall: Length = 0.0055
-    end_wall: Length = 0.006
-    depth: Length = 0.222
-    bell_depth: Length = 0.036
+    bores: tuple[Bore, ...]
+    gear_spaces: tuple[GearSpace, ...]
+    wall: Length
+    end_wall: Length
+    depth: Length
+    bell_depth: Length
     draft: Length = 0.008
     chamfer: Length = 0.012
     boss_thickness: Length = 0.009

@@ -1,0 +1,106 @@
+"""Stand-ins for the mistaken values of a case file, so that the checks of the rest still run."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from copy import deepcopy
+from dataclasses import MISSING, fields
+from difflib import get_close_matches
+from typing import Any
+
+from nvhchain.dimensions import UNITS
+from nvhchain.housing import Casting
+
+_STEP = re.compile(r"\.(?P<key>\w+)|\[(?P<number>\d+)\](?: \([^)]*\))?")
+_defaults = (field.name for field in fields(Casting) if field.default is not MISSING)
+_UNKNOWN = re.compile(r": unknown field; (?:did you mean '(?P<meant>\w+)')?")
+
+_OPTIONAL = re.compile(rf"\bCasting (?P<field>{'|'.join(_defaults)}) = ")
+"""Mistake in a field of a casting that has a default."""
+
+_STAND_INS: dict[str, Any] = {
+    "band": {"low": 1.0, "high": 1e4, "resolution": 1.0},
+    "housing": {"type": "housing_model", "file": "none", "units": "m-kg-s"},
+}
+"""Field of a gearbox → value in whose place every other part is judged as before."""
+
+_OPERATION = {"input_speed": 100.0, "input_torque": 10.0}
+_NEEDED = ("name", "gears", "stages", "shafts", "bearings", "input_shaft", "output_shaft", "operation", "folder")
+
+
+def mended(table: Mapping[str, Any], wrong: Sequence[str], path: str) -> dict[str, Any]:
+    """Return a gearbox's table without the mistakes that messages name, as far as they have a plain remedy.
+
+    A misspelt key or name takes the one that its message proposes. A mistaken part that the others do not need is left
+    out, or has a stand-in.
+    """
+    table = deepcopy(dict(table))
+    for text in wrong:
+        steps, end = _steps(text.removeprefix(path))
+        unknown = _UNKNOWN.match(text.removeprefix(path), end)
+        if unknown:
+            _rename(table, steps, unknown["meant"])
+        elif steps and steps[0] == "operation":
+            _replace_operation(table["operation"], text)
+        elif (named := _OPTIONAL.search(text)) and isinstance(table.get("housing"), dict):
+            _without(table["housing"], named["field"])
+        elif steps and (steps[0] in _STAND_INS or steps[0] not in _NEEDED):
+            table.pop(str(steps[0]), None)
+    for name, value in _STAND_INS.items():
+        table.setdefault(name, value)
+    _name_alike(table)
+    return table
+
+
+def _steps(text: str) -> tuple[list[str | int], int]:
+    """Return keys and numbers at the begin of a message without its file, and where they end."""
+    steps, end = list[str | int](), 0
+    while step := _STEP.match(text, end):
+        steps.append(step["key"] if step["key"] is not None else int(step["number"]))
+        end = step.end()
+    return steps, end
+
+
+def _rename(table: Any, steps: Sequence[str | int], meant: str | None) -> None:
+    """Give a key the name that is meant; without one it is removed."""
+    for step in steps[:-1]:
+        table = table[step]
+    value = table.pop(steps[-1], None)
+    if meant and value is not None:
+        table.setdefault(meant, value)
+
+
+def _without(table: dict[str, Any], field: str) -> None:
+    for key in [key for key in table if key == field or key.removeprefix(f"{field}_") in UNITS]:
+        del table[key]
+
+
+def _replace_operation(operation: Any, text: str) -> None:
+    """Replace the speed or torque that a message names; other fields of the operation that it names are removed."""
+    if not isinstance(operation, dict):
+        return
+    for key in list(operation):
+        name = next((name for name in _OPERATION if key.startswith(name)), key)
+        if re.search(rf"\b{re.escape(name)}", text):
+            operation.pop(key)
+    for name, value in _OPERATION.items():
+        if not any(key.startswith(name) for key in operation):
+            operation[name] = value
+
+
+def _name_alike(table: dict[str, Any]) -> None:
+    """Replace unknown names of shafts and gears by the nearest known ones."""
+    known = {kind: [part.get("name") for part in _tables(table.get(kind))] for kind in ("shafts", "gears")}
+    ends: list[tuple[Any, str, str]] = [(table, end, "shafts") for end in ("input_shaft", "output_shaft")]
+    for kind in ("gears", "bearings", "shaft_bearings"):
+        ends += [(part, end, "shafts") for part in _tables(table.get(kind)) for end in ("shaft", "outer_shaft")]
+    ends += [(part, end, "gears") for part in _tables(table.get("stages")) for end in ("pinion", "wheel")]
+    for part, end, kind in ends:
+        name, names = part.get(end), [each for each in known[kind] if isinstance(each, str)]
+        if isinstance(name, str) and name not in names:
+            part[end] = next(iter(get_close_matches(name, names, 1)), name)
+
+
+def _tables(parts: Any) -> list[Any]:
+    return [part for part in parts if isinstance(part, dict)] if isinstance(parts, list) else []

@@ -23,7 +23,7 @@ _HOMES = {"load_case": "case", "plan": "scene", "record": "chain", "run": "chain
 _ROOMS = {
     "acoustics", "bearings", "case", "chain", "conventions", "doctor", "dynamics", "error_band", "errors",
     "fem", "fidelity", "files", "gear", "handoff", "housing", "interop", "levels", "lumped", "plots", "report",
-    "scene", "spectrum", "study", "tradeoff",
+    "scene", "sound", "spectrum", "study", "tradeoff",
 }
 # fmt: on
 """Sub-packages that `nvhchain.NAME` imports at the first use."""

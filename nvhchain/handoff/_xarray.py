@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -37,7 +38,17 @@ def dataset(hand_off: Declared) -> xarray.Dataset:
         elif not quantity.absent(given):
             variables[quantity.name] = (quantity.dims, np.asarray(given), about)
             if quantity.names_axis:
-                coordinates[quantity.dims[0]] = list(given)
+                coordinates[quantity.dims[0]] = _distinct(given)
     for dims, _, _ in variables.values():
         coordinates |= {axis: list(LABELS[axis]) for axis in dims if axis in LABELS}
     return xarray.merge([xarray.Dataset(variables, coordinates), *inside]).assign_attrs(attributes)
+
+
+def _distinct(labels: Sequence[str]) -> list[str]:
+    """Return labels of which repeated ones have their number, so that each selects one entry."""
+    seen: dict[str, int] = {}
+    found = []
+    for label in map(str, labels):
+        seen[label] = seen.get(label, 0) + 1
+        found.append(label if seen[label] == 1 else f"{label} ({seen[label]})")
+    return found

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from nvhchain.handoff.accuracy import SoundAccuracy
 from nvhchain.handoff.base import ComplexArray, FloatArray, HandOff
-from nvhchain.handoff.declared import array, value
+from nvhchain.handoff.declared import Label, array, value
 from nvhchain.handoff.surface import Surface
 
 
@@ -16,6 +16,7 @@ class FieldPressure(HandOff):
     pressure: ComplexArray = array("Pa", "frequency, point", "sound pressure, peak")
     input_speed: float = value("rad/s", "speed of the input shaft, 0 if there is none", default=0.0)
     accuracy: SoundAccuracy = value("", "stated accuracy", default=SoundAccuracy())
+    point_names: tuple[Label, ...] | None = array("", "point", "names of the field points", default=None)
 
 
 class PressureHistory(HandOff):
@@ -26,6 +27,7 @@ class PressureHistory(HandOff):
     pressure: FloatArray = array("Pa", "time, point", "sound pressure")
     input_speed: FloatArray = array("rad/s", "time", "speed of the input shaft", spread=True)
     accuracy: SoundAccuracy = value("", "stated accuracy", default=SoundAccuracy())
+    point_names: tuple[Label, ...] | None = array("", "point", "names of the field points", default=None)
 
 
 class SurfacePressure(HandOff):

@@ -7,8 +7,8 @@ import pytest
 
 import nvhchain as nvh
 from nvhchain.acoustics import modal_pressure, modal_transfer_vectors, radiate
-from nvhchain.case import housing as case_housing, Options
-from nvhchain.case import housing_model
+from nvhchain.case import Options, housing_model
+from nvhchain.case import housing as case_housing
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError
 from nvhchain.files import hdf5

@@ -52,6 +52,11 @@ def test_a_hand_off_becomes_a_data_frame_with_names(forces, result):
     heard = result.pressure.to_dataframe()
     assert np.array_equal(heard.to_numpy(), result.pressure.pressure)
     assert np.array_equal(heard.index, result.pressure.frequency)
+    names = [point.name for point in result.case.field_points]
+    assert list(heard.columns) == names
+    assert result.pressure.to_xarray().point.to_numpy().tolist() == names
+    twice = forces.replace(error_names=("A–B", "A–B"))
+    assert twice.to_xarray().ends.to_numpy().tolist() == ["A–B", "A–B (2)"]
     assert forces.to_dataframe("positions").shape == (2, 3)
     with pytest.raises(InputError, match="no array 'forces': name one of force"):
         forces.to_dataframe("forces")
@@ -84,7 +89,11 @@ def test_sub_packages_are_there_after_one_import():
 def test_every_package_with_public_names_is_offered():
     inner = {"cli", "gallery", "testing", "names", "kinds", "dimensions", "runtime"}
     found = {item.name for item in pkgutil.iter_modules(nvh.__path__)} - inner
-    assert {name for name in found if name[0] != "_"} <= set(dir(nvh))
+    public = sorted(name for name in found if name[0] != "_")
+    for name in public:  # a fresh process for each, where no other has imported it
+        code = f"import nvhchain as nvh; offered = {name!r} in dir(nvh); print(offered, nvh.{name}.__name__)"
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+        assert done.stdout.split() == ["True", f"nvhchain.{name}"], done.stderr
 
 
 def test_every_environment_variable_that_is_read_is_documented(request):

@@ -35,22 +35,22 @@ def mended(table: Mapping[str, Any], wrong: Sequence[str], path: str) -> dict[st
     A misspelt key or name takes the one that its message proposes. A mistaken part that the others do not need is left
     out, or has a stand-in.
     """
-    table = deepcopy(dict(table))
+    right = deepcopy(dict(table))
     for text in wrong:
         steps, end = _steps(text.removeprefix(path))
         unknown = _UNKNOWN.match(text.removeprefix(path), end)
         if unknown:
-            _rename(table, steps, unknown["meant"])
+            _rename(right, steps, unknown["meant"])
         elif steps and steps[0] == "operation":
-            _replace_operation(table["operation"], text)
-        elif (named := _OPTIONAL.search(text)) and isinstance(table.get("housing"), dict):
-            _without(table["housing"], named["field"])
+            _replace_operation(right["operation"], text)
+        elif (named := _OPTIONAL.search(text)) and isinstance(right.get("housing"), dict):
+            _without(right["housing"], named["field"])
         elif steps and (steps[0] in _STAND_INS or steps[0] not in _NEEDED):
-            table.pop(str(steps[0]), None)
+            right.pop(str(steps[0]), None)
     for name, value in _STAND_INS.items():
-        table.setdefault(name, value)
-    _name_alike(table)
-    return table
+        right.setdefault(name, value)
+    _name_alike(right)
+    return right
 
 
 def _steps(text: str) -> tuple[list[str | int], int]:

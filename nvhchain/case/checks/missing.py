@@ -74,7 +74,7 @@ def _listed(entries: Sequence[str]) -> str:
 
 def _built(cls: type, parts: Any) -> list[Any]:
     """Return those parts of a list of tables that are right."""
-    found = []
+    found = list[Any]()
     for part in _tables(parts):
         try:
             found.append(build(cls, part, ""))

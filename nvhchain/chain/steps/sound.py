@@ -99,29 +99,33 @@ def _points(case: Case) -> FloatArray:
     return np.array([point.position for point in case.field_points])
 
 
+def _names(case: Case) -> tuple[str, ...]:
+    return tuple(point.name for point in case.field_points)
+
+
 def pressure(run: Run) -> FieldPressure:
     """Sound pressure at the lines of the surface velocity.
 
     The equivalent radiated power gives a pressure without phase, the same in all directions.
     """
-    velocity, speed = run[SURFACE_VELOCITY], speed_of(run)
+    velocity, speed, names = run[SURFACE_VELOCITY], speed_of(run), _names(run.case)
     made: FieldPressure
     if run.scene.spread_evenly:
         points, air, plane = _points(run.case), run.case.air, run.case.reflecting_plane
         made = run.cached(
             PRESSURE,
-            (velocity, points, air, plane, speed),
+            (velocity, points, air, plane, speed, names),
             lambda progress: acoustics.equivalent_pressure(velocity, points, air, plane=plane).replace(
-                input_speed=speed
+                input_speed=speed, point_names=names
             ),
         )
         return made
     vectors, knobs = run[TRANSFER_VECTORS], run.fidelity.acoustics
     made = run.cached(
         PRESSURE,
-        (vectors, velocity, speed),
+        (vectors, velocity, speed, names),
         lambda progress: acoustics.radiate(vectors, velocity, fidelity=knobs, progress=progress).replace(
-            input_speed=speed
+            input_speed=speed, point_names=names
         ),
     )
     return made
@@ -146,10 +150,10 @@ def noise_transfer_functions(run: Run) -> NoiseTransferFunctions:
 
 def pressure_history(run: Run) -> PressureHistory:
     """Sound pressure in time."""
-    functions, forces = run[NOISE_TRANSFER_FUNCTIONS], run[BEARING_FORCES]
+    functions, forces, names = run[NOISE_TRANSFER_FUNCTIONS], run[BEARING_FORCES], _names(run.case)
     made: PressureHistory = run.cached(
         PRESSURE_HISTORY,
-        (functions, forces),
-        lambda progress: acoustics.run_up_pressure(functions, forces, progress=progress),
+        (functions, forces, names),
+        lambda progress: acoustics.run_up_pressure(functions, forces, progress=progress).replace(point_names=names),
     )
     return made

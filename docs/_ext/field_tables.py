@@ -12,10 +12,10 @@ import types
 import typing
 
 from docutils import nodes
-from plain_docstrings import fields as meanings
 from sphinx.util.docutils import SphinxDirective
 
 from nvhchain import case, dimensions
+from nvhchain.case.toml.meanings import meanings
 from nvhchain.fidelity import PRESETS, declared
 from nvhchain.handoff import ACCURACIES, HAND_OFFS
 
@@ -40,7 +40,12 @@ def inline(text):
     return [nodes.literal(text=t) if i % 2 else nodes.Text(t) for i, t in enumerate(text.split("`")) if t]
 
 
+def plain(text):
+    return text.replace("`", "")
+
+
 def table(header, rows):
+    """Table whose last column has one cell for consecutive rows of the same text."""
     node = nodes.table(classes=["colwidths-auto"])
     group = nodes.tgroup(cols=len(header))
     node += group
@@ -48,12 +53,18 @@ def table(header, rows):
     group += [nodes.colspec(colwidth=width) for width in widest]
     for part, lines in ((nodes.thead(), [header]), (nodes.tbody(), rows)):
         group += part
+        last = None
         for line in lines:
             row = nodes.row()
             part += row
             for number, cell in enumerate(line):
+                if number == len(line) - 1 and last is not None and cell and last.astext() == plain(cell):
+                    last["morerows"] = last.get("morerows", 0) + 1
+                    continue
                 code = number == 0 and isinstance(part, nodes.tbody)
-                row += nodes.entry("", nodes.paragraph("", "", *inline(f"`{cell}`" if code else cell)))
+                entry = nodes.entry("", nodes.paragraph("", "", *inline(f"`{cell}`" if code else cell)))
+                row += entry
+                last = entry if number == len(line) - 1 else last
     return node
 
 

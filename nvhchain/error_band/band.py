@@ -16,6 +16,9 @@ from nvhchain.handoff import FloatArray
 COVERAGE = 2.0
 """Width of the band over the estimated error; about 95 % of normally distributed errors lie within two."""
 
+LIMITS = "95 % limits"
+"""Label of confidence limits in texts: two standard deviations hold 95 % of normally distributed errors."""
+
 SILENT_LEVEL = -1000.0
 """Level (dB) below which a value is the logarithm of zero: no sound and no lower limit."""
 
@@ -170,12 +173,14 @@ def format_level(level: float, unit: str, limits: Sequence[float | None]) -> str
     level: level (dB); `SILENT_LEVEL` or less is silence.
     unit: unit of the level, such as "dB(A)".
     limits: lower and upper limit.
-    Returns text such as "65.2 dB(A) (63.0…67.1)".
+    Returns text such as "65.2 dB(A) (95 % limits 63.0…67.1)".
     """
     if level > SILENT_LEVEL:
-        return f"{levels.number_text(level)} {unit} ({format_limits(limits)})"
+        return f"{levels.number_text(level)} {unit} ({LIMITS} {format_limits(limits)})"
     upper = limits[1]
-    return "silence" if upper is None or upper <= SILENT_LEVEL else f"silence ({format_limits([None, upper])} {unit})"
+    if upper is None or upper <= SILENT_LEVEL:
+        return "silence"
+    return f"silence ({LIMITS} {format_limits([None, upper])} {unit})"
 
 
 def format_limits(limits: Sequence[float | None]) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from nvhchain.error_band import format_parts
+from nvhchain.error_band import LIMITS, format_parts
 from nvhchain.levels import a_weighting, number_text
 from nvhchain.plots.marks import order_name
 
@@ -41,6 +41,9 @@ CANCELLING = 0.5
 
 SILENCE = -100.0
 """Level (dB) at and below which a line counts as silent."""
+
+ALIKE = 0.05
+"""Difference (dB) of levels that rounding to tenths does not part."""
 
 HEARD = 0.0
 """Level (dB(A)) at and below which nobody hears a line, the threshold of hearing."""
@@ -96,15 +99,19 @@ def _overall(name: str, other: Mapping[str, Any], base: str, first: Mapping[str,
     word = "louder" if difference > 0 else "quieter"
     if difference < 0:
         least, most = -most, -least
-    limits = f"limits {_interval(least, most)}{how}"
-    decided = (
-        "" if least > 0 else f"; within these limits either may be the louder{_remedy((base, first), (name, other))}"
+    limits = f"{LIMITS} {_interval(least, most)}{how}"
+    alike = abs(difference) < ALIKE
+    open_words = (
+        "the limits leave open whether one is louder" if alike else "within these limits either may be the louder"
     )
+    decided = "" if least > 0 else f"; {open_words}{_remedy((base, first), (name, other))}"
     speeds = {round(float(of.get("input_speed_rpm") or 0.0), 3) for of in (other, first)}
     speed = ""
     if "over_speed" not in other and all(speeds):
         own, of_first = (f"{of['input_speed_rpm']:g} rpm" for of in (other, first))
         speed = f" and {own}" if len(speeds) == 1 else f", {name} at {own} and {base} at {of_first}"
+    if alike:
+        return f"{name} and {base} are alike within rounding, 0.0 dB apart at {point}{speed} ({limits}){decided}"
     return f"{name} is {abs(difference):.1f} dB {word} than {base} at {point}{speed} ({limits}){decided}"
 
 
@@ -308,7 +315,11 @@ def _interval(least: float, most: float) -> str:
         return f"{number_text(least)}…{number_text(most)} dB"
     if most < inf:
         return f"at most {number_text(most)} dB, no lower limit"
-    return f"at least {number_text(least)} dB, no upper limit" if least > -inf else "none"
+    return (
+        f"at least {number_text(least)} dB, no upper limit"
+        if least > -inf
+        else "none, the errors may be as large as the sound"
+    )
 
 
 def _remedy(*configurations: tuple[str, Mapping[str, Any]]) -> str:

@@ -108,3 +108,18 @@ def test_a_folder_that_is_missing_is_one_error(tmp_path):
     case = nvh.load_case(EXAMPLES[-1])
     with pytest.raises(InputError, match="nowhere"):
         nvh.save_case(case, tmp_path / "nowhere" / "case.toml")
+
+
+def test_comments_of_a_saved_case_are_said_once_and_have_no_unit_beside_that_of_the_key(request, tmp_path):
+    case = nvh.load_case(request.config.rootpath / "cases/small/single_stage.toml")
+    text = nvh.save_case(case, tmp_path / "saved.toml").read_text()
+    comments = [line.partition("#")[2].strip() for line in text.splitlines() if "#" in line]
+    repeated = {comment for comment in comments if comments.count(comment) > 1}
+    assert repeated <= {"Name of its shaft", "Name of the shaft"}
+    for line in text.splitlines():
+        key, _, comment = line.partition("#")
+        name = key.partition("=")[0].strip()
+        assert not (
+            name.endswith(("_mm", "_GPa", "_kg_cm2", "_deg")) and re.search(r"\((m|Pa|kg m²|rad)\)| … ", comment)
+        )
+    assert "# Cylinders of steel that make the shaft\nsegments" in text

@@ -11,7 +11,8 @@ from nvhchain.cli import main
 
 SPHERE = Path(__file__).parents[2] / "cases" / "sphere" / "on_floor.toml"
 LEVELS = (
-    "sphere-over-floor: 92.7 dB(A) (92.5…93.0) at on the floor\nsphere-over-floor: 89.8 dB(A) (89.5…90.0) at 1 m up\n"
+    "sphere-over-floor: 92.7 dB(A) (95 % limits 92.5…93.0) at on the floor\n"
+    "sphere-over-floor: 89.8 dB(A) (95 % limits 89.5…90.0) at 1 m up\n"
     "Limits at on the floor: 100 % from surface mesh (most at 1000 Hz)\n"
 )
 FOUND = "sphere-over-floor:\n  transfer_vectors: cached\n  pressure: cached\n"

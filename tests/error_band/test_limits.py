@@ -59,7 +59,7 @@ def test_an_error_beyond_all_of_the_sound_leaves_no_lower_overall_limit():
 
 
 def test_a_level_is_told_with_its_limits_and_silence_as_such():
-    assert format_level(65.04, "dB(A)", [60.0, 70.0]) == "65.0 dB(A) (60.0…70.0)"
+    assert format_level(65.04, "dB(A)", [60.0, 70.0]) == "65.0 dB(A) (95 % limits 60.0…70.0)"
     silent = ErrorBand(np.array([100.0]), np.zeros((1, 1)), {})
     assert format_level(silent.level[0], "dB(A)", silent.overall[0]) == "silence"
 
@@ -72,7 +72,7 @@ def test_silence_with_an_error_is_as_loud_as_that_at_most():
     assert made.overall[0, 1] == pytest.approx(made.upper[0, 0])
     assert made.overall[0, 0] < -1000
     assert made.overall[1].max() < -1000
-    assert format_level(made.level[0], "dB(A)", made.overall[0]) == "silence (below 71.0 dB(A))"
+    assert format_level(made.level[0], "dB(A)", made.overall[0]) == "silence (95 % limits below 71.0 dB(A))"
     assert format_level(made.level[1], "dB(A)", made.overall[1]) == "silence"
     faint = replace(made, amplitude=np.full((1, 2), 1e-200))  # whose energy over that of the error is no number
     assert faint.overall[0, 1] == pytest.approx(made.overall[0, 1])

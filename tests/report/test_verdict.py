@@ -29,20 +29,21 @@ def summary(**configurations):
 def test_difference_has_the_limits_of_both_levels_added():
     first, second = configuration({1: 60.0}, [59.0, 61.5]), configuration({1: 66.0}, [64.0, 67.0])
     assert verdict(summary(solid=first, slotted=second))[0] == (
-        "slotted is 6.0 dB louder than solid at microphone (limits 2.5…8.0 dB if the errors of both levels add up)"
+        "slotted is 6.0 dB louder than solid at microphone (95 % limits 2.5…8.0 dB if the errors of both levels add up)"
     )
     assert verdict(summary(slotted=second, solid=first))[0] == (
-        "solid is 6.0 dB quieter than slotted at microphone (limits 2.5…8.0 dB if the errors of both levels add up)"
+        "solid is 6.0 dB quieter than slotted at microphone "
+        "(95 % limits 2.5…8.0 dB if the errors of both levels add up)"
     )
 
 
 def test_limits_of_the_difference_itself_are_taken_where_the_summary_has_them():
     first, second = configuration({1: 60.0}, [59.0, 61.5]), configuration({1: 66.0}, [64.0, 67.0])
     assert verdict(summary(solid=first, slotted=second | {"difference_limits_db": [5.5, 6.5]}))[0] == (
-        "slotted is 6.0 dB louder than solid at microphone (limits 5.5…6.5 dB)"
+        "slotted is 6.0 dB louder than solid at microphone (95 % limits 5.5…6.5 dB)"
     )
     assert verdict(summary(slotted=second, solid=first | {"difference_limits_db": [-6.5, None]}))[0] == (
-        "solid is 6.0 dB quieter than slotted at microphone (limits at most 6.5 dB, no lower limit)"
+        "solid is 6.0 dB quieter than slotted at microphone (95 % limits at most 6.5 dB, no lower limit)"
         "; within these limits either may be the louder"
     )
 
@@ -50,7 +51,7 @@ def test_limits_of_the_difference_itself_are_taken_where_the_summary_has_them():
 def test_limits_that_cross_zero_decide_nothing():
     first, second = configuration({1: 60.0}, [None, 63.0]), configuration({1: 62.0}, [59.0, 64.0])
     assert verdict(summary(a=first, b=second))[0].endswith(
-        "(limits at least −4.0 dB, no upper limit if the errors of both levels add up); "
+        "(95 % limits at least −4.0 dB, no upper limit if the errors of both levels add up); "
         "within these limits either may be the louder"
     )
 
@@ -169,6 +170,17 @@ def test_an_order_that_another_speed_puts_above_the_band_leaves_it():
     first = configuration({20: 60.0, 30: 62.0}, [55.0, 65.0], frequency=50.0) | {"input_speed_rpm": 3000.0}
     second = configuration({20: 60.0}, [55.0, 65.0], frequency=60.0) | {"input_speed_rpm": 3600.0}
     told = verdict(summary(slow=first, fast=second))
-    assert ", fast at 3600 rpm and slow at 3000 rpm (limits" in told[0]
+    assert ", fast at 3600 rpm and slow at 3000 rpm (95 % limits" in told[0]
     assert any("leaves the band, at 1800 Hz in the other design" in line for line in told)
     assert not any("disappears" in line for line in told)
+
+
+def test_designs_alike_within_rounding_are_called_alike_and_what_is_open_is_named():
+    first, second = configuration({1: 60.0}, [59.0, 61.0]), configuration({1: 60.01}, [59.0, 61.0])
+    near = second | {"difference_limits_db": [-0.2, 0.3]}
+    assert verdict(summary(a=first, b=near))[0] == (
+        "b and a are alike within rounding, 0.0 dB apart at microphone (95 % limits −0.2…0.3 dB); "
+        "the limits leave open whether one is louder"
+    )
+    unlimited = second | {"difference_limits_db": [None, None]}
+    assert "95 % limits none, the errors may be as large as the sound" in verdict(summary(a=first, b=unlimited))[0]

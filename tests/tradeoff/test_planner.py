@@ -492,4 +492,4 @@ def test_compare_runs_all_cases_as_the_planner_chooses(request, shipped_table, s
     said = capsys.readouterr()
     assert "400 s" in said.err  # twice the scene above
     assert "solid: the error band of this run has no lower limit, more than the 1 dB asked for" in said.err
-    assert said.out.startswith("solid: 76.2 dB(A) (below 79.9)\nFigures, sound and tables: ")
+    assert said.out.startswith("solid: 76.2 dB(A) (95 % limits below 79.9)\nFigures, sound and tables: ")

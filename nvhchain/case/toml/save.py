@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import MISSING
 from pathlib import Path
@@ -16,10 +17,17 @@ from nvhchain.case.fluctuation import SpeedRecord, TorqueRecord
 from nvhchain.case.gearbox import GearboxCase
 from nvhchain.case.radiator import RadiatorCase
 from nvhchain.case.toml.meanings import bare, classes, fields_in_files, is_union, keys, meanings, type_name
+from nvhchain.dimensions import UNITS
 from nvhchain.dynamics import Bearing
 from nvhchain.errors import InputError
 from nvhchain.files.atomic_write import write_output
 from nvhchain.kinds import checked
+
+_UNIT = re.compile(rf" \((?:{'|'.join(sorted({re.escape(unit) for unit, _ in UNITS.values()}))})\)")
+"""SI unit in the meaning of a field."""
+
+_RANGE = re.compile(r",? [-\d.e]+ … [-\d.e]+")
+"""Limits in the meaning of a field."""
 
 _WIDTH = 110
 """Longest line (characters) of a value with its comment beside it."""
@@ -118,14 +126,14 @@ class _Writer:
             yield from (comment.strip(), line)
 
     def _comment(self, cls: type, name: str, key: str) -> str:
-        """Return the first sentence of a field's meaning as a comment, once for every field."""
-        if (cls, name) in self._explained or name == "name":
-            return ""
-        self._explained.add((cls, name))
+        """Return the first sentence of a field's meaning as a comment, once for all fields that share it."""
         text = meanings(cls).get(name, "").partition(". ")[0].rstrip(".")
-        if key.removeprefix(name):  # the key has the unit
-            text = text.replace(" (m)", "").replace(" (rad)", "").replace(" (rad/s)", "")
-        return f"  # {text}" if text else ""
+        if (cls, text) in self._explained or name == "name" or not text:
+            return ""
+        self._explained.add((cls, text))
+        if key.removeprefix(name):  # the key has the unit, and limits in SI do not fit it
+            text = _RANGE.sub("", _UNIT.sub("", text))
+        return f"  # {text}"
 
 
 def _stated(owner: Any) -> Iterator[tuple[str, Any, Any]]:

@@ -171,7 +171,7 @@ class Shaft:
     axis : (float, float)
         Position x, y of the axis (m).
     segments : tuple of Cylinder
-        Steel of the shaft.
+        Cylinders of steel that make the shaft.
     bodies : tuple of RigidBody
         Rigid bodies that it carries (gears, carrier).
     coupled_inertia : float

@@ -134,8 +134,12 @@ class Casting:
         Thickness of the metal around a seat (m).
     cover_thickness : float
         Thickness of the closed end behind a rear seat (m).
-    flange_width, flange_thickness, bolts, bolt_radius, lug_radius : float
-        Bolted joint at the mounting plane (m; number of bolts); without bolts the casting is free.
+    flange_width, flange_thickness : float
+        Width and thickness of the flange at the mounting plane (m).
+    bolts : int
+        Number of bolts of the flange; without bolts the casting is free.
+    bolt_radius, lug_radius : float
+        Radius of the bolt holes, and of the lugs around them (m).
     rib_height, rib_thickness : float
         Height and thickness of the ribs on end walls and sides (m).
     spokes : int

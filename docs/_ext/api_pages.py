@@ -8,6 +8,9 @@ from docutils.statemachine import StringList
 from examples import example
 from sphinx.util.docutils import SphinxDirective
 
+LONGEST = 100
+"""Longest value (characters) that a page prints."""
+
 
 def kind(value):
     """Directive of autodoc for a value."""
@@ -25,6 +28,14 @@ def linked(package, name, value):
     return ["", f"   Example: :doc:`/{page}`" if mark else f"   Example: :download:`{path} </../{path}>`"]
 
 
+def shortened(value):
+    """Option that replaces a long value, such as that of a preset, by its class and name."""
+    if kind(value) != "data" or len(repr(value)) <= LONGEST:
+        return []
+    called = f"{value.name!r}, " if isinstance(getattr(value, "name", None), str) else ""
+    return [f"   :annotation: = {type(value).__name__}({called}…)"]
+
+
 class PackageApi(SphinxDirective):
     """Docstring of a package and of everything in its `__all__`."""
 
@@ -35,9 +46,9 @@ class PackageApi(SphinxDirective):
         module = importlib.import_module(name)
         self.env.note_dependency(module.__file__)
         lines = [f".. automodule:: {name}", "   :no-members:", ""]
-        for one in module.__all__:
-            value = getattr(module, one)
-            lines += [f".. auto{kind(value)}:: {name}.{one}", *linked(name, one, value), ""]
+        members = {one: getattr(module, one) for one in module.__all__}
+        for one, value in sorted(members.items(), key=lambda item: kind(item[1]) == "data"):
+            lines += [f".. auto{kind(value)}:: {name}.{one}", *shortened(value), *linked(name, one, value), ""]
         content = nodes.Element()
         self.state.nested_parse(StringList(lines, source=name), 0, content)
         return content.children

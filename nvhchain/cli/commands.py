@@ -444,8 +444,12 @@ def check(options: argparse.Namespace) -> int:
     options.answer = {"case": case.name, "file": options.case, "valid": True, "options": list(lines)}
     show(f"{options.case}: {case.name} is valid")
     if isinstance(case, GearboxCase):
+        speeds = "…".join(f"{30 / pi * speed:.5g}" for speed in dict.fromkeys(case.speeds))
+        show(f"{case.name}: the input turns at {speeds} rpm under {case.operation.input_torque:g} N m")
         drawn = (gear.drawing_line for gear in case.gears)
         _show_each((*drawn, *bearing_lines(case), *deviation_lines(case)), f"{case.name}: ")
+    elif not case.moves:
+        show(f"{case.name}: the body is at rest: give the run its velocity with --use FILE")
     _show_assumptions(case)
     _show_each(lines, f"{case.name}: ")
     return 0

@@ -9,7 +9,7 @@ from typing import Any
 
 from nvhchain import gear
 from nvhchain.acoustics.systems.engines import engine_named
-from nvhchain.case import FIELD_POINT_QUANTITIES, RADIATED, Case
+from nvhchain.case import FIELD_POINT_QUANTITIES, RADIATED, Case, RadiatorCase
 from nvhchain.dynamics.model.shaft_beam import covered_places
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.fidelity import STANDARD, Fidelity
@@ -73,8 +73,9 @@ def check_knobs(case: Case, fidelity: Fidelity, supplied: Collection[str] = ()) 
 
 
 def check_case(case: Case) -> None:
-    """Refuse a gearbox that cannot run at any fidelity."""
-    _apply(_CASE_CHECKS, Scene(case, STANDARD))
+    """Refuse a case that cannot run at any fidelity; a radiator at rest may run with a supplied velocity."""
+    resting = isinstance(case, RadiatorCase) and not case.moves
+    _apply(_CASE_CHECKS, Scene(case, STANDARD, ("surface_velocity",) if resting else ()))
     case.extent(STANDARD, driven=not case.states_velocity)
     _check_background(case)
 

@@ -232,3 +232,21 @@ def test_a_bearing_takes_no_stiffness_of_another_one(checked, request, tmp_path)
     assert "bearing A2: radial_stiffness and axial_stiffness missing: give them" in line
     case = load_case(request.config.rootpath / SMALL)
     assert load_case(nvh.save_case(case, tmp_path / "saved.toml")).bearings == case.bearings
+
+
+def test_a_folder_in_place_of_a_case_names_a_file_in_it(tmp_path, request, capsys):
+    (tmp_path / "case.toml").write_text((request.config.rootpath / SMALL).read_text())
+    assert main(["contributions", str(tmp_path)]) == 2
+    assert f"{tmp_path} is a folder: name a file in TOML, such as {tmp_path / 'case.toml'}" in capsys.readouterr().err
+
+
+def test_the_speed_is_stated_in_rpm_whatever_its_unit_in_the_file(checked):
+    _, _, printed = checked(("input_speed_rpm = 1800", "input_speed = 1800"), code=0)
+    assert any("the input turns at 17189 rpm under 60 N m" in line for line in printed)
+
+
+def test_a_radiator_at_rest_is_valid_and_names_the_velocity_that_its_run_needs(tmp_path, capsys):
+    text = 'kind = "radiator"\nname = "still"\nfrequencies = [200]\nbody = { type = "sphere", radius = 0.1 }\n'
+    (tmp_path / "case.toml").write_text(f'{text}[[field_points]]\nname = "p"\nposition = [0, 0, 1]\n')
+    assert main(["check", str(tmp_path / "case.toml")]) == 0
+    assert "at rest: give the run its velocity with --use FILE" in capsys.readouterr().out

@@ -1,10 +1,11 @@
-"""The page "Your first gearbox", followed in an empty folder with the package as its wheel holds it."""
+"""The page "Your first gearbox", followed in an empty folder with the package that its wheel installs."""
 
 import os
 import re
 import shutil
 import subprocess
 import sys
+from importlib.metadata import distributions
 from pathlib import Path
 
 import pytest
@@ -16,16 +17,19 @@ ROOT = Path(__file__).parents[2]
 
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory):
-    """Folder of the files that a wheel would install, made outside the repository."""
+    """Folder into which the wheel is installed, outside the repository."""
     source = tmp_path_factory.mktemp("source") / "nvhchain"
-    wanted = ("nvhchain", "cases", "pyproject.toml", "setup.py", "README.md", "LICENSE")
-    for name in wanted:
+    source.mkdir()
+    for name in ("nvhchain", "cases", "pyproject.toml", "setup.py", "MANIFEST.in", "README.md", "LICENSE"):
         copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copyfile
-        source.mkdir(exist_ok=True)
         copy(ROOT / name, source / name)
-    build = [sys.executable, "setup.py", "-q", "build", "--build-base", str(source / "made")]
-    subprocess.run(build, cwd=source, check=True, capture_output=True)
-    library = source / "made" / "lib"
+    wheels, library = source / "wheels", source / "library"
+    pip = [sys.executable, "-m", "pip", "-q", "--disable-pip-version-check"]
+    alone = ["--no-deps", "--no-index"]
+    build = [*pip, "wheel", *alone, "--no-build-isolation", "--wheel-dir", str(wheels), str(source)]
+    subprocess.run(build, check=True, capture_output=True)
+    (wheel,) = wheels.glob("nvhchain-*.whl")
+    subprocess.run([*pip, "install", *alone, "--target", str(library), str(wheel)], check=True, capture_output=True)
     for kind in ("*.nbi", "*.nbc"):  # what is compiled here need not be compiled there: index first, then its code
         for compiled in (ROOT / "nvhchain").rglob(kind):
             place = library / compiled.relative_to(ROOT)
@@ -34,9 +38,23 @@ def installed(tmp_path_factory):
     return library
 
 
+def levels(text, name):
+    """Levels of a case in their order, each with its upper limit."""
+    found = re.findall(rf"^{name}: ([\d.]+) dB\(A\) \(.*?([\d.]+)\)", text, re.M)
+    return [(float(level), float(upper)) for level, upper in found]
+
+
+def test_metadata_of_the_wheel_name_version_command_and_places(installed):
+    (found,) = distributions(path=[str(installed)])
+    assert (found.metadata["Name"], found.version) == ("nvhchain", "0.1.0")
+    assert [entry.value for entry in found.entry_points if entry.name == "nvhchain"] == ["nvhchain.cli:main"]
+    assert not any("Linux" in each for each in found.metadata.get_all("Classifier"))
+
+
 def test_following_the_page_ends_with_its_answer(installed, tmp_path):
     page = (ROOT / "docs" / "tutorials" / "first_gearbox.md").read_text(encoding="utf-8")
     commands = [line for block in re.findall(r"```sh\n(.*?)```", page, re.S) for line in block.splitlines()]
+    shown = "\n".join(re.findall(r"```text\n(.*?)```", page, re.S))
     second = re.search(r"```toml\n(.*?)```", page, re.S)[1]
     environment = {**os.environ, "PYTHONPATH": str(installed)}
     printed = ""
@@ -44,9 +62,9 @@ def test_following_the_page_ends_with_its_answer(installed, tmp_path):
         program, *arguments = command.split()
         assert program == "nvhchain"
         if arguments[0] == "compare":
-            (tmp_path / "mine" / "wider.toml").write_text(second)
+            (tmp_path / "mine" / Path(arguments[2]).name).write_text(second)
         done = subprocess.run(
-            [sys.executable, "-m", program, *arguments],
+            [str(installed / "bin" / program), *arguments],
             cwd=tmp_path,
             env=environment,
             capture_output=True,
@@ -57,8 +75,13 @@ def test_following_the_page_ends_with_its_answer(installed, tmp_path):
         printed += done.stdout
     where = [sys.executable, "-c", "import nvhchain; print(nvhchain.__file__)"]
     assert str(installed) in subprocess.run(where, cwd=tmp_path, env=environment, capture_output=True, text=True).stdout
-    level = float(re.search(r"^single-stage: ([\d.]+) dB\(A\)", printed, re.M)[1])
-    louder = float(re.search(r"wider is ([\d.]+) dB louder than single-stage", printed)[1])
-    assert level == pytest.approx(48.2, abs=0.2)
-    assert louder == pytest.approx(0.6, abs=0.3)
+    other = re.search(r'name = "(\w+)"', second)[1]
+    for name in ("single-stage", other):
+        assert levels(shown, name)
+        for found, stated in zip(levels(printed, name), levels(shown, name), strict=True):
+            assert found == pytest.approx(stated, abs=0.2)
+    difference = rf"^{other} is ([\d.]+) dB (\w+) than single-stage"
+    (found, word), (stated, stated_word) = (re.search(difference, text, re.M).groups() for text in (printed, shown))
+    assert (word, float(found)) == (stated_word, pytest.approx(float(stated), abs=0.15))
+    assert "Figures, sound and tables: out/report.html" in printed
     assert (tmp_path / "out" / "report.html").exists()

@@ -20,6 +20,11 @@ def read_toml(path: Path) -> tuple[dict[str, Any], str]:
 
     Raises InputError if the file cannot be read, is too large, or is not valid TOML.
     """
+    inside = sorted(path.glob("*.toml")) if path.is_dir() else []
+    require(
+        not path.is_dir(),
+        f"{path} is a folder: name a file in TOML{f', such as {inside[0]}' if inside else ''}",
+    )
     try:
         with path.open("rb") as file:
             content = file.read(_LARGEST + 1)

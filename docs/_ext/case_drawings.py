@@ -74,9 +74,9 @@ def casting(figure):
     dimension(ax, (-72, 0), (-72, depth), "depth", at=(-4, 0), ha="right")
     dimension(ax, (34, 0), (34, bell), "bell_depth", at=(4, 0), ha="left")
     pointer(ax, (34, bell + end / 2), "end_wall", (0, 24))
-    pointer(ax, (34, depth - end / 2), "end_wall", (0, 26))
+    pointer(ax, (34, depth - end / 2), "end_wall", (0, 46))
     pointer(ax, (right + wall / 2 + 2, 70), "wall", (34, 0), "left")
-    pointer(ax, (right + MM * body.draft, 16), "draft: growth towards the flange", (16, 34), "left")
+    pointer(ax, (right + MM * body.draft, 20), "draft: growth\ntowards the flange", (26, 22), "left")
     pointer(ax, (right + wall - 3, depth - 4), "chamfer", (26, 14), "left")
     flange = right + wall + MM * (body.draft + body.flange_width)
     pointer(ax, (flange - 4, MM * body.flange_thickness / 2), "flange_width,\nflange_thickness", (16, 6), "left")
@@ -84,14 +84,19 @@ def casting(figure):
     cx, cz, radius = MM * bore.centre[0], MM * bore.centre[2], MM * bore.radius
     dimension(ax, (cx, cz), (cx + radius, cz), "radius", at=(0, -6))
     ax.plot(cx, cz, "+", color=SIZE)
-    pointer(ax, (cx, cz), "bores: centre", (-34, -14), "right")
+    pointer(ax, (cx, cz), "bores: centre", (-12, -34), "right")
     pointer(ax, (cx - radius - 4, cz), "boss_thickness", (-26, 14), "right")
     pointer(ax, (cx, MM * (bore.centre[2]) + 14), "cover_thickness", (-10, 20))
     ax.axhline(0, color=EDGE, lw=0.8, ls="-.")
     ax.text(-78, -6, "mounting plane z = 0", fontsize=8, va="center")
-    ax.set(xlabel="x / mm", ylabel="z / mm", title="Section y = 0", aspect="equal", xlim=(-95, 200), ylim=(-12, 165))
+    ax.set(xlabel="x / mm", ylabel="z / mm", title="Section y = 0", aspect="equal", xlim=(-110, 230), ylim=(-14, 170))
 
-    for offset, name in ((0.0, "gear_spaces: their hull"), (body.wall, "wall")):
+    foot = body.wall + body.draft + body.flange_width
+    for offset, name, away in (
+        (0.0, "gear_spaces: their hull", (50, -72)),
+        (body.wall, "wall", (-30, 42)),
+        (foot, "flange", (40, 36)),
+    ):
         points = np.concatenate(
             [
                 np.column_stack([a.x + a.radius * np.cos(t), a.y + a.radius * np.sin(t)])
@@ -101,7 +106,8 @@ def casting(figure):
         )
         closed = MM * np.vstack([points, points[:1]])
         view.plot(*closed.T, color=EDGE, lw=1)
-        pointer(view, closed[len(closed) // 5], name, (-20, 30 if offset else -26))
+        at = {0.0: closed[:, 1].argmin(), foot: closed[:, 0].argmax()}.get(offset, len(closed) // 5)
+        pointer(view, closed[at], name, away)
     for space in body.gear_spaces:
         view.add_patch(Circle(MM * np.array(space.centre), MM * space.radius, fill=False, ls="--", ec=EDGE, lw=0.8))
     for one in body.bores:
@@ -116,8 +122,8 @@ def casting(figure):
         ylabel="y / mm",
         title="From the mounting plane",
         aspect="equal",
-        xlim=(-80, 160),
-        ylim=(-100, 110),
+        xlim=(-110, 230),
+        ylim=(-110, 115),
     )
 
 

@@ -25,8 +25,11 @@ class _Lines(logging.Formatter):
 @contextmanager
 def logged(verbosity: int, path: Path | None) -> Iterator[None]:
     """Log the package on stderr, from INFO with a `verbosity` of 1 and DEBUG with 2, and all of it in a file."""
-    log = logging.getLogger("nvhchain")
+    log, printed = logging.getLogger("nvhchain"), logging.getLogger("nvhchain.cli")
     with ExitStack() as stack:
+        nothing = logging.NullHandler()  # without it Python prints once more what the command has printed
+        printed.addHandler(nothing)
+        stack.callback(printed.removeHandler, nothing)
         if verbosity or path is not None:
             lines = logging.StreamHandler(sys.stderr)
             lines.addFilter(lambda record: not record.name.startswith("nvhchain.cli"))  # printed already

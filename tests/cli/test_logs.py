@@ -1,6 +1,7 @@
 """Logs of a command, and the completion of a shell."""
 
 import subprocess
+import sys
 
 import pytest
 
@@ -54,3 +55,12 @@ def test_missing_shtab_is_named_with_its_remedy(monkeypatch, capsys):
     monkeypatch.setattr(extras, "installed", lambda module: False)
     assert main(["completion", "bash"]) == 2
     assert "pip install nvhchain[completion]" in capsys.readouterr().err
+
+
+def test_a_warning_is_printed_once_with_its_case(tmp_path, request):
+    text = (request.config.rootpath / "cases/small/single_stage.toml").read_text()
+    (tmp_path / "case.toml").write_text(text.replace("[0, 0], radius_mm = 40", "[0, 0], radius_mm = 30.1"))
+    command = [sys.executable, "-m", "nvhchain", "check", str(tmp_path / "case.toml")]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stderr.count("passes as the rounding of a drawing") == 1
+    assert done.stderr.startswith("nvhchain: ")

@@ -55,14 +55,15 @@ def test_following_the_page_ends_with_its_answer(installed, tmp_path):
     page = (ROOT / "docs" / "tutorials" / "first_gearbox.md").read_text(encoding="utf-8")
     commands = [line for block in re.findall(r"```sh\n(.*?)```", page, re.S) for line in block.splitlines()]
     shown = "\n".join(re.findall(r"```text\n(.*?)```", page, re.S))
-    second = re.search(r"```toml\n(.*?)```", page, re.S)[1]
+    files = {re.search(r'name = "(\w+)"', text)[1]: text for text in re.findall(r"```toml\n(.*?)```", page, re.S)}
     environment = {**os.environ, "PYTHONPATH": str(installed)}
     printed = ""
     for command in commands:
         program, *arguments = command.split()
         assert program == "nvhchain"
         if arguments[0] == "compare":
-            (tmp_path / "mine" / Path(arguments[2]).name).write_text(second)
+            path = Path(arguments[2])
+            (tmp_path / path).write_text(files[path.stem])
         done = subprocess.run(
             [str(installed / "bin" / program), *arguments],
             cwd=tmp_path,
@@ -75,13 +76,13 @@ def test_following_the_page_ends_with_its_answer(installed, tmp_path):
         printed += done.stdout
     where = [sys.executable, "-c", "import nvhchain; print(nvhchain.__file__)"]
     assert str(installed) in subprocess.run(where, cwd=tmp_path, env=environment, capture_output=True, text=True).stdout
-    other = re.search(r'name = "(\w+)"', second)[1]
-    for name in ("single-stage", other):
+    for name in ("single-stage", *files):
         assert levels(shown, name)
         for found, stated in zip(levels(printed, name), levels(shown, name), strict=True):
             assert found == pytest.approx(stated, abs=0.2)
-    difference = rf"^{other} is ([\d.]+) dB (\w+) than single-stage"
-    (found, word), (stated, stated_word) = (re.search(difference, text, re.M).groups() for text in (printed, shown))
-    assert (word, float(found)) == (stated_word, pytest.approx(float(stated), abs=0.15))
+    for other in files:
+        difference = rf"^{other} is ([\d.]+) dB (\w+) than single-stage"
+        (found, word), (stated, said) = (re.search(difference, text, re.M).groups() for text in (printed, shown))
+        assert (word, float(found)) == (said, pytest.approx(float(stated), abs=0.15))
     assert "Figures, sound and tables: out/report.html" in printed
     assert (tmp_path / "out" / "report.html").exists()

@@ -6,11 +6,12 @@ import json
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from nvhchain.case.checks.mended import mended
-from nvhchain.case.checks.missing import missing_values
+from nvhchain.case.checks.missing import assumed_stiffness, missing_values
 from nvhchain.case.checks.names import nearest, unknown_names
 from nvhchain.case.gearbox import GearboxCase
 from nvhchain.case.radiator import RadiatorCase
@@ -93,6 +94,9 @@ def _built(table: Table, path: Path, changes: Sequence[str]) -> Case:
     missing = [f"{path}: {text}" for text in missing_values(table)] if kind == "gearbox" else []
     try:
         case = build(kinds[kind], table, str(path))
+        if isinstance(case, GearboxCase):
+            stated = [text for text in assumed_stiffness(table) if text not in case.assumptions]
+            case = replace(case, assumptions=(*case.assumptions, *stated)) if stated else case
         _check_judgeable(case, str(path))
     except InputError as error:
         wrong = mistakes(error)

@@ -225,12 +225,16 @@ def test_a_casting_takes_no_geometry_of_another_one(tmp_path, request, capsys, l
         nvh.case.Casting(**{name: () for name in GEOMETRY if name not in lacking})
 
 
-def test_a_bearing_takes_no_stiffness_of_another_one(checked, request, tmp_path):
-    lines = "radial_stiffness = 1.63e8\naxial_stiffness = 5.05e7\n"
-    _, _, printed = checked((lines, ""))
-    (line,) = printed
-    assert "bearing A2: radial_stiffness and axial_stiffness missing: give them" in line
+def test_bearings_without_stiffness_are_assumed_aloud(request, tmp_path, capsys):
+    text = (request.config.rootpath / SMALL).read_text()
+    without = text.replace("radial_stiffness = 1.63e8\naxial_stiffness = 5.05e7\n", "")
+    assert without != text
+    (tmp_path / "case.toml").write_text(without)
+    assert main(["check", str(tmp_path / "case.toml")]) == 0
+    (line,) = (line for line in capsys.readouterr().out.splitlines() if "assumed stiffness" in line)
+    assert "A2, B1, B2 take an assumed stiffness, 1.63e+08 N/m radially and 5.05e+07 N/m axially" in line
     case = load_case(request.config.rootpath / SMALL)
+    assert not case.assumptions
     assert load_case(nvh.save_case(case, tmp_path / "saved.toml")).bearings == case.bearings
 
 

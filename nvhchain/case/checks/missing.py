@@ -1,4 +1,4 @@
-"""Values that a case file must give, each with a proposal from the rest of the file."""
+"""Values that a case file must give, each with a proposal from the rest of it, and stiffness that it may leave out."""
 
 from __future__ import annotations
 
@@ -17,20 +17,28 @@ _CLEARANCE = 0.003
 
 
 def missing_values(table: Mapping[str, Any]) -> Iterator[str]:
-    """Yield a message for every length of a casting, and stiffness of a bearing, that a gearbox's table lacks."""
+    """Yield a message for every length of a casting that a gearbox's table lacks."""
     housing = table.get("housing")
     if isinstance(housing, Mapping) and housing.get("type", "casting") == "casting":
         for name, proposal in _proposals(table).items():
             if not _given(housing, name):
                 yield f"housing: {name} {'are' if name.endswith('s') else 'is'} missing: give {proposal}"
-    for kind in ("bearings", "shaft_bearings"):
-        for part in _tables(table.get(kind)):
-            lacking = [name for name in ("radial_stiffness", "axial_stiffness") if not _given(part, name)]
-            if lacking and "model" not in part:
-                yield (
-                    f"bearing {part.get('name')}: {' and '.join(lacking)} missing: give them (N/m; some 1e8 radially "
-                    "for a rolling bearing of a car), or a model of the catalogue"
-                )
+
+
+def assumed_stiffness(table: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the sentence about bearings without stiffness in a gearbox's table, if there are any."""
+    names = [
+        str(part.get("name"))
+        for kind in ("bearings", "shaft_bearings")
+        for part in _tables(table.get(kind))
+        if "model" not in part and not (_given(part, "radial_stiffness") and _given(part, "axial_stiffness"))
+    ]
+    if names:
+        yield (
+            f"bearing(s) {', '.join(names)} take an assumed stiffness, {Bearing.radial_stiffness:g} N/m radially and "
+            f"{Bearing.axial_stiffness:g} N/m axially, as tapered roller bearings of a car: give radial_stiffness and "
+            "axial_stiffness, or a model of the catalogue"
+        )
 
 
 def _proposals(table: Mapping[str, Any]) -> dict[str, str]:

@@ -73,7 +73,7 @@ def main() -> None:
             [
                 "Levels 1 m behind the rear wall, with limits in brackets where they exist. At 2500 rpm the level is "
                 "the overall one. In the run-up from rest to 2500 rpm in 20 s it is the equivalent level of the whole "
-                "record. Only steady comparisons have limits of the difference.",
+                "record.",
                 "",
                 head,
                 "|---|---|---:|---:|---:|---:|",

@@ -12,13 +12,15 @@ from nvhchain.study.plans.optimise import best_score, scores
 from nvhchain.study.quality import failed_shares, influences, percentiles
 from nvhchain.study.rows import Row, operating_points
 from nvhchain.study.running import check_disk, check_parameters, remarks, run_study
-from nvhchain.study.tables import rows_csv, write_study
+from nvhchain.study.tables import records_of, rows_csv, write_study
 
 __all__ = [
+    "Parameter",
     "Study",
     "load_study",
     "main_effects",
     "percentiles",
+    "records_of",
     "run_study",
     "sensitivity",
     "write_study",

@@ -165,10 +165,27 @@ def rows_csv(study: Study, rows: Sequence[Row]) -> str:
 
 
 def records_of(study: Study, rows: Sequence[Row]) -> list[dict[str, Any]]:
-    """Return the table of all runs, for data frames.
+    """Return the table of all runs, such as for `pandas.DataFrame`.
 
-    Returns column → value of every run; None for a missing one. Columns "less design 0" have the difference of the
-    level from design 0 at the same operating point, with limits in which common errors cancel.
+    Parameters
+    ----------
+    study : Study
+        Study.
+    rows : sequence of Row
+        Rows of `run_study`.
+
+    Returns
+    -------
+    list of dict
+        Column → value of every run, as in study.csv; None for a missing one. Columns "less design 0" have the
+        difference of the level from design 0 at the same operating point, with limits in which common errors cancel.
+
+    Examples
+    --------
+    >>> from nvhchain.study import Parameter, Row, Study, records_of
+    >>> study = Study("case.toml", (Parameter("radius", ("body.radius_mm",), (5, 10)),))
+    >>> records_of(study, [Row(0, {"radius": 5}, responses={"mass_kg": 0.5})])
+    [{'design': 0, 'radius': 5, 'mass_kg': 0.5, 'seconds': 0.0, 'refused': None}]
     """
     responses = responses_of(rows)
     limited = [name for name in responses if any(name in row.limits for row in rows)]

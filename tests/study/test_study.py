@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas
 import pytest
 
 import nvhchain as nvh
@@ -28,6 +29,7 @@ from nvhchain.study import (
     list_designs,
     load_study,
     main_effects,
+    records_of,
     rows_csv,
     run_study,
     sensitivity,
@@ -315,6 +317,18 @@ def test_the_studies_of_the_page_fit_the_cases_that_they_name(tmp_path):
     assert len(studies) == 2
     for path in studies:
         check_parameters(load_study(path))
+
+
+def test_a_study_without_a_file_has_a_table_for_pandas(sphere, tmp_path):
+    """A failed run has no level; a limit that does not exist is a missing number."""
+    study = Study(sphere, (Parameter("radius", ("body.radius_mm",), (5, 10, -1)),))
+    rows = run_study(study, out=tmp_path / "out", fidelity=nvh.DRAFT)
+    table = pandas.DataFrame(records_of(study, rows))
+    assert list(table.columns) == next(csv.reader(io.StringIO(rows_csv(study, rows))))
+    assert table["radius"].tolist() == [5, 10, -1]
+    assert table["level"].dtype == float
+    assert table["level"][1] == rows[1].responses["level"]
+    assert table["level"].isna().tolist() == [False, False, True]
 
 
 def test_a_response_that_is_the_same_in_all_designs_has_no_effects():

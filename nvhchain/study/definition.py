@@ -83,7 +83,7 @@ class Study:
         Number of designs, a power of two for `sobol` and `sensitivity`. The latter multiplies it by the number of
         parameters plus two. For `optimise` the largest number. `grid`, `list` and `gradient` have their own.
     seed : int
-        Seed of plans with a number of designs.
+        Seed of plans with a number of designs, and of the draws of a search.
     speeds_rpm : tuple of float
         Speeds of the input shaft (rpm) at which every design runs; that of the case by default.
     torques : tuple of float

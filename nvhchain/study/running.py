@@ -271,7 +271,7 @@ class _Runs:
 
     def rows(self, designs: Sequence[tuple[int, Design]]) -> list[Row]:
         """Return the rows of numbered designs at every operating point, and with every draw of the tolerances."""
-        draws = draws_of(self.study.goal)
+        draws = draws_of(self.study)
         points = operating_points(self.study)
         empty = [
             Row(number, design | draw, point.speed_rpm, point.torque, draw=place)

@@ -162,6 +162,12 @@ def test_a_base_case_outside_the_ranges_is_stated_and_is_not_the_best_design(stu
     assert lines[2] == "Design 0, the base case, lies outside the search: radius = 4 mm"
 
 
+def test_draws_of_a_search_follow_its_seed():
+    study = Study("c.toml", (AXES[0],), plan="optimise", designs=10, goal=Goal(scatter=(AXES[1],), draws=4))
+    assert optimise.draws_of(study) == optimise.draws_of(replace(study, seed=1))
+    assert optimise.draws_of(study) != optimise.draws_of(replace(study, seed=2))
+
+
 def test_a_slope_is_stated_with_its_limits(tmp_path, monkeypatch):
     study = Study("c.toml", (AXES[0],), plan="gradient")
     rows = [Row(0, {"x": 2.0}, responses={"level": 60.0})]

@@ -16,7 +16,7 @@ from scipy.stats import qmc
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray
 from nvhchain.study.analysis import responses_of
-from nvhchain.study.definition import Goal, Study
+from nvhchain.study.definition import Study
 from nvhchain.study.parameter import Parameter
 from nvhchain.study.plans.designs import Design
 from nvhchain.study.rows import Evaluate, Row
@@ -73,14 +73,15 @@ class Score:
         return self.excess == 0.0 and not self.outside
 
 
-def draws_of(goal: Goal | None) -> list[Design]:
-    """Return the values of the tolerances of every draw, the same for all designs.
+def draws_of(study: Study) -> list[Design]:
+    """Return the values of the tolerances of every draw, the same for all designs; they follow the seed of the study.
 
-    goal: goal; one empty draw without it, or without tolerances.
+    study: study; one empty draw without a goal, or without tolerances.
     """
+    goal = study.goal
     if goal is None or not goal.scatter:
         return [{}]
-    shares = np.clip(np.random.default_rng(1).random((goal.draws, len(goal.scatter))), 1e-9, 1.0 - 1e-9)
+    shares = np.clip(np.random.default_rng(study.seed).random((goal.draws, len(goal.scatter))), 1e-9, 1.0 - 1e-9)
     return [{one.name: one.value_at(share) for one, share in zip(goal.scatter, row, strict=True)} for row in shares]
 
 

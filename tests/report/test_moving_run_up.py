@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
+from nvhchain.acoustics import radiate
 from nvhchain.handoff import BearingForces, ForceSpectrum
 from nvhchain.housing import respond
 from nvhchain.plots import OrderMarks
 from nvhchain.report import run_up
 from nvhchain.report.causes.run_up import order_forces
 from nvhchain.report.page.sections.speed import moving_housing
-from nvhchain.report.page.sections.speed.moving_housing import _motion
+from nvhchain.report.page.sections.speed.moving_housing import _contribution, _motion
 from nvhchain.spectrum import Waterfall
 from nvhchain.testing import ball_with_modes
 
@@ -71,3 +72,19 @@ def test_mesh_orders_are_followed_before_louder_sound_between_them():
     found = run_up.main_orders([Waterfall(np.arange(4.0), np.full(4, 200.0), axis, amplitude, True)], marks)
     assert set(found) > {20.0, 40.0, 60.0}  # by their names, as curves and players use them
     assert len(found) == run_up.MAIN_ORDERS
+
+
+@pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # a coarse ball on purpose
+def test_contributions_of_faces_add_up_to_the_sound_of_a_steady_state_at_the_speed(forces):
+    case = ball_with_modes.case()
+    housing = ball_with_modes.housing(case)
+    vectors = ball_with_modes.parts(case, housing)[2]
+    places = [(37.0, 110.0), (37.0, 130.0), (60.0, 110.0)]
+    motion = _motion(forces, housing, places)
+    faces = _contribution([vectors], housing, places, motion)
+    for number, (order, speed) in enumerate(places):
+        force = order_forces(forces, order, np.array([speed]))
+        heard = radiate(vectors, respond(housing, force)).pressure[0, 0]
+        assert (faces[number] * housing.surface.areas).sum() / 10.0 == pytest.approx(abs(heard), rel=1e-9)
+    assert _contribution([vectors], housing, [(37.0, 1e4)], motion[:1]) is None  # above all vectors
+    assert _contribution([], housing, places, motion) is None

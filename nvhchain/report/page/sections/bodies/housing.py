@@ -106,10 +106,16 @@ def _contribution(
         parts[present] = at_lines * motion[present]
         total = parts.sum(axis=1)
         if np.abs(total - heard).max() <= SUM_ERROR * np.abs(heard).max():
-            size = np.abs(total)
-            along = (parts * np.conj(total)[:, None]).real / np.where(size > 0, size, 1.0)[:, None]
-            return np.asarray(along / of.surface.areas * 10.0)  # Pa/m² to mPa/dm²
+            return in_phase(parts, of.surface.areas)
     return None
+
+
+def in_phase(parts: ComplexArray, areas: FloatArray) -> FloatArray:
+    """Return pressure of faces (n_line, n_face) Pa in phase with their sum, per area (m²), in mPa/dm²."""
+    total = parts.sum(axis=1)
+    size = np.abs(total)
+    along = (parts * np.conj(total)[:, None]).real / np.where(size > 0, size, 1.0)[:, None]
+    return np.asarray(along / areas * 10.0)  # Pa/m² to mPa/dm²
 
 
 def _surface_pressure(run: StoredRun, of: SurfaceVelocity, frequencies: FloatArray) -> FloatArray | None:

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import warnings
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 
 from nvhchain import levels
+from nvhchain.acoustics import interpolate_vectors
 from nvhchain.conventions import REFERENCE_VELOCITY
-from nvhchain.handoff import BearingForces, ComplexArray, FloatArray, ReducedHousing
+from nvhchain.errors import InputError
+from nvhchain.handoff import BearingForces, ComplexArray, FloatArray, ReducedHousing, TransferVectors
 from nvhchain.housing import respond
 from nvhchain.report.causes.run_up import LEAST_RISE, order_forces
 from nvhchain.report.page.moving import Colours, MovingBody, moving_bodies
+from nvhchain.report.page.sections.bodies.housing import CONTRIBUTION, in_phase
 from nvhchain.report.page.stored import Stored
 from nvhchain.report.run_up import Curve, curves_of
 
@@ -35,7 +40,11 @@ def blocks(stored: Stored) -> list[Any]:
     places = _places(cuts, [forces for _, forces, _ in found], _highest(stored))
     if not places:
         return []
-    bodies = [MovingBody(run.name, of.surface, _motion(forces, of, places), {}) for run, forces, of in found]
+    bodies = []
+    for run, forces, of in found:
+        motion = _motion(forces, of, places)
+        parts = _contribution(stored.radiating(TransferVectors, of.surface.content_hash), of, places, motion)
+        bodies.append(MovingBody(run.name, of.surface, motion, {} if parts is None else {CONTRIBUTION: parts}))
     heard = np.array([[_level(of, *place) for place in places] for of in cuts.values()])
     texts = [_text(cuts, place, heard[:, number]) for number, place in enumerate(places)]
     weight = [float(levels.a_weighting(order * speed / (2 * np.pi))) for order, speed in places]
@@ -44,6 +53,12 @@ def blocks(stored: Stored) -> list[Any]:
         "their levels, and starts at the loudest in dB(A). Drag to turn; scroll to zoom after a click."
     )
     colours = [Colours("Normal velocity", "dB re 1 nm/s", "level", REFERENCE_VELOCITY)]
+    if all(CONTRIBUTION in body.values for body in bodies):
+        colours.append(Colours(CONTRIBUTION, "mPa/dm²", "signed"))
+        caption += (
+            f" Contributions are pressure at {stored.runs[0].point_name(0)} in phase with the sum, per area of the "
+            "face, as in a steady state at that speed; red adds, blue cancels."
+        )
     return [
         moving_bodies(bodies, texts, colours, caption, chosen=int((heard.max(axis=0) + weight).argmax()), what="speed")
     ]
@@ -81,6 +96,20 @@ def _motion(forces: BearingForces, housing: ReducedHousing, places: list[tuple[f
         speeds = np.array([speed for of, speed in places if of == order])
         rows.append(respond(housing, order_forces(forces, order, speeds)).normal_velocity)
     return np.concatenate(rows)
+
+
+def _contribution(
+    vectors: list[TransferVectors], housing: ReducedHousing, places: list[tuple[float, float]], motion: ComplexArray
+) -> FloatArray | None:
+    """Return the contribution of every face (n_place, n_face) in mPa/dm²; None without vectors at all frequencies."""
+    frequency = np.array([order * speed / (2 * np.pi) for order, speed in places])
+    lines, back = np.unique(frequency, return_inverse=True)
+    for of in vectors:
+        with suppress(InputError), warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # the run has given them
+            at_lines = interpolate_vectors(of, lines).vectors[back, 0]
+            return in_phase(at_lines * motion, housing.surface.areas)
+    return None
 
 
 def _level(cuts: list[Curve], order: float, speed: float) -> float:

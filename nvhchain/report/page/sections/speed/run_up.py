@@ -115,7 +115,10 @@ def _order_cuts(numbers: dict[str, int], curves: dict[str, list[Curve]]) -> Figu
     for place in range(len(titles)):
         layout[f"yaxis{place + 1 if place else ''}"]["range"] = [top - RANGE, top + 3.0]
         traces += [_curve(name, number, cuts[name][place], "dB", place) for name, number in numbers.items()]
-    caption = "Levels of single orders over speed, dB re 20 µPa."
+    caption = (
+        "Levels of single orders over speed, dB re 20 µPa, without limits. The response `orders` of a study has limits "
+        "of the highest level of each."
+    )
     return Figure(caption, traces, layout, height=120 + 190 * -(-len(titles) // 2))
 
 

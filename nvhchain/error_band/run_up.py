@@ -52,6 +52,37 @@ class RunUpBand:
     limits: FloatArray
     bands: tuple[ErrorBand, ...]
 
+    def order_offsets(
+        self, order: float, time: FloatArray, input_speed: FloatArray, *, place: int, width: float
+    ) -> FloatArray:
+        """Return how far the level of an order may lie from its value in every part (n, 2), dB.
+
+        A part has the relative limits of the energy of the lines that the order sweeps in the window of its band; those
+        of the whole band where no such line sounds.
+
+        time, input_speed (n_t,): times (s) and speed (rad/s) of the record.
+        place: number of the place.
+        width: width of the order, in orders.
+        """
+        seconds = float(time[-1] - time[0]) / len(self.bands)
+        found = np.zeros((len(self.bands), 2))
+        for part, lines in enumerate(self.bands):
+            turns = input_speed[np.arange(len(time)) * len(self.bands) // len(time) == part] / (2 * np.pi)
+            if not len(turns):
+                continue
+            spacing = float(lines.frequency[-1] - lines.frequency[0]) / max(1, len(lines.frequency) - 1)
+            swept = order * float(np.ptp(turns)) / (2 * seconds * max(spacing, 1 / seconds))
+            reach = max(width / 2 * turns.mean(), swept + MAIN_LOBE * spacing)
+            near = np.abs(lines.frequency - order * turns.mean()) <= reach
+            # one tone, spread over lines: errors of the housing have one sign there, too
+            sources = {f"{name} of the order": of[near][:, [place]] for name, of in lines.sources.items()}
+            own = ErrorBand(lines.frequency[near], lines.amplitude[near][:, [place]], sources, weighted=False)
+            if near.any() and own.level[0] > SILENT_LEVEL:
+                found[part] = own.overall[0] - own.level[0]
+            else:
+                found[part] = lines.overall[0] - lines.level[0] if lines.level[0] > SILENT_LEVEL else [-np.inf, 0.0]
+        return found
+
     def widened(self, source: str, relative: float) -> RunUpBand:
         """Return the band with one more source of error, relative to the amplitudes at all speeds."""
         bands = tuple(band.widened(source, relative) for band in self.bands)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import pi
 from pathlib import Path
 from typing import Any
@@ -15,12 +15,13 @@ from nvhchain.error_band import RunUpBand, difference_limits, shared_inputs, sha
 from nvhchain.error_band.files import finite
 from nvhchain.files.hdf5 import write_text
 from nvhchain.gear import quasi_static_transmission_error
-from nvhchain.handoff import FieldPressure, FloatArray
+from nvhchain.handoff import FieldPressure, FloatArray, PressureHistory
 from nvhchain.report.causes.differences import causes, named_or_lasting, run_up_causes
 from nvhchain.report.causes.run_up import with_parts
 from nvhchain.report.marks import mesh_orders, order_marks, slot_orders
-from nvhchain.report.run_up import curves_of, run_up_maps, run_up_summary
+from nvhchain.report.run_up import Curve, curves_of, run_up_maps, run_up_summary
 from nvhchain.report.sound.targets import judge
+from nvhchain.sound.orders import WIDTH
 
 
 def write_summary(
@@ -68,6 +69,8 @@ def _configurations(results: Mapping[str, Result]) -> dict[str, Any]:
         maps = {name: run_up_maps(of, marks, high=high) for name, of in histories.items()}
         curves = curves_of(maps, marks)
         found |= {name: run_up_summary(histories[name], curves[name]) for name in histories}
+        for name, history in histories.items():
+            found[name]["order_limits"] = _order_limits(results[name], history, curves[name])
     for name, result in results.items():
         if result.pressure is not None:
             found[name] = line_summary(result.pressure)
@@ -103,6 +106,24 @@ def _difference(first: Result, second: Result) -> dict[str, Any]:
         return {}
     inputs = [shared_inputs(of.case, of.housing, of.transfer_vectors, of.mesh_laws) for of in (first, second)]
     return {"difference_limits_db": finite(difference_limits(before, after, shared_sources(*inputs))[0])}
+
+
+def _order_limits(result: Result, history: PressureHistory, curves: Sequence[Curve]) -> list[dict[str, Any]]:
+    """Return how far the level of every order may lie from its curve, at the mean speeds of the parts of a run-up."""
+    band = result.error_bands.get("pressure")
+    if not isinstance(band, RunUpBand):
+        return []
+    found = []
+    for order in [of.order for of in curves if of.order is not None]:
+        offsets = band.order_offsets(order, history.time, history.input_speed, place=0, width=WIDTH)
+        rows = zip(band.input_speed.tolist(), offsets, band.bands, strict=True)
+        parts = [
+            {"speed_rpm": 30 / pi * speed, "offsets_db": finite(of)}
+            for speed, of, lines in rows
+            if lines.frequency[0] <= order * speed / (2 * pi) <= lines.frequency[-1]
+        ]
+        found.append({"order": order, "parts": parts})
+    return found
 
 
 def line_summary(pressure: FieldPressure) -> dict[str, Any]:

@@ -11,9 +11,7 @@ from numpy.typing import NDArray
 from nvhchain import chain, levels
 from nvhchain.case import GearboxCase
 from nvhchain.error_band import ErrorBand, RunUpBand
-from nvhchain.error_band.band import SILENT_LEVEL
 from nvhchain.error_band.files import finite
-from nvhchain.error_band.run_up import MAIN_LOBE
 from nvhchain.sound import OrderTrack, order_track
 from nvhchain.sound.orders import LEAST_TURNS, NEAREST_ORDER, WIDTH
 
@@ -92,25 +90,13 @@ def _largest(band: RunUpBand, track: OrderTrack, inside: NDArray[np.bool_], plac
 
     inside (n,): True where the order lies inside the band of the case.
 
-    A part has the relative limits of the energy of the lines that the order sweeps in the window of its band.
+    `RunUpBand.order_offsets` has those of a part.
     """
     parts = np.arange(len(track.time)) * len(band.bands) // len(track.time)
-    seconds = float(track.time[-1] - track.time[0]) / len(band.bands)
-    ends = []
-    for part, lines in enumerate(band.bands):
-        here = inside & (parts == part)
-        if not here.any():
-            continue
-        turns = track.input_speed[parts == part] / (2 * pi)
-        spacing = float(lines.frequency[-1] - lines.frequency[0]) / max(1, len(lines.frequency) - 1)
-        swept = track.order * float(np.ptp(turns)) / (2 * seconds * max(spacing, 1 / seconds))
-        width = max(WIDTH / 2 * turns.mean(), swept + MAIN_LOBE * spacing)
-        near = np.abs(lines.frequency - track.order * turns.mean()) <= width
-        # one tone, spread over lines: errors of the housing have one sign there, too
-        sources = {f"{name} of the order": of[near][:, [place]] for name, of in lines.sources.items()}
-        swept_lines = ErrorBand(lines.frequency[near], lines.amplitude[near][:, [place]], sources, weighted=False)
-        offsets = lines.overall[0] - lines.level[0] if lines.level[0] > SILENT_LEVEL else np.array([-np.inf, 0.0])
-        if near.any() and swept_lines.level[0] > SILENT_LEVEL:
-            offsets = swept_lines.overall[0] - swept_lines.level[0]
-        ends.append(levels.decibel(track.envelope[here]).max() + offsets)
+    offsets = band.order_offsets(track.order, track.time, track.input_speed, place=place, width=WIDTH)
+    ends = [
+        levels.decibel(track.envelope[here]).max() + of
+        for part, of in enumerate(offsets)
+        if (here := inside & (parts == part)).any()
+    ]
     return finite(np.max(ends, axis=0))

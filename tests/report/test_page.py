@@ -20,11 +20,21 @@ from nvhchain.files import hdf5
 from nvhchain.handoff import BearingForces, FieldPressure, ForceSpectrum, PressureHistory, SurfaceVelocity
 from nvhchain.report import write_page
 from nvhchain.report.page._jinja import _unbroken
+from nvhchain.report.page.sections.speed.run_up import _limits
+from nvhchain.report.page.stored import StoredRun
+from nvhchain.report.run_up import Curve
 from scripts.browser import CHROMIUM, Browser
 
 SPEED = 2 * np.pi * 50.0
 ORDERS = np.arange(1.0, 41.0)
 BEARINGS, SEATS = ("A", "B"), np.zeros((2, 3))
+
+
+PARTS = [
+    {"speed_rpm": 600.0, "offsets_db": [-2.0, 3.0]},
+    {"speed_rpm": 900.0, "offsets_db": [-2.0, 3.0]},
+    {"speed_rpm": 1200.0, "offsets_db": [None, 3.0]},
+]
 
 
 class Reader(HTMLParser):
@@ -374,7 +384,7 @@ def test_one_design_of_a_finished_comparison_has_a_finished_page(pair):
     page = read(write_page(pair / "holed"))
     text = " ".join(page.texts)
     assert "Unfinished" not in text
-    assert f"holed: {level:.1f} dB(A) ({level - 2:.1f}…{level + 3:.1f})" in text
+    assert f"holed: {level:.1f} dB(A) (95 % limits {level - 2:.1f}…{level + 3:.1f})" in text
     assert "plain" not in text
     whole["configurations"]["holed"]["overall_dBA"] = level + 1.0  # it ran again since then
     (pair / "summary.json").write_text(json.dumps(whole))
@@ -523,3 +533,17 @@ def test_tables_make_no_folder_named_as_a_document(pair, capsys):
 def test_options_in_the_verdict_stay_in_one_row_and_names_stay_escaped():
     sentence = "<b>: a finer --fidelity or knobs narrow it"
     assert _unbroken(sentence) == '&lt;b&gt;: a finer <span class="option">--fidelity</span> or knobs narrow it'
+
+
+def test_order_cuts_are_shaded_with_the_limits_of_the_summary(tmp_path):
+    """2 dB below and 3 dB above the curve; no lower limit at the last speed."""
+    speed = np.linspace(50.0, 150.0, 41)
+    run = StoredRun("a", tmp_path, {"order_limits": [{"order": 20.0, "parts": PARTS}]}, {})
+    cut = Curve("order 20", "dB", speed, np.linspace(50.0, 60.0, 41), 20.0)
+    (shaded,) = _limits(run, 0, cut, 3, -40.0)
+    rpm = np.array([part["speed_rpm"] for part in PARTS])
+    level = np.interp(rpm, speed * 30 / np.pi, cut.level)
+    assert shaded["xaxis"] == "x4"
+    assert shaded["y"][:3] == pytest.approx(level + 3.0, abs=0.01)
+    assert shaded["y"][3:] == pytest.approx([-40.0, level[1] - 2.0, level[0] - 2.0], abs=0.01)
+    assert _limits(run, 0, Curve("order 40", "dB", speed, cut.level, 40.0), 3, -40.0) == []

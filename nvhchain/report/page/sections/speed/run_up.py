@@ -57,7 +57,7 @@ def blocks(stored: Stored) -> list[Any]:
         return [Text(f"{note} The mean speed is constant."), _mean_levels(numbers, maps)]
     found: list[Any] = [Text(note), _overall(stored, numbers, curves)]
     if len(next(iter(curves.values()))) > 1:
-        found.append(_order_cuts(numbers, curves))
+        found.append(_order_cuts(stored, numbers, curves))
     for number, (title, word) in enumerate((("frequency / Hz", "frequency"), ("order of the input", "order"))):
         found.append(_maps(stored, {name: of[number] for name, of in maps.items()}, title, word))
     return found
@@ -106,7 +106,7 @@ def _overall(stored: Stored, numbers: dict[str, int], curves: dict[str, list[Cur
     return Figure(caption, traces, layout, height=360)
 
 
-def _order_cuts(numbers: dict[str, int], curves: dict[str, list[Curve]]) -> Figure:
+def _order_cuts(stored: Stored, numbers: dict[str, int], curves: dict[str, list[Curve]]) -> Figure:
     cuts = {name: of[1:] for name, of in curves.items()}
     titles = [of.name for of in next(iter(cuts.values()))]
     layout = grid(titles, 2, "input speed / rpm", "level / dB", legend=1.06)
@@ -114,12 +114,28 @@ def _order_cuts(numbers: dict[str, int], curves: dict[str, list[Curve]]) -> Figu
     top = max(float(of.level.max()) for of_run in cuts.values() for of in of_run)
     for place in range(len(titles)):
         layout[f"yaxis{place + 1 if place else ''}"]["range"] = [top - RANGE, top + 3.0]
+        for name, number in numbers.items():
+            traces += _limits(stored.runs[number], number, cuts[name][place], place, top - 2 * RANGE)
         traces += [_curve(name, number, cuts[name][place], "dB", place) for name, number in numbers.items()]
-    caption = (
-        "Levels of single orders over speed, dB re 20 µPa, without limits. The response `orders` of a study has limits "
-        "of the highest level of each."
-    )
+    caption = "Levels of single orders over speed, dB re 20 µPa. Shaded: confidence limits of parts of the run-up."
     return Figure(caption, traces, layout, height=120 + 190 * -(-len(titles) // 2))
+
+
+def _limits(run: StoredRun, number: int, cut: Curve, place: int, floor: float) -> list[dict[str, Any]]:
+    """Return the shaded limits of an order; none where the summary has none."""
+    known = [of for of in run.summary.get("order_limits", []) if abs(of["order"] - (cut.order or 0.0)) < 1e-6]
+    parts = sorted((part for of in known for part in of["parts"]), key=lambda part: float(part["speed_rpm"]))
+    if len(parts) < 2:
+        return []
+    rising, speed = np.argsort(cut.speed), np.array([part["speed_rpm"] for part in parts])
+    level = np.interp(speed, cut.speed[rising] * 30 / np.pi, cut.level[rising])
+    ends = [
+        [np.inf * sign if end is None else end for sign, end in zip((-1, 1), part["offsets_db"], strict=True)]
+        for part in parts
+    ]
+    low, high = np.clip(level[:, None] + np.array(ends), floor, floor + 3 * RANGE).T
+    limits = shade(number, run.name, [*speed, *speed[::-1]], [*high, *low[::-1]])
+    return [limits | panel(place)]
 
 
 def _curve(name: str, number: int, of: Curve, unit: str, place: int | None = None) -> dict[str, Any]:

@@ -124,7 +124,9 @@ def _order_cuts(stored: Stored, numbers: dict[str, int], curves: dict[str, list[
 def _limits(run: StoredRun, number: int, cut: Curve, place: int, floor: float) -> list[dict[str, Any]]:
     """Return the shaded limits of an order; none where the summary has none."""
     known = [of for of in run.summary.get("order_limits", []) if abs(of["order"] - (cut.order or 0.0)) < 1e-6]
-    parts = sorted((part for of in known for part in of["parts"]), key=lambda part: float(part["speed_rpm"]))
+    slow, fast = cut.speed.min() * 30 / np.pi, cut.speed.max() * 30 / np.pi
+    inside = [part for of in known for part in of["parts"] if slow <= part["speed_rpm"] <= fast]
+    parts = sorted(inside, key=lambda part: float(part["speed_rpm"]))
     if len(parts) < 2:
         return []
     rising, speed = np.argsort(cut.speed), np.array([part["speed_rpm"] for part in parts])

@@ -9,12 +9,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from nvhchain import plots
 from nvhchain.chain import Result, SteadyMap, steady_map
+from nvhchain.error_band import ErrorBand
 from nvhchain.files.hdf5 import write_text
 from nvhchain.files.result_cache import Unwatched, Watcher
+from nvhchain.handoff import FloatArray
 from nvhchain.plots.files import save
+from nvhchain.report.marks import order_marks
 
 TABLE, FIGURE = "levels_over_speed.csv", "levels_over_speed.png"
 """Names of the files."""
@@ -50,8 +55,30 @@ def steady_maps(
             name: {f"A-weighted sound pressure level at {place}, dB(A) re 20 µPa": (of.speed, of.level[0, :, 0])}
             for name, of in maps.items()
         }
-        save(plots.levels_over_speed(profiles, dynamic_range=RANGE), out / FIGURE)
+        save(_beside_the_spectrum(profiles, results), out / FIGURE)
     return {name: _summary(of, results[name].case.field_points[0].name) for name, of in maps.items()}
+
+
+def _beside_the_spectrum(
+    profiles: Mapping[str, Mapping[str, tuple[FloatArray, FloatArray]]], results: Mapping[str, Result]
+) -> list[Axes]:
+    """Draw levels over speed, and beside them the A-weighted spectra at the speed of the cases."""
+    figure = Figure(figsize=(15.0, 5.0), layout="constrained")
+    levels, spectrum = figure.subplots(1, 2, width_ratios=(0.42, 0.58))
+    unweighted = Figure().add_subplot()  # not shown
+    plots.levels_over_speed(profiles, dynamic_range=RANGE, axes=[levels])
+    pressures = {name: result.pressure for name, result in results.items() if result.pressure is not None}
+    bands = {name: band for name in pressures if isinstance(band := results[name].error_band, ErrorBand)}
+    plots.pressure_spectrum(
+        pressures,
+        marks=order_marks([result.case for result in results.values()]),
+        bands=bands,
+        axes=[unweighted, spectrum],
+    )
+    spectrum.set_title("A-weighted lines at the speed of the cases (dotted on the left)", loc="left")
+    for speed in {pressure.input_speed for pressure in pressures.values()}:
+        levels.axvline(_RPM * speed, color="#8C8C8C", linestyle=":", zorder=0)
+    return [levels, spectrum]
 
 
 def _table(results: Mapping[str, Result], maps: Mapping[str, SteadyMap]) -> str:

@@ -96,8 +96,11 @@ def factorize(
     require(matrix.ndim == 2 and matrix.shape[0] == matrix.shape[1], f"matrix of shape {matrix.shape} is not square")
     require(engine in ("auto", *ENGINES), f"engine {engine!r} is none of auto, {', '.join(ENGINES)}")
     if engine == "auto":
-        cholmod = symmetric_positive_definite and _has_cholmod()
-        engine = "pardiso" if _has_pardiso() else "cholmod" if cholmod else "superlu"
+        engine = "superlu"
+        if _has_pardiso():
+            engine = "pardiso"
+        elif symmetric_positive_definite and _has_cholmod():
+            engine = "cholmod"
     if engine == "pardiso":
         return _PardisoFactor(matrix if upper else sp.triu(matrix), symmetric_positive_definite)
     if engine == "cholmod":

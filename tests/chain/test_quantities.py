@@ -235,7 +235,7 @@ def test_command_line_says_where_the_quantities_are(request, tmp_path, capsys):
     assert "surface_velocity in" in told
     # a pulsation of 1 m/s on every face at three lines, given as it is
     level = 20 * np.log10(1.0 / 2**0.5 / 1e-9) + 10 * np.log10(3)
-    assert f"surface velocity {level:.1f} dB re 1 nm/s ({level:.1f}…{level:.1f})" in told
+    assert f"surface velocity {level:.1f} dB re 1 nm/s (95 % limits {level:.1f}…{level:.1f})" in told
     assert hdf5.load(tmp_path / "out" / "surface_velocity.h5", SurfaceVelocity).frequency.tolist() == [200, 1000, 1715]
     path.write_text(f'base = "{sphere}"\nquantities = ["loudness"]\n')
     assert main(["check", str(path)]) == 2

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import tomllib
 from collections.abc import Mapping
@@ -20,9 +21,10 @@ def read_toml(path: Path) -> tuple[dict[str, Any], str]:
 
     Raises InputError if the file cannot be read, is too large, or is not valid TOML.
     """
-    inside = sorted(path.glob("*.toml")) if path.is_dir() else []
+    folder = os.path.isdir(path)  # also answers for names that are too long
+    inside = sorted(path.glob("*.toml")) if folder else []
     require(
-        not path.is_dir(),
+        not folder,
         f"{path} is a folder: name a file in TOML{f', such as {inside[0]}' if inside else ''}",
     )
     try:

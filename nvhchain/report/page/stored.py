@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -179,7 +180,7 @@ class Stored:
 
 def is_study(folder: Path) -> bool:
     """Return True for the folder of a finished study."""
-    return (folder / "study.csv").is_file() and not (folder / "summary.json").is_file()
+    return os.path.isfile(folder / "study.csv") and not os.path.isfile(folder / "summary.json")
 
 
 def stored_results(folder: Path) -> Stored:

@@ -35,7 +35,8 @@ class Terminated(KeyboardInterrupt):
 def termination_interrupts() -> Iterator[None]:
     """Let SIGTERM end child processes, which Ctrl-C reaches through the terminal, and raise Terminated.
 
-    Neither interrupts functions of `_CALLED_BY_C`. Handlers of Ctrl-C that a program has set remain.
+    Neither interrupts functions of `_CALLED_BY_C`. Handlers of Ctrl-C that a program has set remain. Modules in C turn
+    an interruption of what they import into an ImportError of their own: it is raised as the interruption.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -45,13 +46,21 @@ def termination_interrupts() -> Iterator[None]:
         numbers.append(signal.SIGINT)
     before, hook = [signal.signal(number, _interrupt) for number in numbers], sys.unraisablehook
     sys.unraisablehook = _raised_again
+    _raised.clear()
     try:
         yield
+    except ImportError:
+        if _raised:
+            raise _raised[-1] from None
+        raise
     finally:
         sys.unraisablehook = hook
         for number, handler in zip(numbers, before, strict=True):
             signal.signal(number, handler)
 
+
+_raised: list[KeyboardInterrupt] = []
+"""Interruptions that the handler has raised."""
 
 _AGAIN = 0.02
 """Time (s) after which a dropped or deferred interruption is raised again."""
@@ -84,13 +93,14 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
     if _in_call_by_c(frame):
         _send_again(signal.Signals(number))
         return
+    _raised.append(KeyboardInterrupt() if number == signal.SIGINT else Terminated())
     if number == signal.SIGINT:
-        raise KeyboardInterrupt
+        raise _raised[-1]
     signal.signal(signal.SIGTERM, signal.SIG_IGN)  # a second one does not disturb the end
     for child in psutil.Process().children(recursive=True):
         with suppress(psutil.Error):
             child.terminate()
-    raise Terminated
+    raise _raised[-1]
 
 
 def _in_call_by_c(frame: FrameType | None) -> bool:

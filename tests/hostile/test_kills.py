@@ -1,6 +1,7 @@
 """Killed commands: what they leave goes, and what they had begun is right in the end (small part of `make kills`)."""
 
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -9,6 +10,7 @@ from pathlib import Path
 import psutil
 import pytest
 
+from nvhchain.cli import termination
 from nvhchain.files.atomic_write import write_atomic
 from nvhchain.runtime import processes
 from nvhchain.runtime.folder_lock import remove_abandoned
@@ -150,6 +152,21 @@ def test_an_interruption_while_llvm_loads_a_kernel_comes_after_the_kernel(name, 
         [sys.executable, "-c", LOADED.format(name=name), str(tmp_path)], capture_output=True, text=True
     )
     assert (done.returncode, done.stdout, done.stderr) == (0, f"1 4.0\n{raised}\n", "")
+
+
+@pytest.mark.parametrize(
+    ("number", "kind"), [(signal.SIGTERM, termination.Terminated), (signal.SIGINT, KeyboardInterrupt)]
+)
+def test_an_import_in_c_that_turns_an_interruption_into_its_own_error_is_interrupted(number, kind, monkeypatch):
+    """numba does: "numba._devicearray failed to import"."""
+    monkeypatch.setattr(signal, "getsignal", lambda _: signal.default_int_handler)
+    with pytest.raises(kind), termination.termination_interrupts():
+        try:
+            signal.raise_signal(number)
+        except KeyboardInterrupt:
+            raise ImportError("_devicearray failed to import") from None
+    with pytest.raises(ImportError, match="missing"), termination.termination_interrupts():
+        raise ImportError("missing")
 
 
 @pytest.mark.slow

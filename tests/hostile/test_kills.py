@@ -160,11 +160,15 @@ def test_an_interruption_while_llvm_loads_a_kernel_comes_after_the_kernel(name, 
 def test_an_import_in_c_that_turns_an_interruption_into_its_own_error_is_interrupted(number, kind, monkeypatch):
     """numba does: "numba._devicearray failed to import"."""
     monkeypatch.setattr(signal, "getsignal", lambda _: signal.default_int_handler)
-    with pytest.raises(kind), termination.termination_interrupts():
+
+    def imported():
         try:
             signal.raise_signal(number)
         except KeyboardInterrupt:
             raise ImportError("_devicearray failed to import") from None
+
+    with pytest.raises(kind), termination.termination_interrupts():
+        imported()
     with pytest.raises(ImportError, match="missing"), termination.termination_interrupts():
         raise ImportError("missing")
 

@@ -75,9 +75,11 @@ def _beside_the_spectrum(
         bands=bands,
         axes=[unweighted, spectrum],
     )
-    spectrum.set_title("A-weighted lines at the speed of the cases (dotted on the left)", loc="left")
-    for speed in {pressure.input_speed for pressure in pressures.values()}:
-        levels.axvline(_RPM * speed, color="#8C8C8C", linestyle=":", zorder=0)
+    speeds = sorted({_RPM * pressure.input_speed for pressure in pressures.values()})
+    for speed in speeds:
+        levels.axvline(speed, color="#8C8C8C", linestyle=":", zorder=0)
+    at = " and ".join(f"{speed:.6g}" for speed in speeds)
+    spectrum.set_title(f"A-weighted lines at {at} rpm (dotted on the left)", loc="left")
     return [levels, spectrum]
 
 

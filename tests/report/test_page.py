@@ -5,25 +5,23 @@ import csv
 import json
 import re
 import zipfile
-from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
 import plotly.graph_objects
 import pytest
 
-import nvhchain as nvh
 from nvhchain import levels
 from nvhchain.acoustics import sphere
 from nvhchain.cli import main
 from nvhchain.files import hdf5
 from nvhchain.handoff import BearingForces, FieldPressure, ForceSpectrum, PressureHistory, SurfaceVelocity
 from nvhchain.report import write_page
-from nvhchain.report.page._jinja import _unbroken
 from nvhchain.report.page.sections.speed.run_up import _limits
 from nvhchain.report.page.stored import StoredRun
 from nvhchain.report.run_up import Curve
 from scripts.browser import CHROMIUM, Browser
+from scripts.page_reader import read
 
 SPEED = 2 * np.pi * 50.0
 ORDERS = np.arange(1.0, 41.0)
@@ -35,39 +33,6 @@ PARTS = [
     {"speed_rpm": 900.0, "offsets_db": [-2.0, 3.0]},
     {"speed_rpm": 1200.0, "offsets_db": [None, 3.0]},
 ]
-
-
-class Reader(HTMLParser):
-    """Texts, ids, addresses and JSON figures of a page."""
-
-    def __init__(self):
-        super().__init__()
-        self.open, self.ids, self.links, self.figures, self.cells, self.texts = [], [], [], {}, [], []
-
-    def handle_starttag(self, tag, attributes):
-        values = dict(attributes)
-        self.ids += [values["id"]] if "id" in values else []
-        self.links += [values[name] for name in ("src", "href") if values.get(name)]
-        self.open.append((tag, values))
-
-    def handle_endtag(self, tag):
-        while self.open and self.open.pop()[0] != tag:
-            pass
-
-    def handle_data(self, data):
-        tag, values = self.open[-1] if self.open else ("", {})
-        if tag == "script" and "data-plot" in values:
-            self.figures[values["data-plot"]] = json.loads(data)
-        elif tag in ("td", "th"):
-            self.cells.append(data)
-        elif tag not in ("script", "style"):
-            self.texts.append(data.strip())
-
-
-def read(path):
-    reader = Reader()
-    reader.feed(path.read_text())
-    return reader
 
 
 def steady(folder, louder):
@@ -437,28 +402,6 @@ def test_record_at_constant_speed_has_mean_levels_and_no_figures_over_speed(tmp_
     assert "Run-up" not in page.texts
 
 
-def test_folder_without_results_is_refused_in_one_line(tmp_path, capsys):
-    for folder in (tmp_path, tmp_path / "none"):
-        assert main(["report", str(folder)]) == 2
-        error = capsys.readouterr().err
-        assert error.count("\n") == 1
-        assert "holds no results: run `nvhchain run` or `nvhchain compare` first" in error
-    assert not list(tmp_path.iterdir())
-
-
-def test_run_of_the_command_line_ends_with_its_page_and_summary(request, tmp_path, capsys):
-    sphere = str(request.config.rootpath / "cases/sphere/pulsating.toml")
-    assert main(["run", sphere, "--fidelity", "draft", "--out", str(tmp_path)]) == 0
-    assert f"Figures, sound and tables: {tmp_path / 'report.html'}" in capsys.readouterr().out
-    told = json.loads((tmp_path / "summary.json").read_text())["configurations"]["pulsating-sphere"]
-    level = told["points"][0]["level_dBA"]
-    page = read(tmp_path / "report.html")
-    assert any(text.startswith(f"pulsating-sphere: {level:.1f} dB(A) (") for text in page.texts)
-    values = dict(json.loads((tmp_path / "case.json").read_text())["values"])
-    assert values["air.speed_of_sound"] == nvh.load_case(sphere).air.speed_of_sound
-    assert len(re.findall(r"pressure\.h5", " ".join(page.cells))) == 1
-
-
 def test_tables_and_curves_are_written_as_csv_and_workbook(pair, capsys):
     assert main(["tables", str(pair)]) == 0
     names = [Path(line).stem for line in capsys.readouterr().out.split("\n") if line]
@@ -485,16 +428,6 @@ def test_tables_and_curves_are_written_as_csv_and_workbook(pair, capsys):
     assert "a workbook that ends in .xlsx" in capsys.readouterr().err
 
 
-def test_page_of_a_trade_off_names_cheaper_settings_and_draws_all(request, tmp_path):
-    shipped = request.config.rootpath / "nvhchain/tradeoff/single-stage.json"
-    (tmp_path / "tradeoff.json").write_text(shipped.read_text())
-    page = read(write_page(tmp_path))
-    assert "single-stage: 72 of 93 settings are cheaper within 0.5 dB" in page.texts
-    (figure,) = page.figures.values()
-    assert sum(len(trace["x"]) for trace in figure["data"]) == 93
-    assert "gear.profile_elements" in page.cells
-
-
 def test_limits_are_numbers_in_two_columns_of_tables(pair):
     whole = json.loads((pair / "summary.json").read_text())
     for name, limits in (("plain", [58.5, 61.0]), ("holed", [None, 83.0])):
@@ -510,29 +443,10 @@ def test_limits_are_numbers_in_two_columns_of_tables(pair):
     assert [holed[at] for at in columns] == ["", "83.0"]
 
 
-def test_tables_of_a_study_go_into_a_workbook_and_its_page_names_its_command(tmp_path, capsys):
-    (tmp_path / "study.csv").write_text("design,level\n0,61.5\n1,58.25\n")
-    (tmp_path / "effects.csv").write_text("response,change\nlevel,-3.25\n")
-    book = tmp_path / "study.xlsx"
-    assert main(["tables", str(tmp_path), "--out", str(book)]) == 0
-    with zipfile.ZipFile(book) as parts:
-        assert 'name="study"' in (sheets := parts.read("xl/workbook.xml").decode())
-        assert 'name="effects"' in sheets
-        assert "<v>58.25</v>" in parts.read("xl/worksheets/sheet2.xml").decode()
-    capsys.readouterr()
-    assert main(["report", str(tmp_path)]) == 2
-    assert "is that of a study: run `nvhchain study FILE" in capsys.readouterr().err
-
-
 def test_tables_make_no_folder_named_as_a_document(pair, capsys):
     assert main(["tables", str(pair), "--out", str(pair / "x.pdf")]) == 2
     assert "or a workbook that ends in .xlsx" in capsys.readouterr().err
     assert not (pair / "x.pdf").exists()
-
-
-def test_options_in_the_verdict_stay_in_one_row_and_names_stay_escaped():
-    sentence = "<b>: a finer --fidelity or knobs narrow it"
-    assert _unbroken(sentence) == '&lt;b&gt;: a finer <span class="option">--fidelity</span> or knobs narrow it'
 
 
 def test_order_cuts_are_shaded_with_the_limits_of_the_summary(tmp_path):

@@ -114,11 +114,11 @@ def add_microphones(
         waves = run_waves(run, load)
         places, names = _places(waves, points, standard, radius)
         if len(places):
-            pressure = waves.pressure(places)
+            pressure = waves.pressure(places).replace(point_names=tuple(names))
             hdf5.save(pressure, run.folder / f"{MICROPHONES}.h5")
-            told += _table(run, pressure, names)  # levels of earlier points belong to these waves, too
+            told += _table(run, pressure)  # levels of earlier points belong to these waves, too
             if standard is not None:
-                told.append(_array_power(waves, pressure, names, standard, radius))
+                told.append(_array_power(waves, pressure, standard, radius))
         if balloon:
             told += _balloon(waves, radius)
     return told
@@ -203,12 +203,13 @@ def _places(
     return np.concatenate([given, array]), names + [f"{standard} {number + 1}" for number in range(len(array))]
 
 
-def _table(run: StoredRun, pressure: FieldPressure, names: list[str]) -> list[str]:
+def _table(run: StoredRun, pressure: FieldPressure) -> list[str]:
     """Write the levels of all field points; return their lines."""
     weighted = levels.overall(pressure.frequency, pressure.pressure)
     plain = levels.overall(pressure.frequency, pressure.pressure, weighted=False)
     rows = ["name,x / m,y / m,z / m,level / dB(A),level / dB"]
     told = []
+    names = pressure.point_names or ()
     for name, place, level, unweighted in zip(names, pressure.points, weighted, plain, strict=True):
         x, y, z = place
         rows.append(f"{name},{x:.9g},{y:.9g},{z:.9g},{level:.3f},{unweighted:.3f}")
@@ -218,12 +219,10 @@ def _table(run: StoredRun, pressure: FieldPressure, names: list[str]) -> list[st
     return [*told, f"Levels and pressures: {path}, {path.with_suffix('.h5')}"]
 
 
-def _array_power(
-    waves: RunWaves, pressure: FieldPressure, names: list[str], standard: str, radius: float | None
-) -> str:
+def _array_power(waves: RunWaves, pressure: FieldPressure, standard: str, radius: float | None) -> str:
     """Return the sound power from the array beside that of the waves."""
     _, distance = waves.array(standard, radius)
-    chosen = [number for number, name in enumerate(names) if name.startswith(standard)]
+    chosen = [number for number, name in enumerate(pressure.point_names or ()) if name.startswith(standard)]
     array = FieldPressure(pressure.frequency, pressure.points[chosen], pressure.pressure[:, chosen])
     air, half = waves.resistance.air, waves.resistance.plane is not None
     measured = acoustics.array_power(array, distance, air, reflecting_plane=half)
@@ -261,13 +260,10 @@ def balloon_shape(pressure: FieldPressure) -> tuple[int, int]:
 
 def added_names(run: StoredRun) -> list[str]:
     """Return the names of the microphones that were added to a run; empty without any."""
-    pressure, table = run.hand_off(MICROPHONES, FieldPressure), run.folder / f"{MICROPHONES}.csv"
+    pressure = run.hand_off(MICROPHONES, FieldPressure)
     if pressure is None:
         return []
-    rows = table.read_text(encoding="utf-8").splitlines()[1:] if table.is_file() else []
-    names = [row.rsplit(",", 5)[0] for row in rows]
-    numbered = [f"{ADDED}{number + 1}" for number in range(len(pressure.points))]
-    return names if len(names) == len(numbered) else numbered
+    return list(pressure.point_names or (f"{ADDED}{number + 1}" for number in range(len(pressure.points))))
 
 
 def added_levels(run: StoredRun) -> list[dict[str, Any]]:

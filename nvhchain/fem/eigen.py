@@ -145,7 +145,7 @@ def _lanczos(
     highest = -0.5 / shift if counted else -1 / (limit + shift)  # of the wanted ones; λ = 0 is at −1/shift
     width = max(BLOCK, loads + _DRAWN)
     capacity = min(n, 6 * expected + 64 * width)
-    _check_memory(n, min(capacity, 4 * expected + 4 * width))
+    _check_memory(n, min(capacity, 4 * (expected if counted else 4 * width) + 4 * width))
     basis = np.empty((n, capacity + 2 * width), order="F")  # the system allocates pages as they are filled
     projected = np.zeros((capacity + 2 * width, capacity + 2 * width))
     random = np.random.default_rng(20)
@@ -200,7 +200,7 @@ def _lanczos(
                 revealed = found
         if block.shape[1] == 0 or size + block.shape[1] > capacity:
             raise SolverError(
-                f"{found} of {expected} modes converged in a Krylov space of {size}: "
+                f"{found}{f' of {expected}' if counted else ''} modes converged in a Krylov space of {size}: "
                 "move f_max into a gap of the spectrum or look for a badly scaled mass matrix"
             )
         projected[size : size + block.shape[1], first:size] = coupling

@@ -22,6 +22,9 @@ from nvhchain.study.measuring import measure, measure_drawn
 LOSSES = 2
 """Number of lost workers after which a run is refused: its memory or a crash may be the cause."""
 
+_PATIENCE = 1.0
+"""s for which one wait lasts: Python may lose an interruption that comes on the way into a wait without an end."""
+
 Outcome = dict[str, Any]
 
 
@@ -114,7 +117,7 @@ class Spread:
                 while waiting and len(running) < space.tasks:
                     task = waiting.pop()
                     running[self._submit(executor, task, space)] = task
-                for future in wait(running, return_when=FIRST_COMPLETED).done:
+                for future in wait(running, _PATIENCE, FIRST_COMPLETED).done:
                     task, error = running.pop(future), future.exception()
                     if error is None:
                         yield task, future.result()

@@ -164,11 +164,14 @@ print(processes.exchange("-c", "", content=bytes(2**24), seconds=60.0).returncod
 
 CALLER = """
 import os, time
+from concurrent.futures import wait
 from nvhchain.runtime.processes import process_pool
 if __name__ == "__main__":
     with process_pool(1) as pool:
         print(pool.submit(os.getpid).result(), flush=True)
-        pool.submit(time.sleep, 600).result()
+        task = pool.submit(time.sleep, 600)
+        while not task.done():
+            wait([task], 1.0)  # Python may lose an interruption on the way into a wait without an end
 """
 
 

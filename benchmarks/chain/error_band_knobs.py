@@ -4,8 +4,9 @@
 
 Writes docs/measured/chain/error_band_knobs.md. Runs cases/small/single_stage.toml once at `draft` (ten seconds); the
 band of every row of the sweep is that of its knobs on these hand-offs: relative to each line, it hardly feels from
-which preset they come. The surface is meshed, and modes are left out, as the row has them; what elements leave open of
-natural frequencies goes with their size. What the rest of `draft` would leave open of masters and modes is not counted.
+which preset they come. The surface is meshed, and the error of excluded modes stated, as the row has them. What
+elements leave open of natural frequencies goes with their size. What the rest of `draft` would leave open of masters
+and modes is not counted.
 """
 
 from __future__ import annotations
@@ -24,17 +25,17 @@ from nvhchain.case import GearboxCase
 from nvhchain.chain.result import Result
 from nvhchain.error_band import ErrorBand, Origin, error_band
 from nvhchain.fidelity import DRAFT, REFERENCE, AcousticsFidelity, Fidelity
-from nvhchain.handoff import SoundAccuracy, Surface
-from nvhchain.housing import Casting
+from nvhchain.fidelity.housing import HousingFidelity
+from nvhchain.handoff import HousingAccuracy, SoundAccuracy, Surface
+from nvhchain.housing import Casting, reduce_housing
 from nvhchain.housing.casting.mesh import radiating_surface
-from nvhchain.housing.modes.truncation import exclude_modes
 from nvhchain.tradeoff import Measurement, shipped_sweep, variants
 from nvhchain.tradeoff.deviation import Deviation
 from nvhchain.tradeoff.knobs import FINER_SETTINGS
 
 CASE = Path(__file__).parents[2] / "cases" / "small" / "single_stage.toml"
 OF_MASTERS = ("acoustics.masters", "acoustics.master_tolerance_db", "acoustics.interpolation")
-OF_MODES = ("housing.mode_ratio", "housing.truncation_tolerance_db", "housing.residual_flexibility", "preset")
+OF_MODES = ("housing.mode_ratio", "housing.residual_flexibility", "preset")
 
 
 @dataclass(frozen=True)
@@ -95,27 +96,40 @@ def band_of(run: Result, knob: str, fidelity: Fidelity) -> ErrorBand:
     assert velocity is not None
     assert vectors is not None
     assert run.housing is not None
-    modes = int((run.housing.natural_frequency <= fidelity.housing.mode_ratio * case.band.high).sum())
     coarser = fidelity.housing.element_size / run.fidelity.housing.element_size
     stated = run.housing.accuracy
     assert stated.frequency_error is not None
-    housing = run.housing.replace(accuracy=stated.replace(frequency_error=coarser * stated.frequency_error))
-    told = _told(case, fidelity.acoustics)
+    told = _truncation(case, replace(run.fidelity.housing, mode_ratio=fidelity.housing.mode_ratio))
+    wrong = HousingAccuracy(frequency_error=coarser * stated.frequency_error)
+    housing = run.housing.replace(accuracy=stated | told | wrong)
+    sound = _told(case, fidelity.acoustics)
     made = error_band(
         Origin(
             case,
             fidelity,
-            housing=exclude_modes(housing, modes) if modes < len(housing.natural_frequency) else housing,
+            housing=housing,
             force_spectrum=run.force_spectrum,
             mesh_laws=run.mesh_laws,
         ),
         pressure,
         velocity,
-        transfer_vectors=vectors.replace(accuracy=told),
+        transfer_vectors=vectors.replace(accuracy=sound),
     )
     dropped = {"masters"} if not knob.startswith((*OF_MASTERS, "preset")) else set()
     dropped |= {"modes left out"} if not knob.startswith(OF_MODES) else set()
     return replace(made, sources={name: source for name, source in made.sources.items() if name not in dropped})
+
+
+@cache
+def _truncation(case: GearboxCase, fidelity: HousingFidelity) -> HousingAccuracy:
+    """Error that the case's housing states of its excluded modes, with modes to the fidelity's multiple of the band."""
+    assert isinstance(case.housing, Casting)
+    made = reduce_housing(case.housing, f_max=case.band.high, surface_size=0.03, fidelity=fidelity).accuracy
+    return HousingAccuracy(
+        truncation_error_db=made.truncation_error_db,
+        truncation_frequency=made.truncation_frequency,
+        truncation_error_at_db=made.truncation_error_at_db,
+    )
 
 
 def verdict(found: Deviation, band: ErrorBand, run: Result) -> Verdict:

@@ -35,13 +35,13 @@ from benchmarks.publish import publish
 from nvhchain.acoustics import required_element_size
 from nvhchain.case import GearboxCase
 from nvhchain.fem import factorize
+from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, ReducedHousing, Surface
-from nvhchain.housing import CraigBampton, DampingCurve, craig_bampton, reduce_housing, truncation_error
+from nvhchain.housing import CraigBampton, DampingCurve, craig_bampton, reduce_housing
 from nvhchain.housing.casting.casting import Casting
 from nvhchain.housing.casting.mesh import HousingMesh, mesh_casting, mounting_plane_faces, radiating_surface
 from nvhchain.housing.modes.response import face_displacement
 from nvhchain.housing.modes.seat_modes import seat_modes, seat_unknowns
-from nvhchain.housing.modes.truncation import exclude_modes
 from nvhchain.housing.reduction import held_matrices, reduce_mesh
 from nvhchain.housing.skin.normal_motion import normal_motion
 
@@ -233,7 +233,6 @@ def reduction(preset: str, out: Path) -> Record:
     megabytes = peak()
     mesh = mesh_casting(found.housing, fidelity.housing)
     held = np.unique(np.concatenate([*mesh.bolts, *mesh.seats]))
-    error = truncation_error(reduced, found.band.high)
     return {
         "unknowns": 3 * (len(mesh.nodes) - len(held)) + 6 * len(mesh.seats),
         "modes": len(reduced.natural_frequency),
@@ -241,10 +240,16 @@ def reduction(preset: str, out: Path) -> Record:
         "faces": reduced.normal_shapes.shape[1],
         "steps": np.diff(times).tolist(),
         "megabytes": megabytes,
-        "seats": error.seats,
-        "skin": error.faces,
+        "skin": stated_error(reduced),
         "lines": lines_per_second(reduced, found.band.high),
     }
+
+
+def stated_error(reduced: ReducedHousing) -> float:
+    """Truncation error of the faces (RMS over three octaves) that a housing states, relative."""
+    level = reduced.accuracy.truncation_error_db
+    assert level is not None
+    return float(10 ** (level / 20) - 1)
 
 
 def lines_per_second(reduced: ReducedHousing, f_max: float) -> float:
@@ -265,6 +270,11 @@ def on_error_mesh() -> tuple[HousingMesh, Casting, Surface, sp.csr_matrix, float
     return mesh, casting, surface, motion, case().band.high
 
 
+def modes_to(ratio: float) -> HousingFidelity:
+    """Fidelity with natural modes to a multiple of the band, with frequencies as the elements have them."""
+    return HousingFidelity(element_size=ERROR_SIZE, mode_ratio=ratio, corrected_frequencies=False)
+
+
 def unit_forces(seats: int, f_max: float) -> tuple[FloatArray, FloatArray, ComplexArray]:
     """60 lines (Hz) of the band's upper three octaves; each as often as there are unit forces, and these forces."""
     lines = f_max * (1 / 8 + 7 / 8 * (np.arange(60) + 0.5) / 60)
@@ -274,23 +284,23 @@ def unit_forces(seats: int, f_max: float) -> tuple[FloatArray, FloatArray, Compl
 def truncation(out: Path) -> Record:
     """Estimated and true error against the number of modes, on a coarse mesh; the truth has modes to 2.5 f_max."""
     mesh, casting, surface, motion, f_max = on_error_mesh()
-    rich = reduce_mesh(mesh, casting, surface, motion, 2.5 * f_max)
+    rich = reduce_mesh(mesh, casting, surface, motion, f_max, modes_to(2.5))
     _, frequency, force = unit_forces(len(rich.names), f_max)
     rows = []
     exact = frequency[:, None] * face_displacement(rich, frequency, force)
     weight = surface.areas
     for ratio in (1.0, 1.1, 1.25, 1.4, 1.6):
-        keep = int((rich.natural_frequency < ratio * f_max).sum())
-        few = exclude_modes(rich, keep)
+        few = reduce_mesh(mesh, casting, surface, motion, f_max, modes_to(ratio))
         got = frequency[:, None] * face_displacement(few, frequency, force)
-        rows.append([ratio, keep, relative(got, exact, weight), truncation_error(few, f_max).faces])
+        modes = f"{few.mode_count} + {few.ritz_vectors or 0}"
+        rows.append([ratio, modes, relative(got, exact, weight), stated_error(few)])
     return {"rows": rows}
 
 
 def exchange(out: Path) -> Record:
     """Error of Craig–Bampton matrices against the same truth, with structural damping on both sides."""
     mesh, casting, surface, motion, f_max = on_error_mesh()
-    rich = reduce_mesh(mesh, casting, surface, motion, 2.5 * f_max)
+    rich = reduce_mesh(mesh, casting, surface, motion, f_max, modes_to(2.5))
     lines, frequency, force = unit_forces(len(rich.names), f_max)
     K, M, T = held_matrices(mesh, casting)
     to_faces = sp.csr_matrix(motion @ T)
@@ -324,7 +334,7 @@ def exchange_displacement(model: CraigBampton, keep: int, lines: FloatArray, los
 def damping(out: Path) -> Record:
     """What the kind of damping changes in the level of the surface, dB: kind, largest and RMS difference over lines."""
     mesh, casting, surface, motion, f_max = on_error_mesh()
-    housing = reduce_mesh(mesh, casting, surface, motion, 1.25 * f_max)
+    housing = reduce_mesh(mesh, casting, surface, motion, f_max, modes_to(1.25))
     count, lines = 3 * len(housing.names), np.linspace(50.0, f_max, 1000)
     curve = DampingCurve((500.0, f_max), (0.01, 0.03))
     by_mode = housing.replace(modal_damping=curve.at(housing.natural_frequency))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from nvhchain import housing, interop
 from nvhchain.case.bodies import Extent, SurfaceFile
-from nvhchain.case.housing import ELEMENT_KNOBS, Housing, reduce_elements, require_support
+from nvhchain.case.housing import Housing, reduce_elements, require_support
 from nvhchain.dimensions import Length
 from nvhchain.errors import require
 from nvhchain.fem.modal_model import ModalModel
@@ -165,11 +165,6 @@ class HousingModes(Housing):
     mounting_plane: MountingPlane | None = None
     opening: Length | None = None
     deck: str | None = None
-
-    @property
-    def unused_knobs(self) -> frozenset[str]:
-        """Knobs of finite elements and of the number of modes."""
-        return ELEMENT_KNOBS | {"truncation_tolerance_db"}
 
     def __post_init__(self) -> None:
         if self.modal_damping is not None:

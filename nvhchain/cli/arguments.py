@@ -122,13 +122,6 @@ def parser() -> argparse.ArgumentParser:
         help="the cheapest knobs that keep to X dB against `reference`, by measured tables",
     )
 
-    common.add_argument(
-        "--mode-tolerance-db",
-        metavar="X",
-        type=float,
-        help="as few modes of the housing as keep the velocity of its surface to X dB (default: as many as the preset)",
-    )
-
     states = Parser(add_help=False)
     states.add_argument(
         "--speeds",

@@ -36,7 +36,7 @@ def _fidelity(options: argparse.Namespace, cases: Sequence[Case], supplied: Coll
         choice = cheapest(cases, options.tolerance_db, supplied=supplied)
         show(choice, error=True)
         fidelity = choice.fidelity
-    return _change_knobs(_apply_mode_tolerance(fidelity, options.mode_tolerance_db, cases), options)
+    return _change_knobs(fidelity, options)
 
 
 _KNOB = "fidelity."
@@ -88,21 +88,6 @@ def _change_knobs(fidelity: Fidelity, options: argparse.Namespace) -> Fidelity:
             parts: dict[str, Any] = {package: replace(old, **knobs)}
             fidelity = replace(fidelity, name=f"{fidelity.name} with {change}", **parts)
     return fidelity
-
-
-def _apply_mode_tolerance(fidelity: Fidelity, tolerance: float | None, cases: Sequence[Case]) -> Fidelity:
-    from nvhchain.case import GearboxCase
-
-    if tolerance is None:
-        return fidelity
-    for case in cases:
-        if not isinstance(case, GearboxCase) or "truncation_tolerance_db" in case.housing.unused_knobs:
-            raise InputError(
-                f"--mode-tolerance-db: {case.name} has no casting or housing_model, whose modes could be counted by it"
-            )
-    if not tolerance > 0:
-        raise InputError(f"--mode-tolerance-db = {tolerance:g} must be positive: leave it out for the preset's modes")
-    return replace(fidelity, housing=replace(fidelity.housing, truncation_tolerance_db=tolerance))
 
 
 def _report_wider_limits(tolerance: float | None, name: str, widest: float) -> None:

@@ -193,7 +193,7 @@ def power_shares(
 def _shares(
     housing: ReducedHousing, lines: FloatArray, modes: FloatArray, residual: FloatArray, passed: FloatArray
 ) -> ModalShares:
-    error = truncation_errors(housing, lines) if housing.accuracy.residual_mass is not None else None
+    error = truncation_errors(housing, lines) if housing.accuracy.truncation_frequency is not None else None
     return ModalShares(modes, residual, _motion_change(housing, lines), passed, lines, error)
 
 

@@ -5,9 +5,11 @@ inverts for Lanczos: A = (K − σM)⁻¹M has the eigenvalues θ = 1/(λ − σ
 Blocks turn the triangular solves into matrix products; every block is made orthogonal to all others in the M inner
 product (Grimes, Lewis & Simon, SIAM J. Matrix Anal. Appl. 15, 1994).
 
-The first block is x₀ = (K − σM)⁻¹b for some loads b, and random directions. On the same basis follows the residual
-flexibility of all modes above f_max: Σ φ φᵀb/λ = Σ φ φᵀM x₀/(1 + σθ) over θ > 0. Rigid modes lie below f_max and take
-no part, so that K may be singular.
+The first block is x₀ = (K − σM)⁻¹b for some loads b, and random directions. The basis then also holds how all modes
+above f_max move under the loads: their residual flexibility r₁ = Σ φ φᵀb/λ with φᵀb/λ = φᵀM x₀/(1 + σθ) over θ > 0, and
+r₂ = Σ φ φᵀb/λ², … Ritz vectors in the space of r₁ … r_p move as these modes do, up to ω^(2p) in the series over ω; at
+the loads themselves up to ω^(4p) (Galerkin; compare Craig & Kurdila, Fundamentals of Structural Dynamics, 2nd ed.,
+§17). Rigid modes lie below f_max and take no part, so that K may be singular.
 
 Where no solver factors indefinite matrices of that size, σ lies below zero: K − σM is positive definite. θ is then
 positive, and nothing counts the modes. They are complete as soon as they and the first ones above f_max have converged,
@@ -16,6 +18,8 @@ and further random directions have revealed no others.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -42,6 +46,9 @@ _ROUNDING = 4 * np.finfo(float).eps
 
 _DEPENDENT = 1e-12
 """Relative eigenvalue of a scaled Gram matrix below which a direction counts as dependent on the others."""
+
+_MODES_ALONE = 1e-6
+"""Square of the part outside the modes below which a direction of the residual motions consists of modes alone."""
 
 _STEEP = 1e-4
 """Relative eigenvalue below which a normalised block is made orthogonal to the basis once more."""
@@ -81,25 +88,44 @@ def lowest_modes(K: Any, M: Any, f_max: float) -> tuple[FloatArray, FloatArray]:
     Returns frequency (m,): natural frequencies (Hz); a rigid mode, zero up to rounding, has 0. shapes (n, m): shapes
     (kg^-½), with a positive largest component.
     """
-    return modes_and_residual(K, M, f_max, np.empty((K.shape[0], 0)))[:2]
+    return modes_and_ritz_vectors(K, M, f_max, np.empty((K.shape[0], 0)), ())[:2]
 
 
-def modes_and_residual(K: Any, M: Any, f_max: float, load: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return `lowest_modes` and residual (n, k): static displacement of all other modes under loads (n, k)."""
+@dataclass(frozen=True, eq=False)
+class RitzVectors:
+    """Vectors that move under the loads as all modes above a limit do, in rising order of their frequencies.
+
+    frequency : (r,) frequencies (Hz), above the limit.
+    shapes : (n, r) mass-normalised shapes (kg^-½), orthogonal to the modes and to each other.
+    """
+
+    frequency: FloatArray
+    shapes: FloatArray
+
+
+def modes_and_ritz_vectors(
+    K: Any, M: Any, f_max: float, load: FloatArray, terms: Sequence[int]
+) -> tuple[FloatArray, FloatArray, list[RitzVectors]]:
+    """Return `lowest_modes`, and Ritz vectors of all other modes under loads (n, k) for each number of terms.
+
+    terms: numbers p ≥ 1 of residual motions r₁ … r_p that the vectors span; they are exact statically, and p·k at most.
+    """
     require(np.isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
     limit = (2 * np.pi * f_max) ** 2
     if K.shape[0] <= _DENSE:
         values, shapes = scipy.linalg.eigh(K.toarray(), M.toarray())
         count = int(np.searchsorted(values, limit, side="right"))
         above = shapes[:, count:]
-        residual = above @ (above.T @ load / values[count:, None])
+        series = [above.T @ load / values[count:, None] ** number for number in range(1, max(terms, default=0) + 1)]
         values, shapes = values[:count], shapes[:, :count]
+        beyond = [_ritz_vectors(K, M, shapes, above, series[:number]) for number in terms]
     else:
         shifts = (limit, (1 + _MOVED) * limit) if counts_eigenvalues(K.shape[0]) else (-_BELOW * limit,)
         for shift in shifts:
             try:
                 with _shifted(K, M, shift) as factor:
-                    values, shapes, residual = _lanczos(K, M, factor, (shift, max(shift, (1 + _MOVED) * limit)), load)
+                    bounds = (shift, max(shift, (1 + _MOVED) * limit))
+                    values, shapes, beyond = _lanczos(K, M, factor, bounds, load, terms)
                 break
             except SolverError:
                 if shift == shifts[-1]:
@@ -108,7 +134,21 @@ def modes_and_residual(K: Any, M: Any, f_max: float, load: FloatArray) -> tuple[
         raise SolverError(
             f"stiffness matrix has the eigenvalue {values.min():.3g} rad²/s², at least 0 is needed: check it"
         )
-    return *_finished(K, values, shapes), residual
+    return *_finished(K, values, shapes), beyond
+
+
+def _ritz_vectors(K: Any, M: Any, modes: FloatArray, basis: FloatArray, motions: list[FloatArray]) -> RitzVectors:
+    """Return Ritz vectors in the space of motions (m, k) in coordinates of an M-orthonormal basis, beside the modes."""
+    series = np.hstack(motions)
+    series = series / np.linalg.norm(series, axis=0).clip(np.finfo(float).tiny)
+    left, size, _ = np.linalg.svd(series, full_matrices=False)
+    vectors = basis @ left[:, size > _DEPENDENT * max(size.max(initial=0.0), np.finfo(float).tiny)]
+    vectors -= modes @ (modes.T @ (M @ vectors))
+    mass = vectors.T @ (M @ vectors)
+    own = mass.diagonal() > _MODES_ALONE  # the others were rounding errors of the modes
+    vectors, mass = vectors[:, own], mass[np.ix_(own, own)]
+    values, turned = scipy.linalg.eigh(vectors.T @ (K @ vectors), mass)
+    return RitzVectors(np.sqrt(values) / (2 * np.pi), vectors @ turned)
 
 
 def modes_below(K: Any, M: Any, frequency: float) -> int:
@@ -127,9 +167,9 @@ def _shifted(K: Any, M: Any, shift: float) -> Factor:
 
 
 def _lanczos(
-    K: Any, M: Any, factor: Factor, bounds: tuple[float, float], load: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return eigenvalues and shapes of (K, M) below a limit and the residual of the loads.
+    K: Any, M: Any, factor: Factor, bounds: tuple[float, float], load: FloatArray, terms: Sequence[int]
+) -> tuple[FloatArray, FloatArray, list[RitzVectors]]:
+    """Return eigenvalues and shapes of (K, M) below a limit, and Ritz vectors of the others under the loads.
 
     bounds: shift of `factor`, K − shift·M, and limit, which is the shift or lies above a negative one.
 
@@ -141,7 +181,7 @@ def _lanczos(
     counted = sign > 0
     expected = factor.negative if counted else _UNCOUNTED
     if not expected + loads:
-        return np.empty(0), np.empty((n, 0)), load
+        return np.empty(0), np.empty((n, 0)), [RitzVectors(np.empty(0), load) for _ in terms]
     highest = -0.5 / shift if counted else -1 / (limit + shift)  # of the wanted ones; λ = 0 is at −1/shift
     width = max(BLOCK, loads + _DRAWN)
     capacity = min(n, 6 * expected + 64 * width)
@@ -177,10 +217,11 @@ def _lanczos(
             # A V s − V s θ = Q C s_last, with Q the next block, C its coupling and s_last the last rows of s. The term
             # also improves the vector: one more application of A that costs no solution
             theta, below, above = inverse[:found], vectors[:, :found], vectors[:, found:]
-            static = above @ (above[: len(start)].T @ start / (1 + shift * inverse[found:, None]))
-            beyond = np.hstack([coupling @ below[first:size] / theta, -shift * (coupling @ static[first:size])])
-            spilled = beyond[:, :found] @ (below[: len(start)].T @ start)  # from the modes into the residual
-            error = np.linalg.norm(np.hstack([beyond, spilled]), axis=0)
+            excited = above[: len(start)].T @ start / (1 + shift * inverse[found:, None])  # φᵀb/λ
+            static = above @ excited
+            beyond = coupling @ below[first:size] / theta
+            spilled = beyond @ (below[: len(start)].T @ start)  # from the modes into the residual
+            error = np.linalg.norm(np.hstack([beyond, -shift * (coupling @ static[first:size]), spilled]), axis=0)
             finest = np.clip(1e-5 * np.sqrt(np.abs(1 + 1 / (shift * theta))), _FINEST, _TOLERANCE)
             if not counted:
                 finest[:] = _FINEST
@@ -204,9 +245,16 @@ def _lanczos(
                 "move f_max into a gap of the spectrum or look for a badly scaled mass matrix"
             )
         projected[size : size + block.shape[1], first:size] = coupling
-    basis[:, size : size + block.shape[1]] = block
-    vectors = basis[:, : size + block.shape[1]] @ np.vstack([np.hstack([below, static]), beyond])
-    values, shapes = sign * (shift + 1 / theta), vectors[:, :found]
+    whole = size + block.shape[1]
+    basis[:, size:whole] = block
+    values, shapes = sign * (shift + 1 / theta), basis[:, :whole] @ np.vstack([below, beyond])
+    higher = shift + 1 / np.where(inverse[found:] == 0, np.finfo(float).tiny, inverse[found:])
+    before, series = np.zeros_like(static), []
+    for number in range(max(terms, default=0)):
+        motion = above @ (excited / (sign * higher[:, None]) ** number)
+        # r_j = A r_(j−1) − σ A r_j, once more as above
+        series.append(np.vstack([motion, coupling @ (before - shift * motion)[first:size]]))
+        before = sign * motion
     order = np.argsort(values)
     values, shapes = values[order], shapes[:, order]
     lost = np.flatnonzero(np.finfo(float).eps * norm > _LOST * np.abs(values) * (values - sign * shift) ** -2.0)
@@ -214,7 +262,7 @@ def _lanczos(
         part = shapes[:, lost]
         values[lost], turned = scipy.linalg.eigh(part.T @ (K @ part), part.T @ (M @ part))
         shapes[:, lost] = part @ turned
-    return values, shapes, vectors[:, found:]
+    return values, shapes, [_ritz_vectors(K, M, shapes, basis[:, :whole], series[:number]) for number in terms]
 
 
 def _next_block(

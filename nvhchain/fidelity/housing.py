@@ -14,8 +14,9 @@ class HousingFidelity(Knobs, package="housing"):
 
     element_size: float = knob(low=1e-5, high=1.0, unit="m", sweep=(0.02, 0.016, 0.013, 0.0105),
         meaning="edge of the quadratic tetrahedra")
-    mode_ratio: float = knob(1.25, low=0.1, high=20.0, sweep=(1.0, 1.25, 1.4),
-        meaning="modes are kept up to this multiple of the band's upper limit")
+    mode_ratio: float = knob(1.2, low=0.1, high=20.0, sweep=(1.0, 1.1, 1.2),
+        meaning="natural modes are kept up to this multiple of the band's upper limit; Ritz vectors stand for the "
+                "others")
     elements_per_turn: float = knob(16.0, high=1000.0, sweep=(8.0, 12.0),
         meaning="elements around bores and other round edges")
     elements_per_bending_wavelength: float = knob(4.0, low=0.1, high=100.0,
@@ -28,11 +29,8 @@ class HousingFidelity(Knobs, package="housing"):
     mapping_tolerance_db: float = knob(1.0, high=100.0, unit="dB",
         sweep="a limit, beyond which an imported housing is warned of",
         meaning="difference of sound power between radiating faces and skin beyond which a warning is given")
-    truncation_tolerance_db: float = knob(0.0, high=20.0, unit="dB", sweep=(1.0, 0.3),
-        meaning="estimated loss of surface velocity by excluded modes. It counts in the mean over the upper three "
-                "octaves and at the four lines of the housing's accuracy. The fewest modes that keep to it are taken, "
-                "never fewer than the band holds; 0: mode_ratio alone decides")
     corrected_frequencies: bool = knob(True, sweep="a correction, measured in docs/measured/housing/mesh_error.md",
         meaning="natural frequencies of quadratic tetrahedra are lowered by the estimated error of these elements")
-    residual_flexibility: bool = knob(True, sweep=(False,), meaning="excluded modes move statically, or not at all")
+    residual_flexibility: bool = knob(True, sweep=(False,),
+        meaning="Ritz vectors and a static residual stand for excluded modes, or nothing")
     # fmt: on

@@ -66,7 +66,7 @@ DRAFT = Fidelity(
         far_pattern_tolerance=0.1,
     ),
     DynamicsFidelity(time_step=20e-6),
-    HousingFidelity(element_size=0.016, mode_ratio=1.4),
+    HousingFidelity(element_size=0.016),
     AcousticsFidelity(elements_per_wavelength=3.0, masters=64, master_tolerance_db=0.5),
     option_tolerance_db=1.5,
 )
@@ -74,7 +74,7 @@ STANDARD = Fidelity(
     "standard",
     GearFidelity(profile_elements=4, width_layers=8, slices=32, angles_per_mesh=96, deflections=24),
     DynamicsFidelity(time_step=10e-6),
-    HousingFidelity(element_size=0.0105, mode_ratio=1.4),
+    HousingFidelity(element_size=0.0105),
     AcousticsFidelity(elements_per_wavelength=4.5, masters=128, master_tolerance_db=0.25),
 )
 REFERENCE = Fidelity(

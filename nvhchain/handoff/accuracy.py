@@ -43,14 +43,8 @@ class HousingAccuracy(Accuracy):
     frequency_error: FloatArray | None = array(
         "1", "mode", "relative error of each natural frequency due to large elements", default=None
     )
-    residual_mass: FloatArray | None = array(
-        "kg m2/N2",
-        "bearing, motion, loaded_bearing=bearing, loaded_motion=motion",
-        "mass of the residual motions, from which the truncation error follows",
-        default=None,
-    )
     truncation_error_db: float | None = value(
-        "dB", "error of the surface velocity due to static excluded modes, in the upper three octaves", default=None
+        "dB", "error of the surface velocity due to excluded modes, in the upper three octaves", default=None
     )
     truncation_frequency: FloatArray | None = array(
         "Hz", "truncation_line", "lines of the truncation error", default=None

@@ -6,7 +6,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from nvhchain.errors import InputError, require
+from nvhchain.errors import InputError, counted, require
 from nvhchain.handoff.accuracy import HousingAccuracy
 from nvhchain.handoff.base import ComplexArray, FloatArray, HandOff
 from nvhchain.handoff.declared import array, value
@@ -20,10 +20,12 @@ _RESONANCE_DISTANCE = 1e-9
 
 
 class ReducedHousing(HandOff):
-    """A housing as grounded normal modes plus residual flexibility at its bearing seats.
+    """A housing as grounded normal modes, Ritz vectors and residual flexibility at its bearing seats.
 
     Notes
     -----
+    Ritz vectors are the uppermost modes. They and the residual flexibility stand for all modes that are excluded.
+
     Shapes are mass-normalised; those of faces are outward. Structural damping is a loss factor of twice the fraction of
     critical at the lines of a spectrum. In time all damping is viscous.
 
@@ -43,6 +45,7 @@ class ReducedHousing(HandOff):
     positions: FloatArray = array("m", "bearing, axis", "bearing seat centres")
     surface: Surface = value("", "radiating surface")
     structural_damping: bool | None = value("1", "damping is structural; absent: viscous", default=None)
+    ritz_vectors: int | None = value("1", "number of the uppermost modes that are Ritz vectors", default=None)
     accuracy: HousingAccuracy = value("", "stated accuracy", default=HousingAccuracy())
 
     def _check(self) -> None:
@@ -56,6 +59,11 @@ class ReducedHousing(HandOff):
             bool(((damping >= 0) & (damping < 1)).all()),
             "ReducedHousing.modal_damping must lie in 0 … 1 (fraction of critical damping)",
         )
+        object.__setattr__(self, "ritz_vectors", self.ritz_vectors or None)
+        require(
+            0 <= (self.ritz_vectors or 0) <= len(frequency),
+            f"ReducedHousing.ritz_vectors = {self.ritz_vectors}: there are {counted(len(frequency), 'mode')}",
+        )
         require(self.motions in (3, 5), f"ReducedHousing.seat_shapes has {self.motions} motions per seat: give 3 or 5")
         matrix = self.seat_residual.reshape(self.motions * len(self.names), -1)
         require(
@@ -67,6 +75,11 @@ class ReducedHousing(HandOff):
     def motions(self) -> int:
         """Motions of every seat: 3 translations, or 5 with the tilts about x and y."""
         return int(self.seat_shapes.shape[2])
+
+    @property
+    def mode_count(self) -> int:
+        """Number of natural modes, which come before the Ritz vectors."""
+        return len(self.natural_frequency) - (self.ritz_vectors or 0)
 
     @property
     def flat_shapes(self) -> FloatArray:
@@ -82,13 +95,25 @@ class ReducedHousing(HandOff):
         """Return the housing with the translations of its seats alone."""
         if self.motions == 3:
             return self
-        mass = self.accuracy.residual_mass
-        accuracy = self.accuracy if mass is None else self.accuracy.replace(residual_mass=mass[:, :3, :, :3])
         return self.replace(
             seat_shapes=self.seat_shapes[:, :, :3],
             seat_residual=self.seat_residual[:, :3, :, :3],
             face_residual=self.face_residual[:, :3],
-            accuracy=accuracy,
+        )
+
+    def drop_ritz_vectors(self) -> ReducedHousing:
+        """Return the housing with its natural modes and residual flexibility alone, without their truncation error."""
+        kept, told = self.mode_count, self.accuracy
+        told = told.cleared("truncation_error_db", "truncation_frequency", "truncation_error_at_db")
+        if told.frequency_error is not None:
+            told = told.replace(frequency_error=told.frequency_error[:kept])
+        return self.replace(
+            natural_frequency=self.natural_frequency[:kept],
+            modal_damping=self.modal_damping[:kept],
+            seat_shapes=self.seat_shapes[:kept],
+            normal_shapes=self.normal_shapes[:kept],
+            ritz_vectors=None,
+            accuracy=told,
         )
 
     def receptance(

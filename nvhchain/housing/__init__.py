@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from nvhchain.housing.modes.damping import DampingCurve
     from nvhchain.housing.modes.mounting_plane import MountingPlane
     from nvhchain.housing.modes.response import respond
-    from nvhchain.housing.modes.truncation import truncation_error, truncation_errors
+    from nvhchain.housing.modes.truncation import truncation_errors
     from nvhchain.housing.reduction import reduce_housing
     from nvhchain.housing.skin.envelope import RadiatingFaces
     from nvhchain.housing.skin.shape import HousingShape

@@ -1,36 +1,29 @@
-"""Reduction of the housing to grounded normal modes and residual flexibility at its bearing seats.
+"""Reduction of the housing to grounded normal modes, Ritz vectors and residual flexibility at its bearing seats.
 
-The response is u(ω) = Σ_r φ_r φ_rᵀ f / (ω_r² − ω² + 2jζ_r ω_r ω) + R f with R = K⁻¹ − Σ_r φ_r φ_rᵀ / ω_r². Residual
-attachment vectors carry the static share of the excluded modes (MacNeal, Computers & Structures 1, 1971).
+The response is u(ω) = Σ_r φ_r φ_rᵀ f / (ω_r² − ω² + 2jζ_r ω_r ω) + R f over normal modes and Ritz vectors of the
+excluded modes. R = Σ_r φ_r φ_rᵀ / ω_r² is the static share of those Ritz vectors that lie far above the band.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
-from functools import partial
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
 
 from nvhchain.conventions import Progress
-from nvhchain.errors import SolverError, require, warn_caller
+from nvhchain.errors import require, warn_caller
 from nvhchain.fem import frequency_errors, rigid_map, stiffness_and_mass
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, HousingAccuracy, ReducedHousing, Surface, warn_of
 from nvhchain.housing.casting.casting import Casting
 from nvhchain.housing.casting.mesh import HousingMesh, mesh_casting, mounting_plane_faces, radiating_surface
-from nvhchain.housing.modes.damping import damping_of_modes
-from nvhchain.housing.modes.seat_modes import SeatModes, seat_modes
+from nvhchain.housing.modes.damping import DampingCurve, damping_of_modes
+from nvhchain.housing.modes.seat_modes import SeatModes, moving_vectors, seat_modes
 from nvhchain.housing.modes.seat_modes import seat_unknowns as seat_unknowns
-from nvhchain.housing.modes.truncation import (
-    exclude_modes,
-    fewest_modes,
-    truncation_report,
-    worst_level,
-)
+from nvhchain.housing.modes.truncation import Vectors, truncation_report
 from nvhchain.housing.skin import thin_walls
 from nvhchain.housing.skin.mapping_error import skin_sources, stated_mapping_errors
 from nvhchain.housing.skin.normal_motion import normal_motion
@@ -68,12 +61,6 @@ It is two nodes to a wave, by the fidelity's least of four. It refuses a case an
 fidelity's own number decides.
 """
 
-_ENLARGEMENTS = 6
-"""Largest number of attempts to find enough modes for a tolerance; each enlarges the range by up to 1.6.
-
-If the modes do not suffice the tolerance is refused, not loosened.
-"""
-
 
 def reduce_housing(
     casting: Casting,
@@ -84,11 +71,11 @@ def reduce_housing(
     progress: Progress | None = None,
     motions: int = 3,
 ) -> ReducedHousing:
-    """Reduce the casting, bolted to a rigid plane, to modes and residual flexibility; without bolts it is free.
+    """Reduce the casting, bolted to a rigid plane, to modes, Ritz vectors and residual; without bolts it is free.
 
     f_max: upper limit of the band (Hz).
     surface_size: edge length of the radiating triangles (m).
-    fidelity: fidelity; modes up to mode_ratio · f_max, or the number for truncation_tolerance_db.
+    fidelity: fidelity; modes up to mode_ratio · f_max.
     motions: 3 for seats that take forces, 5 for those that take moments, too.
     Returns reduced housing. Its accuracy states the estimated truncation error (dB of surface velocity,
     `truncation_error`). It also states the error of the sound power due to the mapping onto the radiating faces.
@@ -113,39 +100,8 @@ def reduce_housing(
     silent = mounting_plane_faces(surface)
     motion = normal_motion(mesh.nodes, mesh.skin, surface, silent, fidelity.samples_per_face)
     tell(2, _STEPS)
-    reduce_to = partial(
-        reduce_mesh,
-        mesh,
-        casting,
-        surface,
-        motion,
-        f_max=f_max,
-        report=lambda n: tell(n + 2, _STEPS),
-        corrected=fidelity.corrected_frequencies,
-    )
-    return finished(accurate(reduce_to, f_max, fidelity), fidelity)
-
-
-def accurate(reduce_to: Callable[[float], ReducedHousing], f_max: float, fidelity: HousingFidelity) -> ReducedHousing:
-    """Return modes up to mode_ratio · f_max, or the fewest that keep the truncation error within the tolerance."""
-    f_top, tolerance = f_max * fidelity.mode_ratio, fidelity.truncation_tolerance_db
-    if tolerance == 0:
-        reduced = reduce_to(f_top)
-        return reduced.replace(accuracy=reduced.accuracy | truncation_report(reduced, f_max))
-    f_top = max(f_top, f_max)  # all modes in the band must be known before any is excluded
-    for _ in range(_ENLARGEMENTS):
-        reduced = reduce_to(f_top)
-        keep = fewest_modes(reduced, f_max, tolerance)
-        if keep is not None:
-            few = exclude_modes(reduced, keep)
-            return few.replace(accuracy=few.accuracy | truncation_report(reduced, f_max, modes=keep))
-        # the error falls about with the square of f_top
-        excess = worst_level(reduced, f_max) / tolerance
-        f_top *= min(max(1.1 * float(np.sqrt(excess)), 1.15), 1.6)
-    raise SolverError(
-        f"a truncation error of {tolerance:g} dB up to {f_max:g} Hz is not reached with modes to {f_top:g} Hz: "
-        "allow a larger truncation_tolerance_db"
-    )
+    reduced = reduce_mesh(mesh, casting, surface, motion, f_max, fidelity, lambda step: tell(step + 2, _STEPS))
+    return finished(reduced, fidelity)
 
 
 def finished(housing: ReducedHousing, fidelity: HousingFidelity) -> ReducedHousing:
@@ -156,24 +112,19 @@ def finished(housing: ReducedHousing, fidelity: HousingFidelity) -> ReducedHousi
 
 
 def apply_residual_knob(housing: ReducedHousing, fidelity: HousingFidelity) -> ReducedHousing:
-    """Return the housing as it is, or with modes alone if the fidelity has no residual flexibility.
+    """Return the housing as it is, or with natural modes alone if the fidelity has no residual flexibility.
 
     The excluded modes then do not move at all. The stated truncation error no longer holds and is removed.
     """
     if fidelity.residual_flexibility:
         return housing
     require(
-        len(housing.natural_frequency) > 0,
+        housing.mode_count > 0,
         "housing residual_flexibility = False leaves nothing that moves: no mode lies below mode_ratio times the upper "
         "limit of the band; raise mode_ratio, or keep the flexibility",
     )
-    return replace(
-        housing,
-        seat_residual=np.zeros_like(housing.seat_residual),
-        face_residual=np.zeros_like(housing.face_residual),
-        accuracy=housing.accuracy.cleared(
-            "residual_mass", "truncation_error_db", "truncation_frequency", "truncation_error_at_db"
-        ),
+    return housing.drop_ritz_vectors().replace(
+        seat_residual=np.zeros_like(housing.seat_residual), face_residual=np.zeros_like(housing.face_residual)
     )
 
 
@@ -215,49 +166,88 @@ def reduce_mesh(
     casting: Casting,
     surface: Surface,
     motion: sp.csr_matrix,
-    f_top: float,
-    report: Any = lambda step: None,
-    f_max: float | None = None,
-    corrected: bool = False,
+    f_max: float,
+    fidelity: HousingFidelity,
+    report: Callable[[int], None] = lambda step: None,
 ) -> ReducedHousing:
-    """Reduce a meshed casting to its modes up to f_top (Hz); `motion` maps nodal to normal face displacements.
-
-    f_max : upper limit (Hz) of the band for the stated mapping error; None omits it.
-    corrected : whether natural frequencies are lowered by the error that the elements make.
+    """Reduce a meshed casting for a band to f_max (Hz); `motion` maps nodal to normal face displacements.
 
     The accuracy also states the estimated error of every natural frequency due to the elements.
     """
     K, M, T = held_matrices(mesh, casting)
     report(1)
-    to_faces, count = sp.csr_matrix(motion @ T), len(casting.bores)
+    edge = float(np.sqrt(4 / np.sqrt(3) * np.median(surface.areas)))
+    places, displaced = skin_sources(mesh.nodes, mesh.skin, edge)
     report(2)
-    modes = seat_modes(K, M, count, f_top, mesh.motions)
+    modes = seat_modes(K, M, len(casting.bores), f_max * fidelity.mode_ratio, mesh.motions)
     errors = frequency_errors(mesh.nodes, mesh.elements, casting.material, T @ modes.shapes, modes.frequency)
     ratio = thin_walls.long_edge(mesh.nodes, mesh.skin) / min(casting.wall, casting.end_wall)
-    modes, errors = with_errors(modes, errors, corrected=corrected, left=left_uncorrected(ratio))
+    modes, errors = with_errors(modes, errors, corrected=fidelity.corrected_frequencies, left=left_uncorrected(ratio))
     report(3)
-    square = (count, mesh.motions, count, mesh.motions)
-    reduced = ReducedHousing(
-        natural_frequency=modes.frequency,
-        modal_damping=damping_of_modes(casting.modal_damping, modes.frequency),
-        seat_shapes=modes.shapes[modes.seats].T.reshape(-1, count, mesh.motions),
-        normal_shapes=(to_faces @ modes.shapes).T,
-        seat_residual=modes.residual[modes.seats].reshape(square),
-        face_residual=(to_faces @ modes.residual).T.reshape(count, mesh.motions, -1),
-        names=tuple(bore.name for bore in casting.bores),
-        positions=np.array([bore.centre for bore in casting.bores]),
-        surface=surface,
-        structural_damping=casting.structural_damping,
-        accuracy=HousingAccuracy(frequency_error=errors, residual_mass=modes.residual_mass.reshape(square)),
-    )
-    if f_max is not None:
-        edge = float(np.sqrt(4 / np.sqrt(3) * np.median(surface.areas)))
-        places, displaced = skin_sources(mesh.nodes, mesh.skin, edge)
-        flux = displaced @ T
-        mapped = stated_mapping_errors(reduced, places, flux @ modes.shapes, flux @ modes.residual, f_max)
-        reduced = reduced.replace(accuracy=reduced.accuracy | mapped)
+    at = SkinMotion(sp.csr_matrix(motion @ T), surface, sp.csr_matrix(displaced @ T), places)
+    seats = {bore.name: bore.centre for bore in casting.bores}
+    reduced = reduced_modes(modes, errors, at, seats, casting.modal_damping, f_max)
     report(4)
-    return reduced
+    return reduced.replace(structural_damping=casting.structural_damping)
+
+
+@dataclass(frozen=True, eq=False)
+class SkinMotion:
+    """Radiating faces and sources of the skin, moved by the unknowns of the finite elements.
+
+    Parameters
+    ----------
+    faces : (n_face, n) outward normal motion of the faces.
+    surface : radiating surface.
+    flux : (c, n) volume that the skin displaces.
+    places : (c, 3) its places (m).
+    """
+
+    faces: sp.csr_matrix
+    surface: Surface
+    flux: sp.csr_matrix
+    places: FloatArray
+
+
+def reduced_modes(
+    modes: SeatModes,
+    errors: FloatArray | None,
+    skin: SkinMotion,
+    seats: Mapping[str, Sequence[float]],
+    damping: float | DampingCurve,
+    f_max: float,
+) -> ReducedHousing:
+    """Return the housing of modes and Ritz vectors, with its truncation error and its mapping error up to f_max (Hz).
+
+    errors (m,): relative errors of the natural frequencies; None if unknown.
+    seats: seat → its centre (m), in the order of the modes' seats.
+    damping: fraction of critical damping, or a curve over the frequency.
+    """
+    moving = moving_vectors(modes.ritz.frequency, modes.limit)
+    count, motions = len(seats), len(modes.seats) // len(seats)
+    frequency = np.concatenate([modes.frequency, modes.ritz.frequency[:moving]])
+    shapes = np.hstack([modes.shapes, modes.ritz.shapes[:, :moving]])
+    static, finer = (
+        Vectors(of.frequency[first:], of.shapes[modes.seats, first:].T, (skin.faces @ of.shapes[:, first:]).T)
+        for of, first in ((modes.ritz, moving), (modes.finer, 0))
+    )
+    residual = static.static()
+    reduced = ReducedHousing(
+        natural_frequency=frequency,
+        modal_damping=damping_of_modes(damping, frequency),
+        seat_shapes=shapes[modes.seats].T.reshape(-1, count, motions),
+        normal_shapes=(skin.faces @ shapes).T,
+        seat_residual=residual[0].reshape(count, motions, count, motions),
+        face_residual=residual[1].reshape(count, motions, -1),
+        names=tuple(seats),
+        positions=np.array(list(seats.values())),
+        surface=skin.surface,
+        ritz_vectors=moving,
+    )
+    told = HousingAccuracy(frequency_error=None if errors is None else np.append(errors, np.zeros(moving)))
+    flux = (skin.flux @ modes.ritz.shapes[:, moving:]) / (2 * np.pi * static.frequency) ** 2 @ static.seats
+    told |= stated_mapping_errors(reduced, skin.places, skin.flux @ shapes, flux, f_max)
+    return reduced.replace(accuracy=told | truncation_report(reduced, static, finer, f_max))
 
 
 def left_uncorrected(ratio: float) -> float:
@@ -304,7 +294,7 @@ def held_matrices(mesh: HousingMesh, casting: Casting) -> tuple[sp.csr_matrix, s
 
 
 def seat_flexibility(housing: ReducedHousing) -> FloatArray:
-    """Return the static flexibility (motions · n_bearing, …) m/N of the seats: modes plus residual."""
+    """Return the static flexibility (motions · n_bearing, …) m/N of the seats: modes, Ritz vectors, residual."""
     shapes = housing.flat_shapes
     omega2 = (2 * np.pi * housing.natural_frequency) ** 2
     return np.asarray(shapes.T @ (shapes / omega2[:, None]) + housing.seat_residual.reshape(shapes.shape[1], -1))

@@ -37,6 +37,7 @@ def write_modes_vtkhdf(housing: ReducedHousing, path: str | Path) -> Path:
 
     Cells hold normal_shape (kg^-½); points hold the vectors shape for Warp By Vector.
     """
+    housing = housing.drop_ritz_vectors()
     require(
         len(housing.natural_frequency) > 0,
         "the housing has no modes to write: its band ends below the first one; raise f_max or mode_ratio",

@@ -28,6 +28,7 @@ DRAWN = 0.05
 
 def draw_housings(housings: Mapping[str, ReducedHousing], frequency: Sequence[float]) -> list[Axes]:
     """Draw modes of one housing, the first six or those nearest to `frequency` (Hz), or the modal assurance."""
+    housings = {name: housing.drop_ritz_vectors() for name, housing in housings.items()}
     if len(housings) == 1:
         (housing,) = housings.values()
         chosen = [_nearest(housing.natural_frequency, f) for f in frequency]
@@ -111,7 +112,7 @@ def _write_glb(surface: Surface, state: Any, path: Path) -> None:
 def _state(hand_off: ReducedHousing | SurfaceVelocity, frequency: Sequence[float]) -> Any:
     """Return the normal motion (n_face,) of one mode or line."""
     if isinstance(hand_off, ReducedHousing):
-        natural = hand_off.natural_frequency
+        natural = hand_off.natural_frequency[: hand_off.mode_count]
         require(len(natural) > 0, "the housing has no modes in its band: there is nothing to move")
         first = min(int((natural == 0).sum()), len(natural) - 1)
         return hand_off.normal_shapes[_nearest(natural, _single_frequency(frequency)) if frequency else first]
@@ -121,7 +122,7 @@ def _state(hand_off: ReducedHousing | SurfaceVelocity, frequency: Sequence[float
 
 def _assurance_csv(hand_offs: Mapping[str, HandOff]) -> str:
     """MAC with the natural frequencies (Hz) of one housing in the first column, of the other in the first row."""
-    housings = {name: item for name, item in hand_offs.items() if isinstance(item, ReducedHousing)}
+    housings = {name: item.drop_ritz_vectors() for name, item in hand_offs.items() if isinstance(item, ReducedHousing)}
     require(len(housings) == len(hand_offs), "a table is made of reduced housings: choose a PNG")
     one, other = _pair(housings)
     table = modal_assurance(housings[one], housings[other])

@@ -126,9 +126,6 @@ def load_distribution_steps(case: GearboxCase, fidelity: Fidelity, *, includes_c
 
 def kept_modes(case: GearboxCase, fidelity: Fidelity) -> str:
     """Return words for the kept modes of the housing."""
-    tolerance = fidelity.housing.truncation_tolerance_db
-    if tolerance and "truncation_tolerance_db" not in case.housing.unused_knobs:
-        return f"the fewest modes that keep to {tolerance:g} dB"
     return f"modes to {fidelity.housing.mode_ratio * case.band.high:g} Hz"
 
 

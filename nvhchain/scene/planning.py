@@ -184,7 +184,7 @@ def _excluded(case: GearboxCase, fidelity: Fidelity) -> tuple[str, ...]:
         for gear in case.gears
     ]
     if moves:
-        reasons.append(f"all modes of the housing but {kept_modes(case, fidelity)}: kept as residual flexibility")
+        reasons.append(f"all modes of the housing but {kept_modes(case, fidelity)}: Ritz vectors stand for them")
     else:
         reasons.append("the housing: its seats are rigid (options.rigid_housing) and its motion is not asked for")
     reasons += [

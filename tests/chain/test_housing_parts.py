@@ -10,7 +10,6 @@ from matplotlib.image import imread
 from PIL import Image
 
 import nvhchain as nvh
-from nvhchain import cli
 from nvhchain.case import HousingModel, ModalResults
 from nvhchain.cli import main
 from nvhchain.errors import InputError
@@ -216,27 +215,3 @@ def test_groups_of_an_imported_model_are_its_panels(case, told, tmp_path):
     assert set(modal.names) == {"flange", "rear"}
     rear = surface.centroids[:, 2] > 0.6 * case.housing.depth
     assert (np.array(modal.names)[modal.part[rear]] == "rear").all()
-
-
-@pytest.mark.slow
-def test_number_of_modes_follows_from_a_tolerance_on_the_command_line(
-    told, load, fidelity, request, capsys, tmp_path, monkeypatch
-):
-    few = replace(fidelity, housing=replace(fidelity.housing, mode_ratio=1.0))
-    monkeypatch.setitem(cli.commands.PRESETS, "draft", few)
-    hdf5.save(load, tmp_path / "forces.h5")
-    base = request.config.rootpath / "cases/small/single_stage.toml"
-    head = f'base = "{base}"\nquantities = ["surface_velocity"]\n[band]\nlow = 150\nhigh = 2000\n'
-    (tmp_path / "case.toml").write_text(head)
-    command = ["run", str(tmp_path / "case.toml"), "--fidelity", "draft", "--use", str(tmp_path / "forces.h5")]
-    assert main([*command, "--out", str(tmp_path / "out"), "--mode-tolerance-db", "0.2"]) == 0
-    (file,) = (tmp_path / "out").glob("housing-*.h5")
-    housing = hdf5.load(file)
-    assert housing.provenance["fidelity"]["truncation_tolerance_db"] == 0.2
-    assert housing.accuracy.truncation_error_db <= 0.2
-    assert housing.natural_frequency[-1] > 2000.0  # mode_ratio alone would have given none
-    assert main([*command, "--out", str(tmp_path / "out"), "--mode-tolerance-db", "0"]) == 2
-    assert "--mode-tolerance-db = 0 must be positive" in capsys.readouterr().err
-    sphere = request.config.rootpath / "cases/sphere/pulsating.toml"
-    assert main(["plan", str(sphere), "--mode-tolerance-db", "0.2"]) == 2
-    assert "has no casting or housing_model" in capsys.readouterr().err

@@ -69,12 +69,6 @@ def test_gearbox_in_an_imported_housing_moves_like_in_the_casting(request, folde
     assert np.abs(20 * np.log10(flux[1][loud] / flux[0][loud])).max() < 1.0  # faces of their own, 23 mm
 
 
-@pytest.mark.slow
-def test_plan_counts_the_modes_of_an_imported_model_by_a_tolerance(folder, capsys):
-    assert main(["plan", str(folder / "case.toml"), "--fidelity", "draft", "--mode-tolerance-db", "0.2"]) == 0
-    assert "the fewest modes that keep to 0.2 dB" in capsys.readouterr().out
-
-
 @pytest.fixture(scope="module")
 def modal_results(folder, coarse):
     """(fidelity, run of the solid model, folder with its modes and residual vectors in both formats beside it)."""

@@ -110,20 +110,21 @@ def test_modes_whose_error_is_larger_than_their_frequency_stay_modes(housing):
     assert (shifted(wrong, -1.0).natural_frequency > 0.0).all()
 
 
-def on_diagonal(mass):
-    """Residual mass, kg m²/N², of the loaded axes."""
-    return np.diag(mass * load(1.0).real.ravel()).reshape(4, 3, 4, 3)
+def telling(error):
+    """Accuracy of a housing whose excluded modes err by so much at every line."""
+    return HousingAccuracy(
+        truncation_frequency=np.array([1.0, 1e5]), truncation_error_at_db=np.full(2, 20 * np.log10(1 + error))
+    )
 
 
 def test_modes_left_out_err_as_the_housing_tells_where_it_knows(case, housing, parts):
-    """More residual mass puts the modes that were left out closer to the band."""
     found = []
-    for mass in (1e-19, 4e-19):
-        told = housing.replace(accuracy=HousingAccuracy(residual_mass=on_diagonal(mass)))
+    for error in (0.01, 0.04):
+        told = housing.replace(accuracy=telling(error))
         found.append(of(case, DRAFT, told, parts).sources["modes left out"])
         sound = np.abs(parts[0].pressure)  # up to √n of what n shares make by themselves
         assert (found[-1] > 0.5 * truncation_errors(told, LINES)[:, None] * sound).all()
-    assert (found[1] > 2 * found[0]).all()
+    assert found[1] == pytest.approx(4 * found[0])
 
 
 def test_what_is_not_handed_in_is_exact(case, housing, parts):
@@ -363,7 +364,7 @@ def test_power_of_the_modes_is_uncertain_as_the_velocity_is_where_one_mode_radia
 
 def test_forces_are_open_where_modes_were_left_out_without_their_statics(case, housing, meshing):
     forces, laws = meshing[3], [mesh_law([1e-6, 1e-8])]
-    told = housing.replace(accuracy=HousingAccuracy(residual_mass=on_diagonal(1e-19)))
+    told = housing.replace(accuracy=telling(0.01))
     force = force_band(Origin(case, DRAFT, housing=told, mesh_laws=laws), forces)
     motion = velocity_band(Origin(case, DRAFT, housing=told, force_spectrum=forces, mesh_laws=laws), meshing[1])
     missed = force.sources["modes left out"][:, 0] / force.amplitude[:, 0]

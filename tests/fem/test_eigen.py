@@ -9,7 +9,7 @@ import nvhchain.fem._sparse as door
 import nvhchain.fem.eigen as eigen
 from nvhchain.conventions import STEEL
 from nvhchain.errors import InputError, SolverError
-from nvhchain.fem import factorize, lowest_modes, modes_and_residual, modes_below, stiffness_and_mass
+from nvhchain.fem import factorize, lowest_modes, modes_and_ritz_vectors, modes_below, stiffness_and_mass
 from nvhchain.testing import elements as meshes
 
 
@@ -59,20 +59,54 @@ def test_a_frequency_that_more_modes_share_than_a_block_has_vectors_is_found_as_
     assert np.abs(shapes.T @ (M @ shapes) - np.eye(pairs)).max() < 1e-10
 
 
-@EITHER
-@pytest.mark.parametrize("n", [15, 30])
-def test_residual_flexibility_is_that_of_the_modes_above_the_limit(n):
-    """Few unknowns take dense algebra, more take Lanczos."""
+def loaded_membrane(n):
+    """A membrane with one load that almost repeats another; its eigenvalues and vectors; which lie above 0.13 Hz."""
     K, M, _ = membrane(n)
     load = np.zeros((n * n, 3))
     load[[7, 40], [0, 1]] = 1.0
     load[:, 2] = load[:, 0] + 1e-6 * load[:, 1]
-    frequency, _, residual = modes_and_residual(K, M, 0.13, load)
-    values, exact = np.linalg.eigh(K.toarray())
-    above = values > (2 * np.pi * 0.13) ** 2
+    values, vectors = np.linalg.eigh(K.toarray())
+    return K, M, load, values, vectors, values > (2 * np.pi * 0.13) ** 2
+
+
+@EITHER
+@pytest.mark.parametrize("n", [15, 30])
+def test_ritz_vectors_carry_the_flexibility_of_the_modes_above_the_limit(n):
+    """Few unknowns take dense algebra, more take Lanczos."""
+    K, M, load, values, exact, above = loaded_membrane(n)
+    frequency, shapes, found = modes_and_ritz_vectors(K, M, 0.13, load, (1, 2))
     assert 8 <= len(frequency) == (~above).sum()
     exact = (exact[:, above] / values[above]) @ exact[:, above].T @ load
-    assert np.abs(residual - exact).max() < 1e-8 * np.abs(exact).max()
+    for ritz in found:
+        assert ritz.frequency[0] > 0.13
+        residual = ritz.shapes / (2 * np.pi * ritz.frequency) ** 2 @ (ritz.shapes.T @ load)
+        assert np.abs(residual - exact).max() < 1e-8 * np.abs(exact).max()
+        both = np.hstack([shapes, ritz.shapes])
+        assert np.abs(both.T @ (M @ both) - np.eye(both.shape[1])).max() < 1e-6
+        assert np.diff(ritz.frequency).min() > 0
+
+
+@EITHER
+@pytest.mark.parametrize("n", [15, 30])
+def test_ritz_vectors_of_more_terms_hold_more_of_the_response_over_frequency(n):
+    """Against all modes: p terms leave ω^(2p) of the motion of anything, and ω^(4p) of that of the loads."""
+    K, M, load, values, exact, above = loaded_membrane(n)
+    _, _, found = modes_and_ritz_vectors(K, M, 0.13, load[:, :2], (1, 2, 3))
+    load, lowest = load[:, :2], np.sqrt(values[above][0])
+
+    def response(squared, shapes, omega):
+        return shapes / (squared - omega**2) @ (shapes.T @ load)
+
+    def errors(ritz, omega):
+        truth = response(values[above], exact[:, above], omega)
+        missed = response((2 * np.pi * ritz.frequency) ** 2, ritz.shapes, omega) - truth
+        return np.linalg.norm(missed) / np.linalg.norm(truth), np.linalg.norm(load.T @ missed)
+
+    for terms, ritz in enumerate(found, start=1):
+        (slow, at_loads), (fast, faster) = errors(ritz, 0.15 * lowest), errors(ritz, 0.3 * lowest)
+        assert fast / slow == pytest.approx(4.0**terms, rel=0.2)
+        if terms == 1:
+            assert faster / at_loads == pytest.approx(4.0**2, rel=0.2)
 
 
 @EITHER

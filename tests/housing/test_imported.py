@@ -53,8 +53,9 @@ def test_tetrahedra_of_a_file_state_and_correct_their_frequencies_as_a_casting_d
     corrected, mesh, casting, surface, motion, fidelity
 ):
     """They state more of it: elements this long for their walls were not measured, and walls may have fillets."""
-    own = reduce_mesh(mesh, casting, surface, motion, F_MAX, corrected=corrected)
-    plain = reduce_mesh(mesh, casting, surface, motion, F_MAX)
+    plainly = replace(fidelity, mode_ratio=1.0)
+    own = reduce_mesh(mesh, casting, surface, motion, F_MAX, replace(plainly, corrected_frequencies=corrected))
+    plain = reduce_mesh(mesh, casting, surface, motion, F_MAX, plainly)
     model = casting_model(mesh, casting)
     seats = bearing_seats(model, {bore.name: bore.centre for bore in casting.bores})
     knobs = replace(fidelity, mode_ratio=1.0, corrected_frequencies=corrected)
@@ -64,9 +65,10 @@ def test_tetrahedra_of_a_file_state_and_correct_their_frequencies_as_a_casting_d
         made = reduce_model(model, seats, **options)
     assert made.natural_frequency == pytest.approx(own.natural_frequency, rel=1e-9)
     assert "5.6 times as long" in str(said.list[0].message)
-    moved = plain.accuracy.frequency_error / 1.4
+    natural = plain.mode_count
+    moved = plain.accuracy.frequency_error[:natural] / 1.4
     left = np.hypot(1.2 * moved, 0.0025 * 3.5**2)
-    assert made.accuracy.frequency_error == pytest.approx(left if corrected else left + moved, rel=0.02)
+    assert made.accuracy.frequency_error[:natural] == pytest.approx(left if corrected else left + moved, rel=0.02)
 
 
 @pytest.mark.slow
@@ -108,23 +110,10 @@ def reduce_box(model, fidelity=BOX, **options):
         return reduce_model(model, seats, fidelity=fidelity, **given), [str(w.message) for w in caught]
 
 
-@pytest.mark.slow
-def test_tolerance_in_decibel_decides_how_many_modes_an_imported_model_keeps():
-    found = []
-    for tolerance in (3.0, 0.1):
-        asked = replace(BOX, truncation_tolerance_db=tolerance)
-        reduced, _ = reduce_box(held_box("hex8"), asked)
-        assert reduced.accuracy.truncation_error_db <= tolerance
-        assert len(reduced.accuracy.truncation_error_at_db) == 4
-        found.append(reduced.natural_frequency)
-    assert len(found[0]) < len(found[1])
-    assert found[0] == pytest.approx(found[1][: len(found[0])], rel=1e-9)
-
-
 def test_damping_of_an_imported_model_may_be_a_curve_that_is_read_at_its_modes():
     curve = DampingCurve((0.0, 4000.0), (0.01, 0.03))
     reduced, _ = reduce_box(held_box("hex8"), modal_damping=curve)
-    assert reduced.modal_damping == pytest.approx(0.01 + 0.02 * reduced.natural_frequency / 4000.0)
+    assert reduced.modal_damping == pytest.approx(0.01 + 0.02 * np.minimum(reduced.natural_frequency / 4000.0, 1.0))
     assert np.ptp(reduced.modal_damping) > 0
     with pytest.raises(InputError, match=r"modal_damping = nan must lie in 0 … 0\.5"):
         reduce_box(held_box("hex8"), modal_damping=float("nan"))

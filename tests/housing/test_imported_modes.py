@@ -18,8 +18,10 @@ from nvhchain.housing.imported.modal_results import (
     modal_skin,
 )
 from nvhchain.housing.imported.seats import bearing_seats
+from nvhchain.housing.modes import seat_modes as seat_modes_module
 from nvhchain.housing.modes.mounting_plane import MountingPlane
-from nvhchain.housing.modes.truncation import truncation_error
+from nvhchain.housing.modes.response import face_displacement
+from nvhchain.housing.modes.truncation import truncation_errors
 from nvhchain.housing.reduction import seat_flexibility
 from nvhchain.housing.skin.shell_sides import outward_sides, outward_skin
 from nvhchain.interop.modes.modal_uff import read_modal_uff
@@ -112,14 +114,16 @@ def test_missing_flexibility_of_a_constant_modal_density_is_that_of_the_top_octa
 
 @pytest.fixture(scope="module")
 def with_vectors(mesh, casting):
-    """The casting's modes and residual vectors, as a foreign solver gives them."""
+    """The casting's modes and residual vectors, as a foreign solver gives them: of the static motion alone."""
     model = casting_model(mesh, casting)
     seats = bearing_seats(model, {bore.name: bore.centre for bore in casting.bores})
-    return modal_model(model, seats, f_top=1.4 * 4000.0, modal_damping=casting.modal_damping)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(seat_modes_module, "_TERMS", 1)
+        return modal_model(model, seats, f_top=1.4 * 4000.0, modal_damping=casting.modal_damping)
 
 
 @pytest.mark.filterwarnings("ignore:casting")
-def test_residual_vectors_carry_the_whole_residual_flexibility(with_vectors, reduced, casting, fidelity, surface):
+def test_residual_vectors_carry_the_whole_residual_flexibility(with_vectors, reduced, rich, casting, fidelity, surface):
     at = {bore.name: bore.centre for bore in casting.bores}
     found = housing_from_modes(
         with_vectors,
@@ -129,16 +133,24 @@ def test_residual_vectors_carry_the_whole_residual_flexibility(with_vectors, red
         fidelity=fidelity,
         residual_vectors=True,
     )
-    assert found.natural_frequency == pytest.approx(reduced.natural_frequency, rel=1e-10)
-    largest = np.abs(reduced.seat_residual).max()
-    assert found.seat_residual == pytest.approx(reduced.seat_residual, abs=1e-9 * largest)
-    mass = [housing.accuracy.residual_mass for housing in (found, reduced)]
-    assert mass[0] == pytest.approx(mass[1], abs=1e-8 * np.abs(mass[1]).max())
+    natural = reduced.mode_count
+    assert found.mode_count == natural
+    assert found.natural_frequency[:natural] == pytest.approx(reduced.natural_frequency[:natural], rel=1e-10)
+    exact = seat_flexibility(reduced)
+    assert seat_flexibility(found) == pytest.approx(exact, abs=1e-9 * np.abs(exact).max())
     assert found.accuracy.missing_flexibility == 0.0
-    assert found.accuracy.truncation_error_db == pytest.approx(truncation_error(reduced, 4000.0).level, rel=0.1)
-    area = reduced.surface.areas
-    both = [housing.face_residual.reshape(-1, len(area)) for housing in (found, reduced)]
-    assert ((both[0] - both[1]) ** 2 @ area).sum() < 0.08**2 * (both[1] ** 2 @ area).sum()
+    # what vectors of one term err at the upper end of the band is stated, within a factor of two
+    load, line = np.eye(len(exact), dtype=complex), np.full(len(exact), 3900.0)
+    area = rich.surface.areas
+
+    def missed(frequency):
+        got, true = (face_displacement(housing, frequency, load) for housing in (found, rich))
+        return np.sqrt((np.abs(got - true) ** 2 @ area).sum() / (np.abs(true) ** 2 @ area).sum())
+
+    stated = truncation_errors(found, line[:1])[0]
+    print(missed(0 * line), missed(line), stated)
+    assert missed(0 * line) < 0.08  # of faces that know no middles of edges
+    assert missed(line) < stated + missed(0 * line)
 
 
 def test_modes_that_end_below_the_band_before_the_residual_vectors_are_warned_of(
@@ -358,10 +370,3 @@ def test_numbers_that_are_none_are_refused_by_name(modes, casting, fidelity, wro
 def test_faces_without_extent_are_refused():
     with pytest.raises(InputError, match="surface_size = 0 m must be positive"):
         RadiatingFaces(0.0)
-
-
-def test_tolerance_for_the_number_of_modes_is_refused(modes, casting, fidelity):
-    at = {bore.name: bore.centre for bore in casting.bores}
-    asked = replace(fidelity, truncation_tolerance_db=0.2)
-    with pytest.raises(InputError, match=r"truncation_tolerance_db = 0\.2: the modes of .* are given"):
-        housing_from_modes(modes, at, f_max=F_MAX, faces=RadiatingFaces(0.022), fidelity=asked)

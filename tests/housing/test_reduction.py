@@ -9,7 +9,7 @@ from scipy.sparse.linalg import LinearOperator, gmres
 
 import nvhchain as nvh
 from nvhchain.errors import AccuracyWarning, InputError
-from nvhchain.fem import factorize
+from nvhchain.fem import RitzVectors, factorize
 from nvhchain.fidelity import DRAFT, STANDARD, HousingFidelity
 from nvhchain.housing import reduce_housing
 from nvhchain.housing.casting.mesh import mounting_plane_faces
@@ -72,11 +72,11 @@ def test_forced_response_of_reduced_and_full_housing_agree_within_one_percent(fu
         assert np.linalg.norm(got - exact) < 0.01 * np.linalg.norm(exact)
 
 
-def test_residual_is_needed_for_that_accuracy(full, casting, reduced):
+def test_excluded_modes_are_needed_for_that_accuracy(full, casting, reduced):
     K, M, _, seats = full
     force = np.random.default_rng(8).standard_normal((1, len(seats))) + 0j
     exact = full_response(K, M, seats, force[0], 500.0, 2 * casting.modal_damping)[seats]
-    bare = reduced.replace(seat_residual=np.zeros_like(reduced.seat_residual))
+    bare = reduced.drop_ritz_vectors().replace(seat_residual=np.zeros_like(reduced.seat_residual))
     got = seat_displacement(bare, np.array([500.0]), force, structural=True)[0]
     assert np.linalg.norm(got - exact) > 0.1 * np.linalg.norm(exact)
 
@@ -92,10 +92,10 @@ def test_static_seat_flexibility_is_that_of_the_full_model(full, reduced):
 
 @pytest.mark.slow
 def test_forces_and_moments_at_the_seats_move_the_reduced_housing_as_the_full_one(
-    full, mesh, casting, surface, motion, reduced
+    full, mesh, casting, surface, motion, reduced, fidelity
 ):
     K, M, T, _ = full
-    tilting = reduce_mesh(replace(mesh, motions=5), casting, surface, motion, 2.0 * F_MAX)
+    tilting = reduce_mesh(replace(mesh, motions=5), casting, surface, motion, F_MAX, replace(fidelity, mode_ratio=2.0))
     seats = seat_unknowns(K.shape[0], len(casting.bores), 5)
     load = np.zeros((K.shape[0], len(seats)))
     load[seats, np.arange(len(seats))] = 1.0
@@ -121,9 +121,9 @@ def test_forces_and_moments_at_the_seats_move_the_reduced_housing_as_the_full_on
 
 def test_modes_of_the_reduced_housing_are_mass_normalised_modes_of_the_full_one(full, reduced):
     K, M, _, seats = full
-    frequency = reduced.natural_frequency
+    frequency = reduced.natural_frequency[: reduced.mode_count]
     assert (np.diff(frequency) > 0).all()
-    assert STANDARD.housing.mode_ratio * F_MAX * 0.8 < frequency[-1] < STANDARD.housing.mode_ratio * F_MAX
+    assert 1.4 * F_MAX * 0.8 < frequency[-1] < 1.4 * F_MAX
     # Rayleigh quotient of the static deflection under a seat force lies above the lowest mode, by not much
     load = np.zeros(K.shape[0])
     load[seats] = reduced.seat_shapes[0].ravel()
@@ -154,14 +154,14 @@ def test_corrected_frequencies_of_large_elements_are_those_of_smaller_ones():
                 element_size=size, mode_ratio=1.0, samples_per_face=1, corrected_frequencies=corrected
             )
             found[size, corrected] = reduce_housing(case.housing, f_max=6e3, surface_size=0.025, fidelity=knobs)
-    frequency = {key: housing.natural_frequency for key, housing in found.items()}
+    frequency = {key: housing.natural_frequency[: housing.mode_count] for key, housing in found.items()}
     apart = {kind: rms(frequency[13e-3, kind] / frequency[9e-3, kind] - 1.0) for kind in (False, True)}
     assert apart[True] < 0.5 * apart[False]
     for size in (13e-3, 9e-3):
         moved = 1.0 - frequency[size, True] / frequency[size, False]
         assert (moved > 0.0).all()
         assert rms(moved) > 0.02
-        assert rms(found[size, True].accuracy.frequency_error - 0.4 * moved) < 1e-3
+        assert rms(found[size, True].accuracy.frequency_error[: len(moved)] - 0.4 * moved) < 1e-3
 
 
 def rms(values):
@@ -169,8 +169,8 @@ def rms(values):
 
 
 def test_a_correction_keeps_rigid_modes_and_the_order_of_frequencies_with_their_shapes():
-    shapes = np.arange(12.0).reshape(3, 4)
-    modes = SeatModes(np.array([0.0, 100.0, 101.0, 200.0]), shapes, np.zeros((3, 3)), np.zeros((3, 3)), np.arange(3))
+    shapes, none = np.arange(12.0).reshape(3, 4), RitzVectors(np.zeros(0), np.zeros((3, 0)))
+    modes = SeatModes(np.array([0.0, 100.0, 101.0, 200.0]), shapes, none, none, np.arange(3), 200.0)
     lower, left = with_errors(modes, np.array([0.0, 0.01, 0.1, 0.0]), corrected=True)
     np.testing.assert_allclose(lower.frequency, [0.0, 101 * np.sqrt(0.9), 100 * np.sqrt(0.99), 200.0])
     np.testing.assert_array_equal(lower.shapes, shapes[:, [0, 2, 1, 3]])

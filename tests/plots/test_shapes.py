@@ -136,5 +136,5 @@ def test_bars_show_shares_that_sum_to_one_with_the_rest_in_one():
 
 def test_housing_without_modes_has_no_shapes_to_draw(housing):
     bare = {name: getattr(housing, name)[:0] for name in ("natural_frequency", "modal_damping", "seat_shapes")}
-    with pytest.raises(InputError, match="has no modes, only residual flexibility"):
+    with pytest.raises(InputError, match="has no modes, only Ritz vectors"):
         mode_shapes(housing.replace(**bare, normal_shapes=housing.normal_shapes[:0]), engine="matplotlib")

@@ -23,7 +23,7 @@ def test_gearbox_plan_names_every_stage_and_what_symmetry_skips(request):
         assert part in text
     assert "50 teeth slots (10 by symmetry)" in text
     assert "gear4: loads on 41 of 82 teeth" in text
-    assert "7000 Hz" in text
+    assert "6000 Hz" in text
 
 
 def test_plan_costs_rise_with_fidelity(request):

@@ -55,7 +55,7 @@ def test_a_radiator_turns_acoustics_only_and_a_steady_gearbox_nothing_of_the_run
     assert not any(knob.run_up for knob in knobs_of(gearbox))
 
 
-def test_a_housing_from_elsewhere_has_no_elements_to_turn_and_its_modes_no_tolerance(gearbox):
+def test_a_housing_from_elsewhere_has_no_elements_to_turn(gearbox):
     own = {knob.name for knob in knobs_of(gearbox)}
     elements = {"housing.element_size", "housing.elements_per_turn"}
     model = replace(gearbox, housing=HousingModel("housing.bdf", "mm-t-s"))
@@ -63,7 +63,7 @@ def test_a_housing_from_elsewhere_has_no_elements_to_turn_and_its_modes_no_toler
     shaped = replace(gearbox, housing=ModalResults("modes.unv", surface=SurfaceFile("skin.stl")))
     faces = "acoustics.elements_per_wavelength+coarsest_elements_per_wavelength"
     assert {knob.name for knob in knobs_of(model)} == own - elements
-    assert {knob.name for knob in knobs_of(modes)} == own - elements - {"housing.truncation_tolerance_db"}
+    assert {knob.name for knob in knobs_of(modes)} == own - elements
     assert {knob.name for knob in knobs_of(shaped)} == {knob.name for knob in knobs_of(modes)} - {faces}
     with pytest.raises(InputError, match=r"'housing.element_size' is unknown or not used"):
         knobs_of(model, ["housing.element_size"])

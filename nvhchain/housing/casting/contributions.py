@@ -59,7 +59,7 @@ class Contributions:
 def modal_contributions(
     modal: ModalTransferVectors, housing: ReducedHousing, force_spectrum: ForceSpectrum
 ) -> Contributions:
-    """Return the pressure by mode, named by number and natural frequency; the residual flexibility comes last.
+    """Return the pressure by mode, named by number and natural frequency; all excluded modes come last.
 
     Raises InputError if the lines of the load differ from those of `modal`, and for another housing.
     """
@@ -76,8 +76,10 @@ def modal_contributions(
     rate = 2j * np.pi * lines[:, None]
     modes = modal.modes * (rate * modal_displacement(housing, lines, force))[:, None, :]
     residual = modal.residual.reshape(*modal.residual.shape[:2], -1)
-    rest = np.einsum("fpc,fc->fp", residual, rate * force)
-    names = [f"mode {i}, {f:.0f} Hz" for i, f in enumerate(housing.natural_frequency, start=1)]
+    natural = housing.mode_count
+    rest = np.einsum("fpc,fc->fp", residual, rate * force) + modes[:, :, natural:].sum(axis=2)
+    modes = modes[:, :, :natural]
+    names = [f"mode {i}, {f:.0f} Hz" for i, f in enumerate(housing.natural_frequency[:natural], start=1)]
     return Contributions(lines, modal.points, (*names, "residual"), np.concatenate([modes, rest[:, :, None]], axis=2))
 
 

@@ -11,7 +11,13 @@ import numpy as np
 from nvhchain.errors import require
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.handoff import FloatArray, ReducedHousing, Surface
-from nvhchain.housing.modes.truncation import append_ritz_vectors
+from nvhchain.housing.modes.truncation import Vectors
+
+_FAR = 10.0
+"""Frequency of the residual flexibility's vectors over that of the highest mode; statically any value is exact."""
+
+_DEPENDENT = 1e-10
+"""Least flexibility of an independent direction of the seats, over the residual's largest."""
 
 _FLAT = 0.03
 """Share of the trace of Σ n nᵀ at a vertex that is added in all directions.
@@ -22,19 +28,21 @@ pictures; the faces' means are exact with any value.
 
 
 def exported_modes(housing: ReducedHousing) -> ModalModel:
-    """Return the modes, then the residual flexibility as residual vectors.
+    """Return the modes and Ritz vectors, then the residual flexibility as residual vectors.
 
     Returns nodes: vertices of the radiating surface, middles of its faces, seats. Group: `seats`.
 
     `housing_from_modes` reads the result with residual_vectors. Damping is viscous; structural damping is not kept. The
-    residual vectors have the damping of the highest mode.
+    residual vectors have the damping of the highest mode and lie at `_FAR` times its frequency. Tilts of the seats are
+    left out.
     """
     surface, count = housing.surface, len(housing.names)
-    seats, faces = housing.seat_shapes.reshape(-1, 3 * count), housing.normal_shapes
-    frequency, damping = housing.natural_frequency, housing.modal_damping
-    if housing.seat_residual.any():
-        omega2, damping, seats, faces = append_ritz_vectors(housing)
-        frequency = np.sqrt(omega2) / (2 * np.pi)
+    housing = housing.drop_tilts()
+    far = _residual_vectors(housing)
+    frequency = np.concatenate([housing.natural_frequency, far.frequency])
+    damping = np.pad(housing.modal_damping, (0, len(far.frequency)), "edge" if len(housing.modal_damping) else "empty")
+    seats = np.vstack([housing.flat_shapes, far.seats])
+    faces = np.vstack([housing.normal_shapes, far.faces])
     require(len(frequency) > 0, "the housing has neither modes nor residual flexibility: there is nothing to write")
     vertices = fitted_motion(surface, faces)
     mean = np.einsum("mfci,fi->mf", vertices[:, surface.triangles], surface.normals) / 3
@@ -56,6 +64,17 @@ def exported_modes(housing: ReducedHousing) -> ModalModel:
         groups={"seats": number + size + np.arange(count)},
         source="reduced housing",
     )
+
+
+def _residual_vectors(housing: ReducedHousing) -> Vectors:
+    """Return vectors that carry the residual flexibility, Σ ψψᵀ/λ with one λ far above the modes."""
+    natural = housing.natural_frequency
+    frequency = _FAR * (float(natural[-1]) if len(natural) else 1.0)
+    matrix = housing.seat_residual.reshape(3 * len(housing.names), -1)
+    flexibility, directions = np.linalg.eigh(matrix)
+    own = flexibility > _DEPENDENT * max(flexibility[-1], np.finfo(float).tiny)
+    turned = directions[:, own] / np.sqrt(flexibility[own]) * (2 * np.pi * frequency)
+    return Vectors(np.full(int(own.sum()), frequency), turned.T @ matrix, turned.T @ housing.flat_residual)
 
 
 def fitted_motion(surface: Surface, faces: FloatArray) -> FloatArray:

@@ -1,8 +1,7 @@
 """Normal modes and residual vectors of a solid model at its skin and seats, in the form of other solvers.
 
-The residual flexibility R of the seats spans, with the modes, the exact static response. Its Ritz vectors ψ = R y,
-mass-normalised, with ψᵀKψ = λ, lie above the modes and carry R = Σ ψψᵀ/λ. Nastran writes them in this way, as further
-modes (RESVEC).
+Residual vectors are Ritz vectors ψ of the excluded modes, mass-normalised, with ψᵀKψ = λ. They lie above the modes and
+carry the residual flexibility Σ ψψᵀ/λ of the seats. Nastran writes them in this way, as further modes (RESVEC).
 """
 
 from __future__ import annotations
@@ -10,21 +9,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import scipy.linalg
 import scipy.sparse as sp
 
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fem.solid_model import RigidSet, SolidModel
 from nvhchain.fidelity import HousingFidelity
-from nvhchain.handoff import FloatArray, IntArray
+from nvhchain.handoff import IntArray
 from nvhchain.housing.imported.mesh_resolution import resolution
 from nvhchain.housing.imported.repair import sound_mesh
 from nvhchain.housing.imported.solid_model import append_seats, constrained, rigid_motions, warn
-from nvhchain.housing.modes.seat_modes import SeatModes, seat_modes
+from nvhchain.housing.modes.seat_modes import seat_modes
 from nvhchain.housing.skin.skin import model_skin
-
-_DEPENDENT = 1e-10
-"""Least flexibility of an independent direction of the seats, over the residual's largest."""
 
 
 def modal_model(model: SolidModel, seats: Sequence[RigidSet], *, f_top: float, modal_damping: float) -> ModalModel:
@@ -65,15 +60,14 @@ def modal_model(model: SolidModel, seats: Sequence[RigidSet], *, f_top: float, m
     K, M, T = constrained(model)
     modes = seat_modes(K, M, len(seats), f_top)
     warn(rigid_motions(model, modes.frequency))
-    omega2, vectors = residual_vectors(modes)
-    shapes = np.hstack([modes.shapes, vectors])
+    shapes = np.hstack([modes.shapes, modes.ritz.shapes])
     second = int(shells.sum()) // 2  # the second sides of open shells come last
     facets = skin.facets[: len(skin.facets) - second]
     used = np.unique(facets)
     row = np.full(len(skin.nodes), -1)
     row[used] = np.arange(len(used))
     at_skin = sp.kron(skin.interpolation[used], sp.identity(3)) @ (T @ shapes)
-    frequency = np.concatenate([modes.frequency, np.sqrt(omega2) / (2 * np.pi)])
+    frequency = np.concatenate([modes.frequency, modes.ritz.frequency])
     at_seats = shapes[modes.seats]
     return ModalModel(
         nodes=np.vstack([skin.nodes[used], [seat.reference for seat in seats]]),
@@ -86,16 +80,6 @@ def modal_model(model: SolidModel, seats: Sequence[RigidSet], *, f_top: float, m
         groups={name: row[m][row[m] >= 0] for name, m in model.groups.items() if (row[m] >= 0).any()},
         source=model.source,
     )
-
-
-def residual_vectors(modes: SeatModes) -> tuple[FloatArray, FloatArray]:
-    """Return eigenvalues (k,) rad²/s², rising, and mass-normalised shapes (n, k) kg^-½, of at most three per seat."""
-    flexibility, directions = np.linalg.eigh(modes.residual[modes.seats])
-    own = flexibility > _DEPENDENT * flexibility[-1]
-    basis = directions[:, own] / np.sqrt(flexibility[own])
-    period2, ritz = scipy.linalg.eigh(basis.T @ modes.residual_mass @ basis)  # 1/λ
-    period2, ritz = period2[::-1], ritz[:, ::-1]
-    return 1 / period2, modes.residual @ (basis @ ritz) / np.sqrt(period2)
 
 
 def _labels(known: IntArray, used: IntArray, seats: Sequence[int]) -> IntArray:

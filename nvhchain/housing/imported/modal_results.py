@@ -15,7 +15,8 @@ from nvhchain.handoff import FloatArray, HousingAccuracy, IntArray, ReducedHousi
 from nvhchain.housing.imported.repair import check_extent
 from nvhchain.housing.imported.seats import seat_rows
 from nvhchain.housing.imported.solid_model import warn
-from nvhchain.housing.modes.truncation import truncation_error
+from nvhchain.housing.modes.seat_modes import moving_vectors
+from nvhchain.housing.modes.truncation import Vectors, truncation_report
 from nvhchain.housing.reduction import finished
 from nvhchain.housing.skin.envelope import RadiatingFaces, outer_envelope
 from nvhchain.housing.skin.mapping_error import skin_sources, stated_mapping_errors
@@ -56,7 +57,7 @@ def housing_from_modes(
     positions: bearing → centre of its seat (m).
     f_max: upper limit of the band (Hz).
     faces: size of the radiating faces, and the plane that closes the housing.
-    fidelity: fidelity; modes up to mode_ratio · f_max are kept.
+    fidelity: fidelity; modes up to mode_ratio · f_max are kept, and residual vectors that move (`moving_vectors`).
     labels: bearing → node of the file; by default the node at the position.
     modal_damping: fraction of critical damping in place of the file's.
     residual_vectors: True if the uppermost modes are residual vectors of unit forces at the seats (`modal_model`,
@@ -69,21 +70,16 @@ def housing_from_modes(
     octave: for a constant modal density all modes above it add as much. An AccuracyWarning and the accuracy state
     this share.
     """
-    require(
-        fidelity.truncation_tolerance_db == 0,
-        f"truncation_tolerance_db = {fidelity.truncation_tolerance_db:g}: the modes of {model.source} are given, "
-        "they are not counted by a tolerance: leave it at 0",
-    )
     require(modal_damping is None or 0 < modal_damping < 1, f"modal_damping = {modal_damping} must lie in 0 … 1")
     check_modes(model, f_max)
     frequency = model.frequency
     frequency = np.where(frequency < _rigid_limit(f_max), 0.0, frequency)
-    keep = frequency <= fidelity.mode_ratio * f_max
-    static = int((~keep).sum())
+    limit = fidelity.mode_ratio * f_max
+    above = int((frequency > limit).sum())
     require(
-        not residual_vectors or static >= 3 * len(positions),
-        f"{model.source}: residual_vectors are stated, but {counted(static, 'mode')} above "
-        f"{fidelity.mode_ratio * f_max:g} Hz, three per seat are needed, {3 * len(positions)}: "
+        not residual_vectors or above >= 3 * len(positions),
+        f"{model.source}: residual_vectors are stated, but {counted(above, 'mode')} above "
+        f"{limit:g} Hz, three per seat are needed, {3 * len(positions)}: "
         "export them, or leave residual_vectors out",
     )
     elastic = frequency[: -3 * len(positions)]
@@ -95,6 +91,9 @@ def housing_from_modes(
                 f"= {f_max:g} Hz: modes between them are missing if there are any; export modes beyond the band"
             ]
         )
+    keep = frequency <= limit
+    if residual_vectors:
+        keep[: int(keep.sum()) + moving_vectors(frequency[~keep], limit)] = True
     damping = model.damping[keep] if modal_damping is None else np.full(int(keep.sum()), modal_damping)
     undamped = int(((damping <= 0) & (frequency[keep] > 0)).sum())
     require(undamped == 0, f"{model.source}: {undamped} modes have no damping: give modal_damping")
@@ -116,37 +115,39 @@ def housing_from_modes(
     )
     at_seats = model.shapes[:, seats].reshape(len(frequency), -1)
     on_faces = (motion @ model.shapes.reshape(len(frequency), -1).T).T
-    omega2 = (2 * np.pi * frequency[~keep]) ** 2
-    share = (at_seats[~keep] / omega2[:, None]).T
-    residual, count = share @ at_seats[~keep], len(seats)
+    static = Vectors(frequency[~keep], at_seats[~keep], on_faces[~keep])
+    (residual, on_residual), count = static.static(), len(seats)
     provenance: dict[str, Any] = {
         "stage": "housing.housing_from_modes",
         "source": model.source,
         "repairs": list(repairs),
         "envelope": list(envelope.notes),
     }
-    if residual_vectors:
-        accuracy = HousingAccuracy(missing_flexibility=0.0, residual_mass=(share @ share.T).reshape(count, 3, count, 3))
-    else:
-        accuracy = HousingAccuracy(missing_flexibility=missing_flexibility(frequency, model.shapes[:, seats]))
+    missing = 0.0 if residual_vectors else missing_flexibility(frequency, model.shapes[:, seats])
+    accuracy = HousingAccuracy(missing_flexibility=missing)
     reduced = ReducedHousing(
         natural_frequency=frequency[keep],
         modal_damping=damping,
         seat_shapes=model.shapes[keep][:, seats],
         normal_shapes=on_faces[keep],
-        seat_residual=((residual + residual.T) / 2).reshape(count, 3, count, 3),
-        face_residual=(share @ on_faces[~keep]).reshape(count, 3, -1),
+        seat_residual=residual.reshape(count, 3, count, 3),
+        face_residual=on_residual.reshape(count, 3, -1),
         names=tuple(positions),
         positions=model.nodes[seats],
         surface=envelope.surface,
+        ritz_vectors=int((frequency[keep] > limit).sum()),
         accuracy=accuracy,
         provenance=provenance,
     )
     places, displaced = skin_sources(skin.nodes, facets, faces.size)
     flux = (skin.restrict(displaced) @ model.shapes.reshape(len(frequency), -1).T).T
-    accuracy |= stated_mapping_errors(reduced, places, flux[keep].T, (share @ flux[~keep]).T, f_max)
+    still = (flux[~keep].T / (2 * np.pi * static.frequency) ** 2) @ static.seats
+    accuracy |= stated_mapping_errors(reduced, places, flux[keep].T, still, f_max)
     if residual_vectors:
-        accuracy |= HousingAccuracy(truncation_error_db=truncation_error(reduced, f_max).level)
+        # vectors of one term, as of Nastran, miss about as much of the faces' motion as they add to its static part
+        vectors = frequency > limit
+        added = Vectors(frequency[vectors], at_seats[vectors], on_faces[vectors])
+        accuracy |= truncation_report(reduced.drop_ritz_vectors(), added, added, f_max)
     return finished(reduced.replace(accuracy=accuracy), fidelity)
 
 

@@ -13,15 +13,15 @@ from nvhchain.errors import require, warn_caller
 from nvhchain.fem import frequency_errors, rigid_map, stiffness_and_mass
 from nvhchain.fem.solid_model import RigidSet, SolidModel
 from nvhchain.fidelity import HousingFidelity
-from nvhchain.handoff import FloatArray, HousingAccuracy, ReducedHousing
+from nvhchain.handoff import FloatArray, ReducedHousing
 from nvhchain.housing.imported.mesh_resolution import resolution
 from nvhchain.housing.imported.repair import sound_mesh
 from nvhchain.housing.imported.structure import structural_matrices
-from nvhchain.housing.modes.damping import DampingCurve, check_modal_damping, damping_of_modes
+from nvhchain.housing.modes.damping import DampingCurve, check_modal_damping
 from nvhchain.housing.modes.seat_modes import seat_modes
-from nvhchain.housing.reduction import accurate, finished, with_errors
+from nvhchain.housing.reduction import SkinMotion, finished, reduced_modes, with_errors
 from nvhchain.housing.skin.envelope import RadiatingFaces, outer_envelope
-from nvhchain.housing.skin.mapping_error import skin_sources, stated_mapping_errors
+from nvhchain.housing.skin.mapping_error import skin_sources
 from nvhchain.housing.skin.normal_motion import normal_motion
 from nvhchain.housing.skin.skin import model_skin
 from nvhchain.housing.skin.thin_walls import longest_for_their_wall, wall_thickness
@@ -41,14 +41,13 @@ def reduce_model(
     fidelity: HousingFidelity,
     progress: Progress | None = None,
 ) -> ReducedHousing:
-    """Reduce an imported model to modes and residual flexibility at its seats.
+    """Reduce an imported model to modes, Ritz vectors and residual flexibility at its seats.
 
     seats: seats from `bearing_seats`, in the order of the bearings.
     f_max: upper limit of the band (Hz).
     faces: size of the radiating faces, and the plane that closes the housing.
     modal_damping: fraction of critical damping of every mode, or a curve over the natural frequency.
-    fidelity: fidelity; modes up to mode_ratio · f_max, or the number for truncation_tolerance_db, as in
-    `reduce_housing`.
+    fidelity: fidelity; modes up to mode_ratio · f_max, as in `reduce_housing`.
     Returns reduced housing; its provenance lists repairs. Its accuracy states the errors (dB) of truncation and of the
     mapping onto the faces. A model of quadratic tetrahedra alone states the error of its natural frequencies, which
     fidelity.corrected_frequencies lowers.
@@ -82,32 +81,17 @@ def reduce_model(
     to_faces, to_flux = (sp.csr_matrix(skin.restrict(operator) @ T) for operator in (motion, flux))
     known = model.structure.empty and all(block.kind == "tet10" for block in model.blocks)
     ratio = longest_for_their_wall(model, skin, wall_thickness(skin)) if known else None
-    count, motions = len(seats), max(seat.motions for seat in seats)
-    square = (count, motions, count, motions)
-
-    def reduce_to(f_top: float) -> ReducedHousing:
-        modes, wrong = seat_modes(K, M, count, f_top, motions), None
-        if known:
-            wrong = _frequency_errors(model, T @ modes.shapes, modes.frequency)
-            modes, wrong = with_errors(modes, wrong, corrected=fidelity.corrected_frequencies, ratio=ratio)
-        tell(5, _STEPS)
-        reduced = ReducedHousing(
-            natural_frequency=modes.frequency,
-            modal_damping=damping_of_modes(modal_damping, modes.frequency),
-            seat_shapes=modes.shapes[modes.seats].T.reshape(-1, count, motions),
-            normal_shapes=(to_faces @ modes.shapes).T,
-            seat_residual=modes.residual[modes.seats].reshape(square),
-            face_residual=(to_faces @ modes.residual).T.reshape(count, motions, -1),
-            names=tuple(seat.name for seat in seats),
-            positions=np.array([seat.reference for seat in seats]),
-            surface=envelope.surface,
-            accuracy=HousingAccuracy(frequency_error=wrong, residual_mass=modes.residual_mass.reshape(square)),
-        )
-        errors = stated_mapping_errors(reduced, places, to_flux @ modes.shapes, to_flux @ modes.residual, f_max)
-        return reduced.replace(accuracy=reduced.accuracy | errors)
-
-    reduced = accurate(reduce_to, f_max, fidelity)
-    warn(rigid_motions(model, reduced.natural_frequency))
+    modes = seat_modes(K, M, len(seats), f_max * fidelity.mode_ratio, max(seat.motions for seat in seats))
+    wrong = None
+    if known:
+        wrong = _frequency_errors(model, T @ modes.shapes, modes.frequency)
+        modes, wrong = with_errors(modes, wrong, corrected=fidelity.corrected_frequencies, ratio=ratio)
+    tell(5, _STEPS)
+    skin_motion = SkinMotion(to_faces, envelope.surface, to_flux, places)
+    reduced = reduced_modes(
+        modes, wrong, skin_motion, {seat.name: seat.reference.tolist() for seat in seats}, modal_damping, f_max
+    )
+    warn(rigid_motions(model, modes.frequency))
     report = {
         "stage": "housing.reduce_model",
         "source": model.source,

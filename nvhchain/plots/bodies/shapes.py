@@ -45,8 +45,8 @@ def mode_shapes(
     engine {"auto", "pyvista", "matplotlib"}: renderer; "auto" is pyvista if it can render off screen, else matplotlib.
     Returns one per mode.
     """
-    count = len(housing.natural_frequency)
-    require(count > 0, "the housing has no modes, only residual flexibility: no mode shapes to draw")
+    count = housing.mode_count
+    require(count > 0, "the housing has no modes, only Ritz vectors and residual flexibility: no mode shapes to draw")
     chosen = list(range(min(6, count))) if modes is None else list(modes)
     require(
         bool(chosen) and all(0 <= mode < count for mode in chosen),

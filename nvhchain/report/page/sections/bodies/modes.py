@@ -39,7 +39,7 @@ def blocks(stored: Stored) -> list[Any]:
     for name, housing in housings.items():
         seen.setdefault(housing.content_hash, []).append(name)
         unique[housing.content_hash] = housing
-    alone = [(" and ".join(seen[key]), of) for key, of in unique.items() if len(of.natural_frequency)]
+    alone = [(" and ".join(seen[key]), of.drop_ritz_vectors()) for key, of in unique.items() if of.mode_count]
     return found + [_housing(names, of) for names, of in alone[:MOST]]
 
 

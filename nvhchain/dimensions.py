@@ -35,6 +35,12 @@ UNITS: dict[str, tuple[str, float]] = {
 """Suffix of a key → SI unit of the fields that accept it, factor to that unit."""
 
 
+def without_unit(key: str) -> str:
+    """Return a key without the suffix of its unit."""
+    suffix = next((f"_{unit}" for unit in UNITS if key.endswith(f"_{unit}")), "")
+    return key.removesuffix(suffix)
+
+
 def si_unit(hint: Any) -> str | None:
     """Return the SI unit in a field's annotation (with extras); None if its keys have no unit suffix."""
     origin, inner = typing.get_origin(hint), typing.get_args(hint)

@@ -171,7 +171,7 @@ class GearboxCase:
 
     def _check_names(self) -> None:
         """Refuse missing, repeated and unknown names of gears, stages and shafts."""
-        for kind in ("gears", "stages"):
+        for kind in ("shafts", "gears", "stages"):
             require(len(getattr(self, kind)) > 0, f"{kind}: at least one is needed")
             check_names([item.name for item in getattr(self, kind)], kind)
         require_all(unknown_names(self))

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from nvhchain.case.checks.mended import mended
-from nvhchain.case.checks.missing import assumed_stiffness, missing_values
+from nvhchain.case.checks.missing import REQUIRED, assumed_stiffness, missing_values
 from nvhchain.case.checks.names import nearest, unknown_names
 from nvhchain.case.gearbox import GearboxCase
 from nvhchain.case.radiator import RadiatorCase
@@ -19,7 +19,7 @@ from nvhchain.case.sound import check_targets
 from nvhchain.case.toml.lines import Table, merged_places, placed, with_line
 from nvhchain.case.toml.read import check_texts, read_toml
 from nvhchain.case.toml.table import build
-from nvhchain.dimensions import UNITS
+from nvhchain.dimensions import without_unit
 from nvhchain.errors import InputError, Mistakes, mistakes, require
 from nvhchain.interop import ForceChannels
 from nvhchain.kinds import NAMES, checked
@@ -27,7 +27,7 @@ from nvhchain.names import check_names
 
 Case = GearboxCase | RadiatorCase
 
-_MISSING = re.compile(r"\.housing: required field '(bores|gear_spaces|wall|end_wall|depth|bell_depth)' is missing")
+_MISSING = re.compile(rf"\.housing: required field '({'|'.join(REQUIRED)})' is missing")
 
 _LAYERS = 4
 """Largest number of rounds in which mistakes behind mistakes are looked for."""
@@ -212,7 +212,9 @@ def _merge(base: Mapping[str, Any], change: Mapping[str, Any], place: str, *, re
     """
     merged = Table(base, merged_places(base, change), getattr(change, "place", None) or getattr(base, "place", None))
     for key, value in change.items():
-        for other in [other for other in merged if replace and other != key and _stem(other) == _stem(key)]:
+        for other in [
+            other for other in merged if replace and other != key and without_unit(other) == without_unit(key)
+        ]:
             del merged[other]
         old = merged.get(key)
         if isinstance(value, Mapping) and isinstance(old, Mapping) and value.get("type") == old.get("type"):
@@ -227,12 +229,6 @@ def _merge(base: Mapping[str, Any], change: Mapping[str, Any], place: str, *, re
         else:
             merged[key] = value
     return merged
-
-
-def _stem(key: str) -> str:
-    """Return a key without the suffix of its unit."""
-    stem, _, unit = key.rpartition("_")
-    return stem if stem and unit in UNITS else key
 
 
 def _named(value: Any) -> bool:

@@ -18,10 +18,12 @@ def test_values_of_tables_and_of_named_entries_are_replaced_in_any_unit():
         "gears.wheel.z_mm=80",
         "gears.pinion.z_mm=80",
         'gears."pinion".geometry.face_width_mm = 18',
+        "shafts.A.coupled_inertia_kg_cm2 = 200",
         "name=other",
     ]
     before, case = load_case(CASE), load_case(CASE, changes=changes)
     assert case.operation.input_speed == 100.0
+    assert (before.shafts[0].coupled_inertia, case.shafts[0].coupled_inertia) == (0.01, pytest.approx(0.02))
     assert [gear.z for gear in case.gears] == pytest.approx([0.080, 0.080])
     assert [gear.geometry.face_width for gear in case.gears] == pytest.approx([0.018, 0.016])
     assert (case.name, before.name) == ("other", "single-stage")

@@ -140,6 +140,11 @@ def test_backlash_gives_shift_or_allowance():
         ),
         ({"dimension_over_balls": 60e-3, "ball_diameter": 5.25e-3}, {}, "centres lie within the base circle"),
         (
+            {"dimension_over_balls": 83.3e-3, "ball_diameter": 2.5e-3},
+            {"profile_shift": 0.0, "thickness_allowance": 0.0},
+            "ball_diameter = 2.5 mm: falls through the space",
+        ),
+        (
             {
                 "dimension_over_balls": 83.3e-3,
                 "ball_diameter": 5.25e-3,

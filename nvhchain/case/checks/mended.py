@@ -9,10 +9,11 @@ from dataclasses import MISSING, fields
 from difflib import get_close_matches
 from typing import Any
 
-from nvhchain.dimensions import UNITS
+from nvhchain.case.checks.names import unknown_references
+from nvhchain.case.toml.lines import path_steps
+from nvhchain.dimensions import without_unit
 from nvhchain.housing import Casting
 
-_STEP = re.compile(r"\.(?P<key>\w+)|\[(?P<number>\d+)\](?: \([^)]*\))?")
 _defaults = (field.name for field in fields(Casting) if field.default is not MISSING)
 _UNKNOWN = re.compile(r": unknown field; (?:did you mean '(?P<meant>\w+)')?")
 
@@ -37,42 +38,40 @@ def mended(table: Mapping[str, Any], wrong: Sequence[str], path: str) -> dict[st
     """
     right = deepcopy(dict(table))
     for text in wrong:
-        steps, end = _steps(text.removeprefix(path))
+        steps, end = path_steps(text.removeprefix(path))
         unknown = _UNKNOWN.match(text.removeprefix(path), end)
-        if unknown:
+        if unknown and steps:
             _rename(right, steps, unknown["meant"])
         elif steps and steps[0] == "operation":
-            _replace_operation(right["operation"], text)
+            _replace_operation(right.get("operation"), text)
         elif (named := _OPTIONAL.search(text)) and isinstance(right.get("housing"), dict):
             _without(right["housing"], named["field"])
         elif steps and (steps[0] in _STAND_INS or steps[0] not in _NEEDED):
             right.pop(str(steps[0]), None)
     for name, value in _STAND_INS.items():
         right.setdefault(name, value)
-    _name_alike(right)
+    for part, field, known, _ in unknown_references(right):
+        part[field] = next(iter(get_close_matches(part[field], known, 1)), part[field])
     return right
 
 
-def _steps(text: str) -> tuple[list[str | int], int]:
-    """Return keys and numbers at the begin of a message without its file, and where they end."""
-    steps, end = list[str | int](), 0
-    while step := _STEP.match(text, end):
-        steps.append(step["key"] if step["key"] is not None else int(step["number"]))
-        end = step.end()
-    return steps, end
-
-
 def _rename(table: Any, steps: Sequence[str | int], meant: str | None) -> None:
-    """Give a key the name that is meant; without one it is removed."""
-    for step in steps[:-1]:
-        table = table[step]
-    value = table.pop(steps[-1], None)
-    if meant and value is not None:
-        table.setdefault(meant, value)
+    """Give a key the name that is meant, unless that is given, too; without one it is removed.
+
+    A part that is absent by now is skipped.
+    """
+    try:
+        for step in steps[:-1]:
+            table = table[step]
+    except (LookupError, TypeError):
+        return
+    value = table.pop(steps[-1], None) if isinstance(table, dict) else None
+    if value is not None and meant and without_unit(meant) not in map(without_unit, table):
+        table[meant] = value
 
 
 def _without(table: dict[str, Any], field: str) -> None:
-    for key in [key for key in table if key == field or key.removeprefix(f"{field}_") in UNITS]:
+    for key in [key for key in table if without_unit(key) == field]:
         del table[key]
 
 
@@ -87,20 +86,3 @@ def _replace_operation(operation: Any, text: str) -> None:
     for name, value in _OPERATION.items():
         if not any(key.startswith(name) for key in operation):
             operation[name] = value
-
-
-def _name_alike(table: dict[str, Any]) -> None:
-    """Replace unknown names of shafts and gears by the nearest known ones."""
-    known = {kind: [part.get("name") for part in _tables(table.get(kind))] for kind in ("shafts", "gears")}
-    ends: list[tuple[Any, str, str]] = [(table, end, "shafts") for end in ("input_shaft", "output_shaft")]
-    for kind in ("gears", "bearings", "shaft_bearings"):
-        ends += [(part, end, "shafts") for part in _tables(table.get(kind)) for end in ("shaft", "outer_shaft")]
-    ends += [(part, end, "gears") for part in _tables(table.get("stages")) for end in ("pinion", "wheel")]
-    for part, end, kind in ends:
-        name, names = part.get(end), [each for each in known[kind] if isinstance(each, str)]
-        if isinstance(name, str) and name not in names:
-            part[end] = next(iter(get_close_matches(name, names, 1)), name)
-
-
-def _tables(parts: Any) -> list[Any]:
-    return [part for part in parts if isinstance(part, dict)] if isinstance(parts, list) else []

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import MISSING, fields
 from math import ceil
 from typing import Any
 
 from nvhchain.case.gears import Gear
 from nvhchain.case.toml.table import build
-from nvhchain.dimensions import UNITS
+from nvhchain.dimensions import without_unit
 from nvhchain.dynamics import Bearing, Shaft
 from nvhchain.errors import InputError
+from nvhchain.housing import Casting
+
+REQUIRED = tuple(field.name for field in fields(Casting) if field.default is MISSING)
+"""Fields of a casting without a default."""
 
 _CLEARANCE = 0.003
 """Room (m) between a gear and the wall in a proposal."""
@@ -19,10 +24,12 @@ _CLEARANCE = 0.003
 def missing_values(table: Mapping[str, Any]) -> Iterator[str]:
     """Yield a message for every length of a casting that a gearbox's table lacks."""
     housing = table.get("housing")
-    if isinstance(housing, Mapping) and housing.get("type", "casting") == "casting":
-        for name, proposal in _proposals(table).items():
-            if not _given(housing, name):
-                yield f"housing: {name} {'are' if name.endswith('s') else 'is'} missing: give {proposal}"
+    if not isinstance(housing, Mapping) or housing.get("type", "casting") != "casting":
+        return
+    missing = [name for name in REQUIRED if not _given(housing, name)]
+    proposals = _proposals(table) if missing else {}
+    for name in missing:
+        yield f"housing: {name} {'are' if name.endswith('s') else 'is'} missing: give {proposals[name]}"
 
 
 def assumed_stiffness(table: Mapping[str, Any]) -> Iterator[str]:
@@ -96,4 +103,4 @@ def _tables(parts: Any) -> list[Mapping[str, Any]]:
 
 
 def _given(table: Mapping[str, Any], name: str) -> bool:
-    return any(key == name or key.removeprefix(f"{name}_") in UNITS for key in table)
+    return name in map(without_unit, table)

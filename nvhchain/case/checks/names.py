@@ -8,20 +8,34 @@ from typing import Any
 
 
 def unknown_names(case: Any) -> Iterator[str]:
-    """Yield a message for every name of a shaft, gear or bore that is unknown, with the nearest known one.
+    """Yield a message for every name of a shaft or gear that is unknown, with the nearest known one.
 
     case : GearboxCase, or the table of its file, whose entries may be wrong in any other way.
     """
-    shafts, gears = _names(_get(case, "shafts")), _names(_get(case, "gears"))
+    for part, end, known, place in unknown_references(case):
+        yield f"{place} {_get(part, end)!r} is unknown; {nearest(_get(part, end), known)}"
+
+
+def unknown_references(case: Any) -> Iterator[tuple[Any, str, list[str], str]]:
+    """Yield part, field, known names and place in words of every name of a shaft or gear that is unknown."""
+    known = {kind: _names(_get(case, kind)) for kind in ("shafts", "gears")}
+    for part, end, kind, place in _references(case):
+        name = _get(part, end)
+        if isinstance(name, str) and known[kind] and name not in known[kind]:
+            yield part, end, known[kind], place
+
+
+def _references(case: Any) -> Iterator[tuple[Any, str, str, str]]:
+    """Yield part, field, kind of the named part and place in words of every name of a shaft or gear."""
     for end in ("input_shaft", "output_shaft"):
-        yield from _unknown(_get(case, end), shafts, f"{end}: shaft")
+        yield case, end, "shafts", f"{end}: shaft"
     for kind in ("gears", "bearings", "shaft_bearings"):
         for part in _items(_get(case, kind)):
             for end in ("shaft", "outer_shaft"):
-                yield from _unknown(_get(part, end), shafts, f"{kind[:-1]} {_get(part, 'name')}: {end}")
+                yield part, end, "shafts", f"{kind[:-1]} {_get(part, 'name')}: {end}"
     for stage in _items(_get(case, "stages")):
         for end in ("pinion", "wheel"):
-            yield from _unknown(_get(stage, end), gears, f"stage {_get(stage, 'name')}: {end}")
+            yield stage, end, "gears", f"stage {_get(stage, 'name')}: {end}"
 
 
 def nearest(name: str, known: Sequence[str]) -> str:
@@ -40,8 +54,3 @@ def _items(parts: Any) -> list[Any]:
 
 def _names(parts: Any) -> list[str]:
     return [name for name in (_get(part, "name") for part in _items(parts)) if isinstance(name, str)]
-
-
-def _unknown(name: Any, known: list[str], place: str) -> Iterator[str]:
-    if isinstance(name, str) and known and name not in known:
-        yield f"{place} {name!r} is unknown; {nearest(name, known)}"

@@ -58,21 +58,28 @@ def merged_places(base: Any, change: Any) -> dict[str, tuple[str, int]]:
     return {**getattr(base, "places", {}), **getattr(change, "places", {})}
 
 
+def path_steps(text: str) -> tuple[list[str | int], int]:
+    """Return the keys and numbers of the path at the begin of a text, such as ".gears[1].teeth", and where it ends."""
+    steps, end = list[str | int](), 0
+    while step := _STEP.match(text, end):
+        steps.append(step["key"] if step["key"] is not None else int(step["number"]))
+        end = step.end()
+    return steps, end
+
+
 def with_line(message: str, file: str, table: Mapping[str, Any]) -> str:
     """Return a message as `file:line: message`, by the path at its begin and the parts and fields that it names."""
     if not message.startswith(file):
         return message
     rest, place, here = message.removeprefix(file), None, table
     value: Any = table
-    position = 0
-    while step := _STEP.match(rest, position):
-        position = step.end()
-        if step["key"] is not None:
-            place = getattr(here, "places", {}).get(step["key"], place)
-            value = here.get(step["key"]) if isinstance(here, Mapping) else None
+    steps, position = path_steps(rest)
+    for step in steps:
+        if isinstance(step, str):
+            place = getattr(here, "places", {}).get(step, place)
+            value = here.get(step) if isinstance(here, Mapping) else None
         else:
-            number = int(step["number"])
-            value = value[number] if isinstance(value, list) and number < len(value) else None
+            value = value[step] if isinstance(value, list) and step < len(value) else None
         if isinstance(value, Mapping):
             here, place = value, getattr(value, "place", None) or place
     said = rest[position:].lstrip(": ")

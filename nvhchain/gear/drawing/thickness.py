@@ -188,7 +188,13 @@ def _agree(gear: GearGeometry, measured: MeasuredThickness, one: float, text: st
     angle = gear.normal_pressure_angle
     slope = cos(angle)
     if measured.base_tangent_length is None and measured.ball_diameter is not None:
-        slope = cos(angle) / sin(ball_angle(gear, measured.ball_diameter))
+        centre = ball_angle(gear, measured.ball_diameter)
+        require(
+            centre > 0,
+            f"ball_diameter = {in_mm(measured.ball_diameter)}: falls through the space that profile_shift and "
+            "thickness_allowance leave: take a larger one, or correct them",
+        )
+        slope = cos(angle) / sin(centre)
     apart = abs(one - other) * slope
     require(
         apart <= ROUNDING,

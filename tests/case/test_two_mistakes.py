@@ -1,0 +1,102 @@
+"""Case files with two mistakes: the second one may lie where the first has left nothing to look at."""
+
+import json
+import random
+import tomllib
+from copy import deepcopy
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from nvhchain.case import load_case, save_case
+from nvhchain.case.checks import missing
+from nvhchain.errors import InputError, mistakes
+from nvhchain.study.parameter import _toml
+from nvhchain.testing.coarse_runs import SMALL
+
+CASES = sorted(SMALL.resolve().parents[1].rglob("*.toml"))
+VALUES = ("x", -1, 0, 1e9, True, [], {}, [1, 2], [{"name": "x"}])
+KEYS = ("frictn", "hgh", "tilt", "field_points", "type", "file")
+
+
+def tables(part: Any) -> list[dict[str, Any]]:
+    """Every table with keys in a table or list."""
+    inner = part.values() if isinstance(part, dict) else part if isinstance(part, list) else ()
+    return [*([part] if isinstance(part, dict) and part else []), *(table for one in inner for table in tables(one))]
+
+
+def mistake(case: dict[str, Any], draw: random.Random) -> str:
+    """Misspell, remove, replace or add one key of a case; return what was done."""
+    table = draw.choice(tables(case))
+    key, kind = draw.choice([*table]), draw.choice(("misspelt", "removed", "added", "value", "value"))
+    value = deepcopy(draw.choice(VALUES))
+    if kind == "misspelt":
+        table[f"{key[:-1]}q"] = table.pop(key)
+    elif kind == "removed":
+        del table[key]
+    else:
+        key = key if kind == "value" else draw.choice(KEYS)
+        table[key] = value
+    return f"{kind} {key} {value}"
+
+
+def refused(case: dict[str, Any], path: Path) -> list[str]:
+    """Messages about a case; none if it is right."""
+    path.write_text("\n".join(f"{json.dumps(key)} = {_toml(value)}" for key, value in case.items()))
+    try:
+        load_case(path)
+    except InputError as error:
+        return mistakes(error)
+    return []
+
+
+@pytest.mark.parametrize("path", CASES, ids=lambda path: path.stem)
+def test_two_random_mistakes_end_in_messages(path: Path, tmp_path: Path) -> None:
+    save_case(load_case(path), tmp_path / "whole.toml")
+    whole = (tmp_path / "whole.toml").read_text()
+    for seed in range(20):
+        draw = random.Random(f"{path.stem} {seed}")
+        case = tomllib.loads(whole)
+        done = [mistake(case, draw) for _ in range(2)]
+        try:
+            refused(case, tmp_path / "case.toml")
+        except Exception as error:
+            pytest.fail(f"seed {seed}, {done}: {error!r}")
+
+
+@pytest.mark.parametrize(
+    ("changes", "named"),
+    [
+        ({"options": {"tilt": "x", "frictn": 0}}, ["options.tilt = 'x'", "frictn: unknown field"]),
+        ({"band": {"low": "x", "hgh": 3}}, ["band.low = 'x'", "hgh: unknown field"]),
+        ({"operation": 3, "input_shaft": "C"}, ["operation = 3", "input_shaft: shaft 'C' is unknown"]),
+        ({"shafts": [], "band": {"low": "x"}}, ["shafts: at least one", "band.low = 'x'"]),
+        ({"field_points": 3, "options": {"tilt": "x"}}, ["field_points = 3", "options.tilt = 'x'"]),
+    ],
+)
+def test_both_mistakes_of_a_part_are_named(changes: dict[str, Any], named: list[str], tmp_path: Path) -> None:
+    case = {"base": str(SMALL.resolve())} | changes
+    lines = refused(case, tmp_path / "case.toml")
+    assert all(any(text in line for line in lines) for text in named), lines
+
+
+def test_an_unknown_key_of_a_part_that_has_a_stand_in_is_named_once(tmp_path: Path) -> None:
+    """A distance of shafts that the first round hides, a wall, and a misspelt key beside the right one."""
+    save_case(load_case(SMALL), tmp_path / "whole.toml")
+    case = tomllib.loads((tmp_path / "whole.toml").read_text())
+    case["housing"]["wall_mm"] = -5
+    case["housing"]["bores"][0]["radios_mm"] = 1
+    case["stages"][0]["centre_distance_mm"] = 70
+    lines = refused(case, tmp_path / "case.toml")
+    for text in ("wall = -0.005 m is outside", "radios_mm: unknown field", "its shafts are 68.541 mm apart"):
+        assert sum(text in line for line in lines) == 1, lines
+    assert len(lines) == 3, lines
+
+
+def test_proposals_are_made_for_missing_values_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Building all shafts, bearings and gears twice costs every load."""
+    made = []
+    monkeypatch.setattr(missing, "_proposals", made.append)
+    load_case(SMALL)
+    assert not made

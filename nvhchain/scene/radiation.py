@@ -78,11 +78,11 @@ def radiated_power_step(case: Case, fidelity: Fidelity, extent: Extent) -> Plann
 def transfer_vector_step(case: Case, fidelity: Fidelity, extent: Extent) -> PlannedStep:
     """Cost of transfer vectors to the field points, by boundary elements or the Rayleigh integral."""
     knobs, faces = fidelity.acoustics, extent.triangles
-    described = _radiating(case, knobs, faces)
+    described, masters = _radiating(case, knobs, faces), _masters(case, fidelity, extent.area)
+    counts = {"triangles": faces, "masters": masters}
     if knobs.radiation == "rayleigh":
         models = f"{described}, Rayleigh integral"
-        return PlannedStep(TRANSFER_VECTORS, "transfer vectors", models, SECONDS_PER_STEP, BASE_MEGABYTES)
-    masters = _masters(case, fidelity, extent.area)
+        return PlannedStep(TRANSFER_VECTORS, "transfer vectors", models, SECONDS_PER_STEP, BASE_MEGABYTES, counts)
     ends = len(case.field_points) * (1 if case.reflecting_plane is None else 2)
     planned = PlannedStep(
         TRANSFER_VECTORS,
@@ -90,7 +90,7 @@ def transfer_vector_step(case: Case, fidelity: Fidelity, extent: Extent) -> Plan
         f"{described}, about {masters} master frequencies, engine {case.engine}",
         masters * (_system_seconds(faces, case, knobs) + _SECONDS_PER_FACE_AND_POINT * faces * ends),
         _megabytes(case, knobs, faces, masters, ends),
-        {"triangles": faces, "masters": masters},
+        counts,
     )
     return _add_needle_cost(planned, case, knobs, extent)
 

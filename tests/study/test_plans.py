@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import nvhchain as nvh
+from nvhchain.case import Casting, Extent
 from nvhchain.cli import main
 from nvhchain.errors import InputError
 from nvhchain.study import (
@@ -44,6 +45,8 @@ radius_mm = 10
 name = "1 m"
 position = [1, 0, 0]
 """
+
+DAMPING = Parameter("damping", ("housing.modal_damping",), (0.01, 0.02))
 
 RADIUS = '[[parameters]]\nname = "radius"\npath = "body.radius_mm"\nlow = 5\nhigh = 20\n'
 
@@ -284,6 +287,34 @@ def test_the_plan_states_the_disk_within_a_factor_of_three(tmp_path):
     for name, measured in (("mesh law stage", 1.01), ("housing", 0.154), ("transfer vectors", 0.154)):
         assert measured / 3 < found[name] < 3 * measured
     assert disk_bytes(study, costs(study, nvh.DRAFT)) == pytest.approx(4 * 16.8e3 + 1e6 * sum(found.values()), rel=0.05)
+
+
+def test_the_plan_states_the_time_of_drawn_gearboxes_within_a_factor_of_one_and_a_half():
+    """Processor s: 0.2 and 0.38 measured for a law, 0.61 for all of a gearbox (docs/measured/chain/studies.md)."""
+    seed = Parameter("seed", ("gears.pinion.deviations.seed",), draw=True)
+    study = Study(SMALL.with_name("class_6.toml"), (seed,), plan="monte_carlo", designs=1000)
+    found = costs(study, nvh.DRAFT, most=3)
+    each = {cost.name: cost.seconds for cost in found if cost.times == 1000}
+    assert 0.38 / 1.5 < each["deviated law stage"] < 0.2 * 1.5
+    assert 0.61 / 1.5 < sum(each.values()) < 0.61 * 1.5
+    drawn, plain = (
+        next(cost for cost in some if cost.name == "mesh law stage")
+        for some in (found, costs(Study(SMALL, (DAMPING,)), nvh.DRAFT))
+    )
+    assert drawn.times == 1
+    assert 0.14 / 1.5 < drawn.seconds - plain.seconds < 0.14 * 1.5  # tooth pairs, which all gearboxes share
+
+
+@pytest.mark.parametrize("kind", ["rayleigh", "imported modes"])
+def test_the_disk_of_cheaper_sound_and_imported_modes_is_estimated(kind, monkeypatch):
+    fidelity = nvh.DRAFT
+    if kind == "rayleigh":
+        fidelity = replace(fidelity, acoustics=replace(fidelity.acoustics, radiation="rayleigh"))
+    else:
+        monkeypatch.setattr(Casting, "extent", lambda *rest, **more: Extent(0.2, "the modes in modes.unv"))
+    found = {cost.name: cost.disk for cost in costs(Study(SMALL, (DAMPING,)), fidelity)}
+    for name in ("housing", "transfer vectors"):  # 0.154 MB measured for each of the two dampings
+        assert 2 * 0.154 / 3 < found[name] < 3 * 2 * 0.154
 
 
 def test_more_designs_than_the_memory_holds_are_refused_with_numbers(study_file, capsys):

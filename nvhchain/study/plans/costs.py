@@ -140,13 +140,14 @@ def _body_key(case: Case, stage: int, place: str) -> str:
 
 def _file_bytes(case: Case, name: str, counts: Mapping[str, float], fidelity: Fidelity) -> float:
     """Return the estimated size (bytes) of each result of a step, whose parts are among `counts`."""
-    triangles, knobs = counts.get("triangles", 0.0), fidelity.gear
+    triangles, masters, modes = (counts.get(part, 0.0) for part in ("triangles", "masters", "modes"))
+    knobs = fidelity.gear
     if name == "transfer vectors":
-        return 16.0 * counts["masters"] * triangles * len(case.field_points)
+        return 16.0 * masters * triangles * len(case.field_points)
     if not isinstance(case, GearboxCase):
         return 0.0
     if name == "housing":
-        return 8.0 * triangles * (counts["modes"] + 3 * len(case.bearings))
+        return 8.0 * triangles * (modes + 3 * len(case.bearings))
     for number, stage in enumerate(case.stages):
         pair = case.pairs[number]
         if name == f"mesh law {stage.name}":

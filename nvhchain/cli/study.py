@@ -26,7 +26,7 @@ def study_command(options: argparse.Namespace) -> int:
     study, fidelity = load_study(path), PRESETS[options.fidelity]
     out = Path(options.out or Path("out") / path.stem)
     if options.plan:
-        return _print_plan(study, fidelity, path, out)
+        return _print_plan(study, fidelity, path, out, options.operators)
     with _executor(options) as executor:
         rows = run_study(
             study,
@@ -54,9 +54,18 @@ def _executor(options: argparse.Namespace) -> AbstractContextManager[Executor | 
     return connect(scheduler)
 
 
-def _print_plan(study: Study, fidelity: Fidelity, path: Path, out: Path) -> int:
+def _print_plan(study: Study, fidelity: Fidelity, path: Path, out: Path, operators: str | None) -> int:
     """Print designs, runs, time, memory and disk of every step."""
-    from nvhchain.study import check_disk, check_parameters, costs, count_designs, disk_bytes, operating_points, remarks
+    from nvhchain.study import (
+        check_disk,
+        check_parameters,
+        costs,
+        count_designs,
+        disk_bytes,
+        further_runs,
+        operating_points,
+        remarks,
+    )
 
     designs, points = count_designs(study), operating_points(study)
     check_parameters(study)
@@ -67,7 +76,9 @@ def _print_plan(study: Study, fidelity: Fidelity, path: Path, out: Path) -> int:
         show(f"  {step.name:24s} {step.times:5d} x {step.seconds:6.1f} s  {step.megabytes:6.0f} MB{kept}")
     for line in remarks(study, fidelity):
         show(line)
-    free = check_disk(study, out, steps)
+    if more := further_runs(study):
+        show(f"Up to {counted(more, 'further run')}, one value changed, for parameters without a clear effect")
+    free = check_disk(study, out, steps, operators)
     show(
         f"Processor time about {sum(step.times * step.seconds for step in steps):.0f} s; memory "
         f"{max(step.megabytes for step in steps):.0f} MB a process; disk {1e-6 * disk_bytes(study, steps):.3g} MB with "

@@ -5,7 +5,7 @@ from nvhchain.study.definition import Goal, Study, load_study
 from nvhchain.study.differences import differences
 from nvhchain.study.measuring import measure, measure_drawn
 from nvhchain.study.parameter import Parameter
-from nvhchain.study.plans.costs import Cost, costs, disk_bytes
+from nvhchain.study.plans.costs import Cost, costs, disk_bytes, further_runs
 from nvhchain.study.plans.designs import count_designs, list_designs
 from nvhchain.study.plans.gradient import slopes
 from nvhchain.study.plans.optimise import best_score, scores

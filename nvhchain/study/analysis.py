@@ -12,7 +12,7 @@ from scipy.stats import sobol_indices
 
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray
-from nvhchain.study.definition import Study
+from nvhchain.study.definition import DRAWN, Study
 from nvhchain.study.rows import Row
 
 
@@ -155,9 +155,9 @@ def idle_parameters(effects: Sequence[Effect]) -> list[str]:
     return [name for name, change in most.items() if change < 1e-9]
 
 
-def same_responses(first: Row | None, second: Row | None) -> bool:
+def same_responses(first: Row, second: Row | None) -> bool:
     """Return True for two rows without failure whose responses differ by rounding alone."""
-    if first is None or second is None or first.refused is not None or second.refused is not None:
+    if second is None or first.refused is not None or second.refused is not None:
         return False
     names = first.responses.keys()
     return names == second.responses.keys() and all(
@@ -165,17 +165,26 @@ def same_responses(first: Row | None, second: Row | None) -> bool:
     )
 
 
+def single_changes(study: Study, rows: Sequence[Row]) -> dict[str, list[tuple[Row, Row]]]:
+    """Return parameter → pairs of rows at one operating point that differ in nothing else."""
+    found: dict[str, list[tuple[Row, Row]]] = {}
+    for parameter in study.parameters:
+        found[parameter.name], firsts = [], dict[tuple[object, ...], Row]()
+        for row in rows:
+            others = {name: value for name, value in row.values.items() if name != parameter.name}
+            first = firsts.setdefault((str(others), row.point), row)
+            if row.values[parameter.name] != first.values[parameter.name]:
+                found[parameter.name].append((first, row))
+    return found
+
+
 def _idle_names(study: Study, rows: Sequence[Row]) -> set[str]:
     """Return the parameters that leave all responses alone, as far as pairs of designs decide it."""
     idle = {name for row in rows for name in row.idle}
-    if study.plan != "sensitivity":
-        return idle
-    known = {(row.design, row.point): row for row in rows}
-    for column, parameter in enumerate(study.parameters, 2):  # designs of A, and those with one parameter from B
-        firsts = [row for row in rows if row.design < study.designs]
-        pairs = [(row, known.get((column * study.designs + row.design, row.point))) for row in firsts]
-        if pairs and all(same_responses(*pair) for pair in pairs):
-            idle.add(parameter.name)
+    if study.plan not in DRAWN:
+        for name, pairs in single_changes(study, rows).items():
+            if pairs and all(same_responses(*pair) for pair in pairs):
+                idle.add(name)
     return idle
 
 

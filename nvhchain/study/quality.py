@@ -185,7 +185,8 @@ def influences(study: Study, rows: Sequence[Row], response: str) -> list[Influen
 
     The share is ε² = 1 − (1 − η²)(n − 1)/(n − k) with η² the variance between k groups over the whole one: the
     first-order Sobol index from any designs. Groups are the values or variants, or ten parts of a distribution.
-    For interactions and seeds take the plan `sensitivity`.
+    Numbers that no two designs share count as a distribution; such variants have no share. For interactions and seeds
+    take the plan `sensitivity`.
     """
     worst = [row for row in worst_rows(rows) if response in row.responses]
     if len(worst) < FEWEST:
@@ -200,12 +201,15 @@ def influences(study: Study, rows: Sequence[Row], response: str) -> list[Influen
         if parameter.draw:
             continue
         given = [row.values[parameter.name] for row in worst]
-        levels = parameter.levels
+        numeric = all(isinstance(one, int | float) for one in given)
+        levels = parameter.levels if len(set(map(str, given))) < len(given) else ()
+        if not levels and not numeric:
+            continue
         groups = np.array([levels.index(one) for one in given] if levels else given, dtype=float)
         share, share_limits = _resampled(_share_of_levels if levels else _share, groups, values, picked)
         correlation: float | None = None
         limits: tuple[float | None, float | None] = (None, None)
-        if all(isinstance(one, int | float) for one in given):
+        if numeric:
             correlation, limits = _resampled(_correlation, np.array(given, dtype=float), values, picked)
         found.append(Influence(parameter.name, response, share, share_limits, correlation, limits))
     return sorted(found, key=lambda one: -one.share)

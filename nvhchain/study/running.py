@@ -30,7 +30,7 @@ from nvhchain.study.definition import DRAWN, PAIRED, Study
 from nvhchain.study.measuring import can_be_drawn
 from nvhchain.study.orders import brief_orders
 from nvhchain.study.parameter import Parameter
-from nvhchain.study.plans.costs import MEMORY, Cost, costs, count_runs, disk_bytes, run_bytes
+from nvhchain.study.plans.costs import DISK, MEMORY, Cost, costs, count_runs, run_bytes
 from nvhchain.study.plans.designs import Design, base_design, list_designs
 from nvhchain.study.plans.gradient import walk_gradient
 from nvhchain.study.plans.optimise import draws_of, search
@@ -46,7 +46,7 @@ _COMPARED = 20
 """Largest number of runs whose cases are compared for the disk that they need."""
 
 CLEAR = 20.0
-"""Share of the variance, times the number of runs, of a clear effect; chance alone gives about 3."""
+"""Share of the variance, times the number of designs, of a clear effect; chance alone gives about 3."""
 
 _MISSPELT = ("unknown field", " no '", "must be of type", "must be a finite number")
 """Signs of a path or a value that no design can have; other designs that fail are rows with their reason."""
@@ -100,7 +100,7 @@ def run_study(
     """
     check_parameters(study)
     folder = writable_folder(out, "out")
-    check_disk(study, folder, costs(study, fidelity, most=_COMPARED))
+    check_disk(study, folder, costs(study, fidelity, most=_COMPARED), operators)
     with hold_folder(folder):
         spread = Spread(fidelity, executor, Path(operators or folder / OPERATORS), study.responses)
         runs = _Runs(study, folder, spread, progress, watcher)
@@ -122,19 +122,24 @@ def _with_idle(runs: _Runs, rows: list[Row]) -> list[Row]:
     """Return the rows of draws; the first one names the parameters that leave all responses alone.
 
     Every parameter changes in all draws, so that means over groups differ by chance. A parameter without a clear share
-    of any variance gets another value in the first and in the last design, and all others keep theirs.
+    of any variance gets the value of another design in the first and in the last one, and all others keep theirs.
     """
     done = [row for row in rows if row.refused is None]
-    if len({row.design for row in done}) < 2:
+    count = len({row.design for row in done})
+    if count < 2:
         return rows
-    clear = {effect.parameter for effect in main_effects(runs.study, rows) if effect.share > CLEAR / len(done)}
+    clear = {effect.parameter for effect in main_effects(runs.study, rows) if effect.share > CLEAR / count}
     idle = [parameter.name for parameter in runs.study.parameters if parameter.name not in clear]
-    for own, other in ((done[0], done[-1]), (done[-1], done[0])):
-        tried = [name for name in idle if own.values[name] != other.values[name]]
+    for own, others in ((done[0], done[::-1]), (done[-1], done)):
+        tried = {
+            name: value
+            for name in idle
+            for value in [row.values[name] for row in others if row.values[name] != own.values[name]][:1]
+        }
         if not tried:
             break
         runs.report(f"Runs with one other value: {', '.join(tried)}")
-        designs = [own.values | {name: other.values[name]} for name in tried]
+        designs = [own.values | {name: value} for name, value in tried.items()]
         first = max(row.design for row in rows) + 1
         again = {(row.design - first, row.point): row for row in runs.rows(list(enumerate(designs, first)))}
         before = [row for row in rows if row.design == own.design]
@@ -188,21 +193,36 @@ def _named(study: Study) -> list[tuple[str, str]]:
     return [*(("pareto", name) for name in study.pareto), *(("targets", name) for name in study.targets), *goal]
 
 
-def check_disk(study: Study, folder: Path, found: Sequence[Cost]) -> float:
+def check_disk(study: Study, folder: Path, found: Sequence[Cost], operators: str | Path | None = None) -> float:
     """Return the free disk (bytes) of a folder; refuse a study whose rows and operators need more.
 
     folder: folder of the study, which need not exist. Files in it count as its own.
     found: costs of the study.
+    operators: folder of the operators, which may be on another disk; `operators` in `folder` by default.
     """
+    parts = (
+        (folder / "rows", float(run_bytes(study, DISK)), folder, "--out"),
+        (folder / OPERATORS, 1e6 * sum(cost.disk for cost in found), folder, "--out"),
+    )
+    if operators is not None:
+        parts = (parts[0], (Path(operators), parts[1][1], Path(operators), "--operators"))
+    needed: dict[int, float] = {}
+    for part, size, named, option in parts:
+        disk, free = _disk(part)
+        held = sum(file.stat().st_size for file in part.glob("*"))
+        needed[disk] = needed.get(disk, 0.0) + max(size - held, 0.0)
+        if needed[disk] > free:
+            raise ResourceError(
+                f"{count_runs(study)} runs need about {needed[disk] / 2**30:.3g} GiB of disk, {named} has "
+                f"{free / 2**30:.3g} GiB: take fewer designs, or another {option}"
+            )
+    return _disk(folder)[1]
+
+
+def _disk(folder: Path) -> tuple[int, float]:
+    """Return number and free space (bytes) of the disk of a folder that need not exist."""
     place = next(each for each in (folder, *folder.absolute().parents) if each.exists())
-    held = sum(file.stat().st_size for part in ("rows", OPERATORS) for file in folder.glob(f"{part}/*"))
-    needed, free = disk_bytes(study, found), float(shutil.disk_usage(place).free)
-    if needed > free + held:
-        raise ResourceError(
-            f"{count_runs(study)} runs need about {needed / 2**30:.3g} GiB of disk, {folder} has {free / 2**30:.3g} "
-            "GiB: take fewer designs, or another --out"
-        )
-    return free
+    return place.stat().st_dev, float(shutil.disk_usage(place).free)
 
 
 def _check_memory(study: Study) -> None:

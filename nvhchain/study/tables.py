@@ -23,6 +23,7 @@ from nvhchain.study.analysis import (
     pareto_pair,
     responses_of,
     sensitivity,
+    single_changes,
     worst_rows,
 )
 from nvhchain.study.definition import DRAWN, PAIRED, Study
@@ -298,10 +299,13 @@ def _summary(study: Study, rows: Sequence[Row], effects: Sequence[Effect]) -> li
                 f"({_short(effect.lowest)}{unit} lowest, {_short(effect.highest)}{unit} highest): "
                 f"{100 * effect.share:.0f} % of its variance"
             )
-    unused = idle_parameters(effects) if study.plan != "optimise" else []
-    idle = [name for name in unused if name not in ("speed_rpm", "torque_Nm")]
+    idle = [name for name in idle_parameters(effects) if name not in ("speed_rpm", "torque_Nm")]
     if idle:
         lines.append(f"No response depends on {', '.join(idle)}")
+    changes = single_changes(study, [row for row in rows if row.refused is None]) if study.plan == "optimise" else {}
+    unclear = [name for name, pairs in changes.items() if not pairs and name not in idle]
+    if unclear and main is not None:
+        lines.append(f"No two designs differ in {' or '.join(unclear)} alone, which may have no effect")
     refused = [row for row in rows if row.refused is not None]
     if refused:
         lines.append(f"{len(refused)} of {len(rows)} runs were refused, the first: {refused[0].refused}")

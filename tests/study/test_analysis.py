@@ -1,5 +1,7 @@
 """Effects, indices and best designs from the rows of a study, without a run."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -15,6 +17,7 @@ from nvhchain.study import (
     list_designs,
     main_effects,
     run_study,
+    running,
     sensitivity,
     spreading,
     worst_rows,
@@ -140,6 +143,29 @@ def test_a_parameter_without_effect_is_named_in_plans_of_draws(plan, tmp_path, m
     assert len(rows) == 2 * 8 * (5 if plan == "sensitivity" else 1)
     assert idle_parameters(main_effects(study, rows)) == ["shaft"]
     assert "No response depends on shaft" in write_study(study, rows, tmp_path)
+
+
+def test_parameters_that_vary_alike_or_share_a_level_are_tried_one_by_one():
+    """Forty designs at ten speeds. By chance the level goes with y in a share of 0.2; the first and last share z."""
+    studied = tuple(Parameter(name, (f"a.{name}",), low=0.0, high=1.0) for name in "xy")
+    study = Study("case.toml", (*studied, Parameter("z", ("a.z",), (1, 2))), plan="monte_carlo", designs=40)
+
+    def rows_of(designs):
+        return [
+            Row(number, design, speed, responses={"level": 60.0 + 5.0 * design["x"]})
+            for number, design in designs
+            for speed in range(10)
+        ]
+
+    shares = np.random.default_rng(0).random((40, 2))
+    shares[:, 1] = 0.5 * shares[:, 0] + 0.5 * shares[:, 1]
+    designs = [{"x": float(x), "y": float(y), "z": 1 + (0 < n < 39)} for n, (x, y) in enumerate(shares)]
+    rows = rows_of(list(enumerate(designs)))
+    assert 20 / 400 < next(one.share for one in main_effects(study, rows) if one.parameter == "y") < 20 / 40
+    reported = []
+    runs = SimpleNamespace(study=study, report=reported.append, rows=rows_of)
+    assert set(running._with_idle(runs, rows)[0].idle) == {"y", "z"}
+    assert len(reported) == 2
 
 
 def test_a_response_that_is_the_same_in_all_designs_has_no_effects():

@@ -28,7 +28,7 @@ from nvhchain.study import (
     write_study,
 )
 from nvhchain.study.plans import gradient, optimise
-from nvhchain.study.plans.costs import MEMORY, run_bytes
+from nvhchain.study.plans.costs import DISK, MEMORY, run_bytes
 from nvhchain.study.plans.designs import base_design
 from nvhchain.study.responses import stored_band
 from nvhchain.testing.coarse_runs import SMALL
@@ -46,6 +46,7 @@ name = "1 m"
 position = [1, 0, 0]
 """
 
+CROWNING = Parameter("crowning", ("gears.pinion.geometry.micro.drive.lead_crowning_um",), (1, 2, 3, 4))
 DAMPING = Parameter("damping", ("housing.modal_damping",), (0.01, 0.02))
 
 RADIUS = '[[parameters]]\nname = "radius"\npath = "body.radius_mm"\nlow = 5\nhigh = 20\n'
@@ -130,6 +131,51 @@ def test_a_search_among_values_ends_when_all_are_known():
     rows = optimise.search(study, {"x": 0}, evaluate)
     assert best_score(study, rows).values == {"x": 2}
     assert len(asked) <= 4
+
+
+def test_a_search_keeps_to_a_bound_with_more_digits_than_its_values():
+    """The lowest level lies at one of the bounds, which rounding would pass."""
+    axis = Parameter("x", ("pulsation.x",), low=0.12341, high=1.23456789)
+    study = Study("c.toml", (axis,), plan="optimise", designs=40, goal=Goal())
+    evaluate, asked = valley(study, {"x": 9.0})
+    best = best_score(study, optimise.search(study, {"x": 0.5}, evaluate))
+    assert all(axis.holds(design["x"]) for _, design in asked)
+    assert best.values == {"x": 1.23456789}
+    evaluate, asked = valley(study, {"x": -9.0})
+    assert best_score(study, optimise.search(study, {"x": 0.5}, evaluate)).values == {"x": 0.12341}
+
+
+def test_a_search_ends_where_all_designs_are_refused(tmp_path):
+    """The base case states none of the values."""
+    study = Study("c.toml", AXES, plan="optimise", designs=20, goal=Goal())
+
+    def evaluate(designs):
+        return [Row(number, design, refused="too thin") for number, design in designs]
+
+    rows = optimise.search(study, {"x": None, "y": None}, evaluate)
+    assert {row.refused for row in rows} == {"too thin"}
+    assert "the first: too thin" in write_study(study, rows, tmp_path)[-1]
+
+
+@pytest.mark.parametrize("plan", ["optimise", "gradient"])
+def test_a_parameter_without_effect_is_named_where_designs_differ_in_it_alone(plan, tmp_path):
+    """The level follows x alone."""
+    search = {"designs": 40, "goal": Goal()} if plan == "optimise" else {}
+    study = Study("c.toml", AXES, plan=plan, **search)
+
+    def evaluate(designs):
+        return [Row(number, design, responses={"level": 60.0 + (design["x"] - 2.9) ** 2}) for number, design in designs]
+
+    rows = optimise.search(study, MIDDLE, evaluate) if study.goal else gradient.walk_gradient(study, evaluate)
+    assert "No response depends on y" in write_study(study, rows, tmp_path)
+
+
+def test_a_search_states_which_parameters_no_two_designs_decide(tmp_path):
+    """Every x has one kind; each kind has several x."""
+    kinds = Parameter("kind", ("pulsation.kind",), values=(1, 2, 3))
+    study = Study("c.toml", (AXES[0], kinds), plan="optimise", designs=10, goal=Goal())
+    rows = [Row(n, {"x": n / 9, "kind": 1 + n % 3}, responses={"level": 60.0 + n / 9}) for n in range(9)]
+    assert "No two designs differ in kind alone, which may have no effect" in write_study(study, rows, tmp_path)
 
 
 def test_design_0_of_a_search_is_the_base_case_itself(tmp_path):
@@ -277,11 +323,35 @@ def test_more_designs_than_the_disk_holds_are_refused_with_numbers(study_file, t
     assert not (tmp_path / "out" / "rows").exists()
 
 
+def test_operators_count_on_the_disk_that_holds_them(study_file, tmp_path, monkeypatch, capsys):
+    """5 kB are free for the operators, which need 10 kB."""
+    path = study_file(RADIUS.replace("low = 5\nhigh = 20", "values = [5, 10]"))
+    usage = running.shutil.disk_usage(tmp_path)
+
+    def free(folder, size=None):
+        return usage._replace(free=5000 if folder.name == "operators" else 10**9)
+
+    monkeypatch.setattr(running.shutil, "disk_usage", free)
+    (tmp_path / "operators").mkdir()
+    for more in (["--plan"], []):
+        command = ["study", str(path), "--out", str(tmp_path / "out"), "--operators", str(tmp_path / "operators")]
+        assert main([*command, *more]) == 2
+        said = capsys.readouterr().err
+        assert f"GiB of disk, {tmp_path / 'operators'} has 4.66e-06 GiB" in said
+        assert "another --operators" in said
+    (tmp_path / "operators" / "law.h5").write_bytes(b"0" * 10**6)  # operators of an earlier study
+    assert main([*command, "--plan"]) == 0
+
+
+def test_a_plan_of_draws_states_its_further_runs(study_file, capsys):
+    """Two for a parameter at the one operating point."""
+    assert main(["study", str(study_file('plan = "sobol"\ndesigns = 4\n' + RADIUS)), "--plan"]) == 0
+    assert "Up to 2 further runs, one value changed" in capsys.readouterr().out
+
+
 def test_the_plan_states_the_disk_within_a_factor_of_three(tmp_path):
     """Four crownings share the finite elements of both gears: their files are counted once."""
-    study = Study(
-        SMALL, (Parameter("crowning", ("gears.pinion.geometry.micro.drive.lead_crowning_um",), (1, 2, 3, 4)),)
-    )
+    study = Study(SMALL, (CROWNING,))
     found = {cost.name: cost.disk for cost in costs(study, nvh.DRAFT)}
     # MB measured: four laws of 0.022 and two bodies of 0.46; the housing; the transfer vectors
     for name, measured in (("mesh law stage", 1.01), ("housing", 0.154), ("transfer vectors", 0.154)):
@@ -323,12 +393,21 @@ def test_more_designs_than_the_memory_holds_are_refused_with_numbers(study_file,
     assert "1000000000 runs need about 3.73e+04 GiB for their cases and rows" in capsys.readouterr().err
 
 
-def test_limits_of_run_ups_count_in_memory_and_disk():
-    """Of a run-up at 130 lines of 30 Hz a row took 45 kB of memory and 17 kB of disk; draws keep no limits by line."""
-    parameter = Parameter("crowning", ("gears.pinion.geometry.micro.drive.lead_crowning_um",), (1, 2, 3, 4))
-    assert run_bytes(Study(SMALL, (parameter,)), MEMORY) == pytest.approx(4 * (40e3 + 45e3), rel=0.1)
-    drawn = Parameter("crowning", parameter.paths, low=0.0, high=3.0)
+def test_limits_count_by_line_in_memory_and_disk_but_not_those_of_draws(tmp_path):
+    """Measured for a row: 45 kB of memory and 17 kB of disk at 130 lines, 128 kB and 49 kB at the 390 of a run-up."""
+    steady = Study(SMALL, (CROWNING,))
+    for kind, (case, line) in ((MEMORY, (40e3, 45e3)), (DISK, (0.0, 17e3))):
+        assert run_bytes(steady, kind) == pytest.approx(4 * (case + line), rel=0.1)
+    drawn = replace(CROWNING, values=(), low=0.0, high=3.0)
     assert run_bytes(Study(SMALL, (drawn,), plan="monte_carlo", designs=4), MEMORY) == 4 * 40_000
+    ramp = "[operation]\nramp = { end_speed_rpm = 2500, duration = 2 }\n[band]\nresolution ="
+    found = {}
+    for resolution in (10, 4, 2):
+        (tmp_path / "ramp.toml").write_text(f'base = "{SMALL.resolve()}"\n{ramp} {resolution}\n')
+        study = Study(tmp_path / "ramp.toml", (CROWNING,))
+        found[resolution] = [run_bytes(study, kind) for kind in (MEMORY, DISK)]
+    assert found[10] == [pytest.approx(4 * (40e3 + 128e3), rel=0.1), pytest.approx(4 * 49e3, rel=0.1)]
+    assert found[4] == found[2]  # a part of a run-up has 800 lines at most
 
 
 def test_the_table_is_written_as_parquet(study_file, tmp_path):

@@ -110,6 +110,17 @@ def test_parameters_with_values_are_ranked_among_distributions() -> None:
     assert found["ghost"].correlation is None
 
 
+def test_values_that_no_two_gearboxes_share_are_ranked_as_numbers_or_not_at_all() -> None:
+    numbers = Parameter("width", ("w",), values=tuple(range(60)))
+    variants = Parameter("kind", variants=tuple((f"kind {number}", {"k": number}) for number in range(60)))
+    study = Study("x.toml", (numbers, variants), plan="latin_hypercube", designs=60)
+    rows = [Row(n, {"width": n, "kind": f"kind {59 - n}"}, responses={"level": float(n)}) for n in range(60)]
+    (found,) = influences(study, rows, "level")
+    assert found.parameter == "width"
+    assert found.share == pytest.approx(0.99, abs=0.02)
+    assert found.correlation == pytest.approx(1.0)
+
+
 def test_a_study_of_draws_ends_with_percentiles_and_failures(tmp_path: Path) -> None:
     """Lines and files of a hundred gearboxes."""
     study = factory(100, targets={"level": 2.5})

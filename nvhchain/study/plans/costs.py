@@ -18,7 +18,7 @@ from nvhchain.errors import InputError
 from nvhchain.fidelity import Fidelity
 from nvhchain.files.result_cache import fingerprint
 from nvhchain.scene import plan
-from nvhchain.study.definition import PAIRED, Study
+from nvhchain.study.definition import DRAWN, PAIRED, Study
 from nvhchain.study.measuring import can_be_drawn
 from nvhchain.study.parameter import Parameter
 from nvhchain.study.plans.designs import STEPS, count_designs, list_designs
@@ -97,6 +97,11 @@ def costs(study: Study, fidelity: Fidelity, most: int = MOST_LOADED) -> list[Cos
 def count_runs(study: Study) -> int:
     """Return the number of runs of a study: designs times operating points."""
     return count_designs(study) * len(operating_points(study))
+
+
+def further_runs(study: Study) -> int:
+    """Return the largest number of runs beyond those of the plan, which find the parameters that change nothing."""
+    return 2 * len(study.parameters) * len(operating_points(study)) if study.plan in DRAWN else 0
 
 
 def run_bytes(study: Study, kind: tuple[int, int]) -> int:

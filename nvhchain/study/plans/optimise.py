@@ -209,7 +209,7 @@ def _value_at(parameter: Parameter, coordinate: float) -> Any:
         return parameter.levels[min(max(round(coordinate), 0), len(parameter.levels) - 1)]
     low, high = parameter.span
     value = low + min(max(float(coordinate), 0.0), 1.0) * (high - low)
-    return round(value, ceil(log10(STEPS / (high - low))))
+    return min(max(round(value, ceil(log10(STEPS / (high - low)))), low), high)
 
 
 def _place(parameter: Parameter, value: Any) -> float:
@@ -246,12 +246,12 @@ def _evolve(found: _Search, base: Design) -> None:
 
 
 def _refine(found: _Search) -> None:
-    """Move the ranges of the best design by a simplex; parameters with levels keep theirs."""
+    """Move the ranges of the best design by a simplex, if there is one; parameters with levels keep theirs."""
     names = [parameter.name for parameter in found.study.parameters]
-    values, _ = min(found.known.items(), key=lambda item: item[1])
+    values, lowest = min(found.known.items(), key=lambda item: item[1])
     best = dict(zip(names, values, strict=True))
     free = [parameter for parameter in found.study.parameters if not parameter.levels]
-    if not free:
+    if not free or lowest >= REFUSED:
         return
     start = np.array([_place(parameter, best[parameter.name]) for parameter in free])
     simplex = np.vstack([start, start + np.diag(np.where(start > 0.5, -SIMPLEX, SIMPLEX))])

@@ -232,7 +232,7 @@ def _run_up_figures(results: Mapping[str, Result], out: Path) -> None:
     marks = order_marks([result.case for result in results.values()])
     histories = {name: result.pressure_history for name, result in results.items() if result.pressure_history}
     band = max(result.case.band.high for result in results.values() if hasattr(result.case, "band"))
-    maps = {name: run_up_maps(of, marks, high=band) for name, of in histories.items()}
+    maps = run_up_maps(histories, marks, high=band)
     for number, picture in enumerate(("waterfall.png", "orders.png")):
         drawn = {name: of[number] for name, of in maps.items()}
         save(plots.waterfall_maps(drawn, unit="Pa", marks=marks), out / picture)

@@ -60,16 +60,31 @@ def loudest(cuts: Sequence[Curve]) -> tuple[float, float]:
     return max(found)[1:]
 
 
-def run_up_maps(history: PressureHistory, marks: OrderMarks, *, high: float) -> tuple[Waterfall, Waterfall]:
+def run_up_maps(
+    histories: Mapping[str, PressureHistory], marks: OrderMarks, *, high: float
+) -> dict[str, tuple[Waterfall, Waterfall]]:
     """Return the waterfalls of the first field point against frequency up to `high` (Hz), and against order.
 
-    Orders reach to those that stay below `high` up to the mean speed, for half of a steady run-up.
+    Orders reach to those that stay below `high` up to the mean speed, for half of a steady run-up. The maps against
+    order have one axis, also those of different ramps: the coarsest resolution and the highest order of all.
     """
+    signals = {name: (of.pressure[:, 0], sample_rate(of), of.input_speed) for name, of in histories.items()}
+    highest = max((_highest_order(of, marks, high) for of in histories.values()), default=0.0)
+    resolution = max((_order_resolution(*of) for of in signals.values()), default=0.0)
+    return {
+        name: (
+            input_frequency_waterfall(*of, high=high),
+            input_order_waterfall(*of, high=highest, resolution=resolution),
+        )
+        for name, of in signals.items()
+    }
+
+
+def _highest_order(history: PressureHistory, marks: OrderMarks, high: float) -> float:
+    """Return the highest order of the map of a run-up."""
     turns = float(history.input_speed.mean()) / (2 * pi)
     highest = max(HARMONICS * max(marks.mesh.values(), default=20.0), high / max(turns, 1e-9))
-    highest = min(highest, high / max(float(history.input_speed.min()) / (2 * pi), 1e-9))
-    signal = history.pressure[:, 0], sample_rate(history), history.input_speed
-    return input_frequency_waterfall(*signal, high=high), input_order_waterfall(*signal, high=highest)
+    return min(highest, high / max(float(history.input_speed.min()) / (2 * pi), 1e-9))
 
 
 def curves_of(maps: Mapping[str, tuple[Waterfall, Waterfall]], marks: OrderMarks) -> dict[str, list[Curve]]:
@@ -142,14 +157,23 @@ def input_frequency_waterfall(signal: FloatArray, rate: float, input_speed: Floa
     return waterfall(signal, sample_rate=rate, input_speed=input_speed, resolution=resolution, high=high)
 
 
-def input_order_waterfall(signal: FloatArray, rate: float, input_speed: FloatArray, *, high: float) -> Waterfall:
+def input_order_waterfall(
+    signal: FloatArray, rate: float, input_speed: FloatArray, *, high: float, resolution: float | None = None
+) -> Waterfall:
     """Return the waterfall of `signal` (n_t, …) against order of the input, up to order `high`.
 
     The input turns ten times in every window.  A window covers at most half the record.
+
+    resolution : coarser resolution (orders), with fewer turns in a window.
     """
-    turned = float(input_speed.mean()) / (2 * pi) * (len(signal) - 1) / rate
-    resolution = max(ORDER_RESOLUTION, 3.0 / turned)
+    resolution = resolution or _order_resolution(signal, rate, input_speed)
     return order_waterfall(signal, sample_rate=rate, input_speed=input_speed, resolution=resolution, high=high)
+
+
+def _order_resolution(signal: FloatArray, rate: float, input_speed: FloatArray) -> float:
+    """Return the orders that the windows of a record resolve."""
+    turned = float(input_speed.mean()) / (2 * pi) * (len(signal) - 1) / rate
+    return max(ORDER_RESOLUTION, 3.0 / turned)
 
 
 def sample_rate(record: PressureHistory | BearingForces) -> float:

@@ -66,7 +66,7 @@ def _configurations(results: Mapping[str, Result]) -> dict[str, Any]:
     histories = {name: of.pressure_history for name, of in results.items() if of.pressure_history is not None}
     if histories:
         high = max(results[name].case.band.high for name in histories)  # type: ignore[union-attr]
-        maps = {name: run_up_maps(of, marks, high=high) for name, of in histories.items()}
+        maps = run_up_maps(histories, marks, high=high)
         curves = curves_of(maps, marks)
         found |= {name: run_up_summary(histories[name], curves[name]) for name in histories}
         for name, history in histories.items():

@@ -15,7 +15,6 @@ from nvhchain.report.causes.differences import (
     split_difference,
 )
 from nvhchain.report.page.sections.causes import contributions
-from nvhchain.report.page.sections.limits import EXPLANATION
 from nvhchain.report.page.sections.listening.sound import _orders
 from nvhchain.report.run_up import curves_of, loudest, run_up_maps
 from nvhchain.report.sentences import verdict
@@ -63,10 +62,10 @@ def test_order_of_a_run_up_makes_its_difference_and_all_adds_up():
     speed = 2 * np.pi * (10.0 + 15.0 * time / seconds)
     angle = np.cumsum(speed) / rate
     waves = [size * np.sin(20 * angle) + 0.1 * np.sin(33 * angle) for size in (1.0, 0.5)]
-    maps = [
-        run_up_maps(PressureHistory(time, [[0, 0, 1]], wave[:, None], speed), OrderMarks(mesh={"a": 20.0}), high=1500.0)
-        for wave in waves
-    ]
+    histories = {
+        name: PressureHistory(time, [[0, 0, 1]], wave[:, None], speed) for name, wave in zip("ab", waves, strict=True)
+    }
+    maps = list(run_up_maps(histories, OrderMarks(mesh={"a": 20.0}), high=1500.0).values())
     heard = [float(equivalent(wave, sample_rate=rate)) for wave in waves]
     found = run_up_causes((heard[0], heard[1]), (maps[0][1], maps[1][1]), [20.0, 33.0])
     assert sum(of["part_db"] for of in found) == pytest.approx(heard[1] - heard[0], abs=1e-9)
@@ -81,7 +80,8 @@ def test_record_of_less_than_ten_turns_is_mapped_in_windows_of_half_its_length()
     time = np.arange(2000) / 4000.0
     speed = np.full(2000, 2 * np.pi * 15.0)
     wave = np.sin(20 * speed[0] * time)
-    maps = run_up_maps(PressureHistory(time, [[0, 0, 1]], wave[:, None], speed), OrderMarks(mesh={"a": 20.0}), high=600)
+    history = PressureHistory(time, [[0, 0, 1]], wave[:, None], speed)
+    (maps,) = run_up_maps({"a": history}, OrderMarks(mesh={"a": 20.0}), high=600).values()
     for of, line in zip(maps, (300.0, 20.0), strict=True):
         assert len(of.time) >= 2
         assert of.axis[np.abs(of.amplitude[0]).argmax()] == pytest.approx(line, rel=0.01)
@@ -108,11 +108,11 @@ def test_orders_up_to_the_band_are_followed_not_only_low_harmonics_of_the_mesh()
     wave = 0.1 * np.sin(20 * angle) + np.sin(100 * angle)
     history = PressureHistory(time, [[0, 0, 1]], wave[:, None], speed)
     marks = OrderMarks(mesh={"stage": 20.0})
-    maps = run_up_maps(history, marks, high=3100.0)
-    _, *cuts = curves_of({"one": maps}, marks)["one"]
+    maps = run_up_maps({"one": history}, marks, high=3100.0)
+    _, *cuts = curves_of(maps, marks)["one"]
     assert loudest(cuts)[0] == 100.0
     assert "stage × 5" in cuts[-1].name
-    assert maps[1].axis[-1] < 3100.0 / 20.0  # above the band there is nothing to follow
+    assert maps["one"][1].axis[-1] < 3100.0 / 20.0  # above the band there is nothing to follow
 
 
 def test_the_player_of_a_run_up_names_orders_as_its_curves_do():
@@ -133,11 +133,6 @@ def test_the_player_of_a_run_up_names_orders_as_its_curves_do():
     assert _orders(stored) == [(20.0, curves[1].name), (40.0, curves[2].name)]
 
 
-def test_limits_of_run_ups_are_explained_as_they_are_computed():
-    """Errors that two run-ups share cancel (`test_difference.py`)."""
-    assert "both errors add up" not in EXPLANATION
-
-
 def burst_beside_an_order():
     """Maps and levels of two run-ups with order 20: the second lacks a tone of 0.3 s at 800 Hz, near 1050 rpm."""
     rate, seconds = 4000.0, 10.0
@@ -147,10 +142,10 @@ def burst_beside_an_order():
     burst = np.where(np.abs(time - 5.0) < 0.15, 8.0 * np.sin(2 * np.pi * 811.0 * time), 0.0)
     waves = [order + burst, 0.8 * order]
     marks = OrderMarks(mesh={"stage": 20.0})
-    maps = {
-        name: run_up_maps(PressureHistory(time, [[0, 0, 1]], wave[:, None], speed), marks, high=1500.0)
-        for name, wave in zip("ab", waves, strict=True)
+    histories = {
+        name: PressureHistory(time, [[0, 0, 1]], wave[:, None], speed) for name, wave in zip("ab", waves, strict=True)
     }
+    maps = run_up_maps(histories, marks, high=1500.0)
     return maps, marks, tuple(float(equivalent(wave, sample_rate=rate)) for wave in waves)
 
 
@@ -177,8 +172,8 @@ def test_an_order_that_no_gear_makes_is_kept_where_it_lasts():
     angle = np.cumsum(speed) / rate
     wave = np.sin(20 * angle) + np.sin(33 * angle)
     marks = OrderMarks(mesh={"stage": 20.0})
-    maps = run_up_maps(PressureHistory(time, [[0, 0, 1]], wave[:, None], speed), marks, high=1500.0)
-    orders = named_or_lasting(curves_of({"a": maps}, marks)["a"], (maps[1],), marks)
+    maps = run_up_maps({"a": PressureHistory(time, [[0, 0, 1]], wave[:, None], speed)}, marks, high=1500.0)
+    orders = named_or_lasting(curves_of(maps, marks)["a"], (maps["a"][1],), marks)
     assert orders == pytest.approx([20.0, 33.0], abs=0.11)
 
 
@@ -191,3 +186,25 @@ def test_parts_of_a_run_up_add_up_to_its_difference_as_they_are_written():
     assert any("sound between the orders at" in line for line in lines)
     parts = [float(line.partition(" dB:")[0].replace("−", "-")) for line in lines if " dB: " in line]
     assert sum(parts) == pytest.approx(round(heard[1] - heard[0], 1), abs=1e-9)
+
+
+def test_run_ups_of_different_ramps_have_the_same_orders_and_parts_that_add_up():
+    """In the second the input turns 13.5 times, so that its windows are shorter than ten turns."""
+    rate, marks, histories = 4000.0, OrderMarks(mesh={"stage": 20.0}), {}
+    for name, start, end, seconds in (("slow", 10.0, 25.0, 10.0), ("fast", 15.0, 30.0, 0.6)):
+        time = np.arange(int(rate * seconds)) / rate
+        speed = 2 * np.pi * (start + (end - start) * time / seconds)
+        angle = np.cumsum(speed) / rate
+        wave = np.sin(20 * angle) + 0.7 * np.sin(40 * angle)
+        histories[name] = PressureHistory(time, [[0, 0, 1]], wave[:, None], speed)
+    maps = run_up_maps(histories, marks, high=1500.0)
+    curves = curves_of(maps, marks)
+    assert [of.order for of in curves["slow"]] == [of.order for of in curves["fast"]]
+    orders = [of.order for of in curves["slow"][1:]]
+    assert orders == pytest.approx([20.0, 40.0], abs=0.05)
+    for cuts in curves.values():
+        assert (cuts[2].level - cuts[1].level).mean() == pytest.approx(20 * np.log10(0.7), abs=0.3)
+    heard = tuple(float(equivalent(of.pressure[:, 0], sample_rate=rate)) for of in histories.values())
+    found = run_up_causes(heard, (maps["slow"][1], maps["fast"][1]), orders)
+    assert sum(of["part_db"] for of in found) == pytest.approx(heard[1] - heard[0], abs=1e-9)
+    assert not any("speeds_rpm" in of for of in found)

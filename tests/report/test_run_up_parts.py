@@ -93,6 +93,10 @@ def test_modes_and_paths_add_up_to_the_part_of_an_order_in_a_difference(runs):
     assert "modes" not in wrong  # the record disagrees with the parts
     (none,) = with_parts([line], runs[0], replace(runs[1], transfer_vectors=None))
     assert "modes" not in none
+    forces = runs[1].bearing_forces
+    faster = replace(runs[1], bearing_forces=forces.replace(input_speed=1.2 * forces.input_speed))
+    (other,) = with_parts([line], runs[0], faster)
+    assert "modes" not in other  # another ramp
 
 
 def test_an_order_outside_the_band_has_no_parts(runs):

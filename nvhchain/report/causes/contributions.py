@@ -155,8 +155,9 @@ def _loudest_order(result: Result) -> float:
     """Return the order with most A-weighted energy over a run-up."""
     assert result.pressure_history is not None
     marks = order_marks([result.case])
-    maps = run_up_maps(result.pressure_history, marks, high=float(result.case.band.high))  # type: ignore[union-attr]
-    cuts = [of for of in curves_of({"": maps}, marks)[""] if of.order is not None]
+    high = float(result.case.band.high)  # type: ignore[union-attr]
+    curves = curves_of(run_up_maps({"": result.pressure_history}, marks, high=high), marks)[""]
+    cuts = [of for of in curves if of.order is not None]
     require(len(cuts) > 0, f"{result.case.name} has no loud order over its run-up: give `order`")
     return loudest(cuts)[0]
 

@@ -32,6 +32,9 @@ LEAST_PART = 0.05
 EVENT = 4
 """Windows of a run-up that hold one event: they overlap by three quarters."""
 
+SAME_SPEED = 0.01
+"""Largest relative difference of speeds of windows that are compared."""
+
 OTHERS = "all others"
 """Name of the part that holds what is not listed."""
 
@@ -157,11 +160,12 @@ def _near_a_speed(
 ) -> list[dict[str, Any]]:
     """Return the part (dB) of sound outside the orders about one speed; empty where it is less than half of the rest.
 
-    It is at most the rest, as windows do not reach the ends of a record, whose sound then counts too little.
+    It is at most the rest, as windows do not reach the ends of a record, whose sound then counts too little. Empty for
+    different ramps, too.
 
     per_db : energy per decibel.
     """
-    if abs(rest) < LEAST_PART or maps[0].amplitude.shape != maps[1].amplitude.shape:
+    if abs(rest) < LEAST_PART or not _same_speeds(*(of.input_speed for of in maps)):
         return []
     before, after = (_energies(of).sum(axis=1) / WINDOW_BANDWIDTH - _order_energies(of, orders).sum(1) for of in maps)
     part = (after - before) / per_db
@@ -171,6 +175,11 @@ def _near_a_speed(
     speeds = sorted(30 / np.pi * maps[1].input_speed[[first, last - 1]])
     where = {"order": None, "speeds_rpm": [float(speed) for speed in speeds], "lines": None}
     return [where | {"part_db": float(np.sign(rest) * min(abs(rest), abs(part[first:last].sum())))}]
+
+
+def _same_speeds(first: FloatArray, second: FloatArray) -> bool:
+    """Return True if the windows of two run-ups have the same speeds."""
+    return first.shape == second.shape and bool(np.allclose(first, second, rtol=SAME_SPEED))
 
 
 def _narrowest(energy: FloatArray) -> tuple[int, int]:

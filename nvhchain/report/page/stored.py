@@ -130,7 +130,7 @@ class Stored:
         heard = {run.name: of for run in self.runs if (of := run.pressure_history) is not None}
         high = max((float(of.case.get("values", {}).get("band.high", 0.0)) for of in self.runs), default=0.0)
         high = high or min(map(sample_rate, heard.values()), default=0.0) / 2.56
-        return {name: run_up_maps(of, self.marks, high=high) for name, of in heard.items()}
+        return run_up_maps(heard, self.marks, high=high)
 
     @cached_property
     def by_order(self) -> bool:

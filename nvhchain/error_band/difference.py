@@ -18,10 +18,10 @@ SHARED = frozenset({"housing", "modes left out", "surface mesh", "radiation", "q
 """Sources that have one error in two runs with the same housing, transfer vectors and fidelity."""
 
 SHARED_LAWS = frozenset({"gear"})
-"""Source that has one error in two runs with the same mesh laws under the same mesh forces.
+"""Source that has one error in two runs with the same mesh laws under the same mesh forces, at the same speeds.
 
 The relative error of a line is that of the harmonic of the transmission error that excites it, whatever shafts,
-bearings and housing make of the excitation.
+bearings and housing make of the excitation. At another speed this harmonic lies at another line.
 """
 
 
@@ -95,14 +95,17 @@ def shared_inputs(
 ) -> dict[str, str]:
     """Return fingerprints of what the shared errors of two runs stem from; empty for what a run lacks.
 
-    case: case of the run, with the mesh forces under which the laws have their errors.
+    case: case of the run, with the mesh forces under which the laws have their errors, and the speeds of its lines.
     housing, vectors, laws: hand-offs of the run.
     """
     found = {"operators": "", "laws": ""}
     if housing is not None and vectors is not None:
         found["operators"] = fingerprint(housing.content_hash, vectors.content_hash)
     if isinstance(case, GearboxCase) and laws:
-        found["laws"] = fingerprint(*(law.content_hash for law in laws), case.mesh_forces)
+        operation = case.operation
+        found["laws"] = fingerprint(
+            *(law.content_hash for law in laws), case.mesh_forces, operation.input_speed, operation.ramp
+        )
     return found
 
 

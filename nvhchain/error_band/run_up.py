@@ -66,8 +66,8 @@ class RunUpBand:
         """
         seconds = float(time[-1] - time[0]) / len(self.bands)
         found = np.zeros((len(self.bands), 2))
-        for part, lines in enumerate(self.bands):
-            turns = input_speed[np.arange(len(time)) * len(self.bands) // len(time) == part] / (2 * np.pi)
+        parts = np.array_split(input_speed / (2 * np.pi), len(self.bands))
+        for part, (lines, turns) in enumerate(zip(self.bands, parts, strict=True)):
             if not len(turns):
                 continue
             spacing = float(lines.frequency[-1] - lines.frequency[0]) / max(1, len(lines.frequency) - 1)
@@ -80,7 +80,8 @@ class RunUpBand:
             if near.any() and own.level[0] > SILENT_LEVEL:
                 found[part] = own.overall[0] - own.level[0]
             else:
-                found[part] = lines.overall[0] - lines.level[0] if lines.level[0] > SILENT_LEVEL else [-np.inf, 0.0]
+                level = lines.level[place]
+                found[part] = lines.overall[place] - level if level > SILENT_LEVEL else [-np.inf, 0.0]
         return found
 
     def widened(self, source: str, relative: float) -> RunUpBand:

@@ -92,11 +92,7 @@ def _largest(band: RunUpBand, track: OrderTrack, inside: NDArray[np.bool_], plac
 
     `RunUpBand.order_offsets` has those of a part.
     """
-    parts = np.arange(len(track.time)) * len(band.bands) // len(track.time)
     offsets = band.order_offsets(track.order, track.time, track.input_speed, place=place, width=WIDTH)
-    ends = [
-        levels.decibel(track.envelope[here]).max() + of
-        for part, of in enumerate(offsets)
-        if (here := inside & (parts == part)).any()
-    ]
+    parts = (np.array_split(of, len(band.bands)) for of in (levels.decibel(track.envelope), inside))
+    ends = [level[here].max() + of for of, level, here in zip(offsets, *parts, strict=True) if here.any()]
     return finite(np.max(ends, axis=0))

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import nvhchain as nvh
+from nvhchain.case import Ramp
 from nvhchain.error_band import COVERAGE, SHARED, ErrorBand, difference_limits, shared_inputs, shared_sources
 from nvhchain.errors import InputError
 
@@ -93,18 +94,21 @@ def test_a_second_load_is_compared_far_more_closely_than_either_level_is_known(t
 
 
 def test_errors_of_one_mesh_law_under_one_load_cancel():
-    """Runs with the same laws share no housing; another torque has errors of its own."""
+    """Runs with the same laws share no housing; another torque has errors of its own, another speed other lines."""
     case = nvh.load_case(CASES / "small" / "single_stage.toml")
     law, other = (SimpleNamespace(content_hash=name) for name in "ab")
     first, second = band([1.0, 0.5], gear=[0.1, 0.2]), band([2.0, 1.0], gear=[0.1, 0.2])
 
-    def limits(laws, torque=60):
-        loaded = replace(case, operation=replace(case.operation, input_torque=torque))
+    def limits(laws, torque=60, **operation):
+        loaded = replace(case, operation=replace(case.operation, input_torque=torque, **operation))
         inputs = [shared_inputs(case, None, None, (law,)), shared_inputs(loaded, None, None, laws)]
         return difference_limits(first, second, shared_sources(*inputs))
 
     assert limits((law,))[0] == pytest.approx((20 * np.log10(2),) * 2, abs=1e-12)
-    assert width(limits((other,))) == width(limits((law,), 40)) == width(difference_limits(first, second)) > 1.0
+    apart = width(difference_limits(first, second))
+    assert width(limits((other,))) == width(limits((law,), 40)) == apart > 1.0
+    assert width(limits((law,), input_speed=1.2 * case.operation.input_speed)) == apart
+    assert width(limits((law,), ramp=Ramp(2.0 * case.operation.input_speed, 2.0))) == apart
 
 
 def test_bands_of_different_places_are_refused():

@@ -169,3 +169,28 @@ def test_mean_lines_of_a_run_up_have_its_level_and_the_errors_of_their_parts():
     first, second = 10**0.3 * 1.0, 10**-0.1 * 4.0
     relative = made.lines.sources["gear"] / made.lines.amplitude
     assert relative[:, 0] == pytest.approx([(0.1 * first + 0.3 * second) / (first + second), 0.3])
+
+
+def offsets(lines, sources, turns, order, place):
+    """Offsets of an order in a run-up of four parts with the same lines; the second microphone is twice as loud."""
+    size = np.ones((len(lines), 1)) * np.array([1.0, 2.0])
+    bands = tuple(ErrorBand(lines, size, {"gear": sources * size}, weighted=False) for _ in range(4))
+    level = np.array([band.level for band in bands])
+    made = RunUpBand(np.ones(4), level, np.stack([level, level], axis=2), bands)
+    speed = 2 * np.pi * np.array(turns, dtype=float)
+    return made.order_offsets(order, np.arange(len(turns)) / 100.0, speed, place=place, width=0.1)
+
+
+def test_an_order_without_lines_of_its_own_has_the_limits_of_the_band_at_its_own_microphone():
+    """Errors of 10 % at the first and of 30 % at the second."""
+    for place, relative in ((0, 0.1), (1, 0.3)):
+        found = offsets(np.array([100.0, 110.0]), np.array([[0.1, 0.3]]), np.full(12, 5.0), 200.0, place)
+        assert found[:, 1] == pytest.approx(np.full(4, 20 * np.log10(1 + 2 * relative)), abs=1e-9)
+
+
+def test_samples_of_a_run_up_belong_to_the_parts_of_its_band():
+    """Ten samples make parts of 3, 3, 2 and 2, each of one speed: the order sweeps no lines of larger error."""
+    lines, turns = np.arange(10.0, 300.0), np.array([1.0] * 3 + [5.0] * 3 + [8.0] * 2 + [9.0] * 2)
+    own = np.abs(lines[:, None] - 20 * np.unique(turns)).min(axis=1) <= 3.0
+    found = offsets(lines, np.where(own, 0.1, 0.5)[:, None], turns, 20.0, 0)[:, 1]
+    assert found == pytest.approx(np.full(4, 20 * np.log10(1.2)), abs=1e-9)

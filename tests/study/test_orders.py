@@ -1,6 +1,7 @@
 """Mesh orders and loudness of run-ups: closed forms, another way of tracking, and limits."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from nvhchain.sound import _mosqito, order_track
 from nvhchain.spectrum import order_cut, order_waterfall
 from nvhchain.study import Parameter, Study, run_study
 from nvhchain.study.differences import differences, level_difference
-from nvhchain.study.orders import brief_orders, order_levels
+from nvhchain.study.orders import _largest, brief_orders, order_levels
 from nvhchain.study.responses import add_requested, stored_band
 from nvhchain.testing.coarse_runs import SMALL, TINY
 
@@ -120,6 +121,20 @@ def test_limits_of_an_order_are_the_largest_limits_over_the_speed():
     far = next(ends for *_, ends in order_levels(result_of(history), 1, band_of(history, [*11 * [0.1], 9.0])))
     assert far[1] > limits[1] + 3.0
     assert far[0] == pytest.approx(limits[0], abs=1e-9)
+
+
+def test_samples_of_an_order_have_the_limits_of_their_own_part():
+    """Ten samples make parts of 3, 3, 2 and 2; the last of the second part is the loudest."""
+    envelope = np.array([1.0, 1, 1, 1, 1, 4, 1, 1, 1, 1]) + 0j
+    level, time = np.zeros((4, 1)), np.arange(10.0)
+    band = RunUpBand(np.ones(4), level, np.stack([level, level], axis=2), 4 * (None,))
+    offsets = np.array([[-1.0, 1.0], [-1.0, 1.0], [-1.0, 20.0], [-1.0, 1.0]])
+    track = SimpleNamespace(order=20.0, time=time, input_speed=time, envelope=envelope)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(RunUpBand, "order_offsets", lambda *of, **more: offsets)
+        low, high = _largest(band, track, np.ones(10, dtype=bool), 0)
+    assert high == pytest.approx(float(levels.decibel([1.0])[0]) + 20.0)
+    assert low == pytest.approx(float(levels.decibel([4.0])[0]) - 1.0)
 
 
 def test_an_order_at_constant_speed_has_the_limits_of_its_line():

@@ -127,8 +127,8 @@ def _parts(of: dict[str, Any], first: Result, second: Result) -> dict[str, Any]:
     if found[0] is None or found[1] is None:
         return {}
     before, after = found[0], found[1]
-    lines = [each[0].frequency for each in (before, after)]
-    if lines[0].shape != lines[1].shape or not np.allclose(*lines, rtol=1e-6):
+    lines, others = before[0].frequency, after[0].frequency
+    if lines.shape != others.shape or not np.allclose(lines, others, rtol=1e-6):
         return {}
     gain = 10 ** (levels.a_weighting(before[0].frequency) / 20)
     total = np.array([gain * each[0].total[:, 0] for each in (before, after)])

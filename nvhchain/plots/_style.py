@@ -34,6 +34,7 @@ STYLE = {
     "grid.linewidth": 0.8,
     "lines.linewidth": 1.5,
     "savefig.dpi": 150,
+    "svg.hashsalt": "nvhchain",  # for names in SVG files that are the same each time
 }
 
 P = ParamSpec("P")

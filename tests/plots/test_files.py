@@ -32,6 +32,16 @@ def test_a_figure_is_what_its_suffix_names(stored, suffix, begin, content):
     assert content in written
 
 
+@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
+def test_equal_figures_give_equal_files(stored, suffix):
+    pictures = [stored.with_name(f"{name}{suffix}") for name in "ab"]
+    for picture in pictures:
+        assert main(["plot", str(stored), "--out", str(picture)]) == 0
+    first, second = (picture.read_bytes() for picture in pictures)
+    assert first == second
+    assert b"dc:date" not in first
+
+
 @pytest.mark.parametrize("name", ["a.usd", "a.xyz", "a.jpg", "shape"])
 def test_a_suffix_of_no_figure_is_refused_in_one_line(stored, capsys, name):
     picture = stored.parent / name

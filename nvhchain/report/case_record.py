@@ -30,6 +30,24 @@ def recorded_case(case: Case, fidelity: Fidelity, folder: Path) -> Iterator[None
 
     folder: folder of the run; made if it is missing.
     """
+    (writable_folder(folder, "out") / "summary.json").unlink(missing_ok=True)
+    write_text(folder / "case.json", _record(case, fidelity))
+    try:
+        yield
+    except BaseException:
+        if not any(folder.glob("*.h5")):
+            (folder / "case.json").unlink(missing_ok=True)
+        raise
+
+
+def is_recorded(case: Case, fidelity: Fidelity, folder: Path) -> bool:
+    """Return True if case.json in a folder is that of the case at this fidelity."""
+    path = folder / "case.json"
+    return path.is_file() and path.read_bytes() == _record(case, fidelity).encode()
+
+
+def _record(case: Case, fidelity: Fidelity) -> str:
+    """Return the content of case.json."""
     record = {
         "name": case.name,
         "fidelity": fidelity.name,
@@ -39,14 +57,7 @@ def recorded_case(case: Case, fidelity: Fidelity, folder: Path) -> Iterator[None
         "values": dict(case_values(case)),
         "drawings": gear_outlines(case),
     }
-    (writable_folder(folder, "out") / "summary.json").unlink(missing_ok=True)
-    write_text(folder / "case.json", json.dumps(record, indent=1) + "\n")
-    try:
-        yield
-    except BaseException:
-        if not any(folder.glob("*.h5")):
-            (folder / "case.json").unlink(missing_ok=True)
-        raise
+    return json.dumps(record, indent=1) + "\n"
 
 
 def case_values(part: Any, path: str = "") -> Iterator[tuple[str, Any]]:

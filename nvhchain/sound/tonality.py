@@ -49,8 +49,7 @@ def tone_prominence(frequency: float, level: float, background: Sound) -> TonePr
     Returns ratios, and whether the tone is prominent.
 
     ECMA-418-1:2021. The tone and the background are known apart, so that no peaks need to be found in a spectrum. Other
-    tones in a critical band count neither as noise nor with the tone. Limits of prominence from 1 kHz on: 8 dB of the
-    tone-to-noise ratio, 9 dB of the prominence ratio. They rise by 8.33 and 10 dB an octave towards lower frequencies.
+    tones in a critical band count neither as noise nor with the tone.
     """
     require(
         LOWEST <= frequency <= HIGHEST,
@@ -63,9 +62,19 @@ def tone_prominence(frequency: float, level: float, background: Sound) -> TonePr
     noise = max(energy[0], 1e-300)
     around = max(0.5 * (_full(energy[1], below, low) + energy[2]), 1e-300)
     to_noise, ratio = 10 * np.log10(tone / noise), 10 * np.log10((tone + noise) / around)
-    octaves = max(0.0, log2(1000.0 / frequency))
-    prominent = to_noise >= 8.0 + 8.33 * octaves or ratio >= 9.0 + 10.0 * octaves
+    limits = prominence_limits(frequency)
+    prominent = to_noise >= limits[0] or ratio >= limits[1]
     return ToneProminence(frequency, float(to_noise), float(ratio), bool(prominent))
+
+
+def prominence_limits(frequency: float) -> tuple[float, float]:
+    """Return the tone-to-noise ratio and the prominence ratio (dB) at which a tone is prominent, ECMA-418-1:2021.
+
+    frequency: frequency of the tone (Hz). From 1 kHz on the limits are 8 and 9 dB; they rise by 8.33 and 10 dB an
+    octave towards lower frequencies.
+    """
+    octaves = max(0.0, log2(1000.0 / frequency))
+    return 8.0 + 8.33 * octaves, 9.0 + 10.0 * octaves
 
 
 def critical_bandwidth(frequency: float) -> float:

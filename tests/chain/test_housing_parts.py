@@ -1,6 +1,7 @@
 """What modes and panels contribute, pictures and tables of modes: from a case and from the command line."""
 
 import csv
+import json
 from dataclasses import replace
 
 import meshio
@@ -85,6 +86,22 @@ def test_command_finds_the_run_and_draws_the_line_it_is_asked_for(told, case, lo
     assert made == [str(tmp_path / "out" / f"contributions-{kind}.csv") for kind in ("paths", "modes", "panels")]
     assert main([*command, "--at", "190"]) == 2
     assert "at = 190 Hz: the lines lie between 200 and 1900 Hz" in capsys.readouterr().err
+
+
+def test_the_summary_of_the_folder_is_that_of_the_case_and_its_forces(told, case, load, fidelity, tmp_path):
+    operators = {name: hdf5.load(next(told[0].glob(f"{name}-*.h5"))) for name in ("housing", "transfer_vectors")}
+
+    def configurations(of, forces):
+        contributions(of, fidelity=fidelity, out=tmp_path, supplied=operators | {"force_spectrum": forces})
+        return json.loads((tmp_path / "summary.json").read_text())["configurations"]
+
+    first = configurations(case, load)[case.name]["overall_dBA"]
+    whole = (tmp_path / "summary.json").stat().st_mtime_ns
+    configurations(case, load)
+    assert (tmp_path / "summary.json").stat().st_mtime_ns == whole  # what else it holds is kept
+    louder = load.replace(force=2 * load.force)
+    assert configurations(case, louder)[case.name]["overall_dBA"] == pytest.approx(first + 20 * np.log10(2), abs=1e-6)
+    assert list(configurations(replace(case, name="other"), louder)) == ["other"]
 
 
 def test_what_has_no_contributions_is_refused(case, fidelity, request, tmp_path):

@@ -9,8 +9,12 @@ from nvhchain.cli import main
 from nvhchain.files import hdf5
 from nvhchain.handoff import FieldPressure, PressureHistory
 from nvhchain.levels import decibel, overall
+from nvhchain.report.page.sections.listening import hearing as page_hearing
+from nvhchain.report.page.stored import stored_results
+from nvhchain.report.sound.hearing import _order_tones
 from nvhchain.report.sound.write import BACKGROUND
-from nvhchain.sound import Background, background_sound, write_wav
+from nvhchain.sound import Background, Sound, background_sound, write_wav
+from nvhchain.sound.tonality import critical_band
 
 TURNS = 50.0
 
@@ -102,3 +106,29 @@ def test_unfinished_run_is_refused(finished, capsys):
     (finished / "summary.json").unlink()
     assert main(["hearing", str(finished)]) == 2
     assert "is not finished: run it to its end first" in capsys.readouterr().err
+
+
+def test_an_order_in_bands_without_noise_is_prominent_and_has_a_gap_in_place_of_its_ratio(finished):
+    """Below 700 Hz the background has no energy."""
+    rate = 8000
+    time = np.arange(4 * rate) / rate
+    speed = 2 * np.pi * (15.0 + 10.0 * time)
+    wave = np.sqrt(2) * 2e-3 * np.sin(20 * np.cumsum(speed) / rate)
+    (finished / "pressure.h5").unlink()
+    hdf5.save(PressureHistory(time, [[0, 0, 1]], wave[:, None], speed), finished / "pressure_history.h5")
+    (finished / "case.json").write_text(json.dumps({"name": "A", "mesh_orders": {"stage": 20.0}, "slot_orders": {}}))
+    stored = stored_results(finished)
+    line = np.arange(48000)
+    spectrum = np.where((line > 700) & (line < 3000), 1.0, 0.0) * np.exp(1j * line**2)
+    noise = Sound(1e-3 * np.fft.irfft(spectrum[:24001], 48000), 48000, True)
+    (order,) = _order_tones(stored, stored.runs[0], noise)
+    silent = np.array([critical_band(rpm / 3.0)[1] < 700.0 for rpm in order["speed_rpm"]])
+    assert silent.any()
+    assert not silent.all()
+    assert [ratio is None for ratio in order["tone_to_noise_dB"]] == silent.tolist()
+    assert np.array(order["prominent"])[silent].all()
+    heard = {"order_tones": [order | {"tone_to_noise_dB": [2900.0, *order["tone_to_noise_dB"][1:]]}]}  # as once stored
+    figure = page_hearing._order_tones([(0, stored.runs[0], heard)], "tone_to_noise_dB")
+    assert figure.data[0]["y"][0] is None
+    assert figure.layout["yaxis"]["range"][1] < 103.0
+    assert "Gaps: the background has no energy there." in figure.caption

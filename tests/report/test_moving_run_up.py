@@ -81,10 +81,14 @@ def test_contributions_of_faces_add_up_to_the_sound_of_a_steady_state_at_the_spe
     vectors = ball_with_modes.parts(case, housing)[2]
     places = [(37.0, 110.0), (37.0, 130.0), (60.0, 110.0)]
     motion = _motion(forces, housing, places)
-    faces = _contribution([vectors], housing, places, motion)
+    faces = _contribution([vectors], vectors.points[0], housing, places, motion)
     for number, (order, speed) in enumerate(places):
         force = order_forces(forces, order, np.array([speed]))
         heard = radiate(vectors, respond(housing, force)).pressure[0, 0]
         assert (faces[number] * housing.surface.areas).sum() / 10.0 == pytest.approx(abs(heard), rel=1e-9)
-    assert _contribution([vectors], housing, [(37.0, 1e4)], motion[:1]) is None  # above all vectors
-    assert _contribution([], housing, places, motion) is None
+    assert _contribution([vectors], vectors.points[0], housing, [(37.0, 1e4)], motion[:1]) is None  # above all vectors
+    assert _contribution([], vectors.points[0], housing, places, motion) is None
+    turned = vectors.replace(points=vectors.points[::-1], vectors=vectors.vectors[:, ::-1])
+    other = _contribution([turned], vectors.points[0], housing, places, motion)
+    assert other == pytest.approx(faces, rel=1e-12)  # whatever the order of the points
+    assert _contribution([vectors], vectors.points[0] + 0.1, housing, places, motion) is None

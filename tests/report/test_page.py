@@ -12,105 +12,22 @@ import plotly.graph_objects
 import pytest
 
 from nvhchain import levels
-from nvhchain.acoustics import sphere
 from nvhchain.cli import main
 from nvhchain.files import hdf5
 from nvhchain.handoff import BearingForces, FieldPressure, ForceSpectrum, PressureHistory, SurfaceVelocity
-from nvhchain.report import write_page
+from nvhchain.report import run_up, write_page
 from nvhchain.report.page.sections.speed.run_up import _limits
-from nvhchain.report.page.stored import StoredRun
-from nvhchain.report.run_up import Curve
+from nvhchain.report.page.stored import StoredRun, stored_results
+from nvhchain.report.run_up import Curve, main_orders
 from scripts.browser import CHROMIUM, Browser
 from scripts.page_reader import read
-
-SPEED = 2 * np.pi * 50.0
-ORDERS = np.arange(1.0, 41.0)
-BEARINGS, SEATS = ("A", "B"), np.zeros((2, 3))
-
+from tests.report.stored_pair import BEARINGS, ORDERS, SEATS, SPEED, case, summary
 
 PARTS = [
     {"speed_rpm": 600.0, "offsets_db": [-2.0, 3.0]},
     {"speed_rpm": 900.0, "offsets_db": [-2.0, 3.0]},
     {"speed_rpm": 1200.0, "offsets_db": [None, 3.0]},
 ]
-
-
-def steady(folder, louder):
-    """A run with 40 orders at one field point; order 20 is the loudest."""
-    frequency = ORDERS * 50.0
-    size = 1e-3 * np.where(ORDERS == 20, 10.0 * louder, 0.1)
-    hdf5.save(FieldPressure(frequency, [[0.0, 0.0, 1.0]], size[:, None] + 0j, SPEED), folder / "pressure.h5")
-    body = sphere(0.1, 1)
-    hdf5.save(
-        SurfaceVelocity(frequency, 1e-3 * size[:, None] * np.ones(len(body.triangles)), body),
-        folder / "surface_velocity.h5",
-    )
-    force = size[:, None, None] * np.ones((1, 2, 3))
-    hdf5.save(ForceSpectrum(frequency, force + 0j, BEARINGS, SPEED), folder / "force_spectrum.h5")
-
-
-def case(folder, name, **values):
-    record = {
-        "name": name,
-        "fidelity": "draft",
-        "field_points": [{"name": "rear", "position_m": [0, 0, 1]}],
-        "mesh_orders": {"stage1": 20.0},
-        "slot_orders": {},
-        "values": {"gears.wheel.face_width_mm": 22.0} | values,
-    }
-    folder.mkdir(exist_ok=True)
-    (folder / "case.json").write_text(json.dumps(record))
-
-
-def summary(levels, **more):
-    configurations = {
-        name: {
-            "input_speed_rpm": 3000.0,
-            "overall_dBA": level,
-            "error_band_dBA": [level - 2.0, level + 3.0],
-            "points": [{"name": "rear", "position_m": [0, 0, 1], "level_dBA": level, "limits_dBA": [None, level + 3]}],
-            "orders": [{"order": order, "frequency_hz": 50.0 * order, "level_db": level} for order in (20, 40)],
-            "limit_parts": [{"source": "housing", "share": 0.9, "frequency_hz": 1000.0}],
-            "mesh_orders": {"stage1": 20.0},
-            "transmission_errors": {"stage1": {"wheel_angle_rad": [0.0, 0.1, 0.2], "error_um": [1.0, 3.0, 2.0]}},
-        }
-        for name, level in levels.items()
-    }
-    point = {"name": "rear", "position_m": [0, 0, 1]}
-    return {"fidelity": "draft", "field_point": point, "configurations": configurations} | more
-
-
-@pytest.fixture
-def pair(tmp_path):
-    """Folder of a comparison of `plain` with `holed`, 20 dB louder."""
-    for name, louder in (("plain", 1.0), ("holed", 10.0)):
-        case(tmp_path / name, name, **({"gears.wheel.blank.count": 5} if name == "holed" else {}))
-        steady(tmp_path / name, louder)
-    (tmp_path / "summary.json").write_text(json.dumps(summary({"plain": 60.0, "holed": 80.0})))
-    return tmp_path
-
-
-def test_first_screen_names_the_quieter_design_by_how_much_and_why(pair):
-    page = read(write_page(pair))
-    assert "plain is 20.0 dB quieter than holed" in page.texts
-    assert "Why holed is louder:" in page.texts
-    text = " ".join(page.texts)
-    assert "dB: order 20 (1000 Hz, stage1 × 1) rises from 60.0 to 80.0 dB(A)" in text
-    assert "Not decided" not in text
-    (levels,) = (of["data"] for name, of in page.figures.items() if name.endswith("levels"))
-    assert [of["x"] for of in levels] == [[60.0], [80.0]]
-    assert levels[0]["error_x"]["array"] == [3.0]
-
-
-def test_limits_that_overlap_are_said_not_to_decide(pair):
-    (pair / "summary.json").write_text(json.dumps(summary({"plain": 60.0, "holed": 61.0})))
-    assert "Not decided: within the confidence limits either may be the louder." in read(write_page(pair)).texts
-
-
-def test_assumptions_of_a_case_stand_on_the_first_screen(pair):
-    told = summary({"plain": 60.0, "holed": 80.0}) | {"assumptions": {"plain": ["The housing is <drawn> by rule."]}}
-    (pair / "summary.json").write_text(json.dumps(told))
-    assert "plain: The housing is &lt;drawn&gt; by rule." in write_page(pair).read_text()
 
 
 def test_sections_of_a_comparison_at_one_speed_have_headlines_of_their_own(pair):
@@ -354,6 +271,36 @@ def test_one_design_of_a_finished_comparison_has_a_finished_page(pair):
     whole["configurations"]["holed"]["overall_dBA"] = level + 1.0  # it ran again since then
     (pair / "summary.json").write_text(json.dumps(whole))
     assert "Unfinished: results so far" in read(write_page(pair / "holed")).texts
+
+
+@pytest.mark.parametrize("louder", [1.0, 2.0])
+def test_one_design_of_a_comparison_of_run_ups_that_ran_again_has_no_summary(tmp_path, louder):
+    time = np.arange(16000) / 4000.0
+    wave, speed = np.sin(2 * np.pi * 300.0 * time), 2 * np.pi * (15.0 + 5.0 * time)
+    case(tmp_path / "a", "a", **{"band.high": 1500.0})
+    history = PressureHistory(time, [[0, 0, 1]], louder * wave[:, None], speed)
+    hdf5.save(history, tmp_path / "a" / "pressure_history.h5")
+    told = summary({"a": float(levels.equivalent(wave, sample_rate=4000.0)), "b": 60.0})
+    (tmp_path / "summary.json").write_text(json.dumps(told))
+    assert stored_results(tmp_path / "a").finished is (louder == 1.0)
+
+
+def test_curves_of_run_ups_are_computed_once(tmp_path):
+    rate, calls = 4000.0, []
+    time = np.arange(int(8 * rate)) / rate
+    for name, start in (("slow", 5.0), ("fast", 15.0)):  # of different ramps
+        speed = 2 * np.pi * (start + 20.0 * time / 8.0)
+        wave = np.sin(20 * np.cumsum(speed) / rate)
+        case(tmp_path / name, name, **{"band.high": 1500.0})
+        hdf5.save(PressureHistory(time, [[0, 0, 1]], wave[:, None], speed), tmp_path / name / "pressure_history.h5")
+        force = BearingForces(time, wave[:, None, None] * np.ones((1, 2, 3)), BEARINGS, SEATS, speed)
+        hdf5.save(force, tmp_path / name / "bearing_forces.h5")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(run_up, "main_orders", lambda *of: calls.append(of) or main_orders(*of))
+        page = read(write_page(tmp_path))
+    assert len(calls) == 1
+    cuts = [of for name, of in page.figures.items() if name.startswith("plot-run_up")][1]
+    assert [trace["name"] for trace in cuts["data"]] == ["fast", "slow"]  # as the folders stand
 
 
 def test_run_up_shows_levels_orders_and_maps(tmp_path):

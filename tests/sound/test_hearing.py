@@ -7,7 +7,7 @@ import pytest
 
 from nvhchain.errors import InputError
 from nvhchain.sound import Sound, _mosqito, hearing, loudness_at, loudness_level, tone_prominence
-from nvhchain.sound.tonality import critical_band
+from nvhchain.sound.tonality import critical_band, prominence_limits
 
 RATE = 48000
 TIME = np.arange(2 * RATE) / RATE
@@ -181,6 +181,12 @@ def test_tone_is_prominent_by_its_distance_from_the_background_in_the_critical_b
     assert found.prominence_ratio == pytest.approx(10 * np.log10(1 + 10**0.6), abs=0.3)
     with pytest.raises(InputError, match="its prominence is defined from"):
         tone_prominence(50.0, 60.0, background)
+
+
+@pytest.mark.parametrize(("frequency", "limits"), [(4000.0, (8.0, 9.0)), (1000.0, (8.0, 9.0)), (250.0, (24.66, 29.0))])
+def test_limits_of_prominence_rise_below_1_khz(frequency, limits):
+    """ECMA-418-1: by 8.33 and 10 dB an octave."""
+    assert prominence_limits(frequency) == pytest.approx(limits)
 
 
 def test_missing_extra_is_one_line_of_remedy(monkeypatch):

@@ -30,11 +30,11 @@ from nvhchain.housing.casting.contributions import (
 )
 from nvhchain.names import safe_names
 from nvhchain.plots.files import save
-from nvhchain.report.case_record import recorded_case
+from nvhchain.report.case_record import is_recorded, recorded_case
 from nvhchain.report.causes.paths import force_parts
 from nvhchain.report.causes.run_up import order_load, result_parts
 from nvhchain.report.marks import order_marks
-from nvhchain.report.page.stored import stored_results
+from nvhchain.report.page.stored import SAME_LEVEL, stored_results
 from nvhchain.report.run_up import curves_of, loudest, run_up_maps
 from nvhchain.report.summary import write_summary
 
@@ -88,10 +88,10 @@ def contributions(
     """
     case = _gearbox(case, fidelity, order)
     out = writable_folder(out, "out")
-    finished = any(out.glob("*.h5")) and stored_results(out).finished
-    with nullcontext() if finished else recorded_case(case, fidelity, out):
+    recorded = is_recorded(case, fidelity, out)
+    with nullcontext() if recorded else recorded_case(case, fidelity, out):
         result = chain.run(case, fidelity=fidelity, out=out, watcher=watcher, **(supplied or {}))
-    if not finished:
+    if not (recorded and _summarised(result, out)):
         write_summary({case.name: result}, out)  # for the page of this folder
     forces = "bearing_forces" if case.operation.ramp else "force_spectrum"
     of: dict[str, Any] = {name: getattr(result, name) for name in ("housing", forces, "transfer_vectors")}
@@ -149,6 +149,13 @@ def _gearbox(case: Case, fidelity: Fidelity, order: float | None) -> GearboxCase
     )
     require(order is None or order > 0, f"order = {order}: give an order of the input above 0")
     return case
+
+
+def _summarised(result: Result, out: Path) -> bool:
+    """Return True if the folder has a summary with the level of the result."""
+    stored = stored_results(out)
+    level = stored.runs[0].summary.get("overall_dBA")
+    return stored.finished and level is not None and abs(level - float(result.overall[0])) < SAME_LEVEL
 
 
 def _loudest_order(result: Result) -> float:

@@ -20,7 +20,7 @@ from nvhchain.levels import place_text
 from nvhchain.names import check_names
 from nvhchain.plots.marks import OrderMarks, order_name
 from nvhchain.report.causes.paths import radiating
-from nvhchain.report.run_up import run_up_maps, sample_rate
+from nvhchain.report.run_up import Curve, curves_of, run_up_maps, sample_rate
 from nvhchain.spectrum import Waterfall
 
 H = TypeVar("H", bound=HandOff)
@@ -30,7 +30,7 @@ _SHARED = "operators"
 """Folder of hand-offs that the runs of a comparison share."""
 
 
-_ROUNDING = 0.01
+SAME_LEVEL = 0.01
 """Largest difference (dB) of equal levels."""
 
 
@@ -133,6 +133,11 @@ class Stored:
         return run_up_maps(heard, self.marks, high=high)
 
     @cached_property
+    def curves(self) -> dict[str, list[Curve]]:
+        """Configuration → curves over the speed of its run-up: the overall level, then the main orders."""
+        return curves_of(self.run_up_maps, self.marks)
+
+    @cached_property
     def by_order(self) -> bool:
         """True if the steady runs have different input speeds: their lines correspond by order, not by frequency."""
         speeds = {round(of.input_speed, 6) if (of := run.pressure) is not None else 0.0 for run in self.runs}
@@ -210,12 +215,9 @@ def _summary(folder: Path) -> tuple[dict[str, Any], Path]:
     """
     summary, place = json_table(folder / "summary.json"), folder.resolve()
     found = {} if summary else json_table(place.parent / "summary.json")
-    of, heard = found.get("configurations", {}).get(place.name), place / "pressure.h5"
-    if of is not None and heard.is_file():
-        pressure = hdf5.load(heard, FieldPressure)
-        level = float(levels.overall(pressure.frequency, pressure.pressure[:, 0]))
-        of = of if abs(level - of["overall_dBA"]) < _ROUNDING else None
-    if of is None:
+    of = found.get("configurations", {}).get(place.name)
+    level = None if of is None else _stored_level(place)
+    if of is None or (level is not None and abs(level - of["overall_dBA"]) >= SAME_LEVEL):
         return summary, folder / _SHARED
     alone = {key: value for key, value in of.items() if key not in ("causes", "difference_limits_db", "sound")}
     named: dict[str, Any] = {
@@ -224,6 +226,18 @@ def _summary(folder: Path) -> tuple[dict[str, Any], Path]:
         if key in found
     }
     return {**found, **named, "configurations": {place.name: alone}}, place.parent / _SHARED
+
+
+def _stored_level(folder: Path) -> float | None:
+    """Return the level (dB(A)) of the sound in a folder at the first field point; None without any."""
+    steady, history = folder / "pressure.h5", folder / "pressure_history.h5"
+    if steady.is_file():
+        pressure = hdf5.load(steady, FieldPressure)
+        return float(levels.overall(pressure.frequency, pressure.pressure[:, 0]))
+    if history.is_file():
+        record = hdf5.load(history, PressureHistory)
+        return float(levels.equivalent(record.pressure[:, 0], sample_rate=sample_rate(record)))
+    return None
 
 
 def _stored(folder: Path, summary: dict[str, Any], operators: Path) -> Stored:

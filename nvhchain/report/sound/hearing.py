@@ -14,8 +14,8 @@ from nvhchain.errors import require
 from nvhchain.files.hdf5 import write_text
 from nvhchain.handoff import FloatArray
 from nvhchain.plots.marks import order_name
+from nvhchain.report.page.blocks import rounded
 from nvhchain.report.page.stored import Stored, StoredRun, stored_results
-from nvhchain.report.run_up import curves_of
 from nvhchain.report.sound.write import BACKGROUND
 from nvhchain.sound import (
     Hearing,
@@ -80,8 +80,8 @@ def hearing_sentences(name: str, entry: Mapping[str, Any]) -> list[str]:
     ]
     prominent = [tone for tone in entry.get("tones", []) if tone["prominent"]]
     for tone in prominent:
-        ratio = tone["tone_to_noise_dB"]
-        how = f"{ratio:.1f} dB over the background in" if ratio <= NO_NOISE else "the background has no energy in"
+        ratio = over_noise(tone["tone_to_noise_dB"])
+        how = "the background has no energy in" if ratio is None else f"{ratio:.1f} dB over the background in"
         told.append(f"  {tone['name']} ({tone['frequency_hz']:.0f} Hz) is prominent: {how} its critical band")
     for order in entry.get("order_tones", []):
         speeds = [speed for speed, of in zip(order["speed_rpm"], order["prominent"], strict=True) if of]
@@ -91,6 +91,11 @@ def hearing_sentences(name: str, entry: Mapping[str, Any]) -> list[str]:
     if entry.get("tones") and not prominent:
         told.append("  no tone is prominent before the background")
     return told
+
+
+def over_noise(ratio: float | None) -> float | None:
+    """Return a ratio (dB) of a tone to noise; None where the background has no energy in the critical band."""
+    return ratio if ratio is not None and ratio <= NO_NOISE else None
 
 
 def _entry(stored: Stored, run: StoredRun, background: Sound | None) -> dict[str, Any]:
@@ -160,7 +165,7 @@ def _loudness_limits_in_time(run: StoredRun, sound: Sound, heard: Hearing) -> di
 def _order_tones(stored: Stored, run: StoredRun, background: Sound) -> list[dict[str, Any]]:
     """Return the prominence of the main orders of a run-up before the background, over speed."""
     found = []
-    for cut in curves_of(stored.run_up_maps, stored.marks)[run.name]:
+    for cut in stored.curves[run.name]:
         if cut.order is None:
             continue
         frequency = cut.order * cut.speed / (2 * pi)
@@ -169,14 +174,14 @@ def _order_tones(stored: Stored, run: StoredRun, background: Sound) -> list[dict
         tones = [tone_prominence(float(frequency[at]), float(cut.level[at]), background) for at in judged]
         columns: dict[str, Any] = {
             "speed_rpm": 30 / pi * cut.speed[judged],
-            "tone_to_noise_dB": [tone.tone_to_noise for tone in tones],
-            "prominence_ratio_dB": [tone.prominence_ratio for tone in tones],
+            "tone_to_noise_dB": [over_noise(tone.tone_to_noise) for tone in tones],
+            "prominence_ratio_dB": [over_noise(tone.prominence_ratio) for tone in tones],
         }
         if not tones:
             continue
         found.append(
             {"name": cut.name, "order": cut.order, "prominent": [tone.prominent for tone in tones]}
-            | {name: [round(float(value), 2) for value in of] for name, of in columns.items()}
+            | {name: rounded(of) for name, of in columns.items()}
         )
     return found
 

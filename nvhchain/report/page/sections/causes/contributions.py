@@ -25,7 +25,7 @@ from nvhchain.report.causes.paths import acoustics_fidelity, stored_parts
 from nvhchain.report.causes.run_up import order_parts
 from nvhchain.report.page.blocks import Figure, Text, axes, bars, curve, grid, label, packed, panel, rounded
 from nvhchain.report.page.stored import Stored, StoredRun
-from nvhchain.report.run_up import Curve, curves_of, loudest
+from nvhchain.report.run_up import Curve, loudest
 
 TITLE = "Contributions"
 
@@ -84,7 +84,7 @@ def _by_path_and_mode(stored: Stored) -> list[Any]:
 def _over_run_up(stored: Stored) -> list[Any]:
     """Return paths and modes of the loudest order over speed, and at its loudest speed."""
     heard = stored.having(lambda run: run.pressure_history)
-    curves = curves_of(stored.run_up_maps, stored.marks) if heard else {}
+    curves = stored.curves if heard else {}
     cuts = [of for each in curves.values() for of in each[1:]]
     if not cuts:
         return []

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from math import log2
 from typing import Any
 
 from nvhchain.levels import number_text
 from nvhchain.report.page.blocks import Figure, Table, Text, curve, grid, limits_text, packed, shade
 from nvhchain.report.page.stored import Stored, StoredRun
-from nvhchain.report.sound.hearing import NO_NOISE
+from nvhchain.report.sound.hearing import over_noise
+from nvhchain.sound.tonality import prominence_limits
 
 TITLE = "Hearing"
 
@@ -19,11 +19,8 @@ CURVES = {
 }
 """Curve in summary.json → its name."""
 
-RATIOS = {
-    "tone_to_noise_dB": ("Tone-to-noise ratio", 8.0, 8.33),
-    "prominence_ratio_dB": ("Prominence ratio", 9.0, 10.0),
-}
-"""Ratio → its name, the limit of prominence from 1 kHz on (dB), and its rise towards lower frequencies (dB/octave)."""
+RATIOS = {"tone_to_noise_dB": "Tone-to-noise ratio", "prominence_ratio_dB": "Prominence ratio"}
+"""Ratio → its name, in the order of `prominence_limits`."""
 
 EXPLANATION = (
     "Loudness by ISO 532-1 in a free field, sharpness by DIN 45692, roughness by Daniel and Weber. Of a run-up, "
@@ -70,11 +67,11 @@ def blocks(stored: Stored) -> list[Any]:
 
 def _over_noise(tone: dict[str, Any]) -> tuple[str, str, str]:
     """Return tone-to-noise ratio, its limits and prominence ratio; dashes where the background has no energy."""
-    ratio, prominence = tone["tone_to_noise_dB"], tone["prominence_ratio_dB"]
-    if ratio > NO_NOISE:
-        return ("no noise", "", "" if prominence > NO_NOISE else number_text(prominence))
-    limits = limits_text(tone["tone_to_noise_limits_dB"])
-    return (number_text(ratio), limits, number_text(prominence))
+    ratio, prominence = (over_noise(tone[key]) for key in RATIOS)
+    over_bands = "" if prominence is None else number_text(prominence)
+    if ratio is None:
+        return ("no noise", "", over_bands)
+    return (number_text(ratio), limits_text(tone["tone_to_noise_limits_dB"]), over_bands)
 
 
 def _row(name: str, of: dict[str, Any], masked: bool) -> list[str]:
@@ -114,22 +111,23 @@ def _curves(heard: list[tuple[int, StoredRun, dict[str, Any]]]) -> Figure:
 
 def _order_tones(heard: list[tuple[int, StoredRun, dict[str, Any]]], key: str) -> Figure:
     """Return a ratio of every order to the background over speed, one panel an order, with the limit of prominence."""
-    name, least, slope = RATIOS[key]
     titles = list(dict.fromkeys(tone["name"] for _, _, of in heard for tone in of["order_tones"]))
     layout = grid(titles, 2, "input speed / rpm", "ratio / dB", legend=1.06)
-    layout["yaxis"]["range"] = [-30.0, 3.0 + max(max(tone[key]) for *_, of in heard for tone in of["order_tones"])]
     traces: list[dict[str, Any]] = []
+    highest, gaps = 10.0, False
     for number, run, of in heard:
         for tone in of["order_tones"]:
-            place = titles.index(tone["name"])
-            traces.append(
-                curve(number, run.name, tone["speed_rpm"], tone[key], "%{x:.0f} rpm: %{y:.1f} dB", place=place)
-            )
-            octaves = [max(0.0, log2(60e3 / (tone["order"] * rpm))) for rpm in tone["speed_rpm"]]
+            place, speed = titles.index(tone["name"]), tone["speed_rpm"]
+            ratios = [over_noise(ratio) for ratio in tone[key]]
+            known = [ratio for ratio in ratios if ratio is not None]
+            highest, gaps = max(highest, *known), gaps or len(known) < len(ratios)
+            traces.append(curve(number, run.name, speed, ratios, "%{x:.0f} rpm: %{y:.1f} dB", place=place))
+            least = [prominence_limits(tone["order"] * rpm / 60.0)[list(RATIOS).index(key)] for rpm in speed]
+            edge = curve(number, "prominent", speed, least, "", place=place)
             line = {"color": "#59636e", "width": 1, "dash": "dot"}
-            edge = curve(
-                number, "prominent", tone["speed_rpm"], [least + slope * of for of in octaves], "", place=place
-            )
             traces.append(edge | {"line": line, "showlegend": False, "hoverinfo": "skip", "hovertemplate": None})
-    caption = f"{name} of the main orders before the background (ECMA-418-1), prominent above the dotted line."
+    layout["yaxis"]["range"] = [-30.0, 3.0 + highest]
+    caption = f"{RATIOS[key]} of the main orders before the background (ECMA-418-1), prominent above the dotted line."
+    if gaps:
+        caption += " Gaps: the background has no energy there."
     return Figure(caption, traces, layout, height=120 + 190 * -(-len(titles) // 2))

@@ -18,12 +18,15 @@ from nvhchain.report.causes.run_up import LEAST_RISE, order_forces
 from nvhchain.report.page.moving import Colours, MovingBody, moving_bodies
 from nvhchain.report.page.sections.bodies.housing import CONTRIBUTION, in_phase
 from nvhchain.report.page.stored import Stored
-from nvhchain.report.run_up import Curve, curves_of
+from nvhchain.report.run_up import Curve
 
 TITLE = "Housing over speed"
 
 ORDERS, SPEEDS = 2, 24
 """Largest numbers of orders, and of speeds of each."""
+
+SAME_PLACE = 1e-9
+"""Largest distance (m) of field points at one place."""
 
 
 def blocks(stored: Stored) -> list[Any]:
@@ -35,15 +38,16 @@ def blocks(stored: Stored) -> list[Any]:
     ]
     if not found:
         return []
-    curves = curves_of(stored.run_up_maps, stored.marks)
-    cuts = {run.name: curves[run.name][1:] for run, *_ in found}
+    cuts = {run.name: stored.curves[run.name][1:] for run, *_ in found}
     places = _places(cuts, [forces for _, forces, _ in found], _highest(stored))
     if not places:
         return []
     bodies = []
     for run, forces, of in found:
         motion = _motion(forces, of, places)
-        parts = _contribution(stored.radiating(TransferVectors, of.surface.content_hash), of, places, motion)
+        assert run.pressure_history is not None
+        vectors, point = stored.radiating(TransferVectors, of.surface.content_hash), run.pressure_history.points[0]
+        parts = _contribution(vectors, point, of, places, motion)
         bodies.append(MovingBody(run.name, of.surface, motion, {} if parts is None else {CONTRIBUTION: parts}))
     heard = np.array([[_level(of, *place) for place in places] for of in cuts.values()])
     texts = [_text(cuts, place, heard[:, number]) for number, place in enumerate(places)]
@@ -99,15 +103,25 @@ def _motion(forces: BearingForces, housing: ReducedHousing, places: list[tuple[f
 
 
 def _contribution(
-    vectors: list[TransferVectors], housing: ReducedHousing, places: list[tuple[float, float]], motion: ComplexArray
+    vectors: list[TransferVectors],
+    point: FloatArray,
+    housing: ReducedHousing,
+    places: list[tuple[float, float]],
+    motion: ComplexArray,
 ) -> FloatArray | None:
-    """Return the contribution of every face (n_place, n_face) in mPa/dm²; None without vectors at all frequencies."""
+    """Return the contribution of every face to the sound at a point (3,) m, (n_place, n_face) in mPa/dm².
+
+    None without vectors to this point at all frequencies.
+    """
     frequency = np.array([order * speed / (2 * np.pi) for order, speed in places])
     lines, back = np.unique(frequency, return_inverse=True)
     for of in vectors:
+        apart = np.linalg.norm(of.points - point, axis=1)
+        if apart.min() > SAME_PLACE:
+            continue
         with suppress(InputError), warnings.catch_warnings():
             warnings.simplefilter("ignore")  # the run has given them
-            at_lines = interpolate_vectors(of, lines).vectors[back, 0]
+            at_lines = interpolate_vectors(of, lines).vectors[back, apart.argmin()]
             return in_phase(at_lines * motion, housing.surface.areas)
     return None
 

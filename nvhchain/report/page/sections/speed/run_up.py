@@ -26,7 +26,7 @@ from nvhchain.report.page.blocks import (
     symbol,
 )  # fmt: skip
 from nvhchain.report.page.stored import Stored, StoredRun
-from nvhchain.report.run_up import Curve, curves_of
+from nvhchain.report.run_up import Curve
 from nvhchain.spectrum import Waterfall
 
 TITLE = "Run-up"
@@ -47,7 +47,7 @@ def blocks(stored: Stored) -> list[Any]:
     if not heard:
         return []
     maps = stored.run_up_maps
-    curves = curves_of(maps, stored.marks)
+    curves = stored.curves
     numbers = {run.name: number for number, run, _ in heard}
     note = (
         f"Sound at {stored.runs[0].point_name(0)}. Orders count turns of the input; those with most A-weighted "

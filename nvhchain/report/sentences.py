@@ -45,6 +45,12 @@ SILENCE = -100.0
 ALIKE = 0.05
 """Difference (dB) of levels that rounding to tenths does not part."""
 
+ALIKE_WORDS = "are alike within rounding, 0.0 dB apart at"
+"""Words between the names and the place of levels that are alike."""
+
+DOUBTS = ("within these limits either may be the louder", "the limits leave open whether one is louder")
+"""Words of an undecided difference: of levels that differ, and of those that are alike."""
+
 HEARD = 0.0
 """Level (dB(A)) at and below which nobody hears a line, the threshold of hearing."""
 
@@ -101,17 +107,14 @@ def _overall(name: str, other: Mapping[str, Any], base: str, first: Mapping[str,
         least, most = -most, -least
     limits = f"{LIMITS} {_interval(least, most)}{how}"
     alike = abs(difference) < ALIKE
-    open_words = (
-        "the limits leave open whether one is louder" if alike else "within these limits either may be the louder"
-    )
-    decided = "" if least > 0 else f"; {open_words}{_remedy((base, first), (name, other))}"
+    decided = "" if least > 0 else f"; {DOUBTS[alike]}{_remedy((base, first), (name, other))}"
     speeds = {round(float(of.get("input_speed_rpm") or 0.0), 3) for of in (other, first)}
     speed = ""
     if "over_speed" not in other and all(speeds):
         own, of_first = (f"{of['input_speed_rpm']:g} rpm" for of in (other, first))
         speed = f" and {own}" if len(speeds) == 1 else f", {name} at {own} and {base} at {of_first}"
     if alike:
-        return f"{name} and {base} are alike within rounding, 0.0 dB apart at {point}{speed} ({limits}){decided}"
+        return f"{name} and {base} {ALIKE_WORDS} {point}{speed} ({limits}){decided}"
     return f"{name} is {abs(difference):.1f} dB {word} than {base} at {point}{speed} ({limits}){decided}"
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from nvhchain import levels
-from nvhchain.error_band import format_level
+from nvhchain.error_band import LIMITS, format_level
 from nvhchain.report.page.blocks import (
     Figure,
     Hero,
@@ -21,12 +21,12 @@ from nvhchain.report.page.blocks import (
     symbol,
     whiskers,
 )  # fmt: skip
-from nvhchain.report.page.sections.cases import value_text
+from nvhchain.report.page.sections.cases import differing, value_rows
 from nvhchain.report.page.sections.lines.levels import UNITS
 from nvhchain.report.page.sections.speed.run_up import constant_speed, over_speed_traces, speed_range
 from nvhchain.report.page.sections.speed.steady_states import difference_maps, over_steady_speeds, stored_states
 from nvhchain.report.page.stored import Stored
-from nvhchain.report.sentences import SILENCE, verdict
+from nvhchain.report.sentences import ALIKE, ALIKE_WORDS, DOUBTS, SILENCE, verdict
 from nvhchain.report.sound.targets import target_sentence
 
 TITLE = "Verdict"
@@ -43,17 +43,17 @@ AUDIBLE = 1.0
 DIFFERENCES = 3
 """Largest number of differing values that are named."""
 
-DOUBT = "; within these limits either may be the louder"
-"""Words of a sentence of the verdict whose limits decide nothing."""
+DIFFERENCE = re.compile(rf"(.+?) (?:is [0-9.]+ dB (louder|quieter) than .+? at|{re.escape(ALIKE_WORDS)}) ")
+"""Begin of the sentence on a difference, up to the place of the microphone."""
 
 
 def blocks(stored: Stored) -> list[Any]:
     """Return the first screen, and what an unfinished run has so far."""
     sentences = verdict(stored.summary) if stored.summary.get("field_point") else []
-    doubt = any(DOUBT in sentence for sentence in sentences)
+    doubt = any(words in sentence for sentence in sentences for words in DOUBTS)
     hero = Hero(
         headline=_headline(stored),
-        doubt="Not decided: within the confidence limits either may be the louder." if doubt else "",
+        doubt=f"Not decided: {DOUBTS[0].replace('these', 'the confidence')}." if doubt else "",
         sentences=[
             *(_compared(stored, sentences, doubt=doubt) or _single(stored)),
             *_targets(stored),
@@ -73,11 +73,10 @@ def _compared(stored: Stored, sentences: list[str], *, doubt: bool) -> list[str]
     found: list[str] = []
     why = ""
     for sentence in sentences:
-        if match := re.match(r"(.+? is) [0-9.]+ dB (louder|quieter) than .+? at ", sentence):
-            why = "Why {} {}:".format(*match.groups())
-            sentence = sentence.replace(DOUBT, "")
-            rest = re.sub(r" \(limits ([^()]*)\)", r". Limits of this difference: \1", sentence[match.end() :], count=1)
-            found.append(f"At {rest}" if len(stored.runs) == 2 else sentence)
+        if match := DIFFERENCE.match(sentence):
+            name, word = match.groups()
+            why = f"Why {name} is {word}:" if word else "Why they differ:"
+            found.append(f"At {_limits_apart(sentence[match.end() :])}" if len(stored.runs) == 2 else sentence)
         elif sentence.startswith("  from "):
             found.append(f"F{sentence[3:]}")
         elif doubt or not sentence.startswith("Limits of "):
@@ -85,6 +84,13 @@ def _compared(stored: Stored, sentences: list[str], *, doubt: bool) -> list[str]
             found.append(sentence)
             why = ""
     return found
+
+
+def _limits_apart(place: str) -> str:
+    """Return the place and the limits of a difference as two sentences, without the words of doubt."""
+    for words in DOUBTS:
+        place = place.replace(f"; {words}", "")
+    return re.sub(rf" \({LIMITS} ([^()]*)\)", rf". Limits of this difference ({LIMITS}): \1", place, count=1)
 
 
 def _targets(stored: Stored) -> list[str]:
@@ -133,12 +139,11 @@ def _assumed(stored: Stored) -> list[str]:
 
 def _differing(stored: Stored) -> list[str]:
     """Return a sentence on the values that differ between two cases."""
-    values = [run.case.get("values") or {} for run in stored.runs]
-    if len(values) != 2 or not all(values):
+    head, rows = value_rows(stored)
+    if len(head) != 3 or len(stored.runs) != 2:
         return []
-    first, second = values
-    changed = [path for path in dict.fromkeys([*first, *second]) if first.get(path) != second.get(path)]
-    named = [f"{path} {value_text(first, path)} → {value_text(second, path)}" for path in changed[:DIFFERENCES]]
+    changed = differing(rows)
+    named = [f"{path} {first} → {second}" for path, first, second in changed[:DIFFERENCES]]
     more = len(changed) - len(named)
     return [f"The cases differ in {', '.join(named)}{f' and {more} more values' if more else ''}."] if named else []
 
@@ -157,6 +162,8 @@ def _headline(stored: Stored) -> str:
     (quiet, level), (second, next_level), *_ = sorted(others, key=lambda item: item[1])
     if level <= SILENCE:
         return f"{quiet} is silent"
+    if next_level - level < ALIKE and len(others) == 2:
+        return f"{quiet} and {second} are alike within rounding"
     if len(others) == 2:
         return f"{quiet} is {next_level - level:.1f} dB quieter than {second}"
     return f"{quiet} is the quietest of {len(others)}, {next_level - level:.1f} dB below {second}"
@@ -201,7 +208,9 @@ def _levels(stored: Stored) -> Figure | None:
         return None
     lowest = min(run.summary["overall_dBA"] for _, run, _ in heard) - 25.0
     ends = [end for _, run, _ in heard for end in (run.summary["overall_dBA"], *run.summary.get("error_band_dBA", ()))]
-    middle = 0.5 * (min(lowest + 25.0 if end is None else end for end in ends) + max(filter(None, ends)))
+    middle = 0.5 * (
+        min(lowest + 25.0 if end is None else end for end in ends) + max(end for end in ends if end is not None)
+    )
     traces = []
     for number, run, _ in heard:
         level = float(run.summary["overall_dBA"])

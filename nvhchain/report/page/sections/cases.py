@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from nvhchain.levels import number_text
@@ -47,25 +47,34 @@ def _options(stored: Stored) -> list[Any]:
 
 def _values(stored: Stored) -> list[Any]:
     """Return the values that differ between the cases, and all values."""
-    values = {run.name: run.case["values"] for run in stored.runs if run.case.get("values")}
-    if not values:
+    head, rows = value_rows(stored)
+    if not rows:
         return []
-    paths = list(dict.fromkeys(path for of in values.values() for path in of))
-    rows = [(path, *(value_text(of, path) for of in values.values())) for path in paths]
     found: list[Any] = []
-    if len(values) > 1:
-        differing = [row for row in rows if len(set(row[1:])) > 1]
-        head = ("value", *values)
+    if len(head) > 2:
+        changed = differing(rows)
         found.append(
-            Table(head, differing, "Values that differ between the cases.", numbers=9)
-            if differing
+            Table(head, changed, "Values that differ between the cases.", numbers=9)
+            if changed
             else Text("All values of the cases are equal.")
         )
-    found.append(Table(("value", *values), rows, f"All {len(rows)} values of the cases", folded=True, numbers=9))
+    found.append(Table(head, rows, f"All {len(rows)} values of the cases", folded=True, numbers=9))
     return found
 
 
-def value_text(values: Mapping[str, Any], path: str) -> str:
+def value_rows(stored: Stored) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return the titles and rows of a table of all values: a path, then a text for each stored case."""
+    values = {run.name: run.case["values"] for run in stored.runs if run.case.get("values")}
+    paths = list(dict.fromkeys(path for of in values.values() for path in of))
+    return ("value", *values), [(path, *(_text(of, path) for of in values.values())) for path in paths]
+
+
+def differing(rows: Sequence[tuple[str, ...]]) -> list[tuple[str, ...]]:
+    """Return the rows whose values differ between the cases."""
+    return [row for row in rows if len(set(row[1:])) > 1]
+
+
+def _text(values: Mapping[str, Any], path: str) -> str:
     """Return a value of a case as text; a dash where the case has none."""
     if path not in values:
         return ABSENT

@@ -1,0 +1,64 @@
+"""First screen of the page: which design is quieter, by how much, within which limits, and what is assumed."""
+
+import json
+
+import pytest
+
+from nvhchain.levels import number_text
+from nvhchain.report import write_page
+from nvhchain.report.sentences import DOUBTS
+from scripts.page_reader import read
+from tests.report.stored_pair import case, steady, summary
+
+
+def test_first_screen_names_the_quieter_design_by_how_much_and_why(pair):
+    page = read(write_page(pair))
+    assert "plain is 20.0 dB quieter than holed" in page.texts
+    assert "Why holed is louder:" in page.texts
+    text = " ".join(page.texts)
+    assert "dB: order 20 (1000 Hz, stage1 × 1) rises from 60.0 to 80.0 dB(A)" in text
+    assert "Not decided" not in text
+    (levels,) = (of["data"] for name, of in page.figures.items() if name.endswith("levels"))
+    assert [of["x"] for of in levels] == [[60.0], [80.0]]
+    assert levels[0]["error_x"]["array"] == [3.0]
+
+
+def test_limits_that_overlap_are_said_not_to_decide(pair):
+    (pair / "summary.json").write_text(json.dumps(summary({"plain": 60.0, "holed": 61.0})))
+    assert "Not decided: within the confidence limits either may be the louder." in read(write_page(pair)).texts
+
+
+@pytest.mark.parametrize(("level", "limits"), [(80.0, [15.0, 24.0]), (61.0, [-2.0, 4.0]), (60.01, [-0.2, 0.3])])
+def test_limits_of_the_difference_have_a_sentence_and_doubt_a_note(pair, level, limits):
+    told = summary({"plain": 60.0, "holed": level})
+    told["configurations"]["holed"]["difference_limits_db"] = limits
+    (pair / "summary.json").write_text(json.dumps(told))
+    text = " ".join(read(write_page(pair)).texts)
+    low, high = (number_text(end) for end in limits)
+    assert f"At rear and 3000 rpm. Limits of this difference (95 % limits): {low}…{high} dB" in text
+    assert ("Not decided: within the confidence limits either may be the louder." in text) is (limits[0] < 0)
+    assert ("plain and holed are alike within rounding" in text) is (level < 60.05)
+    assert "0.0 dB quieter" not in text.replace("20.0 dB", "")
+    assert not any(words in text for words in DOUBTS)
+
+
+def test_of_three_designs_the_sentence_of_each_says_whether_it_is_decided(pair):
+    case(pair / "third", "third")
+    steady(pair / "third", 1.0)
+    (pair / "summary.json").write_text(json.dumps(summary({"plain": 60.0, "holed": 80.0, "third": 61.0})))
+    told = [text for text in read(write_page(pair)).texts if " than plain at " in text]
+    assert [DOUBTS[0] in text for text in told] == [False, True]
+
+
+def test_a_level_of_0_dB_has_its_figure(pair):
+    told = summary({"plain": 0.0, "holed": 0.0})
+    for of in told["configurations"].values():
+        of["error_band_dBA"] = [None, 0.0]
+    (pair / "summary.json").write_text(json.dumps(told))
+    assert any(name.endswith("levels") for name in read(write_page(pair)).figures)
+
+
+def test_assumptions_of_a_case_stand_on_the_first_screen(pair):
+    told = summary({"plain": 60.0, "holed": 80.0}) | {"assumptions": {"plain": ["The housing is <drawn> by rule."]}}
+    (pair / "summary.json").write_text(json.dumps(told))
+    assert "plain: The housing is &lt;drawn&gt; by rule." in write_page(pair).read_text()

@@ -18,9 +18,6 @@ LINES = 3
 LEAST_SHARE = 0.05
 """Least share in the difference of energy of a line that is named."""
 
-MOST_SHARE = 0.5
-"""Least share of all other lines that is named."""
-
 SAME = 0.03
 """Relative change of a mode's pressure below which its phase counts."""
 
@@ -71,7 +68,7 @@ def verdict(summary: Mapping[str, Any]) -> list[str]:
 
     Notes
     -----
-    Parts of lines add up to the signed difference; `causes` of a configuration name their modes and paths.
+    Parts of lines and of all others add up to the signed difference; `causes` of a configuration name their modes and paths.
     The limits of a difference are those of `nvhchain.error_band.difference_limits`. Without those of summary.json, the
     errors of both levels add up.
     """
@@ -188,7 +185,10 @@ def _curve(rows: Sequence[Mapping[str, float]]) -> tuple[Any, Any]:
 
 
 def _lines(other: Mapping[str, Any], first: Mapping[str, Any]) -> list[str]:
-    """Return a line of text for each of the lines that make most of the difference."""
+    """Return a line of text for each of the lines that make most of the difference, and for what remains beside them.
+
+    The parts add up to the difference as they are written.
+    """
     if min(first["overall_dBA"], other["overall_dBA"]) <= SILENCE:
         return []
     difference = other["overall_dBA"] - first["overall_dBA"]
@@ -207,12 +207,9 @@ def _lines(other: Mapping[str, Any], first: Mapping[str, Any]) -> list[str]:
         if of["part_db"] / difference >= LEAST_SHARE
     ]
     found += [(of["part_db"], between_orders(of)) for of in causes if "speeds_rpm" in of]
-    if "over_speed" in other:  # what is left of the two levels as they are written
-        left = round(difference, 1) - sum(round(part, 1) for part, _ in found)
-        found += [(left, "all other sound")] * (abs(left) > 0.05)
-    else:
-        rest = [of["part_db"] for of in causes if of["order"] is None]
-        found += [(part, "all other sound") for part in rest if part / difference >= MOST_SHARE]
+    left = round(difference, 1) - sum(round(part, 1) for part, _ in found)  # of the levels as they are written
+    if abs(left) > 0.05:
+        found.append((left, "all other sound" if "over_speed" in other else "all other lines"))
     return [f"  {number_text(part, '+.1f')} dB: {text}" for part, text in found]
 
 

@@ -35,7 +35,7 @@ def test_limits_of_the_difference_have_a_sentence_and_doubt_a_note(pair, level, 
     (pair / "summary.json").write_text(json.dumps(told))
     text = " ".join(read(write_page(pair)).texts)
     low, high = (number_text(end) for end in limits)
-    assert f"At rear and 3000 rpm. Limits of this difference (95 % limits): {low}…{high} dB" in text
+    assert f"At rear and 3000 rpm. 95 % limits of this difference: {low}…{high} dB" in text
     assert ("Not decided: within the confidence limits either may be the louder." in text) is (limits[0] < 0)
     assert ("plain and holed are alike within rounding" in text) is (level < 60.05)
     assert "0.0 dB quieter" not in text.replace("20.0 dB", "")

@@ -77,6 +77,20 @@ def test_lines_that_make_the_difference_are_named_with_their_weighted_levels_and
     ]
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_parts_of_a_steady_difference_add_up_as_they_are_written(seed):
+    rng = np.random.default_rng(seed)
+    orders = range(1, 41)
+    first, second = (
+        configuration(dict(zip(orders, rng.uniform(30, 60, 40), strict=True)), [59, 61], frequency=100.0)
+        for _ in range(2)
+    )
+    lines = verdict(summary(a=first, b=second))
+    parts = [float(line.partition(" dB: ")[0].replace("−", "-")) for line in lines if " dB: " in line]
+    assert any(line.endswith(" dB: all other lines") for line in lines)
+    assert sum(parts) == pytest.approx(round(second["overall_dBA"] - first["overall_dBA"], 1), abs=1e-9)
+
+
 def test_run_ups_are_compared_over_the_speeds_that_they_share():
     def run_up(speeds, levels):
         rows = [{"speed_rpm": speed, "level_dBA": level} for speed, level in zip(speeds, levels, strict=True)]
@@ -98,7 +112,8 @@ def test_a_quieter_design_names_its_parts_with_their_sign_and_what_moves_less():
         configuration({100: 66.0}, [65, 67], frequency=40),
         configuration({100: 60.9}, [60, 61], frequency=40),
     )
-    (line,) = verdict(summary(a=first, b=second | {"causes": [cause]}))[1:]
+    line, rest = verdict(summary(a=first, b=second | {"causes": [cause]}))[1:]
+    assert rest == "  −0.5 dB: all other lines"
     assert line == (
         "  −4.6 dB: order 100 (4000 Hz) falls from 66.0 to 55.0 dB(A), because it excites the housing mode at 4180 Hz "
         "less, mostly through bearing B2 in z"

@@ -90,7 +90,7 @@ def _limits_apart(place: str) -> str:
     """Return the place and the limits of a difference as two sentences, without the words of doubt."""
     for words in DOUBTS:
         place = place.replace(f"; {words}", "")
-    return re.sub(rf" \({LIMITS} ([^()]*)\)", rf". Limits of this difference ({LIMITS}): \1", place, count=1)
+    return re.sub(rf" \({LIMITS} ([^()]*)\)", rf". {LIMITS} of this difference: \1", place, count=1)
 
 
 def _targets(stored: Stored) -> list[str]:

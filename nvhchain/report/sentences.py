@@ -68,7 +68,8 @@ def verdict(summary: Mapping[str, Any]) -> list[str]:
 
     Notes
     -----
-    Parts of lines and of all others add up to the signed difference; `causes` of a configuration name their modes and paths.
+    Parts of lines and of all others add up to the signed difference; `causes` of a configuration name their modes and
+    paths.
     The limits of a difference are those of `nvhchain.error_band.difference_limits`. Without those of summary.json, the
     errors of both levels add up.
     """

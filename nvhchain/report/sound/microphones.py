@@ -33,7 +33,7 @@ _COMPARED = 8
 """Number of lines at which sound powers are compared."""
 
 _RANGE = 60.0
-"""Range (dB) of the sound power of lines that a balloon has."""
+"""Range (dB) of the sound power of lines that a balloon has, and whose near field an array keeps out of."""
 
 _ELEVATIONS, _AZIMUTHS = 37, 72
 """Numbers of directions of a balloon: steps of 5 degrees."""
@@ -55,20 +55,22 @@ class RunWaves:
             self.resistance, self.housing, self.forces, points, fidelity=self.fidelity.acoustics
         )
 
-    def loudest(self) -> RunWaves:
-        """Return the waves with the forces of lines within `_RANGE` dB of the most powerful line."""
+    def loud(self) -> FloatArray:
+        """Return the frequencies (Hz) of lines within `_RANGE` dB of the most powerful line."""
         power = cast(SoundPower, self.run.hand_off("sound_power", SoundPower))
-        loud = power.frequency[power.power > 10 ** (-_RANGE / 10) * power.power.max()]
-        chosen = np.isin(self.forces.frequency, loud)
-        forces = self.forces.select(chosen)
-        return replace(self, forces=forces)
+        return power.frequency[(power.power > 10 ** (-_RANGE / 10) * power.power.max()) & (power.frequency > 0)]
+
+    def loudest(self) -> RunWaves:
+        """Return the waves with the forces of loud lines alone."""
+        return replace(self, forces=self.forces.select(np.isin(self.forces.frequency, self.loud())))
 
     def array(self, standard: str, radius: float | None) -> tuple[FloatArray, float]:
-        """Return the positions (n_point, 3) m of a standard's array, and its radius (m)."""
+        """Return the positions (n_point, 3) m of a standard's array, and its radius (m).
+
+        The near field of a line reaches to a quarter of its wavelength. That of faint lines does not count.
+        """
         surface, plane = self.housing.surface, self.resistance.plane
-        quarter = (
-            0.25 * self.resistance.air.speed_of_sound / float(self.forces.frequency[self.forces.frequency > 0].min())
-        )
+        quarter = 0.25 * self.resistance.air.speed_of_sound / float(self.loud().min())
         radius = radius or max(NEAREST * source_dimension(surface, plane), quarter)
         centre = 0.5 * (surface.vertices.min(axis=0) + surface.vertices.max(axis=0))
         return acoustics.array_points(radius, centre, reflecting_plane=plane or False, standard=standard), radius
@@ -103,7 +105,7 @@ def add_microphones(
 
     points : field points (m).
     radius : radius (m) of array and balloon; by default twice the source's dimension, for an array at least a quarter
-        of the longest wavelength, and for a balloon at least 1 m.
+        of the longest wavelength of lines within 60 dB of the most powerful, and for a balloon at least 1 m.
 
     Raises InputError if there are no waves, or a point lies inside the enclosing sphere.
     """

@@ -41,6 +41,7 @@ def pressure_spectrum(
     point: int = 0,
     dynamic_range: float = 70.0,
     bands: Mapping[str, ErrorBand] | None = None,
+    weighted: bool | None = None,
     axes: Sequence[Axes] | None = None,
 ) -> list[Axes]:
     """Draw the sound pressure level of every line, unweighted above and A-weighted below.
@@ -57,13 +58,15 @@ def pressure_spectrum(
         Range (dB) below the strongest line.
     bands : mapping of str to ErrorBand, optional
         Configuration → error band, for the limits of its strong lines and of its level in dB(A).
+    weighted : bool, optional
+        True for A-weighted levels alone, False for unweighted ones alone.
     axes : sequence of Axes, optional
-        Two; those of a new figure by default.
+        Two, or one for one kind of levels; those of a new figure by default.
 
     Returns
     -------
     list of Axes
-        Two.
+        As many.
     """
     heard = {name: (field.frequency, levels.decibel(field.pressure[:, point])) for name, field in pressures.items()}
     limits = {
@@ -71,7 +74,8 @@ def pressure_spectrum(
         for name, band in (bands or {}).items()
     }
     speed = _common_input_frequency(pressures)
-    return _plain_and_weighted(heard, "p", "20 µPa", speed, marks, dynamic_range, axes, limits)
+    kinds = (False, True) if weighted is None else (weighted,)
+    return _plain_and_weighted(heard, ("p", "20 µPa"), speed, marks, dynamic_range, axes, limits, kinds)
 
 
 @styled
@@ -87,27 +91,30 @@ def power_spectrum(
     powers: configuration → sound power.
     """
     lines = {name: (of.frequency, levels.power_level(of.power)) for name, of in powers.items()}
-    return _plain_and_weighted(lines, "W", "1 pW", _common_input_frequency(powers), marks, dynamic_range, axes)
+    return _plain_and_weighted(lines, ("W", "1 pW"), _common_input_frequency(powers), marks, dynamic_range, axes)
 
 
 def _plain_and_weighted(
     plain: Mapping[str, tuple[FloatArray, FloatArray]],
-    symbol: str,
-    reference: str,
+    quantity: tuple[str, str],
     input_frequency: float,
     marks: OrderMarks | None,
     dynamic_range: float,
     axes: Sequence[Axes] | None,
     limits: Mapping[str, tuple[FloatArray, FloatArray]] | None = None,
+    kinds: tuple[bool, ...] = (False, True),
 ) -> list[Axes]:
-    """Draw two panels of levels, configuration → (frequency (n_f,) Hz, level (n_f,) dB), without and with A-weighting.
+    """Draw panels of levels, configuration → (frequency (n_f,) Hz, level (n_f,) dB), without and with A-weighting.
 
+    quantity : index of the level and reference, for the vertical axis.
     limits : configuration → limits of the lines (n_f, 2) dB, and of the overall level (2,) dB(A).
+    kinds : panels from above: True with A-weighting.
     """
-    limits = limits or {}
+    limits, (symbol, reference) = limits or {}, quantity
     require(len(plain) > 0, "nothing is given to draw: at least one configuration is needed")
-    drawn = panels(2, axes, share="x")
-    for ax, weighted, unit in ((drawn[0], False, "dB"), (drawn[1], True, "dB(A)")):
+    drawn = panels(len(kinds), axes, share="x")
+    for ax, weighted in zip(drawn, kinds, strict=True):
+        unit = "dB(A)" if weighted else "dB"
         lines = {
             name: (frequency, level + levels.a_weighting(frequency) if weighted else level)
             for name, (frequency, level) in plain.items()
@@ -126,8 +133,9 @@ def _plain_and_weighted(
         ax.legend(overall, values, loc="upper right", ncols=len(lines))
         if input_frequency > 0.0 and not weighted:
             add_order_axis(ax, input_frequency)
-    drawn[0].set_xlabel("")
-    _legend_below(drawn[1], handles[len(lines) :])
+    for ax in drawn[:-1]:
+        ax.set_xlabel("")
+    _legend_below(drawn[-1], handles[len(lines) :])
     return drawn
 
 

@@ -65,7 +65,6 @@ def _beside_the_spectrum(
     """Draw levels over speed, and beside them the A-weighted spectra at the speed of the cases."""
     figure = Figure(figsize=(15.0, 5.0), layout="constrained")
     levels, spectrum = figure.subplots(1, 2, width_ratios=(0.42, 0.58))
-    unweighted = Figure().add_subplot()  # not shown
     plots.levels_over_speed(profiles, dynamic_range=RANGE, axes=[levels])
     pressures = {name: result.pressure for name, result in results.items() if result.pressure is not None}
     bands = {name: band for name in pressures if isinstance(band := results[name].error_band, ErrorBand)}
@@ -73,7 +72,8 @@ def _beside_the_spectrum(
         pressures,
         marks=order_marks([result.case for result in results.values()]),
         bands=bands,
-        axes=[unweighted, spectrum],
+        weighted=True,
+        axes=[spectrum],
     )
     speeds = sorted({_RPM * pressure.input_speed for pressure in pressures.values()})
     for speed in speeds:

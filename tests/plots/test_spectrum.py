@@ -33,6 +33,17 @@ def test_pressure_panels_show_plain_and_a_weighted_levels(pressures):
             np.testing.assert_allclose(level, expected[shown], rtol=1e-12)
 
 
+@pytest.mark.parametrize("weighted", [False, True])
+def test_one_kind_of_levels_is_drawn_alone_as_it_is_beside_the_other(pressures, weighted):
+    both = pressure_spectrum(pressures, marks=MARKS)[int(weighted)]
+    (alone,) = pressure_spectrum(pressures, marks=MARKS, weighted=weighted)
+    assert alone.get_figure().axes == [alone]
+    assert (alone.get_ylabel(), alone.get_ylim()) == (both.get_ylabel(), both.get_ylim())
+    assert alone.get_xlabel() == "frequency / Hz"
+    for name in pressures:
+        np.testing.assert_array_equal(stems(alone, name), stems(both, name))
+
+
 def test_pressure_legend_states_overall_levels(pressures):
     axes = pressure_spectrum(pressures)
     field = pressures["slotted"]

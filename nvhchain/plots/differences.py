@@ -119,7 +119,8 @@ def _run_up_table(configurations: Mapping[str, Mapping[str, Any]]) -> Table:
         level = {name: float(of["level_db"]) for name, of in highest.items()}
         title, unit = quantity.rsplit(", ", 1)
         where = "; ".join(f"{of['speed_rpm']:.0f}" for of in highest.values())
-        rows.append((f"highest {title} / {unit}", where, *_cells(level, names), *_edges({}, names)))
+        edges = {name: of.get("limits_db", (None, None)) for name, of in highest.items()}
+        rows.append((f"highest {title} / {unit}", where, *_cells(level, names), *_edges(edges, names)))
     return Table(header, tuple(rows))
 
 

@@ -27,7 +27,7 @@ from nvhchain.report.case_record import recorded_case
 from nvhchain.report.marks import order_marks
 from nvhchain.report.page import write_page
 from nvhchain.report.recorded_modes import record_modes
-from nvhchain.report.run_up import curves_of, run_up_maps
+from nvhchain.report.run_up import curve_title, curves_of, run_up_maps
 from nvhchain.report.sound.microphones import add_balloons
 from nvhchain.report.sound.write import write_sounds
 from nvhchain.report.steady_states import steady_maps
@@ -237,7 +237,7 @@ def _run_up_figures(results: Mapping[str, Result], out: Path) -> None:
         drawn = {name: of[number] for name, of in maps.items()}
         save(plots.waterfall_maps(drawn, unit="Pa", marks=marks), out / picture)
     profiles = {
-        name: {f"{of.name}, {of.unit}": (of.speed, of.level) for of in curves}
+        name: {curve_title(of): (of.speed, of.level) for of in curves}
         for name, curves in curves_of(maps, marks).items()
     }
     save(plots.levels_over_speed(profiles), out / "levels.png")

@@ -49,6 +49,11 @@ class Curve:
     order: float | None = None
 
 
+def curve_title(of: Curve) -> str:
+    """Return name and unit of a curve."""
+    return f"{of.name}, {of.unit}"
+
+
 def loudest(cuts: Sequence[Curve]) -> tuple[float, float]:
     """Return the order of the cut that is loudest in dB(A), and its speed (rad/s) there."""
     found: list[tuple[float, float, float]] = []
@@ -137,7 +142,7 @@ def run_up_summary(history: PressureHistory, curves: Sequence[Curve]) -> dict[st
         "end_speed_rpm": 30 / pi * float(history.input_speed[-1]),
         "overall_dBA": float(levels.equivalent(history.pressure[:, 0], sample_rate=sample_rate(history))),
         "highest": {
-            f"{of.name}, {of.unit}": {
+            curve_title(of): {
                 "level_db": float(of.level.max()),
                 "speed_rpm": 30 / pi * float(of.speed[of.level.argmax()]),
             }

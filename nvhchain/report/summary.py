@@ -8,6 +8,8 @@ from math import pi
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from nvhchain import levels
 from nvhchain.case import GearboxCase
 from nvhchain.chain.result import Result
@@ -15,13 +17,14 @@ from nvhchain.error_band import RunUpBand, difference_limits, shared_inputs, sha
 from nvhchain.error_band.files import finite
 from nvhchain.files.hdf5 import write_text
 from nvhchain.gear import quasi_static_transmission_error
-from nvhchain.handoff import FieldPressure, FloatArray, PressureHistory
+from nvhchain.handoff import FieldPressure, FloatArray
 from nvhchain.report.causes.differences import causes, named_or_lasting, run_up_causes
 from nvhchain.report.causes.run_up import with_parts
 from nvhchain.report.marks import mesh_orders, order_marks, slot_orders
-from nvhchain.report.run_up import Curve, curves_of, run_up_maps, run_up_summary
+from nvhchain.report.run_up import Curve, curve_title, curves_of, run_up_maps, run_up_summary
 from nvhchain.report.sound.targets import judge
 from nvhchain.sound.orders import WIDTH
+from nvhchain.spectrum import Waterfall
 
 
 def write_summary(
@@ -69,8 +72,10 @@ def _configurations(results: Mapping[str, Result]) -> dict[str, Any]:
         maps = run_up_maps(histories, marks, high=high)
         curves = curves_of(maps, marks)
         found |= {name: run_up_summary(histories[name], curves[name]) for name in histories}
-        for name, history in histories.items():
-            found[name]["order_limits"] = _order_limits(results[name], history, curves[name])
+        for name in histories:
+            found[name]["order_limits"] = _add_curve_limits(
+                found[name]["highest"], results[name], maps[name], curves[name]
+            )
     for name, result in results.items():
         if result.pressure is not None:
             found[name] = line_summary(result.pressure)
@@ -108,21 +113,33 @@ def _difference(first: Result, second: Result) -> dict[str, Any]:
     return {"difference_limits_db": finite(difference_limits(before, after, shared_sources(*inputs))[0])}
 
 
-def _order_limits(result: Result, history: PressureHistory, curves: Sequence[Curve]) -> list[dict[str, Any]]:
-    """Return how far the level of every order may lie from its curve, at the mean speeds of the parts of a run-up."""
-    band = result.error_bands.get("pressure")
-    if not isinstance(band, RunUpBand):
+def _add_curve_limits(
+    highest: dict[str, dict[str, Any]], result: Result, maps: tuple[Waterfall, Waterfall], curves: Sequence[Curve]
+) -> list[dict[str, Any]]:
+    """Return how far every order may lie from its curve, at the mean speeds of parts; add limits of the highest levels.
+
+    highest : highest level of every curve, of `run_up_summary`.
+    maps : waterfalls of the curves, against frequency and order.
+    """
+    band, history = result.error_bands.get("pressure"), result.pressure_history
+    if not isinstance(band, RunUpBand) or history is None:
         return []
     found = []
-    for order in [of.order for of in curves if of.order is not None]:
-        offsets = band.order_offsets(order, history.time, history.input_speed, place=0, width=WIDTH)
-        rows = zip(band.input_speed.tolist(), offsets, band.bands, strict=True)
-        parts = [
-            {"speed_rpm": 30 / pi * speed, "offsets_db": finite(of)}
-            for speed, of, lines in rows
-            if lines.frequency[0] <= order * speed / (2 * pi) <= lines.frequency[-1]
-        ]
-        found.append({"order": order, "parts": parts})
+    for of in curves:
+        inside, offsets = np.ones(len(band.bands), dtype=bool), band.limits[:, 0] - band.speed_levels[:, :1]
+        if of.order is not None:
+            offsets = band.order_offsets(of.order, history.time, history.input_speed, place=0, width=WIDTH)
+            frequency = of.order * band.input_speed / (2 * pi)
+            edges = np.array([lines.frequency[[0, -1]] for lines in band.bands])
+            inside = (edges[:, 0] <= frequency) & (frequency <= edges[:, 1])
+            rows = zip(band.input_speed[inside].tolist(), offsets[inside], strict=True)
+            parts = [{"speed_rpm": 30 / pi * speed, "offsets_db": finite(ends)} for speed, ends in rows]
+            found.append({"order": of.order, "parts": parts})
+        windows = maps[of.order is not None].time / float(history.time[-1] - history.time[0])
+        part = np.minimum((windows * len(inside)).astype(int), len(inside) - 1)
+        if inside[part[of.level.argmax()]]:
+            ends = of.level[:, None] + np.where(inside[part, None], offsets[part], -np.inf)
+            highest[curve_title(of)]["limits_db"] = finite(ends.max(axis=0))
     return found
 
 

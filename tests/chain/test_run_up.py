@@ -62,6 +62,8 @@ def test_run_ups_compared_leave_figures_sound_and_levels(cases, coarse, operator
         assert found["end_speed_rpm"] == pytest.approx(2.0 * found["start_speed_rpm"], rel=1e-3)
         loudest = found["highest"]["overall, dB(A)"]
         assert loudest["level_db"] > found["overall_dBA"]
+        assert all(of["level_db"] < of["limits_db"][1] for of in found["highest"].values() if "limits_db" in of)
+        assert "limits_db" in loudest
         lower, upper = found["error_band_dBA"]
         assert lower is None or lower < found["overall_dBA"]
         assert found["overall_dBA"] < upper

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,11 +11,14 @@ from nvhchain import levels
 from nvhchain.acoustics import radiate
 from nvhchain.chain.result import Result
 from nvhchain.conventions import REFERENCE_PRESSURE
+from nvhchain.error_band import ErrorBand, RunUpBand
 from nvhchain.fidelity import DRAFT
-from nvhchain.handoff import BearingForces, ForceSpectrum
+from nvhchain.handoff import BearingForces, ForceSpectrum, PressureHistory
 from nvhchain.housing import respond
 from nvhchain.housing.casting.contributions import Panels, panel_contributions
 from nvhchain.report.causes.run_up import order_load, order_parts, with_parts
+from nvhchain.report.run_up import Curve
+from nvhchain.report.summary import _add_curve_limits
 from nvhchain.testing import ball_with_modes
 
 pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # a coarse ball on purpose
@@ -105,3 +109,24 @@ def test_an_order_outside_the_band_has_no_parts(runs):
         order_parts(run.bearing_forces, run.housing, run.transfer_vectors, 1.0, high=1500.0, fidelity=DRAFT.acoustics)
         is None
     )
+
+
+def test_the_highest_level_over_speed_has_the_largest_limits_of_the_parts():
+    """Errors of 10 %, in the last of four parts of 50 %; order 1000 lies above the band."""
+    lines, turns = np.arange(10.0, 300.0), np.repeat([1.0, 5.0, 8.0, 9.0], 250)
+    size = np.ones((len(lines), 1))
+    bands = tuple(ErrorBand(lines, size, {"gear": error * size}) for error in (0.05, 0.05, 0.05, 0.25))
+    level = np.array([[50.0], [60.0], [55.0], [59.0]])
+    offsets = np.array([[-2.0, 2.0], [-2.0, 2.0], [-2.0, 2.0], [-9.0, 9.0]])[:, None, :]
+    speed = 2 * np.pi * np.array([1.0, 5.0, 8.0, 9.0])
+    band = RunUpBand(speed, level, level[:, :, None] + offsets, bands)
+    history = PressureHistory(np.arange(1000) / 100.0, [[0, 0, 1]], np.zeros((1000, 1)), 2 * np.pi * turns)
+    run = SimpleNamespace(error_bands={"pressure": band}, pressure_history=history)
+    curves = [Curve(str(order), "dB", speed, level[:, 0], order) for order in (None, 20.0, 1000.0)]
+    maps = 2 * (SimpleNamespace(time=np.array([1.2, 3.7, 6.2, 8.7])),)
+    highest = {f"{of.name}, dB": {} for of in curves}
+    orders = _add_curve_limits(highest, run, maps, curves)
+    assert highest["None, dB"]["limits_db"] == pytest.approx([58.0, 68.0])
+    assert highest["20.0, dB"]["limits_db"] == pytest.approx([60 + 20 * np.log10(0.9), 59 + 20 * np.log10(1.5)])
+    assert highest["1000.0, dB"] == {}
+    assert [len(of["parts"]) for of in orders] == [4, 0]

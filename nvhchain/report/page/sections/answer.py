@@ -197,7 +197,9 @@ def _single(stored: Stored) -> list[str]:
             )
     for quantity, of in run.summary.get("highest", {}).items():
         name, unit = quantity.rsplit(", ", 1)
-        found.append(f"  {name}: at most {levels.number_text(of['level_db'])} {unit}, at {of['speed_rpm']:.0f} rpm")
+        level = format_level(of["level_db"], unit, of.get("limits_db", (None, None)))
+        text = level if "limits_db" in of else f"{levels.number_text(of['level_db'])} {unit}"
+        found.append(f"  {name}: at most {text}, at {of['speed_rpm']:.0f} rpm")
     return found
 
 

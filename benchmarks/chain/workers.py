@@ -64,8 +64,13 @@ def spent(out: Path, operators: Path, way: str, options: list[str]) -> Spent:
 
 
 def kill_one(child: subprocess.Popen[bytes], out: Path) -> None:
-    """Kill the worker of the study, or of the cluster beside it, that has used most time, with a third of rows done."""
+    """Kill the worker of the study, or of the cluster beside it, that has used most time, with a third of rows done.
+
+    A study that ends before ends the benchmark.
+    """
     while len(list((out / "rows").glob("*.json"))) < DESIGNS // 3:
+        if child.poll() is not None:
+            sys.exit(f"the study ended with {child.returncode} before a third of its designs were done")
         time.sleep(0.02)
     ours = psutil.Process(os.getpid()).children(recursive=True)
     spawned = [one for one in ours if any("spawn_main" in word for word in one.cmdline())]

@@ -37,6 +37,6 @@ LEVELS = {"a": 60.0, "b": 66.0}, {"a": 60.5, "b": 68.0}
 
 
 def test_a_study_that_ends_early_ends_the_wait_for_its_rows(tmp_path):
-    with subprocess.Popen([sys.executable, "-c", "raise SystemExit(3)"]) as child:
-        with pytest.raises(SystemExit, match="the study ended with 3 before a third of its designs"):
-            kill_one(child, tmp_path)
+    ended = pytest.raises(SystemExit, match="the study ended with 3 before a third of its designs")
+    with subprocess.Popen([sys.executable, "-c", "raise SystemExit(3)"]) as child, ended:
+        kill_one(child, tmp_path)

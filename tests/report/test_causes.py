@@ -7,7 +7,7 @@ import pytest
 
 from nvhchain.handoff import FieldPressure, PressureHistory
 from nvhchain.levels import a_weighting, decibel, equivalent
-from nvhchain.plots.marks import OrderMarks, order_name
+from nvhchain.plots.marks import OrderMarks
 from nvhchain.report.causes.differences import (
     line_differences,
     named_or_lasting,
@@ -125,12 +125,9 @@ def test_the_player_of_a_run_up_names_orders_as_its_curves_do():
     history = PressureHistory(np.arange(2) * 10.0, [[0, 0, 1]], np.zeros((2, 1)), np.full(2, 200.0))
     stored = SimpleNamespace(
         runs=[SimpleNamespace(pressure_history=history)],
-        run_up_maps={"one": (of, of)},
-        marks=marks,
-        origin=lambda order: order_name(order, marks.mesh, marks.slots),
+        curves=curves_of({"one": (of, of)}, marks),
     )
-    curves = curves_of({"one": (of, of)}, marks)["one"]
-    assert _orders(stored) == [(20.0, curves[1].name), (40.0, curves[2].name)]
+    assert _orders(stored) == [(20.0, "order 20 (stage × 1)"), (40.0, "order 40 (stage × 2)")]
 
 
 def burst_beside_an_order():

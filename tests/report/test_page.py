@@ -285,7 +285,7 @@ def test_one_design_of_a_comparison_of_run_ups_that_ran_again_has_no_summary(tmp
     assert stored_results(tmp_path / "a").finished is (louder == 1.0)
 
 
-def test_curves_of_run_ups_are_computed_once(tmp_path):
+def test_curves_of_run_ups_are_computed_once_and_maps_show_the_speeds_of_all(tmp_path):
     rate, calls = 4000.0, []
     time = np.arange(int(8 * rate)) / rate
     for name, start in (("slow", 5.0), ("fast", 15.0)):  # of different ramps
@@ -299,8 +299,13 @@ def test_curves_of_run_ups_are_computed_once(tmp_path):
         patch.setattr(run_up, "main_orders", lambda *of: calls.append(of) or main_orders(*of))
         page = read(write_page(tmp_path))
     assert len(calls) == 1
-    cuts = [of for name, of in page.figures.items() if name.startswith("plot-run_up")][1]
+    _, cuts, *maps = (of for name, of in page.figures.items() if name.startswith("plot-run_up"))
     assert [trace["name"] for trace in cuts["data"]] == ["fast", "slow"]  # as the folders stand
+    for of in maps:  # both have the speeds of both
+        spans = [of["layout"][axis]["range"] for axis in ("yaxis", "yaxis2")]
+        assert spans[0] == spans[1]
+        assert spans[0][0] < 60 * 10.0
+        assert spans[0][1] > 60 * 30.0
 
 
 def test_run_up_shows_levels_orders_and_maps(tmp_path):

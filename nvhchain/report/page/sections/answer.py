@@ -197,8 +197,9 @@ def _single(stored: Stored) -> list[str]:
             )
     for quantity, of in run.summary.get("highest", {}).items():
         name, unit = quantity.rsplit(", ", 1)
-        level = format_level(of["level_db"], unit, of.get("limits_db", (None, None)))
-        text = level if "limits_db" in of else f"{levels.number_text(of['level_db'])} {unit}"
+        text = f"{levels.number_text(of['level_db'])} {unit}"
+        if "limits_db" in of:
+            text = format_level(of["level_db"], unit, of["limits_db"])
         found.append(f"  {name}: at most {text}, at {of['speed_rpm']:.0f} rpm")
     return found
 

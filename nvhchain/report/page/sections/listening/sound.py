@@ -13,7 +13,6 @@ from nvhchain.handoff import PressureHistory
 from nvhchain.report.page.blocks import Figure, Table, Text, colour, packed
 from nvhchain.report.page.sections.speed.run_up import kind_of_record
 from nvhchain.report.page.stored import Stored, StoredRun
-from nvhchain.report.run_up import main_orders
 from nvhchain.report.sound.write import BACKGROUND
 from nvhchain.sound import Loop, Sound, order_track, read_wav, run_up_sound, steady_loop
 from nvhchain.sound.orders import LEAST_TURNS
@@ -153,8 +152,8 @@ def _orders(stored: Stored) -> list[tuple[float, str]]:
     if any(np.trapezoid(of.input_speed, of.time) <= 2 * np.pi * LEAST_TURNS for of in histories):
         return []
     if histories:
-        found = main_orders([in_orders for _, in_orders in stored.run_up_maps.values()], stored.marks)
-        return [(order, _name(stored, order)) for order in found[:ORDERS]]
+        curves = next(iter(stored.curves.values()))
+        return [(of.order, of.name) for of in curves if of.order is not None][:ORDERS]
     loudest: dict[float, float] = {}
     turning = False
     for run in stored.runs:

@@ -153,6 +153,8 @@ def _maps(stored: Stored, maps: dict[str, Waterfall], title: str, word: str) -> 
     layout = grid(list(shown), len(shown), title, "input speed / rpm")
     layout |= colour_scale(top, RANGE, "dB re<br>20 µPa")
     traces: list[dict[str, Any]] = []
+    speeds = np.concatenate([speed for _, speed, _ in shown.values()])
+    ends_of_all = [float(speeds.min()), float(speeds.max())]
     for place, (name, (axis, speed, level)) in enumerate(shown.items()):
         end = str(place + 1) if place else ""
         traces.append(heat_map(place, name, axis, speed, level, f"{word} %{{x:.5g}}, %{{y:.0f}} rpm: %{{z:.1f}} dB"))
@@ -167,7 +169,7 @@ def _maps(stored: Stored, maps: dict[str, Waterfall], title: str, word: str) -> 
                     }
                 )  # fmt: skip
         layout[f"xaxis{end}"]["range"] = [0.0, float(axis[-1])]
-        layout[f"yaxis{end}"]["range"] = [float(speed[0]), float(speed[-1])]  # matched maps have no range of their own
+        layout[f"yaxis{end}"]["range"] = ends_of_all  # matched maps have no range of their own
     caption = f"Sound pressure over speed and {word}, dB re 20 µPa. Dotted: mesh orders."
     return Figure(caption, traces, layout, height=420)
 

@@ -90,5 +90,5 @@ def test_contributions_of_faces_add_up_to_the_sound_of_a_steady_state_at_the_spe
     assert _contribution([], vectors.points[0], housing, places, motion) is None
     turned = vectors.replace(points=vectors.points[::-1], vectors=vectors.vectors[:, ::-1])
     other = _contribution([turned], vectors.points[0], housing, places, motion)
-    assert other == pytest.approx(faces, rel=1e-12)  # whatever the order of the points
+    assert np.abs(other - faces).max() < 1e-9 * np.abs(faces).max()  # whatever the order of the points
     assert _contribution([vectors], vectors.points[0] + 0.1, housing, places, motion) is None

@@ -46,7 +46,9 @@ def with_shipped_rows(sweep: Tradeoff, case: Case) -> Tradeoff:
     One that leaves out none stands by itself.  Otherwise its times are brought to the day of the shipped ones, stage
     by stage, by those of the yardstick in both.  `earlier` in the provenance tells the code of the shipped rows.
     """
-    shipped = shipped_sweep()
+    shipped, known = shipped_sweep(), {(knob, value) for knob, value, _ in variants(case, nvh.REFERENCE)}
+    rest = [row for row in shipped.measurements[1:] if (row.knob, row.value) in known]  # settings of today
+    shipped = replace(shipped, measurements=(shipped.measurements[0], *rest))
     if {(row.knob, row.value) for row in shipped.measurements} <= {(row.knob, row.value) for row in sweep.measurements}:
         return replace(sweep, provenance={**sweep.provenance, "earlier": []})
     assert sweep.yardstick is not None

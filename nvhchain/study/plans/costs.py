@@ -152,7 +152,7 @@ def _file_bytes(case: Case, name: str, counts: Mapping[str, float], fidelity: Fi
     if not isinstance(case, GearboxCase):
         return 0.0
     if name == "housing":
-        return 8.0 * triangles * (modes + 3 * len(case.bearings))
+        return 8.0 * triangles * (modes + 9 * len(case.bearings))
     for number, stage in enumerate(case.stages):
         pair = case.pairs[number]
         if name == f"mesh law {stage.name}":

@@ -15,7 +15,7 @@ import scipy.sparse as sp
 
 from nvhchain.conventions import Progress
 from nvhchain.errors import require, warn_caller
-from nvhchain.fem import frequency_errors, rigid_map, stiffness_and_mass
+from nvhchain.fem import RitzVectors, frequency_errors, rigid_map, stiffness_and_mass
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, HousingAccuracy, ReducedHousing, Surface, warn_of
 from nvhchain.housing.casting.casting import Casting
@@ -180,7 +180,8 @@ def reduce_mesh(
     places, displaced = skin_sources(mesh.nodes, mesh.skin, edge)
     report(2)
     modes = seat_modes(K, M, len(casting.bores), f_max * fidelity.mode_ratio, mesh.motions)
-    errors = frequency_errors(mesh.nodes, mesh.elements, casting.material, T @ modes.shapes, modes.frequency)
+    every = modes.every
+    errors = frequency_errors(mesh.nodes, mesh.elements, casting.material, T @ every.shapes, every.frequency)
     ratio = thin_walls.long_edge(mesh.nodes, mesh.skin) / min(casting.wall, casting.end_wall)
     modes, errors = with_errors(modes, errors, corrected=fidelity.corrected_frequencies, left=left_uncorrected(ratio))
     report(3)
@@ -219,7 +220,7 @@ def reduced_modes(
 ) -> ReducedHousing:
     """Return the housing of modes and Ritz vectors, with its truncation error and its mapping error up to f_max (Hz).
 
-    errors (m,): relative errors of the natural frequencies; None if unknown.
+    errors (m + r,): relative errors of the frequencies of modes and Ritz vectors; None if unknown.
     seats: seat → its centre (m), in the order of the modes' seats.
     damping: fraction of critical damping, or a curve over the frequency.
     """
@@ -227,9 +228,9 @@ def reduced_modes(
     count, motions = len(seats), len(modes.seats) // len(seats)
     frequency = np.concatenate([modes.frequency, modes.ritz.frequency[:moving]])
     shapes = np.hstack([modes.shapes, modes.ritz.shapes[:, :moving]])
-    static, finer = (
+    static, plain, finer = (
         Vectors(of.frequency[first:], of.shapes[modes.seats, first:].T, (skin.faces @ of.shapes[:, first:]).T)
-        for of, first in ((modes.ritz, moving), (modes.finer, 0))
+        for of, first in ((modes.ritz, moving), (modes.plain, 0), (modes.finer, 0))
     )
     residual = static.static()
     reduced = ReducedHousing(
@@ -244,10 +245,10 @@ def reduced_modes(
         surface=skin.surface,
         ritz_vectors=moving,
     )
-    told = HousingAccuracy(frequency_error=None if errors is None else np.append(errors, np.zeros(moving)))
+    told = HousingAccuracy(frequency_error=None if errors is None else errors[: len(frequency)])
     flux = (skin.flux @ modes.ritz.shapes[:, moving:]) / (2 * np.pi * static.frequency) ** 2 @ static.seats
     told |= stated_mapping_errors(reduced, skin.places, skin.flux @ shapes, flux, f_max)
-    return reduced.replace(accuracy=told | truncation_report(reduced, static, finer, f_max))
+    return reduced.replace(accuracy=told | truncation_report(reduced, (plain, moving), finer, f_max))
 
 
 def left_uncorrected(ratio: float) -> float:
@@ -263,25 +264,30 @@ def left_uncorrected(ratio: float) -> float:
 def with_errors(
     modes: SeatModes, errors: FloatArray, *, corrected: bool, ratio: float | None = None, left: float = _LEFT
 ) -> tuple[SeatModes, FloatArray]:
-    """Return the modes and the relative error that is stated of their frequencies.
+    """Return the modes and Ritz vectors, and the relative error that is stated of their frequencies.
 
-    errors (m,): half of the energy of the stress jumps over that of the mode (`frequency_errors`).
-    corrected: whether frequencies are lowered by the error of the elements; the modes are then sorted anew.
+    errors (m + r,): half of the energy of the stress jumps over that of the mode or vector (`frequency_errors`).
+    corrected: whether frequencies are lowered by the error of the elements; modes are then sorted anew, as are vectors,
+    which stay above them.
     ratio: size of the elements over the thickness of their walls, for a body that may have fillets or be solid.
     left: error of a corrected frequency over the correction, in thin walls.
 
     An eigenvalue is too high by the energy that the elements miss: λ = λ_h (1 − _MISSED J), with J of the jumps.
     """
-    lower = modes.frequency * np.sqrt(np.maximum(1.0 - 2.0 * _MISSED * errors, 0.0))
-    moved = np.where(modes.frequency > 0.0, 1.0 - lower / np.where(modes.frequency > 0.0, modes.frequency, 1.0), 0.0)
+    frequency, count = modes.every.frequency, len(modes.frequency)
+    lower = frequency * np.sqrt(np.maximum(1.0 - 2.0 * _MISSED * errors, 0.0))
+    moved = np.where(frequency > 0.0, 1.0 - lower / np.where(frequency > 0.0, frequency, 1.0), 0.0)
     thin = ratio is None or _THIN[0] <= ratio <= _THIN[1]
     rounded = 0.0 if ratio is None else _ROUNDED * min(ratio, _THIN[1]) ** 2
     wrong = np.hypot((left if thin else _LEFT_ELSEWHERE) * moved, rounded)
-    wrong = np.where(modes.frequency > 0.0, wrong, 0.0)
+    wrong = np.where(frequency > 0.0, wrong, 0.0)
     if not corrected:
         return modes, moved + wrong
-    order = np.argsort(lower, kind="stable")
-    return replace(modes, frequency=lower[order], shapes=modes.shapes[:, order]), wrong[order]
+    lower[count:] = np.maximum(lower[count:], lower[:count].max(initial=0.0))
+    order, above = np.argsort(lower[:count], kind="stable"), np.argsort(lower[count:], kind="stable")
+    ritz = RitzVectors(lower[count:][above], modes.ritz.shapes[:, above])
+    made = replace(modes, frequency=lower[order], shapes=modes.shapes[:, order], ritz=ritz)
+    return made, np.concatenate([wrong[order], wrong[count:][above]])
 
 
 def held_matrices(mesh: HousingMesh, casting: Casting) -> tuple[sp.csr_matrix, sp.csr_matrix, sp.csr_matrix]:

@@ -21,17 +21,17 @@ from nvhchain.scene.planned import BASE_MEGABYTES, SECONDS_PER_STEP, PlannedStep
 from nvhchain.scene.steps import BEARING_FORCES, HOUSING, LOAD_DISTRIBUTIONS, MESH_LAWS
 
 # Estimates: processor seconds and megabytes per unit of work, fitted to the runs in docs/measured/chain/plan.md and
-# docs/measured/chain/plan_knobs.md by benchmarks/chain/plan.py.
-_SECONDS_PER_TOOTH = 1.6e-3
-_SECONDS_PER_LOADED_TOOTH = 5.6e-5
+# docs/measured/chain/plan_knobs.md by benchmarks/chain/plan.py; seconds of gears are 0.65 of these, by the shipped sweep.
+_SECONDS_PER_TOOTH = 1.05e-3
+_SECONDS_PER_LOADED_TOOTH = 3.6e-5
 _MESH_GROWTH = 0.43
 _REFINED = 1.8
 _WEB_GROWTH = 0.9
-_SECONDS_PER_LINES = 1.56e-3
-_SECONDS_PER_COUPLING = 5.3e-8
-_SECONDS_PER_ELIMINATION = 1.1e-10
+_SECONDS_PER_LINES = 1.0e-3
+_SECONDS_PER_COUPLING = 3.4e-8
+_SECONDS_PER_ELIMINATION = 7e-11
 _SLICES_IN_CACHE = 300
-_SECONDS_PER_CONTACT = 1.0e-8
+_SECONDS_PER_CONTACT = 6.5e-9
 _LINES_PER_LOADED_ANGLE = 5
 _LINES_PER_DISTRIBUTION = 4.2
 _LINES_PER_CONTACT_STEP = 5.5

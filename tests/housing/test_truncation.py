@@ -115,7 +115,7 @@ def test_vectors_stay_above_the_modes_and_have_their_damping(reduced, casting):
     natural = reduced.mode_count
     assert reduced.natural_frequency[natural - 1] <= 1.4 * F_MAX < reduced.natural_frequency[natural]
     assert (reduced.modal_damping == casting.modal_damping).all()
-    assert (reduced.accuracy.frequency_error[natural:] == 0).all()
+    assert (reduced.accuracy.frequency_error[natural:] > 0).all()
     few = reduced.drop_ritz_vectors()
     assert (few.mode_count, few.ritz_vectors) == (natural, None)
     assert len(few.accuracy.frequency_error) == natural

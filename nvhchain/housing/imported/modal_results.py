@@ -147,7 +147,7 @@ def housing_from_modes(
         # vectors of one term, as of Nastran, miss about as much of the faces' motion as they add to its static part
         vectors = frequency > limit
         added = Vectors(frequency[vectors], at_seats[vectors], on_faces[vectors])
-        accuracy |= truncation_report(reduced.drop_ritz_vectors(), added, added, f_max)
+        accuracy |= truncation_report(reduced, (added, 0), added, f_max)
     return finished(reduced.replace(accuracy=accuracy), fidelity)
 
 

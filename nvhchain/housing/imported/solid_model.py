@@ -84,7 +84,7 @@ def reduce_model(
     modes = seat_modes(K, M, len(seats), f_max * fidelity.mode_ratio, max(seat.motions for seat in seats))
     wrong = None
     if known:
-        wrong = _frequency_errors(model, T @ modes.shapes, modes.frequency)
+        wrong = _frequency_errors(model, T @ modes.every.shapes, modes.every.frequency)
         modes, wrong = with_errors(modes, wrong, corrected=fidelity.corrected_frequencies, ratio=ratio)
     tell(5, _STEPS)
     skin_motion = SkinMotion(to_faces, envelope.surface, to_flux, places)

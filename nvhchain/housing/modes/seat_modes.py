@@ -38,7 +38,8 @@ class SeatModes:
     frequency : (m,) natural frequencies (Hz), 0 for rigid modes.
     shapes : (n, m) mode shapes (kg^-½).
     ritz : Ritz vectors of the excluded modes.
-    finer : more such vectors, whose difference from `ritz` is the truncation error.
+    finer, plain : more such vectors, and those before frequencies are corrected: their difference is the truncation
+        error.
     seats : (motions · n_seat,) unknowns of the seats.
     limit : highest frequency of the modes (Hz).
     """
@@ -47,8 +48,15 @@ class SeatModes:
     shapes: FloatArray
     ritz: RitzVectors
     finer: RitzVectors
+    plain: RitzVectors
     seats: IntArray
     limit: float
+
+    @property
+    def every(self) -> RitzVectors:
+        """Modes, then Ritz vectors."""
+        both = np.concatenate([self.frequency, self.ritz.frequency])
+        return RitzVectors(both, np.hstack([self.shapes, self.ritz.shapes]))
 
 
 def seat_modes(K: sp.csr_matrix, M: sp.csr_matrix, count: int, f_top: float, motions: int = 3) -> SeatModes:
@@ -63,7 +71,7 @@ def seat_modes(K: sp.csr_matrix, M: sp.csr_matrix, count: int, f_top: float, mot
     load = np.zeros((K.shape[0], len(seats)))
     load[seats, np.arange(len(seats))] = 1.0
     frequency, shapes, (ritz, finer) = modes_and_ritz_vectors(K, M, f_top, load, (_TERMS, _FINER_TERMS))
-    return SeatModes(np.where(frequency < RIGID * f_top, 0.0, frequency), shapes, ritz, finer, seats, f_top)
+    return SeatModes(np.where(frequency < RIGID * f_top, 0.0, frequency), shapes, ritz, finer, ritz, seats, f_top)
 
 
 def moving_vectors(frequency: FloatArray, limit: float) -> int:

@@ -49,23 +49,25 @@ class Vectors:
         return Vectors(self.frequency[which], self.seats[which], self.faces[which])
 
 
-def truncation_report(housing: ReducedHousing, static: Vectors, finer: Vectors, f_max: float) -> HousingAccuracy:
+def truncation_report(
+    housing: ReducedHousing, ritz: tuple[Vectors, int], finer: Vectors, f_max: float
+) -> HousingAccuracy:
     """Return the error of the faces' motion: at lines up to f_max (Hz), and RMS over three octaves, in dB.
 
-    housing: housing with Ritz vectors that move dynamically.
-    static: the other Ritz vectors, which move statically.
-    finer: Ritz vectors of more terms, in place of all of both.
+    ritz: Ritz vectors beside the natural modes of the housing, and the number that move dynamically; others are static.
+    finer: Ritz vectors of more terms.
     """
-    natural = housing.mode_count
+    natural, (vectors, moving) = housing.mode_count, ritz
     known = Vectors(housing.natural_frequency, housing.flat_shapes, housing.normal_shapes)
     area = np.sqrt(housing.surface.areas)
-    every = [known.part(slice(natural)), finer, known.part(slice(natural, None)), static]
+    static = vectors.part(slice(moving, None))
+    every = [known.part(slice(natural)), finer, vectors.part(slice(moving)), static]
     seats = np.vstack([of.seats for of in every])
     faces = np.vstack([of.faces for of in every]) * area
     products = (seats @ seats.T) * (faces @ faces.T)
     lines = f_max * np.arange(1, _LINES + 1) / _LINES
-    damping = housing.modal_damping
-    zeta = [damping[:natural], damping[-1:] if len(damping) else np.zeros(1), damping[natural:]]
+    last = housing.modal_damping[-1:] if len(housing.modal_damping) else np.zeros(1)
+    zeta = [housing.modal_damping[:natural], last, last]
     gains = [_gain(of.frequency, lines, ratio) for of, ratio in zip(every, zeta, strict=False)]
     still = np.broadcast_to(1 / (2 * np.pi * static.frequency) ** 2, (len(lines), len(static.frequency)))
     whole = _energy(np.hstack([*gains[:2], 0 * gains[2], 0 * still]), products)

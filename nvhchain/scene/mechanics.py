@@ -21,7 +21,7 @@ from nvhchain.scene.planned import BASE_MEGABYTES, SECONDS_PER_STEP, PlannedStep
 from nvhchain.scene.steps import BEARING_FORCES, HOUSING, LOAD_DISTRIBUTIONS, MESH_LAWS
 
 # Estimates: processor seconds and megabytes per unit of work, fitted to the runs in docs/measured/chain/plan.md and
-# docs/measured/chain/plan_knobs.md by benchmarks/chain/plan.py; seconds of gears are 0.65 of these, by the shipped sweep.
+# docs/measured/chain/plan_knobs.md by benchmarks/chain/plan.py. Seconds of gears are 0.65 of these, by the shipped sweep.
 _SECONDS_PER_TOOTH = 1.05e-3
 _SECONDS_PER_LOADED_TOOTH = 3.6e-5
 _MESH_GROWTH = 0.43
@@ -146,7 +146,7 @@ def housing_step(case: GearboxCase, fidelity: Fidelity, extent: Extent) -> Plann
         HOUSING,
         "housing",
         f"about {unknowns / 1e3:.0f} k unknowns of {extent.models}; {kept_modes(case, fidelity)}, "
-        f"residual flexibility of {len(case.bearings)} seats",
+        f"Ritz vectors of {len(case.bearings)} seats",
         unknowns * (_SECONDS_PER_UNKNOWN + _SECONDS_PER_UNKNOWN_AND_MODE * modes)
         + _SECONDS_PER_SAMPLE * extent.triangles * fidelity.housing.samples_per_face**2,
         BASE_MEGABYTES + _MEGABYTES_PER_THOUSAND_UNKNOWNS * (1e-3 * unknowns) ** _FILL_EXPONENT,

@@ -1,4 +1,4 @@
-"""Modes and residual flexibility of a small block with two rigid seats, held or free, against dense algebra."""
+"""Modes and Ritz vectors of a small block with two rigid seats, held or free, against dense algebra."""
 
 from dataclasses import replace
 

@@ -21,7 +21,7 @@ from nvhchain.scene.planned import BASE_MEGABYTES, SECONDS_PER_STEP, PlannedStep
 from nvhchain.scene.steps import BEARING_FORCES, HOUSING, LOAD_DISTRIBUTIONS, MESH_LAWS
 
 # Estimates: processor seconds and megabytes per unit of work, fitted to the runs in docs/measured/chain/plan.md and
-# docs/measured/chain/plan_knobs.md by benchmarks/chain/plan.py. Seconds of gears are 0.65 of these, by the shipped sweep.
+# docs/measured/chain/plan_knobs.md by benchmarks/chain/plan.py; of gears 0.65 of these seconds, by the shipped sweep.
 _SECONDS_PER_TOOTH = 1.05e-3
 _SECONDS_PER_LOADED_TOOTH = 3.6e-5
 _MESH_GROWTH = 0.43

@@ -26,16 +26,16 @@ from nvhchain.scene.steps import (
 
 # Estimates: processor seconds and megabytes per unit of work, fitted to the runs in docs/measured/chain/plan.md and
 # docs/measured/chain/plan_knobs.md by benchmarks/chain/plan.py.
-_SECONDS_PER_SYSTEM = 0.05
-_SECONDS_PER_PAIR = 9.3e-8
+_SECONDS_PER_SYSTEM = 0.033
+_SECONDS_PER_PAIR = 6e-8
 _POINTS_PER_PAIR = 28.0
-_SECONDS_PER_CLOSE_POINT = 5.5e-9
+_SECONDS_PER_CLOSE_POINT = 3.6e-9
 _TRIANGLES_PER_DISTANCE = 15.0
 _TOUCHING = 13
 _NEEDLES = 30  # regions per triangle at needle_aspect 5; 1.9 to 11 at 10, 66 to 240 at 2.5 on the small casting
 _NEEDLES_FALL = 3
 _BYTES_PER_RULE_POINT = 3 * 7 * 8  # barycentric coordinates of both points and weight, as made and in chunks
-_SECONDS_PER_LU = 4e-11
+_SECONDS_PER_LU = 2.6e-11
 _SECONDS_PER_PAIR_AND_SHAPE = 3e-9
 _MASTERS_AT_LEAST = 6
 _MASTERS_PER_RADIAN = 0.45

@@ -170,7 +170,8 @@ def test_one_state_is_written_for_paraview(files, plot):
 
 def test_two_housings_give_their_modal_assurance(files, plot, tmp_path):
     housing = hdf5.load(files[0])
-    order = np.arange(len(housing.natural_frequency))
+    housing = housing.drop_ritz_vectors()
+    order = np.arange(housing.mode_count)
     order[:2] = 1, 0
     swapped = housing.replace(normal_shapes=-2 * housing.normal_shapes[order])
     hdf5.save(swapped, tmp_path / "swapped.h5")

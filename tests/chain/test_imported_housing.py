@@ -41,7 +41,7 @@ def folder(request, tmp_path_factory):
     (folder / "free.bdf").write_text("".join(line for line in lines if not line.startswith(("SPC1", "SPC ="))))
     (folder / "case.toml").write_text(
         f'base = "{base}"\nquantities = ["surface_velocity"]\n[band]\nhigh = 1500\n'
-        '[housing]\ntype = "housing_model"\nfile = "housing.bdf"\nunits = "mm-t-s"\n'
+        '[housing]\ntype = "housing_model"\nfile = "housing.bdf"\nunits = "mm-t-s"\nmodal_damping = 0.02\n'
         "mounting_plane = { point = [0, 0, 0], normal = [0, 0, -1] }\n"
     )
     return folder
@@ -79,7 +79,7 @@ def modal_results(folder, coarse):
     result = nvh.run(solid, fidelity=fidelity)
     model = read_nastran(folder / "housing.bdf", units="mm-t-s")
     seats = bearing_seats(model, solid.seats)
-    modes = modal_model(model, seats, f_top=1.25 * MODAL_BAND, modal_damping=solid.housing.modal_damping)
+    modes = modal_model(model, seats, f_top=FIDELITY.mode_ratio * MODAL_BAND, modal_damping=solid.housing.modal_damping)
     write_modal_uff(modes, folder / "modes.unv")
     write_modal_hdf5(modes, folder / "modes.h5")
     write_vtu(result.housing.surface, folder / "surface.vtu", cells={}, points={})
@@ -109,7 +109,8 @@ def test_modal_results_with_residual_vectors_sound_as_the_solid_model(modal_resu
     assert isinstance(case.housing, ModalResults)
     preflight(case, fidelity)
     second = nvh.run(case, fidelity=fidelity, mesh_laws=first.mesh_laws)
-    assert second.housing.natural_frequency.tolist() == first.housing.natural_frequency.tolist() != []
+    assert second.housing.natural_frequency == pytest.approx(first.housing.natural_frequency, rel=1e-11)
+    assert len(first.housing.natural_frequency)
     largest = np.abs(first.housing.seat_residual).max()
     np.testing.assert_allclose(second.housing.seat_residual, first.housing.seat_residual, atol=1e-12 * largest)
     np.testing.assert_allclose(second.force_spectrum.force, first.force_spectrum.force, atol=1e-9 * 60.0)
@@ -119,7 +120,7 @@ def test_modal_results_with_residual_vectors_sound_as_the_solid_model(modal_resu
 
 
 @pytest.mark.slow
-def test_modal_results_of_six_digits_on_their_own_envelope_sound_within_a_third_of_a_decibel(modal_results):
+def test_modal_results_of_six_digits_on_their_own_envelope_sound_within_half_a_decibel(modal_results):
     """At strong lines, where the faces' shares cancel among them, and overall. What is seat is not known in modal
     results: bores are closed by their diameter alone, the envelope must not move with it."""
     fidelity, first, folder = modal_results
@@ -130,7 +131,7 @@ def test_modal_results_of_six_digits_on_their_own_envelope_sound_within_a_third_
     largest = np.abs(first.housing.seat_residual).max()
     np.testing.assert_allclose(second.housing.seat_residual, first.housing.seat_residual, atol=2e-5 * largest)
     strong, overall = decibels(second, first)
-    assert strong < 0.33
+    assert strong < 0.45  # 0.33 where modes beyond the band moved statically, in both housings
     assert overall < 0.15
 
 

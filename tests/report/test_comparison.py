@@ -83,10 +83,11 @@ def test_summary_holds_speed_level_and_orders_of_the_input(compared):
 
 
 def test_the_difference_has_limits_of_its_own(compared):
-    """Meshes this coarse leave nothing certain: both limits are open."""
+    """Meshes this coarse leave open which is louder."""
     first, second = compared[1]["configurations"].values()
     assert "difference_limits_db" not in first
-    assert second["difference_limits_db"] == [None, None]
+    low, high = second["difference_limits_db"]
+    assert low < -5 < 5 < high
 
 
 def test_slot_orders_are_heard_only_with_slots(compared):

@@ -9,6 +9,7 @@ from typing import Any, Literal, get_args
 
 from nvhchain.case.checks.names import nearest
 from nvhchain.case.toml.read import check_texts, read_toml
+from nvhchain.dimensions import without_unit
 from nvhchain.errors import InputError, Mistakes, is_whole, mistakes, require
 from nvhchain.kinds import check_fields
 from nvhchain.names import check_names
@@ -188,15 +189,17 @@ class Study:
     def _check_paths(self) -> None:
         """Refuse places of the case that two parameters set, or a parameter and the operating points."""
         points = (("operation.input_speed_rpm", "speeds_rpm"), ("operation.input_torque", "torques"))
-        owner = {path: name for path, name in points if getattr(self, name)}
+        owners = {without_unit(path): name for path, name in points if getattr(self, name)}
         for parameter in self.varied:
-            for path in dict.fromkeys(parameter.given_paths):
-                require(
-                    path not in owner,
-                    f"{parameter.name} and {owner.get(path)} both set {path}, and only the last one counts: leave one "
-                    "of them out",
-                )
-                owner[path] = parameter.name
+            own = {without_unit(path): path for path in parameter.given_paths}
+            for place, path in own.items():
+                for other, owner in owners.items():
+                    require(
+                        not f"{place}.".startswith(f"{other}.") and not f"{other}.".startswith(f"{place}."),
+                        f"{parameter.name} and {owner} both set {path}, and only the last one counts: leave one of "
+                        "them out",
+                    )
+            owners |= dict.fromkeys(own, parameter.name)
 
     def _check_goal(self) -> None:
         require(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -26,6 +27,12 @@ PAIRED = ("grid", "list", "optimise", "gradient")
 """Plans whose design 0 is one to compare others with."""
 _COLUMNS = ("design", "speed_rpm", "torque_Nm", "seconds", "refused")
 """Columns of the table of runs that are no parameters."""
+_RESPONSE = re.compile(
+    r"(level|sound_power|loudness_sone|loudest order|mass_kg|inertia_kg_m2"
+    r"|level at .+|order .+ x \d+|(transmission_error_um|root_stress_MPa|contact_pressure_MPa) of .+)"
+    r"( lower| upper)?|less design \d+( lower| upper)?"
+)
+"""Names of responses, of their limits, and of differences from a design: columns, too."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +63,7 @@ class Goal:
 
     def __post_init__(self) -> None:
         check_fields(self)
+        require(is_whole(self.draws) and self.draws >= 0, f"draws = {self.draws:g} must be a whole number, 0 or more")
         require(0 < self.percent <= 100, f"percent = {self.percent:g} must be above 0 and at most 100")
         require(
             (self.draws > 0) == bool(self.scatter),
@@ -128,7 +136,12 @@ class Study:
             object.__setattr__(self, name, int(number))
         check_names([parameter.name for parameter in self.varied], "parameters")
         for parameter in self.varied:
-            require(parameter.name not in _COLUMNS, f"{parameter.name} is a column of every table: choose another name")
+            require(
+                parameter.name not in _COLUMNS and not _RESPONSE.fullmatch(parameter.name),
+                f"{parameter.name} is a column of every table: choose another name"
+                if parameter.name in _COLUMNS
+                else f"{parameter.name} is the name of a response or of its limits: choose another name",
+            )
         self._check_paths()
         lengths = {parameter.name: len(parameter.levels) for parameter in self.parameters}
         if self.plan in ("grid", "list"):

@@ -221,6 +221,7 @@ def parameter_from(table: Mapping[str, Any], place: str) -> Parameter:
     known = ("name", "path", "paths", "values", "variants", "low", "high", "mean", "deviation", "draw")
     for key in table:
         require(key in known, f"{name}: unknown field {key!r}: {nearest(key, known)}")
+    require(not {"path", "paths"} <= set(table), f"{name}: give path or paths, not both: add the path to paths")
     paths = table.get("paths", [table["path"]] if "path" in table else [])
     values, variants = table.get("values", []), table.get("variants", {})
     require(isinstance(paths, list) and all(isinstance(path, str) for path in paths), f"{name}: paths must be texts")

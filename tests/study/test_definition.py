@@ -3,7 +3,7 @@
 import pytest
 
 from nvhchain.errors import InputError
-from nvhchain.study import Parameter, Study
+from nvhchain.study import Goal, Parameter, Study, load_study
 
 
 @pytest.mark.parametrize(
@@ -25,3 +25,26 @@ def test_places_that_overlap_are_refused(paths, more):
 def test_places_whose_names_begin_alike_are_accepted():
     study = Study("case.toml", (Parameter("a", ("housing.wall",), (1, 2)), Parameter("b", ("housing.walls",), (1, 2))))
     assert len(study.parameters) == 2
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["level", "mass_kg", "level upper", "level at 1 m", "order stage x 2 lower", "less design 0", "sound_power"],
+)
+def test_names_of_responses_are_no_names_of_parameters(name):
+    """The table of runs has one column of a name."""
+    with pytest.raises(InputError, match="is the name of a response"):
+        Study("case.toml", (Parameter(name, ("housing.wall",), (1, 2)),))
+
+
+def test_path_and_paths_together_are_refused(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_text('case = "ball.toml"\n[[parameters]]\nname = "a"\npath = "x.a"\npaths = ["x.b"]\nvalues = [1, 2]\n')
+    with pytest.raises(InputError, match="path or paths, not both"):
+        load_study(path)
+
+
+@pytest.mark.parametrize("draws", [-1, 2.5])
+def test_draws_of_a_search_are_a_whole_number(draws):
+    with pytest.raises(InputError, match="must be a whole number, 0 or more"):
+        Goal(draws=draws)

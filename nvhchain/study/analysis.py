@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import warnings
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -76,20 +78,46 @@ def main_effects(study: Study, rows: Sequence[Row]) -> list[Effect]:
     -------
     list of Effect
         Effects by response. Values of a distribution are grouped in quarters. Parameters that leave all responses
-        alone have none, whatever the means of their groups.
+        alone have none, whatever the means of their groups. Those that `confounded_names` returns are omitted.
     """
     used = [row for row in rows if row.refused is None and None not in row.values.values()]
     idle, found = _idle_names(study, used), []
+    confounded = confounded_names(study, rows)
     for response in responses_of(used):
         here = [row for row in used if response in row.responses]
         values = np.array([row.responses[response] for row in here])
         effects = [
             _effect(name, response, given, values if name not in idle else np.zeros_like(values))
             for name, given in _columns(study, here).items()
-            if len(set(map(str, given))) > 1
+            if len(set(map(str, given))) > 1 and name not in confounded
         ]
         found += sorted(effects, key=lambda effect: -effect.share)
     return found
+
+
+def confounded_names(study: Study, rows: Sequence[Row]) -> list[str]:
+    """Return the parameters of a grid or list whose values occur together with those of others, but unevenly.
+
+    Their means contain the effects of the others: the plan `list`, or a grid with refused designs. Parameters without
+    any effect are omitted.
+    """
+    if study.plan not in ("grid", "list"):
+        return []
+    used = [row for row in rows if row.refused is None]
+    idle, found = _idle_names(study, used), dict[str, None]()
+    for response in responses_of(used):
+        columns = _columns(study, [row for row in used if response in row.responses])
+        texts = {name: list(map(str, given)) for name, given in columns.items()}
+        for first, second in combinations(texts, 2):
+            if not _even(texts[first], texts[second]):
+                found |= dict.fromkeys((first, second))
+    return [name for name in found if name not in idle]
+
+
+def _even(first: Sequence[str], second: Sequence[str]) -> bool:
+    """Return True if each value of the first occurs as often with all values of the second as chance has it."""
+    both, one, other = Counter(zip(first, second, strict=True)), Counter(first), Counter(second)
+    return all(both[a, b] * len(first) == one[a] * other[b] for a in one for b in other)
 
 
 def responses_of(rows: Sequence[Row]) -> list[str]:

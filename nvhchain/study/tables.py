@@ -16,6 +16,7 @@ from nvhchain.study._pyarrow import write_parquet
 from nvhchain.study.analysis import (
     Effect,
     best_designs,
+    confounded_names,
     idle_parameters,
     lacking,
     main_effects,
@@ -291,7 +292,8 @@ def _summary(study: Study, rows: Sequence[Row], effects: Sequence[Effect]) -> li
                 f"{word} {main}{several}: {row.responses[main]:.1f}{_unit(main)}{_limits(row, main)}, "
                 f"design {row.design} ({given})"
             )
-        for effect in [effect for effect in effects if effect.response == main][:3]:
+        stated = effects if study.plan != "sensitivity" else ()
+        for effect in [effect for effect in stated if effect.response == main][:3]:
             name, _, unit = study.title(effect.parameter).partition(" / ")
             unit = f" {unit}".rstrip()
             lines.append(
@@ -299,6 +301,12 @@ def _summary(study: Study, rows: Sequence[Row], effects: Sequence[Effect]) -> li
                 f"({_short(effect.lowest)}{unit} lowest, {_short(effect.highest)}{unit} highest): "
                 f"{100 * effect.share:.0f} % of its variance"
             )
+    confounded = confounded_names(study, rows)
+    if confounded:
+        lines.append(
+            f"No effects of {', '.join(confounded)}: their values change together, or runs are missing; a grid without "
+            "refused designs separates them"
+        )
     idle = [name for name in idle_parameters(effects) if name not in ("speed_rpm", "torque_Nm")]
     if idle:
         lines.append(f"No response depends on {', '.join(idle)}")

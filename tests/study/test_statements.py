@@ -5,6 +5,8 @@ from itertools import product
 import pytest
 
 from nvhchain.study import Parameter, Row, Study, main_effects, write_study
+from nvhchain.study.page import answer
+from nvhchain.study.page.results import Results
 
 
 def two(plan, **more):
@@ -38,3 +40,47 @@ def test_parameters_that_change_together_have_no_effects(plan, rows, tmp_path):
 def test_parameters_of_a_whole_grid_have_effects():
     found = main_effects(two("grid"), level_rows(WHOLE))
     assert {effect.parameter: round(effect.change, 9) for effect in found} == {"a": 4.0, "b": 4.0}
+
+
+def inertias(limits=None):
+    rows = [
+        Row(
+            n, {"a": n + 1, "b": 1}, responses={"level": 60.0 - n, "inertia_kg_m2": 1e-4 * (n + 1)}, limits=limits or {}
+        )
+        for n in range(3)
+    ]
+    return Results(two("list", pareto=("inertia_kg_m2", "level")), tuple(rows))
+
+
+def figures(results):
+    (hero,) = answer.blocks(results)
+    return [hero.levels, hero.where]
+
+
+def test_small_responses_are_drawn_at_their_values():
+    best = figures(inertias())[0].data[1]
+    assert best["y"] == pytest.approx([1e-4, 2e-4, 3e-4], rel=1e-6)
+
+
+def test_captions_name_limits_that_are_drawn():
+    """Limits of the level are on the other axis than those that the figure draws."""
+    pareto, ranked = figures(inertias())
+    assert "limits" not in pareto.caption + ranked.caption
+    pareto, ranked = figures(inertias({"level": (50.0, 70.0)}))
+    assert "limits" not in pareto.caption
+    assert "with 95 % limits" in ranked.caption
+    assert "with 95 % limits of inertia_kg_m2" in figures(inertias({"inertia_kg_m2": (0.0, 1.0)}))[0].caption
+
+
+@pytest.mark.parametrize(
+    ("values", "short"),
+    [
+        ((1.234, 5.678, 9.876, 1433), "7: 1.234, 5.678, …"),
+        ((1.234, 5.678, 9.876), "7: 1.234, 5.678, 9.876"),
+        (("a body with sixteen holes", 3), "7: a body with sixtee…"),
+    ],
+)
+def test_long_names_of_designs_end_between_values(values, short):
+    row = Row(7, {f"p{number}": value for number, value in enumerate(values)})
+    assert answer._short_name(row) == short
+    assert len(short) <= answer.MOST_LETTERS

@@ -122,6 +122,11 @@ def rounded(values: Iterable[float | None], digits: int = 2) -> list[float | Non
     return [None if value is None or not np.isfinite(value) else round(float(value), digits) for value in values]
 
 
+def significant(values: Iterable[float | None]) -> list[float | None]:
+    """Return numbers for JSON with seven significant digits; None for none, or for one that is not finite."""
+    return [None if value is None or not np.isfinite(value) else float(f"{value:.7g}") for value in values]
+
+
 def axes(x: str, y: str, **more: Any) -> dict[str, Any]:
     """Return a layout with titles of both axes; `more` adds to it, and `xaxis` and `yaxis` to the axes."""
     extra = {name: more.pop(name, {}) for name in ("xaxis", "yaxis")}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from nvhchain.report.page.blocks import Figure, Hero, axes, label, rounded
+from nvhchain.report.page.blocks import Figure, Hero, axes, label, significant
 from nvhchain.study.page.results import Results, design_text, level_text, limits_of, text_of, unit_of
 from nvhchain.study.page.scatter import distribution
 from nvhchain.study.page.search import course
@@ -51,7 +51,7 @@ def _ranked(results: Results) -> Figure | None:
     trace = _points(results, rows, "", "#0072b2", across=True)
     layout = axes(unit_of(main), "", yaxis={"type": "category", "autorange": "reversed"}, showlegend=False)
     count = f"The {len(rows)} lowest of {len(ranked)}" if len(rows) < len(ranked) else "All"
-    caption = f"{count} designs by number and values, with 95 % limits."
+    caption = f"{count} designs by number and values{', with 95 % limits' if _has_limits(rows, main) else ''}."
     return Figure(caption, [trace], layout, height=100 + 26 * len(rows))
 
 
@@ -88,8 +88,8 @@ def _pareto(results: Results) -> Figure | None:
     traces[1] |= {"text": [str(row.design) for row in results.best], "textposition": "top right"}
     layout = axes(unit_of(x), unit_of(y), showlegend=True)
     return Figure(
-        "Every design at its worst operating point, with 95 % limits of the level. No design betters the numbered ones "
-        "in both.",
+        f"Every design at its worst operating point{f', with 95 % limits of {y}' if _has_limits(here, y) else ''}. No "
+        "design betters the numbered ones in both.",
         traces,
         layout,
         height=330,
@@ -100,28 +100,46 @@ def _points(results: Results, rows: list[Row], name: str, colour: str, *, across
     """Return designs in the pair of responses, or the main response of each `across` the figure."""
     y, x = (str(results.main), "") if across else results.pair or ("", "")
     texts = [label(design_text(results.study, row)) for row in rows]
-    short = [label(f"{row.design}: {', '.join(map(text_of, row.values.values()))}"[:MOST_LETTERS]) for row in rows]
+    short = [label(_short_name(row)) for row in rows]
     trace: dict[str, Any] = {
         "type": "scatter",
         "mode": "markers",
         "name": name,
         ("y" if across else "x"): short if across else [row.responses[x] for row in rows],
-        ("x" if across else "y"): rounded(row.responses[y] for row in rows),
+        ("x" if across else "y"): significant(row.responses[y] for row in rows),
         "marker": {"color": colour, "size": 8},
         "customdata": [f"design {row.design}: {text}" for row, text in zip(rows, texts, strict=True)],
         "hovertemplate": "%{customdata}<br>" + ("%{x:.4g}" if across else "%{x:.4g}, %{y:.4g}") + "<extra></extra>",
     }
-    if any(y in row.limits for row in rows):
+    if _has_limits(rows, y):
         limits = [(row.responses[y], *row.limits.get(y, (None, None))) for row in rows]
         trace["error_x" if across else "error_y"] = {
             "type": "data",
             "symmetric": False,
-            "array": rounded(0.0 if high is None else high - value for value, _, high in limits),
-            "arrayminus": rounded(0.0 if low is None else value - low for value, low, _ in limits),
+            "array": significant(0.0 if high is None else high - value for value, _, high in limits),
+            "arrayminus": significant(0.0 if low is None else value - low for value, low, _ in limits),
             "thickness": 1,
             "width": 3,
         }
     return trace
+
+
+def _has_limits(rows: list[Row], name: str) -> bool:
+    """Return True if any row has limits of a response."""
+    return any(limit is not None for row in rows for limit in row.limits.get(name, ()))
+
+
+def _short_name(row: Row) -> str:
+    """Return number and values of a design, as many as fit; "…" stands for others and for the rest of a text."""
+    name, values = f"{row.design}:", list(map(text_of, row.values.values()))
+    for place, value in enumerate(values):
+        gap, last = "" if place == 0 else ",", place == len(values) - 1
+        if len(f"{name}{gap} {value}") + (0 if last else len(", …")) > MOST_LETTERS:
+            if place == 0 and isinstance(next(iter(row.values.values())), str):
+                return f"{name} {value}"[: MOST_LETTERS - 1] + "…"
+            return f"{name}{gap} …"
+        name += f"{gap} {value}"
+    return name
 
 
 def _over_speed(results: Results) -> Figure | None:
@@ -146,7 +164,7 @@ def _over_speed(results: Results) -> Figure | None:
                 "mode": "lines+markers",
                 "name": label(f"{row.design}: {design_text(results.study, row)}"[:60]),
                 "x": [speed for speed, _ in own],
-                "y": rounded(level for _, level in own),
+                "y": significant(level for _, level in own),
             }
         )
     return Figure("Quietest and loudest designs over speed.", traces, axes("input speed / rpm", unit_of(main)), 300)

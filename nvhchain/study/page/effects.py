@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from nvhchain.report.page.blocks import Figure, Table, Text, axes, label, rounded
+from nvhchain.report.page.blocks import Figure, Table, Text, axes, label, significant
 from nvhchain.study.analysis import idle_parameters
 from nvhchain.study.page.results import Results, text_of, unit_of
 
@@ -25,7 +25,7 @@ def blocks(results: Results) -> list[Any]:
         bars = {
             "type": "bar",
             "orientation": "h",
-            "x": rounded((effect.change for effect in shown), 3),
+            "x": significant(effect.change for effect in shown),
             "y": [label(results.study.title(effect.parameter)) for effect in shown],
             "text": [label(note) for note in notes],
             "textposition": "auto",

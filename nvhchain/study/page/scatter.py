@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from nvhchain.levels import number_text
-from nvhchain.report.page.blocks import Figure, Table, Text, axes, label, rounded
+from nvhchain.report.page.blocks import Figure, Table, Text, axes, label, rounded, significant
 from nvhchain.study.definition import DRAWN
 from nvhchain.study.page.results import Results, level_text, limits_of, point_texts, point_titles, unit_of
 from nvhchain.study.quality import FEWEST, Influence, failed_shares, influences, percentiles, share_text
@@ -71,7 +71,7 @@ def distribution(results: Results) -> Figure | None:
                     "mode": "lines+markers",
                     "name": f"{percent:g} % of the gearboxes below",
                     "x": speeds,
-                    "y": rounded(own.get(speed) for speed in speeds),
+                    "y": significant(own.get(speed) for speed in speeds),
                     "line": {"color": colour},
                 }
             )
@@ -86,7 +86,7 @@ def distribution(results: Results) -> Figure | None:
     trace = {
         "type": "scatter",
         "mode": "lines",
-        "x": rounded(ordered, 3),
+        "x": significant(ordered),
         "y": rounded(shares),
         "line": {"shape": "vh", "color": "#0072b2"},
     }

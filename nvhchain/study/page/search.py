@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from nvhchain.report.page.blocks import Figure, Table, axes, label, rounded
+from nvhchain.report.page.blocks import Figure, Table, axes, label, significant
 from nvhchain.study.page.results import Results, response_text, text_of, unit_of
 from nvhchain.study.plans.optimise import scores
 
@@ -60,7 +60,7 @@ def course(results: Results) -> Figure | None:
                     "mode": "markers",
                     "name": title,
                     "x": [score.design for score in some],
-                    "y": rounded((score.responses[name] for score in some), 3),
+                    "y": significant(score.responses[name] for score in some),
                     "marker": {"color": colour, "symbol": symbol, "size": 7},
                     "customdata": [
                         label(", ".join(results.study.text(*given) for given in score.values.items())) for score in some
@@ -75,7 +75,7 @@ def course(results: Results) -> Figure | None:
                 "mode": "lines",
                 "name": "best so far",
                 "x": [score.design for score in valid],
-                "y": rounded(lowest, 3),
+                "y": significant(lowest),
                 "line": {"shape": "hv", "color": "#d55e00", "width": 1.5},
             }
         )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from nvhchain.report.page.blocks import Figure, Table, Text, axes, bars, label, rounded
+from nvhchain.report.page.blocks import Figure, Table, Text, axes, bars, label, significant
 from nvhchain.study.page.results import Results, point_texts, point_titles, text_of, unit_of
 from nvhchain.study.plans.gradient import slopes
 
@@ -62,10 +62,10 @@ def tornado(results: Results) -> Figure | None:
                 "orientation": "h",
                 "name": ", ".join(point_texts(own[0])) or "level",
                 "y": [label(results.study.title(one.parameter)) for one in own],
-                "x": rounded((one.value * width for one, width in zip(own, widths, strict=True)), 3),
+                "x": significant(one.value * width for one, width in zip(own, widths, strict=True)),
                 "error_x": {
                     "type": "data",
-                    "array": rounded((one.error * width for one, width in zip(own, widths, strict=True)), 3),
+                    "array": significant(one.error * width for one, width in zip(own, widths, strict=True)),
                 },
                 "marker": bars(number),
             }

@@ -181,7 +181,8 @@ def influences(study: Study, rows: Sequence[Row], response: str) -> list[Influen
 
     rows: rows of `run_study`; designs with a refused run are omitted.
     response: name of the response, at the worst operating point of each design.
-    Returns influences; none with fewer than 50 designs, and none for seeds, which have no order.
+    Returns influences; none with fewer than 50 designs, none for seeds, which have no order, and none for parameters
+    that do not vary.
 
     The share is ε² = 1 − (1 − η²)(n − 1)/(n − k) with η² the variance between k groups over the whole one: the
     first-order Sobol index from any designs. Groups are the values or variants, or ten parts of a distribution.
@@ -201,6 +202,8 @@ def influences(study: Study, rows: Sequence[Row], response: str) -> list[Influen
         if parameter.draw:
             continue
         given = [row.values[parameter.name] for row in worst]
+        if len(set(map(str, given))) == 1:
+            continue
         numeric = all(isinstance(one, int | float) for one in given)
         levels = parameter.levels if len(set(map(str, given))) < len(given) else ()
         if not levels and not numeric:

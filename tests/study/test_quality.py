@@ -222,3 +222,11 @@ def test_shares_are_stated_inside_their_range_with_the_estimate_beyond():
     assert share_text(0.63, (0.4, 0.81)) == "63 % (40…81)"
     assert share_text(1.134, (0.7, 1.5)) == "100 % (70…100; estimated 113, take more designs)"
     assert share_text(-0.04, (-0.2, 0.1)) == "0 % (0…10; estimated −4, take more designs)"
+
+
+def test_a_parameter_that_does_not_vary_is_not_ranked(recwarn):
+    """Its rank correlation is 0 / 0."""
+    study = replace(factory(60), parameters=(*factory(60).parameters, Parameter("c", ("x",), (3.0,))))
+    rows = [Row(n, {"a": n / 60, "b": n % 7, "seed": n, "c": 3.0}, responses={"level": 60.0 + n}) for n in range(60)]
+    assert {one.parameter for one in influences(study, rows, "level")} == {"a", "b"}
+    assert not recwarn.list

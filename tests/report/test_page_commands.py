@@ -39,7 +39,7 @@ def test_page_of_a_trade_off_names_cheaper_settings_and_draws_all(request, tmp_p
     page = read(write_page(tmp_path))
     assert "single-stage: 44 of 91 settings are cheaper within 0.5 dB" in page.texts
     (figure,) = page.figures.values()
-    assert sum(len(trace["x"]) for trace in figure["data"]) == 93
+    assert sum(len(trace["x"]) for trace in figure["data"]) == 91
     assert "gear.profile_elements" in page.cells
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
@@ -38,6 +39,9 @@ from nvhchain.scene import modelled_alike, preflight
 
 States = tuple[Sequence[float] | None, Sequence[float] | None]
 """Further steady speeds (rad/s) and torques (N m) of the input; None without, or for the torque of the case."""
+
+_SAME_PLACE = 1e-6
+"""Distance (m) of microphones up to which they stand at one place."""
 
 _SUFFIXES = (".json", ".txt", ".csv", ".png", ".wav", ".html")
 """Suffixes of the files that a comparison writes beside the folders of its cases."""
@@ -183,6 +187,24 @@ def check_comparable(cases: Sequence[Case]) -> None:
     for case in cases:
         require("pressure" in case.quantities, f"{case.name} does not ask for `pressure`: add it to quantities")
     _running_up(cases)
+    _check_places(cases)
+
+
+def _check_places(cases: Sequence[Case]) -> None:
+    """Refuse microphones of one name at different places."""
+    first: dict[str, tuple[str, tuple[float, float, float]]] = {}
+    for case in cases:
+        for point in case.field_points:
+            other, place = first.setdefault(point.name, (case.name, point.position))
+            require(
+                math.dist(place, point.position) <= _SAME_PLACE,
+                f"microphone {point.name} stands at {_metres(place)} in {other} and at {_metres(point.position)} in "
+                f"{case.name}: put it at one place, or give it two names",
+            )
+
+
+def _metres(place: Sequence[float]) -> str:
+    return f"({', '.join(f'{x:g}' for x in place)}) m"
 
 
 def _running_up(cases: Sequence[Case]) -> bool:

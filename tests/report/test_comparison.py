@@ -191,6 +191,17 @@ def test_a_case_named_like_a_file_of_the_comparison_is_refused_before_it_is_run(
     assert not list(tmp_path.iterdir())
 
 
+def test_microphones_of_one_name_at_two_places_are_refused_before_a_run(request, tmp_path):
+    """14.5 dB of distance were told as a change of the excitation."""
+    case = nvh.load_case(request.config.rootpath / "cases/sphere/pulsating.toml")
+    (point, *rest) = case.field_points
+    moved = replace(point, position=(point.position[0], point.position[1], point.position[2] + 1.5))
+    other = replace(case, name="other", field_points=(moved, *rest))
+    with pytest.raises(InputError, match=rf"microphone {point.name} stands at \(.*\) m in {case.name} and at"):
+        compare([case, other], fidelity=nvh.DRAFT, out=tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
 def test_surfaces_are_rendered_beside_the_other_figures(request, tmp_path, monkeypatch):
     """Each waits for the other here, and one after the other would wait in vain."""
     sphere = nvh.load_case(request.config.rootpath / "cases/sphere/pulsating.toml")

@@ -1,6 +1,7 @@
 """Hearing is added to the summary and page of a finished run, with limits and tones before the background."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -106,6 +107,22 @@ def test_unfinished_run_is_refused(finished, capsys):
     (finished / "summary.json").unlink()
     assert main(["hearing", str(finished)]) == 2
     assert "is not finished: run it to its end first" in capsys.readouterr().err
+
+
+def test_orders_far_below_the_sound_of_the_run_up_are_no_tones(finished):
+    """Orders of another design's teeth: no background makes them prominent."""
+    rate = 8000
+    time = np.arange(4 * rate) / rate
+    speed = 2 * np.pi * (15.0 + 10.0 * time)
+    wave = np.sqrt(2) * 2e-2 * np.sin(20 * np.cumsum(speed) / rate)
+    (finished / "pressure.h5").unlink()
+    hdf5.save(PressureHistory(time, [[0, 0, 1]], wave[:, None], speed), finished / "pressure_history.h5")
+    (finished / "case.json").write_text(json.dumps({"name": "A", "mesh_orders": {"stage": 20.0}, "slot_orders": {}}))
+    stored, silence = stored_results(finished), Sound(np.zeros(48000), 48000, True)
+    assert [of["order"] for of in _order_tones(stored, stored.runs[0], silence)] == [20.0]
+    louder = [replace(of, level=of.level + (60.0 if of.order is None else 0.0)) for of in stored.curves["A"]]
+    vars(stored)["curves"] = {"A": louder}
+    assert _order_tones(stored, stored.runs[0], silence) == []
 
 
 def test_an_order_in_bands_without_noise_is_prominent_and_has_a_gap_in_place_of_its_ratio(finished):

@@ -56,6 +56,17 @@ def test_universal_file_holds_all_microphones_in_pascals(finished):
         assert np.sqrt(2 * np.mean(of["data"] ** 2)) == pytest.approx(np.sqrt((np.abs(size) ** 2).sum()), rel=1e-6)
 
 
+def test_universal_file_of_an_added_microphone_holds_those_that_were_added(finished):
+    added = FieldPressure(50 * ORDERS, [[0, 2.0, 0]], 3 * SIZE[:, :1], 100 * np.pi, point_names=("roof",))
+    hdf5.save(added, finished / "microphones.h5")
+    assert main(["sound", str(finished), "--uff", "--point", "roof"]) == 0
+    for file in ("sound-A-roof.unv", "spectrum-A.unv"):
+        sets = pyuff.UFF(str(finished / file)).read_sets()
+        names = [of["id1"].strip() for of in (sets if isinstance(sets, list) else [sets])]
+        assert "roof" in names
+        assert not {"rear", "side 1 m"} & set(names)
+
+
 @pytest.mark.parametrize("background", [[], ["--background", "case"]])
 def test_a_scale_without_a_file_is_refused(finished, capsys, background):
     assert main(["sound", str(finished), "--full-scale", "3", *background]) == 2

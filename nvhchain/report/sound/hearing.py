@@ -165,11 +165,13 @@ def _loudness_limits_in_time(run: StoredRun, sound: Sound, heard: Hearing) -> di
 def _order_tones(stored: Stored, run: StoredRun, background: Sound) -> list[dict[str, Any]]:
     """Return the prominence of the main orders of a run-up before the background, over speed."""
     found = []
-    for cut in stored.curves[run.name]:
-        if cut.order is None:
-            continue
+    cuts = [cut for cut in stored.curves[run.name] if cut.order is not None]
+    # orders of another design may be followed, of which nothing is heard here
+    least = max([SILENCE, *(float(cut.level.max(initial=SILENCE)) - LEAST_RANGE for cut in stored.curves[run.name])])
+    for cut in cuts:
+        assert cut.order is not None
         frequency = cut.order * cut.speed / (2 * pi)
-        judged = np.flatnonzero((frequency >= LOWEST) & (frequency <= HIGHEST) & (cut.level > SILENCE))
+        judged = np.flatnonzero((frequency >= LOWEST) & (frequency <= HIGHEST) & (cut.level > least))
         judged = judged[:: -(-len(judged) // SPEEDS)] if len(judged) else judged
         tones = [tone_prominence(float(frequency[at]), float(cut.level[at]), background) for at in judged]
         columns: dict[str, Any] = {

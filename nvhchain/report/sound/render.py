@@ -65,29 +65,23 @@ def render_sounds(
         title = ", ".join([run.name, point or run.point_name(number), " ".join(words)]).rstrip(", ")
         found.append((write_wav(sound, path, title=title), sound))
         if universal:
-            signals = [_filtered(_source(run), at, only, without, seconds) for at in range(_microphones(run))]
-            write_pressure_uff(_history(run, signals), path.with_suffix(".unv"), names=run.points)
-            if run.pressure is not None:
-                write_spectrum_uff(run.pressure, stored.folder / f"spectrum-{run.name}.unv", names=run.points)
+            names = run.points if source is _source(run) else added_names(run)  # those that stand beside the chosen one
+            signals = [_filtered(source, at, only, without, seconds) for at in range(len(source.points))]
+            write_pressure_uff(_history(source, signals), path.with_suffix(".unv"), names=names)
+            lines = source if isinstance(source, FieldPressure) else run.pressure
+            if lines is not None:
+                write_spectrum_uff(lines, stored.folder / f"spectrum-{run.name}.unv", names=names)
     return found
 
 
-def _microphones(run: StoredRun) -> int:
-    """Return the number of microphones."""
-    return len(_source(run).points)
-
-
-def _history(run: StoredRun, signals: Sequence[Sound]) -> PressureHistory:
+def _history(source: FieldPressure | PressureHistory, signals: Sequence[Sound]) -> PressureHistory:
     """Return the signals of all microphones as a record."""
     time = np.arange(len(signals[0].pressure)) / signals[0].rate
-    history, pressure = run.pressure_history, run.pressure
-    if history is not None:
-        speed = np.interp(time, history.time - history.time[0], history.input_speed)
-        points = history.points
+    if isinstance(source, PressureHistory):
+        speed = np.interp(time, source.time - source.time[0], source.input_speed)
     else:
-        assert pressure is not None
-        speed, points = np.full(len(time), pressure.input_speed), pressure.points
-    return PressureHistory(time, points, np.stack([of.pressure for of in signals], axis=1), speed)
+        speed = np.full(len(time), source.input_speed)
+    return PressureHistory(time, source.points, np.stack([of.pressure for of in signals], axis=1), speed)
 
 
 def _point(run: StoredRun, name: str | None) -> tuple[FieldPressure | PressureHistory, int]:

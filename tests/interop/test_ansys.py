@@ -150,7 +150,9 @@ def test_shells_with_offset_beams_masses_and_springs_are_those_of_nastran(kind, 
     bulk += [f"CBUSH,{count + 3},3,{top},{labels[0]},0.,0.,1.", "PBUSH,3,K,7.0", "ENDDATA", ""]
     (tmp_path / "plate.bdf").write_text("\n".join(bulk))
     theirs = read_nastran(tmp_path / "plate.bdf", units="mm-t-s")
-    assert frequencies(ours, 60.0) == pytest.approx(frequencies(theirs, 60.0), rel=1e-6)
+    # both matrices are equal to 2e-14 of their largest entry. The largest eigenvalue is 6e12 times the lowest, which
+    # therefore differs by 1.4e-6 on one machine and less on others
+    assert frequencies(ours, 60.0) == pytest.approx(frequencies(theirs, 60.0), rel=1e-5)
     assert len(frequencies(ours, 60.0)) > 3
 
 

@@ -274,7 +274,7 @@ def with_errors(
 
     An eigenvalue is too high by the energy that the elements miss: λ = λ_h (1 − _MISSED J), with J of the jumps.
     """
-    frequency, count = modes.every.frequency, len(modes.frequency)
+    frequency, count = np.concatenate([modes.frequency, modes.ritz.frequency]), len(modes.frequency)
     lower = frequency * np.sqrt(np.maximum(1.0 - 2.0 * _MISSED * errors, 0.0))
     moved = np.where(frequency > 0.0, 1.0 - lower / np.where(frequency > 0.0, frequency, 1.0), 0.0)
     thin = ratio is None or _THIN[0] <= ratio <= _THIN[1]

@@ -53,6 +53,22 @@ def test_reduced_housing_comes_back_from_a_file(through, digits, exported, reduc
     assert found.ritz_vectors == reduced.ritz_vectors
 
 
+def test_a_housing_of_flexibility_alone_is_written_without_damping(reduced):
+    still = reduced.drop_ritz_vectors()
+    none = {name: getattr(still, name)[:0] for name in ("natural_frequency", "modal_damping", "seat_shapes")}
+    still = still.replace(**none, normal_shapes=still.normal_shapes[:0], accuracy=HousingAccuracy())
+    model = exported_modes(still)
+    assert (model.damping == 0).all()
+    share = (
+        model.shapes[:, -len(reduced.names) :].reshape(len(model.frequency), -1)
+        / (2 * np.pi * model.frequency)[:, None]
+    )
+    assert (
+        np.abs(share.T @ share - still.seat_residual.reshape(share.shape[1], -1)).max()
+        < 1e-9 * still.seat_residual.max()
+    )
+
+
 def test_vertices_of_a_housing_that_moves_rigidly_keep_its_motion(reduced):
     """Across edges too, where the mean of the faces around them, which turns the motion, is off by a third."""
     motion = np.array([0.3, -0.5, 0.8])

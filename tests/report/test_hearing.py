@@ -109,16 +109,21 @@ def test_unfinished_run_is_refused(finished, capsys):
     assert "is not finished: run it to its end first" in capsys.readouterr().err
 
 
-def test_orders_far_below_the_sound_of_the_run_up_are_no_tones(finished):
-    """Orders of another design's teeth: no background makes them prominent."""
+def stored_run_up(finished, size):
+    """The folder with a run-up in which order 20 alone is heard, of some RMS pressure (Pa)."""
     rate = 8000
     time = np.arange(4 * rate) / rate
     speed = 2 * np.pi * (15.0 + 10.0 * time)
-    wave = np.sqrt(2) * 2e-2 * np.sin(20 * np.cumsum(speed) / rate)
+    wave = np.sqrt(2) * size * np.sin(20 * np.cumsum(speed) / rate)
     (finished / "pressure.h5").unlink()
     hdf5.save(PressureHistory(time, [[0, 0, 1]], wave[:, None], speed), finished / "pressure_history.h5")
     (finished / "case.json").write_text(json.dumps({"name": "A", "mesh_orders": {"stage": 20.0}, "slot_orders": {}}))
-    stored, silence = stored_results(finished), Sound(np.zeros(48000), 48000, True)
+    return stored_results(finished)
+
+
+def test_orders_far_below_the_sound_of_the_run_up_are_no_tones(finished):
+    """Orders of another design's teeth: no background makes them prominent."""
+    stored, silence = stored_run_up(finished, 2e-2), Sound(np.zeros(48000), 48000, True)
     assert [of["order"] for of in _order_tones(stored, stored.runs[0], silence)] == [20.0]
     louder = [replace(of, level=of.level + (60.0 if of.order is None else 0.0)) for of in stored.curves["A"]]
     vars(stored)["curves"] = {"A": louder}
@@ -127,14 +132,7 @@ def test_orders_far_below_the_sound_of_the_run_up_are_no_tones(finished):
 
 def test_an_order_in_bands_without_noise_is_prominent_and_has_a_gap_in_place_of_its_ratio(finished):
     """Below 700 Hz the background has no energy."""
-    rate = 8000
-    time = np.arange(4 * rate) / rate
-    speed = 2 * np.pi * (15.0 + 10.0 * time)
-    wave = np.sqrt(2) * 2e-3 * np.sin(20 * np.cumsum(speed) / rate)
-    (finished / "pressure.h5").unlink()
-    hdf5.save(PressureHistory(time, [[0, 0, 1]], wave[:, None], speed), finished / "pressure_history.h5")
-    (finished / "case.json").write_text(json.dumps({"name": "A", "mesh_orders": {"stage": 20.0}, "slot_orders": {}}))
-    stored = stored_results(finished)
+    stored = stored_run_up(finished, 2e-3)
     line = np.arange(48000)
     spectrum = np.where((line > 700) & (line < 3000), 1.0, 0.0) * np.exp(1j * line**2)
     noise = Sound(1e-3 * np.fft.irfft(spectrum[:24001], 48000), 48000, True)

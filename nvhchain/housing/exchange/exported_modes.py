@@ -40,7 +40,8 @@ def exported_modes(housing: ReducedHousing) -> ModalModel:
     housing = housing.drop_tilts()
     far = _residual_vectors(housing)
     frequency = np.concatenate([housing.natural_frequency, far.frequency])
-    damping = np.pad(housing.modal_damping, (0, len(far.frequency)), "edge" if len(housing.modal_damping) else "empty")
+    last = housing.modal_damping[-1] if len(housing.modal_damping) else 0.0
+    damping = np.append(housing.modal_damping, np.full(len(far.frequency), last))
     seats = np.vstack([housing.flat_shapes, far.seats])
     faces = np.vstack([housing.normal_shapes, far.faces])
     require(len(frequency) > 0, "the housing has neither modes nor residual flexibility: there is nothing to write")

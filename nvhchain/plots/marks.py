@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -66,6 +66,22 @@ class OrderMarks:
         orders = np.unique(np.round(np.concatenate(found), 9)) if found else np.empty(0)
         orders = orders[(orders > 0) & (orders <= highest + MATCH)]
         return orders[~matching(orders, self.mesh_orders(highest))]
+
+
+def joined_orders(
+    designs: Iterable[tuple[str, Mapping[str, float], Mapping[str, float]]],
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Return mesh orders and slot spacings of several designs, each with its name, mesh orders and spacings.
+
+    A stage that another design has with another order is named after its own design, too.
+    """
+    mesh, slots = dict[str, float](), dict[str, float]()
+    for design, orders, spacings in designs:
+        for stage, order in orders.items():
+            name = stage if abs(mesh.get(stage, order) - order) < MATCH else f"{stage} of {design}"
+            mesh[name] = order
+            slots |= {name: spacings[stage]} if stage in spacings else {}
+    return mesh, slots
 
 
 def matching(orders: FloatArray, wanted: FloatArray) -> np.ndarray:

@@ -5,18 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from nvhchain.case import Case, GearboxCase
-from nvhchain.plots.marks import OrderMarks
+from nvhchain.plots.marks import OrderMarks, joined_orders
 
 
 def order_marks(cases: Sequence[Case]) -> OrderMarks:
-    """Return the mesh orders of the first gearbox, and the sidebands of structured gears in any of the cases."""
-    gearboxes = [case for case in cases if isinstance(case, GearboxCase)]
-    slots: dict[str, float] = {}
-    for case in gearboxes:
-        slots |= slot_orders(case)
-    slotted = tuple(case.name for case in gearboxes if slot_orders(case))
-    mesh = mesh_orders(gearboxes[0]) if gearboxes else {}
-    return OrderMarks(mesh=mesh, slots=slots, slotted=slotted)
+    """Return the mesh orders of all gearboxes, and the sidebands of their structured gears."""
+    mesh, slots = joined_orders((case.name, mesh_orders(case), slot_orders(case)) for case in cases)
+    return OrderMarks(mesh=mesh, slots=slots, slotted=tuple(case.name for case in cases if slot_orders(case)))
 
 
 def mesh_orders(case: Case) -> dict[str, float]:

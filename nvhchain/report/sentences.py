@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from math import inf
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from nvhchain.error_band import LIMITS, format_parts
 from nvhchain.levels import a_weighting, number_text
-from nvhchain.plots.marks import order_name
+from nvhchain.plots.marks import joined_orders, order_name
 
 LINES = 3
 """Largest number of lines named for a difference."""
@@ -80,14 +81,19 @@ def verdict(summary: Mapping[str, Any]) -> list[str]:
     sentences = []
     for name, configuration in others:
         sentences.append(_overall(name, configuration, base, first, point))
+        mesh, slots = joined_orders(
+            (design, of.get("mesh_orders", {}), of.get("slot_orders", {}))
+            for design, of in ((base, first), (name, configuration))
+        )
+        origin = partial(order_name, mesh=mesh, slots=slots)
         if "over_speed" in configuration:
-            parts = _lines(configuration, first) if "causes" in configuration else []
+            parts = _lines(configuration, first, origin) if "causes" in configuration else []
             sentences += [
                 _over_speed(name, configuration, first),
                 *(parts or _orders(name, configuration, base, first)),
             ]
         else:
-            sentences += [*_states(name, configuration, first), *_lines(configuration, first)]
+            sentences += [*_states(name, configuration, first), *_lines(configuration, first, origin)]
     return sentences + [line for name, of in summary["configurations"].items() for line in _limits(name, of)]
 
 
@@ -185,9 +191,10 @@ def _curve(rows: Sequence[Mapping[str, float]]) -> tuple[Any, Any]:
     return speed[order], level[order]
 
 
-def _lines(other: Mapping[str, Any], first: Mapping[str, Any]) -> list[str]:
+def _lines(other: Mapping[str, Any], first: Mapping[str, Any], origin: Callable[[float], str]) -> list[str]:
     """Return a line of text for each of the lines that make most of the difference, and for what remains beside them.
 
+    origin: function from an order to the mesh that makes it.
     The parts add up to the difference as they are written.
     """
     if min(first["overall_dBA"], other["overall_dBA"]) <= SILENCE:
@@ -195,14 +202,12 @@ def _lines(other: Mapping[str, Any], first: Mapping[str, Any]) -> list[str]:
     difference = other["overall_dBA"] - first["overall_dBA"]
     if not difference:
         return []
-    mesh, slots = first.get("mesh_orders", {}), first.get("slot_orders", {}) | other.get("slot_orders", {})
     causes = other.get("causes") or _by_level(other, first)
     lines = sorted((of for of in causes if of["order"] is not None), key=lambda of: -of["part_db"] / difference)
     found = [
         (
             of["part_db"],
-            f"{_line(of, order_name(of['order'], mesh, slots))} "
-            f"{_beyond(of, first, other) or _change(*of['levels_dBA']) + _reason(of)}",
+            f"{_line(of, origin(of['order']))} {_beyond(of, first, other) or _change(*of['levels_dBA']) + _reason(of)}",
         )
         for of in lines[:LINES]
         if of["part_db"] / difference >= LEAST_SHARE

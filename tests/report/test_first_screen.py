@@ -13,7 +13,7 @@ from tests.report.stored_pair import case, steady, summary
 
 def test_first_screen_names_the_quieter_design_by_how_much_and_why(pair):
     page = read(write_page(pair))
-    assert "plain is 20.0 dB quieter than holed" in page.texts
+    assert "plain is 20.0 dB quieter than holed at 3000 rpm" in page.texts
     assert "Why holed is louder:" in page.texts
     text = " ".join(page.texts)
     assert "dB: order 20 (1000 Hz, stage1 × 1) rises from 60.0 to 80.0 dB(A)" in text
@@ -48,6 +48,46 @@ def test_of_three_designs_the_sentence_of_each_says_whether_it_is_decided(pair):
     (pair / "summary.json").write_text(json.dumps(summary({"plain": 60.0, "holed": 80.0, "third": 61.0})))
     told = [text for text in read(write_page(pair)).texts if " than plain at " in text]
     assert [DOUBTS[0] in text for text in told] == [False, True]
+
+
+@pytest.mark.parametrize(
+    ("levels", "limits", "said"),
+    [
+        ({"plain": 60.0, "holed": 80.0, "third": 61.0}, [-1.0, 3.0], "plain and third: either may be the quieter"),
+        ({"plain": 60.0, "holed": 80.0, "third": 61.0}, [0.5, 1.5], ""),
+        ({"plain": 80.0, "holed": 60.0, "third": 61.0}, None, "holed and third: the limits of their levels overlap"),
+        ({"plain": 80.0, "holed": 60.0, "third": 70.0}, None, ""),
+    ],
+)
+def test_the_quietest_of_three_is_decided_against_the_next_quietest(pair, levels, limits, said):
+    case(pair / "third", "third")
+    steady(pair / "third", 1.0)
+    told = summary(levels)
+    if limits:
+        told["configurations"]["third"]["difference_limits_db"] = limits
+    (pair / "summary.json").write_text(json.dumps(told))
+    text = " ".join(read(write_page(pair)).texts)
+    assert "is the quietest of 3" in text
+    assert ("Not decided between" in text) == bool(said)
+    assert said in text
+
+
+def test_three_designs_alike_within_rounding_are_called_alike(pair):
+    case(pair / "third", "third")
+    steady(pair / "third", 1.0)
+    (pair / "summary.json").write_text(json.dumps(summary({"plain": 60.01, "holed": 80.0, "third": 60.0})))
+    page = read(write_page(pair))
+    assert "third and plain are alike within rounding at 3000 rpm, the quietest of 3" in page.texts
+
+
+def test_headline_says_at_how_many_other_speeds_the_quieter_design_is_louder(pair):
+    told = summary({"plain": 60.0, "holed": 80.0})
+    for name, level in (("plain", [60.0, 70.0, 72.0]), ("holed", [80.0, 65.0, 71.0])):
+        states = {"torque_Nm": [100.0], "speed_rpm": [3000.0, 4000.0, 5000.0], "level_dBA": [level]}
+        told["configurations"][name]["steady_states"] = states
+    (pair / "summary.json").write_text(json.dumps(told))
+    page = read(write_page(pair))
+    assert "plain is 20.0 dB quieter than holed at 3000 rpm, but louder at 2 of 3 speeds" in page.texts
 
 
 def test_a_level_of_0_dB_has_its_figure(pair):

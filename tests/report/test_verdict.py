@@ -8,6 +8,7 @@ import pytest
 
 from nvhchain.error_band import ErrorBand, RunUpBand
 from nvhchain.levels import a_weighting
+from nvhchain.plots.marks import joined_orders
 from nvhchain.report import verdict
 from nvhchain.report.summary import _difference
 
@@ -89,6 +90,25 @@ def test_parts_of_a_steady_difference_add_up_as_they_are_written(seed):
     parts = [float(line.partition(" dB: ")[0].replace("−", "-")) for line in lines if " dB: " in line]
     assert any(line.endswith(" dB: all other lines") for line in lines)
     assert sum(parts) == pytest.approx(round(second["overall_dBA"] - first["overall_dBA"], 1), abs=1e-9)
+
+
+def test_orders_are_named_after_the_teeth_of_both_designs():
+    first = configuration({20: 60.0, 100: 50.0}, [59, 61], frequency=30.0) | {"mesh_orders": {"stage": 20.0}}
+    second = configuration({25: 60.0, 100: 70.0}, [59, 61], frequency=30.0) | {"mesh_orders": {"stage": 25.0}}
+    text = " ".join(verdict(summary(coarse=first, fine=second)))
+    assert "order 100 (3000 Hz, stage × 5 = stage of fine × 4) rises" in text
+
+
+def test_a_stage_of_another_order_in_another_design_is_named_after_it():
+    mesh, slots = joined_orders(
+        [
+            ("plain", {"low": 20.0, "high": 7.0}, {}),
+            ("holed", {"low": 20.0, "high": 7.0}, {"low": 5.0}),
+            ("fine", {"low": 25.0, "high": 7.0}, {"low": 4.0}),
+        ]
+    )
+    assert mesh == {"low": 20.0, "high": 7.0, "low of fine": 25.0}
+    assert slots == {"low": 5.0, "low of fine": 4.0}
 
 
 def test_run_ups_are_compared_over_the_speeds_that_they_share():

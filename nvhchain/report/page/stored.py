@@ -18,7 +18,7 @@ from nvhchain.files import hdf5
 from nvhchain.handoff import FieldPressure, FloatArray, HandOff, PressureHistory, ReducedHousing
 from nvhchain.levels import place_text
 from nvhchain.names import check_names
-from nvhchain.plots.marks import OrderMarks, order_name
+from nvhchain.plots.marks import OrderMarks, joined_orders, order_name
 from nvhchain.report.causes.paths import radiating
 from nvhchain.report.run_up import Curve, curves_of, run_up_maps, sample_rate
 from nvhchain.spectrum import Waterfall
@@ -108,12 +108,11 @@ class Stored:
 
     @cached_property
     def marks(self) -> OrderMarks:
-        """Mesh orders of the first configuration that has them, and slot sidebands of any."""
-        parts = [run.case or run.summary for run in self.runs]
-        mesh: dict[str, float] = next((part["mesh_orders"] for part in parts if part.get("mesh_orders")), {})
-        slots = {
-            stage: spacing for part in parts for stage, spacing in part.get("slot_orders", {}).items() if stage in mesh
-        }
+        """Mesh orders and slot sidebands of all configurations."""
+        parts = [(run.name, run.case or run.summary) for run in self.runs]
+        mesh, slots = joined_orders(
+            (name, of.get("mesh_orders") or {}, of.get("slot_orders") or {}) for name, of in parts
+        )
         return OrderMarks(mesh=mesh, slots=slots)
 
     def origin(self, order: float) -> str:

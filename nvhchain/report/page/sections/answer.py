@@ -53,7 +53,7 @@ def blocks(stored: Stored) -> list[Any]:
     doubt = any(words in sentence for sentence in sentences for words in DOUBTS)
     hero = Hero(
         headline=_headline(stored),
-        doubt=f"Not decided: {DOUBTS[0].replace('these', 'the confidence')}." if doubt else "",
+        doubt=_undecided(stored, doubt=doubt),
         sentences=[
             *(_compared(stored, sentences, doubt=doubt) or _single(stored)),
             *_targets(stored),
@@ -66,6 +66,25 @@ def blocks(stored: Stored) -> list[Any]:
         listen=_listen(stored),
     )
     return [hero] if stored.finished else [hero, _progress(stored)]
+
+
+def _undecided(stored: Stored, *, doubt: bool) -> str:
+    """Return the words of doubt about the headline: of two designs, or of the two quietest of more."""
+    if len(stored.runs) <= 2:
+        return f"Not decided: {DOUBTS[0].replace('these', 'the confidence')}." if doubt else ""
+    heard = [run for run in stored.runs if run.summary.get("overall_dBA") is not None]
+    if len(heard) < 2:
+        return ""
+    quiet, second, *_ = sorted(heard, key=lambda run: float(run.summary["overall_dBA"]))
+    base = stored.runs[0]
+    if base in (quiet, second) and "difference_limits_db" in (other := second if base is quiet else quiet).summary:
+        low, high = other.summary["difference_limits_db"]
+        apart = (low is not None and low > 0) if base is quiet else (high is not None and high < 0)
+        return "" if apart else f"Not decided between {quiet.name} and {second.name}: either may be the quieter."
+    _, top = quiet.summary.get("error_band_dBA", (None, None))
+    bottom, _ = second.summary.get("error_band_dBA", (None, None))
+    apart = top is not None and bottom is not None and top < bottom
+    return "" if apart else f"Not decided between {quiet.name} and {second.name}: the limits of their levels overlap."
 
 
 def _compared(stored: Stored, sentences: list[str], *, doubt: bool) -> list[str]:
@@ -162,18 +181,42 @@ def _headline(stored: Stored) -> str:
     (quiet, level), (second, next_level), *_ = sorted(others, key=lambda item: item[1])
     if level <= SILENCE:
         return f"{quiet} is silent"
-    if next_level - level < ALIKE and len(others) == 2:
-        return f"{quiet} and {second} are alike within rounding"
+    speed = _speed(stored)
+    where = f"{f' at {speed}' if speed else ''}{_turned(stored, quiet, second)}"
+    if next_level - level < ALIKE:
+        more = "" if len(others) == 2 else f", the quietest of {len(others)}"
+        return f"{quiet} and {second} are alike within rounding{where}{more}"
     if len(others) == 2:
-        return f"{quiet} is {next_level - level:.1f} dB quieter than {second}"
-    return f"{quiet} is the quietest of {len(others)}, {next_level - level:.1f} dB below {second}"
+        return f"{quiet} is {next_level - level:.1f} dB quieter than {second}{where}"
+    return f"{quiet} is the quietest of {len(others)}, {next_level - level:.1f} dB below {second}{where}"
+
+
+def _speed(stored: Stored) -> str:
+    """Return the input speed that all runs have in common; empty without one."""
+    speeds = {run.summary.get("input_speed_rpm") for run in stored.runs} - {None, 0.0}
+    common = len(speeds) == 1 and not any("over_speed" in run.summary for run in stored.runs)
+    return f"{speeds.pop():.5g} rpm" if common else ""
+
+
+def _turned(stored: Stored, quiet: str, second: str) -> str:
+    """Return at how many of further steady states the quieter design is the louder one; empty at none."""
+    states = stored_states(stored)
+    if not {quiet, second} <= set(states):
+        return ""
+    one, other = (np.array(states[name]["level_dBA"], dtype=float) for name in (quiet, second))
+    louder, known = int((one > other).sum()), int(np.isfinite(one - other).sum())
+    what = "speeds" if len(states[quiet]["torque_Nm"]) == 1 else "steady states"
+    return f", but louder at {louder} of {known} {what}" if louder else ""
 
 
 def _single(stored: Stored) -> list[str]:
     """Return sentences on one run: where its level is, and its loudest lines."""
-    speeds = {of.get("input_speed_rpm") for of in (run.summary for run in stored.runs)} - {None, 0.0}
-    speed = f", with the input at {speeds.pop():.5g} rpm" if len(speeds) == 1 else ""
-    found = [f"Level at {stored.microphone}{speed}."] if stored.summary.get("field_point") else []
+    speed = _speed(stored)
+    found = (
+        [f"Level at {stored.microphone}{f', with the input at {speed}' if speed else ''}."]
+        if stored.summary.get("field_point")
+        else []
+    )
     for run in stored.runs:
         for quantity, of in run.summary.get("other_quantities", {}).items():
             name, unit = UNITS.get(quantity, (quantity.replace("_", " "), "dB"))

@@ -1,6 +1,7 @@
 """Command line.
 
-Exit code 0: complete results; 1: failure of a solver or the system; 2: bad input; 3: a target is failed (`--enforce`).
+Exit code 0: complete results; 1: failure of a solver or the system; 2: bad input; 3: a target is failed or not judged
+(`--enforce`).
 """
 
 from __future__ import annotations

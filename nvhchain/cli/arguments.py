@@ -20,7 +20,7 @@ EXIT_CODES = {
     "0": "everything asked for was produced",
     "1": "the system refused, such as a full disk, or a solver failed",
     "2": "input that is missing or cannot be used; one line on standard error for every mistake",
-    "3": "a target of a case is failed, with `--enforce`",
+    "3": "a target of a case is failed or cannot be judged, with `--enforce`",
     "130, 143": "stopped by Ctrl-C or SIGTERM; finished steps are cached",
 }
 """Exit code → its meaning."""
@@ -139,7 +139,9 @@ def parser() -> argparse.ArgumentParser:
     where.add_argument("--scheduler", metavar="ADDRESS", help="spread the work over a dask scheduler, tcp://HOST:PORT")
 
     enforce = Parser(add_help=False)
-    enforce.add_argument("--enforce", action="store_true", help="exit code 3 where a target of a case is failed")
+    enforce.add_argument(
+        "--enforce", action="store_true", help="exit code 3 where a target of a case is failed or cannot be judged"
+    )
 
     new = verbs.add_parser(
         "new",

@@ -76,7 +76,7 @@ def check_enforced(enforce: bool, cases: Sequence[Case]) -> None:
 
 
 def show_targets(summary: Mapping[str, Any], *, enforce: bool) -> int:
-    """Print the judged targets of a summary; return 3 if one is failed and `enforce` is given, else 0."""
+    """Print the judged targets of a summary; return 3 if one is not passed and `enforce` is given, else 0."""
     from nvhchain.report.sound.targets import target_sentence
 
     judged = [(name, one) for name, of in summary["configurations"].items() for one in of.get("targets", [])]

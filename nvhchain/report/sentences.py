@@ -192,7 +192,7 @@ def _curve(rows: Sequence[Mapping[str, float]]) -> tuple[Any, Any]:
 
 
 def _lines(other: Mapping[str, Any], first: Mapping[str, Any], origin: Callable[[float], str]) -> list[str]:
-    """Return a line of text for each of the lines that make most of the difference, and for what remains beside them.
+    """Return a line of text for each of the lines that change most, either way, and for what remains beside them.
 
     origin: function from an order to the mesh that makes it.
     The parts add up to the difference as they are written.
@@ -203,14 +203,14 @@ def _lines(other: Mapping[str, Any], first: Mapping[str, Any], origin: Callable[
     if not difference:
         return []
     causes = other.get("causes") or _by_level(other, first)
-    lines = sorted((of for of in causes if of["order"] is not None), key=lambda of: -of["part_db"] / difference)
+    lines = sorted((of for of in causes if of["order"] is not None), key=lambda of: -abs(of["part_db"]))
     found = [
         (
             of["part_db"],
             f"{_line(of, origin(of['order']))} {_beyond(of, first, other) or _change(*of['levels_dBA']) + _reason(of)}",
         )
         for of in lines[:LINES]
-        if of["part_db"] / difference >= LEAST_SHARE
+        if abs(of["part_db"] / difference) >= LEAST_SHARE
     ]
     found += [(of["part_db"], between_orders(of)) for of in causes if "speeds_rpm" in of]
     left = round(difference, 1) - sum(round(part, 1) for part, _ in found)  # of the levels as they are written

@@ -16,10 +16,13 @@ from nvhchain.sound.signals import LEAST_RATE, LONGEST, Sound
 from nvhchain.sound.wav import read_wav
 
 SECONDS = 6.0
-"""Duration (s) of made noise, and of the loop of a record."""
+"""Duration (s) of made noise."""
+
+LONGEST_RECORD = 30.0
+"""Longest duration (s) of the loop of a record."""
 
 _FADE = 0.25
-"""Duration (s) over which the end of a record fades into its beginning."""
+"""Duration (s) over which the end of a loop fades into its beginning."""
 
 _SEED = 3
 """Seed of the noise."""
@@ -80,7 +83,7 @@ def background_sound(background: Background, *, seconds: float = SECONDS, rate: 
 
 @checked
 def recorded_background(
-    path: str | Path, *, full_scale: float = 1.0, seconds: float = SECONDS, rate: int = LEAST_RATE
+    path: str | Path, *, full_scale: float = 1.0, seconds: float = LONGEST_RECORD, rate: int = LEAST_RATE
 ) -> Sound:
     """Read a record of background as a loop.
 
@@ -96,8 +99,22 @@ def recorded_background(
         f"{path} lasts {record.seconds:.3g} s, too short for a background: {4 * _FADE:g} s are needed",
     )
     signal = record.resampled(rate).pressure[: round((seconds + _FADE) * rate)]
-    fade = round(_FADE * rate)
+    return Sound(_faded(signal, round(_FADE * rate)), rate, True)
+
+
+@checked
+def background_beside(sound: Sound, background: Sound) -> Sound:
+    """Return a background, a loop, with the duration and rate of a sound; beside a loop it is a loop, too."""
+    signal = background.resampled(sound.rate).pressure
+    fade = min(round(_FADE * sound.rate), len(sound.pressure)) if sound.loops else 0
+    count = len(sound.pressure) + fade
+    signal = np.tile(signal, -(-count // len(signal)))[:count]
+    return Sound(_faded(signal, fade) if fade else signal, sound.rate, sound.loops)
+
+
+def _faded(signal: FloatArray, fade: int) -> FloatArray:
+    """Return a loop: the last samples, `fade` in number, fade into the first ones at constant power."""
     angle = 0.5 * np.pi * (np.arange(fade) + 0.5) / fade
     made = np.array(signal[:-fade])
     made[:fade] = made[:fade] * np.sin(angle) + signal[-fade:] * np.cos(angle)
-    return Sound(made, rate, True)
+    return made

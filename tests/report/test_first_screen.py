@@ -4,6 +4,8 @@ import json
 
 import pytest
 
+from nvhchain.files import hdf5
+from nvhchain.handoff import FieldPressure
 from nvhchain.levels import number_text
 from nvhchain.report import write_page
 from nvhchain.report.sentences import DOUBTS
@@ -88,6 +90,15 @@ def test_headline_says_at_how_many_other_speeds_the_quieter_design_is_louder(pai
     (pair / "summary.json").write_text(json.dumps(told))
     page = read(write_page(pair))
     assert "plain is 20.0 dB quieter than holed at 3000 rpm, but louder at 2 of 3 speeds" in page.texts
+
+
+def test_without_a_player_no_link_leads_to_it(pair):
+    assert 'href="#sound">Listen' in write_page(pair).read_text()
+    for run in ("plain", "holed"):
+        path = pair / run / "pressure.h5"
+        pressure = hdf5.load(path, FieldPressure)
+        hdf5.save(pressure.replace(pressure=0 * pressure.pressure), path)
+    assert 'href="#sound"' not in write_page(pair).read_text()
 
 
 def test_a_level_of_0_dB_has_its_figure(pair):

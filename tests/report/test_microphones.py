@@ -12,7 +12,7 @@ from nvhchain.acoustics import housing_shapes, modal_power, radiation_resistance
 from nvhchain.cli import main
 from nvhchain.fidelity import DRAFT
 from nvhchain.files import hdf5
-from nvhchain.handoff import FieldPressure, ForceSpectrum
+from nvhchain.handoff import FieldPressure, ForceSpectrum, PressureHistory
 from nvhchain.report import write_page
 from nvhchain.report.page.stored import StoredRun, stored_results
 from nvhchain.report.sound.microphones import run_waves
@@ -101,6 +101,10 @@ def test_microphones_without_waves_are_refused_with_a_remedy(finished, tmp_path,
     (tmp_path / "force_spectrum.h5").unlink()
     assert main(["microphones", str(tmp_path), "--at", "0", "0", "1"]) == 2
     assert "no bearing forces that drive its waves" in capsys.readouterr().err
+    time = np.arange(10) / 1e4
+    hdf5.save(PressureHistory(time, [[0, 0, 1]], np.ones((10, 1)), 1e3 * time), tmp_path / "pressure_history.h5")
+    assert main(["microphones", str(tmp_path), "--at", "0", "0", "1"]) == 2
+    assert "is a run-up, which has no waves to take microphones from" in capsys.readouterr().err
     assert main(["microphones", str(finished)]) == 2
     assert "no microphones are named" in capsys.readouterr().err
     assert main(["microphones", str(finished), "--at", "0", "0", "0.05"]) == 2

@@ -184,6 +184,19 @@ def test_figures_keep_height_and_room_for_names_in_windows_of_other_widths(pair)
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed: apt install chromium")
+def test_names_under_the_parts_of_a_difference_stand_in_short_rows(pair):
+    told = summary({"plain": 60.0, "holed": 80.0})
+    between = {"order": None, "frequency_hz": None, "part_db": 3.0, "speeds_rpm": [1000.0, 2000.0]}
+    line = {"order": 20.0, "frequency_hz": 1000.0, "part_db": 17.0, "levels_dBA": [60.0, 80.0]}
+    told["configurations"]["holed"]["causes"] = [line, between]
+    (pair / "summary.json").write_text(json.dumps(told))
+    page = read(write_page(pair))
+    (figure,) = (of for name, of in page.figures.items() if name.startswith("plot-why"))
+    rows = [row for name in figure["data"][0]["x"] for row in name.split("<br>")]
+    assert "1000…2000 rpm" in rows
+    assert max(map(len, rows)) <= 16
+
+
 def test_on_a_narrow_screen_panels_stand_below_each_other_and_captions_stay_in_sight(pair):
     with Browser(write_page(pair)) as page:
         size = {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": True}

@@ -33,7 +33,7 @@ def test_run_of_the_command_line_ends_with_its_page_and_summary(request, tmp_pat
     assert len(re.findall(r"pressure\.h5", " ".join(page.cells))) == 1
 
 
-def test_page_of_a_trade_off_names_cheaper_settings_and_draws_all(request, tmp_path):
+def test_page_of_a_trade_off_names_cheaper_settings_and_draws_all(request, tmp_path, capsys):
     shipped = request.config.rootpath / "nvhchain/tradeoff/single-stage.json"
     (tmp_path / "tradeoff.json").write_text(shipped.read_text())
     page = read(write_page(tmp_path))
@@ -41,6 +41,9 @@ def test_page_of_a_trade_off_names_cheaper_settings_and_draws_all(request, tmp_p
     (figure,) = page.figures.values()
     assert sum(len(trace["x"]) for trace in figure["data"]) == 91
     assert "gear.profile_elements" in page.cells
+    for command in ("tables", "sound"):
+        assert main([command, str(tmp_path)]) == 2
+        assert "is that of a trade-off: its table is tradeoff.csv" in capsys.readouterr().err
 
 
 def test_tables_of_a_study_go_into_a_workbook_and_its_page_names_its_command(tmp_path, capsys):

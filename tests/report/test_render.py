@@ -9,6 +9,7 @@ import pyuff
 from nvhchain.cli import main
 from nvhchain.files import hdf5
 from nvhchain.handoff import FieldPressure
+from nvhchain.report.sound.render import render_sounds
 from nvhchain.sound import Background, background_sound, read_wav, write_wav
 
 ORDERS = np.array([20.0, 40.0])
@@ -43,6 +44,8 @@ def test_background_of_another_rate_and_scale_is_added(finished):
     assert main(["sound", str(finished), "--background", str(finished / "road.wav"), "--full-scale", "5"]) == 0
     both = np.hypot(np.hypot(0.02, 0.01), np.sqrt(2) * 0.02)
     assert rms(finished / "sound-A-background.wav") == pytest.approx(both, rel=0.02)
+    ((_, sound),) = render_sounds(finished, background=finished / "road.wav", full_scale=5.0)
+    assert sound.loops
 
 
 def test_universal_file_holds_all_microphones_in_pascals(finished):

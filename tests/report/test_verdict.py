@@ -155,6 +155,13 @@ def test_paths_that_cancel_are_both_named_with_their_parts():
     assert line.endswith("more, mostly through bearing A2 in x")
 
 
+def test_lines_that_move_against_the_difference_are_named_too():
+    first, second = configuration({1: 60.0, 2: 70.0, 3: 40.0}, [70, 71]), configuration({1: 71.0, 2: 40.0}, [70, 72])
+    lines = verdict(summary(a=first, b=second))[1:]
+    assert [line.partition(" dB: ")[2][:7] for line in lines] == ["order 1", "order 2"]
+    assert [line.lstrip()[0] for line in lines] == ["+", "−"]
+
+
 def test_silent_or_equal_configurations_name_no_line():
     one, silent = configuration({1: 60.0}, [59.0, 61.0]), configuration({1: -400.0}, [None, None])
     assert verdict(summary(a=one, b=silent)) == ["b and a cannot be compared at microphone: one of them is silent"]

@@ -9,6 +9,8 @@ from nvhchain.errors import InputError
 from nvhchain.handoff import FieldPressure, PressureHistory
 from nvhchain.sound import (
     Background,
+    Sound,
+    background_beside,
     background_sound,
     filter_orders,
     order_track,
@@ -117,6 +119,32 @@ def test_background_has_the_levels_of_its_third_octaves(tmp_path):
     record = recorded_background(tmp_path / "road.wav", full_scale=2.0)
     assert record.rate == 48000
     assert 20 * np.log10(record.rms / sound.rms) == pytest.approx(0.0, abs=0.2)
+
+
+@pytest.mark.parametrize("seconds", [8.0, 40.0])
+def test_a_record_is_heard_whole_up_to_half_a_minute(tmp_path, seconds):
+    noise = np.random.default_rng(1).normal(size=round(seconds * 8000))
+    wavfile.write(tmp_path / "road.wav", 8000, (0.1 * noise).astype(np.float32))
+    record = recorded_background(tmp_path / "road.wav", rate=8000)
+    assert record.seconds == pytest.approx(min(seconds - 0.25, 30.0))
+    late = slice(-8000, None)
+    assert record.pressure[late] == pytest.approx(0.1 * noise[: len(record.pressure)][late], rel=1e-5)
+
+
+@pytest.mark.parametrize("seconds", [1.0, 4.0, 9.0])
+def test_background_beside_a_loop_ends_where_it_begins(seconds):
+    background = background_sound(Background(np.array([100.0]), np.array([70.0])))
+    made = background_beside(Sound(np.zeros(round(seconds * 48000)), 48000, True), background)
+    assert made.loops
+    assert made.seconds == seconds
+    assert 20 * np.log10(made.rms / background.rms) == pytest.approx(0.0, abs=1.5)
+    steps = np.abs(np.diff(made.pressure, append=made.pressure[:1]))
+    assert steps[-1] < 1.2 * steps[:-1].max()
+    cut = background.pressure[: len(made.pressure)]
+    assert abs(cut[-1] - cut[0]) > 1.2 * steps.max() or seconds == 9.0  # a cut clicks
+    alone = background_beside(Sound(np.zeros(100), 48000), background)
+    assert not alone.loops
+    assert np.array_equal(alone.pressure, background.pressure[:100])
 
 
 def test_unusable_background_is_refused_with_a_remedy(tmp_path):

@@ -10,8 +10,7 @@ from typing import Any
 from nvhchain.errors import InputError
 from nvhchain.files.hdf5 import write_text
 from nvhchain.report.page.sections import RENEWED, SECTIONS, section_module
-from nvhchain.report.page.stored import Stored, stored_results
-from nvhchain.report.page.tradeoff import FILE as TRADEOFF
+from nvhchain.report.page.stored import TRADEOFF, Stored, stored_results
 from nvhchain.report.page.tradeoff import tradeoff_sections
 
 

@@ -26,6 +26,9 @@ from nvhchain.spectrum import Waterfall
 H = TypeVar("H", bound=HandOff)
 T = TypeVar("T")
 
+TRADEOFF = "tradeoff.json"
+"""Name of the file of a sweep."""
+
 _SHARED = "operators"
 """Folder of hand-offs that the runs of a comparison share."""
 
@@ -193,6 +196,10 @@ def stored_results(folder: Path) -> Stored:
         not is_study(folder),
         f"{folder} is that of a study: run `nvhchain study FILE --out {folder}` again for its page; finished rows are "
         "taken from it",
+    )
+    require(
+        (folder / "summary.json").is_file() or not (folder / TRADEOFF).is_file(),
+        f"{folder} is that of a trade-off: its table is tradeoff.csv; `nvhchain report {folder}` writes its page",
     )
     try:
         return _stored(folder, *_summary(folder))

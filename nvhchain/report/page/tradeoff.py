@@ -8,10 +8,7 @@ from typing import Any
 
 from nvhchain.levels import number_text
 from nvhchain.report.page.blocks import DASHES, SYMBOLS, Figure, Hero, Table, axes, colour, label, rounded, upright
-from nvhchain.report.page.stored import json_table
-
-FILE = "tradeoff.json"
-"""Name of the file of a sweep."""
+from nvhchain.report.page.stored import TRADEOFF, json_table
 
 GOOD = 0.5
 """Error (dB) of mesh harmonics below which a cheaper setting is named on the first screen."""
@@ -23,7 +20,7 @@ NAMED = 8
 
 def tradeoff_sections(folder: Path) -> list[tuple[str, str, list[Any]]]:
     """Return name, title and blocks of the sections of the page of a trade-off in a folder."""
-    sweep = json_table(folder / FILE)
+    sweep = json_table(folder / TRADEOFF)
     base, *rows = sweep["measurements"]
     cost = _seconds(base)
     measured = sorted((row for row in rows if row.get("deviation")), key=_seconds)

@@ -142,6 +142,11 @@ def run_waves(run: StoredRun, load: Callable[..., Any]) -> RunWaves:
 
     load: function that reads a hand-off; one that remembers lets runs share waves and what follows from them.
     """
+    require(
+        run.pressure_history is None,
+        f"{run.name} is a run-up, which has no waves to take microphones from: add the points to field_points and run "
+        "it again",
+    )
     power, forces = run.hand_off("sound_power", SoundPower), run.hand_off("force_spectrum", ForceSpectrum)
     remedy = "add `sound_power` to its quantities, at `radiation` = boundary_elements, and run it again"
     missing = f"{run.name} has no sound power at constant speed, whose waves microphones need: {remedy}"

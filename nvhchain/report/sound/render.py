@@ -16,6 +16,7 @@ from nvhchain.report.sound.microphones import MICROPHONES, added_names
 from nvhchain.report.sound.write import BACKGROUND
 from nvhchain.sound import (
     Sound,
+    background_beside,
     filter_orders,
     order_track,
     read_wav,
@@ -137,8 +138,7 @@ def _mixed(sound: Sound, background: str | Path, full_scale: float, folder: Path
     """Return a sound with a background of its duration."""
     if str(background) == "case":
         require((folder / BACKGROUND).is_file(), f"{folder} has no background: give `background` in the case")
-        noise = read_wav(folder / BACKGROUND).resampled(sound.rate)
+        noise = read_wav(folder / BACKGROUND)
     else:
         noise = recorded_background(background, full_scale=full_scale, rate=sound.rate)
-    times = -(-len(sound.pressure) // len(noise.pressure))
-    return Sound(sound.pressure + np.tile(noise.pressure, times)[: len(sound.pressure)], sound.rate)
+    return Sound(sound.pressure + background_beside(sound, noise).pressure, sound.rate, sound.loops)

@@ -73,7 +73,7 @@ const soundPlayer = (place, { data }, choice) => {
       source.loop = !run.wav;
       gain.gain.value = level(number);
       source.connect(gain).connect(context.destination);
-      source.start(began, offset % source.buffer.duration);
+      source.start(began, source.loop ? offset % source.buffer.duration : Math.min(offset, source.buffer.duration));
       sources.push(source); gains.push(gain);
     });
     if (data.background) {
@@ -85,7 +85,7 @@ const soundPlayer = (place, { data }, choice) => {
       source.start(began);
       noise = { source, gain };
     }
-    if (data.runs[0].wav) sources[0].onended = () => { stop(); offset = 0; };
+    if (data.runs[0].wav) sources.find((source) => source.buffer.duration === longest()).onended = () => { stop(); offset = 0; };
     state.playing = true;
     show();
   };

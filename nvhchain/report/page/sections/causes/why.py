@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from textwrap import wrap
 from typing import Any
 
 from nvhchain.levels import number_text
@@ -15,6 +16,9 @@ TITLE = "Why"
 
 STRONGEST = 3
 """Number of modes and of paths that are named beside a line."""
+
+ROW = 16
+"""Largest number of letters in a row of names under a figure, where words allow it."""
 
 INAUDIBLE = -20.0
 """Level (dB(A)) below which a line counts as absent."""
@@ -103,10 +107,9 @@ def _line(stored: Stored, of: Mapping[str, Any]) -> str:
 
 def _narrow(name: str) -> str:
     """Return the name of a line in short rows, which stand beside each other under a figure."""
-    rows = label(name)
-    for before, after in ((", order", "<br>order"), (" (", "<br>"), (")", "")):
-        rows = rows.replace(before, after)
-    return re.sub(r" ([=−+]) ", r"<br>\1 ", rows)
+    text = name.replace(", order", "\norder").replace(" (", "\n").replace(")", "")
+    parts = re.sub(r" ([=−+]) ", r"\n\1 ", text).split("\n")
+    return "<br>".join(label(row) for part in parts for row in wrap(part, ROW, break_long_words=False))
 
 
 def _strongest(parts: list[Mapping[str, Any]]) -> str:

@@ -66,7 +66,8 @@ def _turns_inside(case: GearboxCase, order: float) -> float:
     ends = np.array([case.band.low, case.band.high]) * 2 * pi / order
     slow, fast = sorted((ramp.start_speed, ramp.end_speed))
     first, last = np.clip(ends, slow, fast)
-    return float((last**2 - first**2) / (2 * abs(ramp.end_speed - ramp.start_speed)) * ramp.duration / (2 * pi))
+    part = (last - first) / (fast - slow) if fast > slow else float(ends[0] <= slow <= ends[1])
+    return float(0.5 * (first + last) * part * ramp.duration / (2 * pi))
 
 
 def brief_orders(case: GearboxCase) -> str:

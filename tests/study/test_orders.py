@@ -110,6 +110,17 @@ def band_of(history, relative):
     return RunUpBand(2 * np.pi * np.array([turns.mean() for turns in parts]), level, limits, tuple(bands))
 
 
+def test_orders_followed_in_time_at_one_speed_are_brief_only_where_their_turns_are_few():
+    """Rattle has a ramp to the same speed: 15 turns a second, 6.0 of them in 0.4 s; order 100 is at 1500 Hz."""
+    long = ("operation.input_speed_rpm=900", "operation.ramp={ end_speed_rpm = 900, duration = 2 }")
+    assert brief_orders(run_up_case(*long)) == ""
+    short = ("operation.input_speed_rpm=900", "operation.ramp={ end_speed_rpm = 900, duration = 0.4 }")
+    line = brief_orders(run_up_case(*short))
+    assert "order stage x 1 (6.0)" in line
+    assert "order stage x 10 (6.0)" in line
+    assert "order stage x 5" not in brief_orders(run_up_case(*short, "band.high=1400"))
+
+
 def test_limits_of_an_order_are_the_largest_limits_over_the_speed():
     """An error of 10 % everywhere: 20 log10(1.1) above. One of 300 % far from the resonance raises the upper limit."""
     history = made_up(((1, 600.0),))

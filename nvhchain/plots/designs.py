@@ -54,6 +54,7 @@ def percentile_curves(
     *,
     name: str,
     target: float | None = None,
+    torque: float | None = None,
 ) -> list[Axes]:
     """Draw percentiles of a response over speed, or its distribution where there is one speed.
 
@@ -61,6 +62,7 @@ def percentile_curves(
     worst : response of every design at its worst operating point.
     name : response; levels are in dB(A).
     target : largest value that passes.
+    torque : torque of the percentiles (N·m); None for that of the case.
     """
     axes = Figure(figsize=(7.0, 4.0), layout="constrained").subplots()
     unit = f"{name} / dB(A)" if name.startswith("level") else name
@@ -70,7 +72,7 @@ def percentile_curves(
             found = {speed: value for speed, of, value in points if of == percent}
             heights = [found[speed] for speed in speeds]
             axes.plot(speeds, heights, "o-", ms=3, label=f"{percent:g} % of the gearboxes below")
-        axes.set(xlabel="input speed / rpm", ylabel=unit)
+        axes.set(xlabel="input speed / rpm", ylabel=unit, title="" if torque is None else f"at {torque:g} N m")
         if target is not None:
             axes.axhline(target, color="k", ls="--", lw=1.0, label="target")
     else:

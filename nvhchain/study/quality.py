@@ -12,7 +12,7 @@ from nvhchain.errors import require
 from nvhchain.handoff import FloatArray
 from nvhchain.study.analysis import is_constant, responses_of, worst_rows
 from nvhchain.study.definition import Study
-from nvhchain.study.rows import Row
+from nvhchain.study.rows import Point, Row
 
 CONFIDENCE = 0.95
 """Confidence of all limits."""
@@ -42,8 +42,8 @@ class Percentile:
         Value of the response.
     limits : tuple of float
         95 % confidence limits, by order statistics; those beyond all gearboxes are infinite.
-    designs : int
-        Number of gearboxes.
+    designs, missing : int
+        Number of gearboxes with this response, and without it: refused ones and those that lack it.
     """
 
     response: str
@@ -53,6 +53,7 @@ class Percentile:
     value: float
     limits: tuple[float, float]
     designs: int
+    missing: int
 
 
 @dataclass(frozen=True)
@@ -69,8 +70,8 @@ class FailedShare:
         Share that fails, 0 to 1.
     limits : tuple of float
         95 % confidence limits (Clopper and Pearson).
-    designs : int
-        Number of gearboxes.
+    designs, missing : int
+        Number of gearboxes with this response at all operating points, and of the others.
     """
 
     response: str
@@ -78,6 +79,7 @@ class FailedShare:
     share: float
     limits: tuple[float, float]
     designs: int
+    missing: int
 
 
 @dataclass(frozen=True)
@@ -135,17 +137,30 @@ def percentiles(rows: Sequence[Row], response: str) -> list[Percentile]:
     Limits hold for independent designs (plan `monte_carlo`). They are ranks a, b with P(a ≤ B < b) ≥ 95 % for B
     binomial, whatever the distribution. Designs of low discrepancy have narrower ones.
     """
-    points: dict[tuple[float | None, float | None], list[float]] = {}
+    points: dict[Point, list[float]] = {}
     for row in rows:
         if response in row.responses:
-            points.setdefault((row.speed_rpm, row.torque), []).append(row.responses[response])
+            points.setdefault(row.point, []).append(row.responses[response])
     found = []
-    for (speed, torque), values in points.items():
+    for point, values in points.items():
         ordered = np.sort(np.array(values))
+        counts = len(ordered), sum(row.point == point for row in rows) - len(ordered)
         for percent in PERCENTS:
-            value = float(np.percentile(ordered, percent))
-            found.append(Percentile(response, speed, torque, percent, value, _ranks(ordered, percent), len(ordered)))
+            value, limits = float(np.percentile(ordered, percent)), _ranks(ordered, percent)
+            found.append(Percentile(response, point.speed_rpm, point.torque, percent, value, limits, *counts))
     return found
+
+
+def loudest(found: Sequence[Percentile]) -> Percentile:
+    """Return the largest of the highest percentiles: its operating point is that of sentences and figures."""
+    return max((one for one in found if one.percent == PERCENTS[-1]), key=lambda one: one.value)
+
+
+def count_text(found: Percentile | FailedShare) -> str:
+    """Return the number of gearboxes in words, such as "38 gearboxes with a result (of 40)"."""
+    return f"{found.designs} gearboxes" + (
+        f" with a result (of {found.designs + found.missing})" if found.missing else ""
+    )
 
 
 def _ranks(ordered: FloatArray, percent: float) -> tuple[float, float]:
@@ -165,14 +180,15 @@ def failed_shares(study: Study, rows: Sequence[Row]) -> list[FailedShare]:
     rows: rows of `run_study`; designs with a refused run are omitted.
     """
     worst, found = worst_rows(rows), []
-    for response, target in study.targets.items():
+    for response, target in study.targets.items() if worst else ():
         known = responses_of(worst)
         require(response in known, f"targets: no response {response!r}: choose among {', '.join(known) or 'none'}")
         values = np.array([row.responses[response] for row in worst if response in row.responses])
         failed, count, tail = int((values > target).sum()), len(values), 0.5 * (1.0 - CONFIDENCE)
         low = float(beta.ppf(tail, failed, count - failed + 1)) if failed else 0.0
         high = float(beta.ppf(1.0 - tail, failed + 1, count - failed)) if failed < count else 1.0
-        found.append(FailedShare(response, target, failed / count, (low, high), count))
+        missing = len({row.design for row in rows}) - count
+        found.append(FailedShare(response, target, failed / count, (low, high), count, missing))
     return found
 
 

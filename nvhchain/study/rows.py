@@ -30,6 +30,13 @@ class Point:
         places = {"operation.input_speed_rpm": self.speed_rpm, "operation.input_torque": self.torque}
         return [f"{path} = {value!r}" for path, value in places.items() if value is not None]
 
+    @property
+    def words(self) -> str:
+        """Speed and torque after a blank, such as " at 1500 rpm and 60 N m"; empty for those of the case."""
+        given = [f"{self.speed_rpm:g} rpm"] if self.speed_rpm is not None else []
+        given += [f"{self.torque:g} N m"] if self.torque is not None else []
+        return f" at {' and '.join(given)}" if given else ""
+
 
 @dataclass(frozen=True)
 class Row:

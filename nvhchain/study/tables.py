@@ -30,10 +30,10 @@ from nvhchain.study.analysis import (
 from nvhchain.study.definition import DRAWN, PAIRED, Study
 from nvhchain.study.differences import differences
 from nvhchain.study.page import write_study_page
-from nvhchain.study.plans.gradient import Slope, slopes
+from nvhchain.study.plans.gradient import slopes
 from nvhchain.study.plans.optimise import best_score, scores
-from nvhchain.study.quality import PERCENTS, failed_shares, influences, percentiles, share_text
-from nvhchain.study.rows import Row
+from nvhchain.study.quality import count_text, failed_shares, influences, loudest, percentiles, share_text
+from nvhchain.study.rows import Point, Row
 
 
 def write_study(study: Study, rows: Sequence[Row], out: str | Path) -> list[str]:
@@ -102,7 +102,8 @@ def write_study(study: Study, rows: Sequence[Row], out: str | Path) -> list[str]
             if all(name in row.responses for name in pair)
         ]
         save(best_points(others, found, names=pair[::-1]), folder / "pareto.png")
-        lines.append(f"Best in {pair[0]} and {pair[1]}: designs {', '.join(str(row.design) for row in best)}")
+        several = "s" if len(best) > 1 else ""
+        lines.append(f"Best in {pair[0]} and {pair[1]}: design{several} {', '.join(str(row.design) for row in best)}")
     write_study_page(study, rows, lines, folder)
     return [*lines, *(remark for row in rows for remark in row.remarks)]
 
@@ -117,26 +118,27 @@ def _write_quality(study: Study, rows: Sequence[Row], folder: Path) -> list[str]
     ranking = influences(study, rows, main)
     write_text(folder / "ranking.csv", _csv(_flat(one) for one in ranking))
     target = study.targets.get(main)
-    if len({one.designs for one in found}) and max(one.designs for one in found) > 1:
+    worst, top = [row.responses[main] for row in worst_rows(rows) if main in row.responses], loudest(found)
+    if len(worst) > 1:
         axes = percentile_curves(
-            [(one.speed_rpm, one.percent, one.value) for one in found],
-            [row.responses[main] for row in worst_rows(rows) if main in row.responses],
+            [(one.speed_rpm, one.percent, one.value) for one in found if one.torque == top.torque],
+            worst,
             name=main,
             target=target,
+            torque=top.torque,
         )
         save(axes, folder / "percentiles.png")
     lines = []
-    loudest = max((one for one in found if one.percent == PERCENTS[-1]), key=lambda one: one.value, default=None)
     for one in reversed(found):
-        if loudest is not None and (one.speed_rpm, one.torque) == (loudest.speed_rpm, loudest.torque):
-            at = "" if one.speed_rpm is None else f" at {one.speed_rpm:g} rpm"
+        if (one.speed_rpm, one.torque) == (top.speed_rpm, top.torque):
             lines.append(
-                f"{one.percent:g} % of {one.designs} gearboxes have a {main}{at} below {one.value:.1f} "
-                f"({_ends(one.limits)})"
+                f"{one.percent:g} % of {count_text(one)} have a {main}{Point(one.speed_rpm, one.torque).words} below "
+                f"{one.value:.1f} ({_ends(one.limits)})"
             )
-    for failed in failed_shares(study, rows) if any(row.refused is None for row in rows) else ():
+    for failed in failed_shares(study, rows):
         lines.append(
-            f"{share_text(failed.share, failed.limits)} of the gearboxes exceed {failed.response} = {failed.target:g}"
+            f"{share_text(failed.share, failed.limits)} of {count_text(failed)} exceed {failed.response} = "
+            f"{failed.target:g}"
         )
     lines += [
         f"{one.parameter} makes {share_text(one.share, one.share_limits)} of the variance of {main}"
@@ -215,17 +217,13 @@ def _write_slopes(study: Study, rows: Sequence[Row], folder: Path) -> list[str]:
     write_text(folder / "slopes.csv", _csv(_flat(one) for one in found))
     main = main_response(rows)
     return [
-        f"One {study.unit(one.parameter) or 'unit'} of {one.parameter} changes {main}{_at(one)} by {one.value:.3g} "
+        f"One {study.unit(one.parameter) or 'unit'} of {one.parameter} changes {main}"
+        f"{Point(one.speed_rpm, one.torque).words} by {one.value:.3g} "
         + (f"({_ends(one.limits, 3)}; " if any(limit is not None for limit in one.limits) else "(")
         + f"difference quotient ± {one.error:.1g})"
         for one in found
         if one.response == main
     ]
-
-
-def _at(slope: Slope) -> str:
-    speed = "" if slope.speed_rpm is None else f" at {slope.speed_rpm:g} rpm"
-    return speed + ("" if slope.torque is None else f" and {slope.torque:g} N m")
 
 
 def _search_lines(study: Study, rows: Sequence[Row]) -> list[str]:

@@ -11,6 +11,7 @@ import pytest
 
 from nvhchain.case import Deviations, GearboxCase, load_case
 from nvhchain.errors import InputError
+from nvhchain.plots.designs import percentile_curves
 from nvhchain.study import (
     Parameter,
     Row,
@@ -25,8 +26,11 @@ from nvhchain.study import (
     percentiles,
     run_study,
     spreading,
+    tables,
     write_study,
 )
+from nvhchain.study.page import scatter
+from nvhchain.study.page.results import Results
 from nvhchain.study.quality import share_text
 from nvhchain.testing.coarse_runs import SMALL, TINY
 
@@ -126,7 +130,7 @@ def test_a_study_of_draws_ends_with_percentiles_and_failures(tmp_path: Path) -> 
     study = factory(100, targets={"level": 2.5})
     lines = write_study(study, rows_of(study), tmp_path)
     assert any("95 % of 100 gearboxes have a level below" in line for line in lines)
-    assert any("of the gearboxes exceed level = 2.5" in line for line in lines)
+    assert any("of 100 gearboxes exceed level = 2.5" in line for line in lines)
     assert any(line.startswith("a makes") for line in lines)
     for name in ("percentiles.csv", "ranking.csv", "percentiles.png"):
         assert (tmp_path / name).stat().st_size > 0
@@ -137,6 +141,64 @@ def test_a_study_of_draws_ends_with_percentiles_and_failures(tmp_path: Path) -> 
     (tmp_path / "study.toml").write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match="targets"):
         load_study(tmp_path / "study.toml")
+
+
+def points_of(study: Study) -> list[Row]:
+    """Forty gearboxes at two speeds and torques, of which two jam at the higher torque: louder with both."""
+    return [
+        Row(n, one, speed, torque, refused="the flanks jam")
+        if n < 2 and torque == 60.0
+        else Row(n, one, speed, torque, responses={"level": one["a"] + torque + speed / 1500.0})
+        for n, one in enumerate(list_designs(study))
+        for speed in study.speeds_rpm
+        for torque in study.torques
+    ]
+
+
+def test_percentiles_name_their_torque_and_the_gearboxes_without_a_result(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Sentences, page and picture are those of the loudest torque, and of 38 gearboxes out of 40."""
+    study = factory(40, speeds_rpm=(1500.0, 3000.0), torques=(40.0, 60.0), targets={"level": 0.0})
+    rows = points_of(study)
+    counts = {(one.torque, one.designs, one.missing) for one in percentiles(rows, "level")}
+    assert counts == {(40.0, 40, 0), (60.0, 38, 2)}
+    (failed,) = failed_shares(study, rows)
+    assert (failed.designs, failed.missing) == (38, 2)
+    drawn = []
+    monkeypatch.setattr(tables, "percentile_curves", lambda *of, **more: drawn.append(percentile_curves(*of, **more)))
+    monkeypatch.setattr(tables, "save", lambda *_: None)
+    lines = write_study(study, rows, tmp_path)
+    assert lines[0].startswith("95 % of 38 gearboxes with a result (of 40) have a level at 3000 rpm and 60 N m below")
+    assert any("of 38 gearboxes with a result (of 40) exceed level = 0" in line for line in lines)
+    figure = scatter.distribution(Results(study, tuple(rows)))
+    assert figure is not None
+    assert figure.caption == "Percentiles over speed at 60 N m. Dashed: target."
+    assert min(figure.data[0]["y"]) > 60.0
+    ((axes,),) = drawn
+    assert axes.get_title() == "at 60 N m"
+    assert list(axes.lines[0].get_ydata()) == pytest.approx(figure.data[0]["y"], rel=1e-6)
+    assert "38 of 40" in str(scatter.blocks(Results(study, tuple(rows))))
+
+
+def test_a_series_of_which_every_gearbox_fails_somewhere_has_no_share(tmp_path: Path) -> None:
+    study = factory(40, speeds_rpm=(1500.0, 3000.0), targets={"level": 0.0})
+    rows = [
+        Row(n, one, speed, refused="jam" if speed > 2000.0 else None, responses={"level": 60.0} if speed < 2000 else {})
+        for n, one in enumerate(list_designs(study))
+        for speed in study.speeds_rpm
+    ]
+    assert "95 % of 40 gearboxes have a level at 1500 rpm below 60.0" in write_study(study, rows, tmp_path)[0]
+
+
+def test_a_distribution_without_a_target_steps_up_at_each_gearbox() -> None:
+    """A third of three gearboxes lies below any level between the first and the second."""
+    study = factory(3)
+    rows = tuple(Row(n, one, responses={"level": 60.0 + n}) for n, one in enumerate(list_designs(study)))
+    figure = scatter.distribution(Results(study, rows))
+    assert figure is not None
+    assert figure.caption == "Distribution over 3 gearboxes."
+    assert figure.data[0]["line"]["shape"] == "hv"
 
 
 def test_limits_of_a_draw_hold_the_options_left_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

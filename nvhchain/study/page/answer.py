@@ -9,7 +9,7 @@ from nvhchain.study.page.results import Results, design_text, level_text, limits
 from nvhchain.study.page.scatter import distribution
 from nvhchain.study.page.search import course
 from nvhchain.study.page.slopes import tornado
-from nvhchain.study.rows import Row
+from nvhchain.study.rows import Point, Row
 
 TITLE = "Answer"
 
@@ -167,4 +167,5 @@ def _over_speed(results: Results) -> Figure | None:
                 "y": significant(level for _, level in own),
             }
         )
-    return Figure("Quietest and loudest designs over speed.", traces, axes("input speed / rpm", unit_of(main)), 300)
+    caption = f"Quietest and loudest designs over speed{Point(None, torque).words}."
+    return Figure(caption, traces, axes("input speed / rpm", unit_of(main)), 300)

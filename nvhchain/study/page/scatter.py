@@ -8,7 +8,17 @@ from nvhchain.levels import number_text
 from nvhchain.report.page.blocks import Figure, Table, Text, axes, label, rounded, significant
 from nvhchain.study.definition import DRAWN
 from nvhchain.study.page.results import Results, level_text, limits_of, point_texts, point_titles, unit_of
-from nvhchain.study.quality import FEWEST, Influence, failed_shares, influences, percentiles, share_text
+from nvhchain.study.quality import (
+    FEWEST,
+    Influence,
+    count_text,
+    failed_shares,
+    influences,
+    loudest,
+    percentiles,
+    share_text,
+)
+from nvhchain.study.rows import Point
 
 TITLE = "What leaves the factory"
 
@@ -27,7 +37,7 @@ def blocks(results: Results) -> list[Any]:
             f"{one.percent:g} %",
             level_text(one.value),
             limits_of(one.limits),
-            str(one.designs),
+            f"{one.designs} of {one.designs + one.missing}" if one.missing else str(one.designs),
         )
         for name in names
         for one in percentiles(results.rows, name)
@@ -37,8 +47,8 @@ def blocks(results: Results) -> list[Any]:
     for one in failed_shares(results.study, results.rows):
         found.append(
             Text(
-                f"{100 * one.share:.1f} % ({limits_of([100 * limit for limit in one.limits])}) of {one.designs} "
-                f"gearboxes exceed {one.response} = {one.target:g}."
+                f"{100 * one.share:.1f} % ({limits_of([100 * limit for limit in one.limits])}) of {count_text(one)} "
+                f"exceed {one.response} = {one.target:g} at their worst operating point."
             )
         )
     ranking = influences(results.study, results.rows, main)
@@ -56,10 +66,10 @@ def distribution(results: Results) -> Figure | None:
         return None
     found = percentiles(results.rows, main)
     target = results.study.targets.get(main)
-    line = {"color": "#1d2329", "width": 1, "dash": "dash"}
+    line, dashed = {"color": "#1d2329", "width": 1, "dash": "dash"}, "" if target is None else " Dashed: target."
     speeds = sorted({one.speed_rpm for one in found if one.speed_rpm is not None})
     if len(speeds) > 1:
-        torque = found[0].torque
+        torque = loudest(found).torque
         traces = []
         for percent, colour in zip(
             sorted({one.percent for one in found}, reverse=True), ("#d55e00", "#0072b2", "#009e73"), strict=False
@@ -80,7 +90,8 @@ def distribution(results: Results) -> Figure | None:
             layout["shapes"] = [
                 {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": target, "y1": target, "line": line}
             ]
-        return Figure("Percentiles over speed. Dashed: target.", traces, layout, height=320)
+        caption = f"Percentiles over speed{Point(None, torque).words}.{dashed}"
+        return Figure(caption, traces, layout, height=320)
     ordered = sorted(row.responses[main] for row in results.worst if main in row.responses)
     shares = [100.0 * (number + 1) / len(ordered) for number in range(len(ordered))]
     trace = {
@@ -88,14 +99,15 @@ def distribution(results: Results) -> Figure | None:
         "mode": "lines",
         "x": significant(ordered),
         "y": rounded(shares),
-        "line": {"shape": "vh", "color": "#0072b2"},
+        "line": {"shape": "hv", "color": "#0072b2"},
     }
     layout = axes(unit_of(main), "gearboxes below / %", yaxis={"range": [0, 100]})
     if target is not None:
         layout["shapes"] = [
             {"type": "line", "yref": "paper", "y0": 0, "y1": 1, "x0": target, "x1": target, "line": line}
         ]
-    caption = f"Distribution over {len(ordered)} gearboxes. Dashed: target."
+    several = " at their worst operating point" if len({row.point for row in results.rows}) > 1 else ""
+    caption = f"Distribution over {len(ordered)} gearboxes{several}.{dashed}"
     return Figure(caption, [trace], layout, height=320)
 
 

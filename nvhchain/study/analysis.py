@@ -81,7 +81,7 @@ def main_effects(study: Study, rows: Sequence[Row]) -> list[Effect]:
         alone have none, whatever the means of their groups. Those that `confounded_names` returns are omitted.
     """
     used = [row for row in rows if row.refused is None and None not in row.values.values()]
-    idle, found = _idle_names(study, used), []
+    idle, found = idle_parameters(study, used), []
     confounded = confounded_names(study, rows)
     for response in responses_of(used):
         here = [row for row in used if response in row.responses]
@@ -104,7 +104,7 @@ def confounded_names(study: Study, rows: Sequence[Row]) -> list[str]:
     if study.plan not in ("grid", "list"):
         return []
     used = [row for row in rows if row.refused is None]
-    idle, found = _idle_names(study, used), dict[str, None]()
+    idle, found = idle_parameters(study, used), dict[str, None]()
     for response in responses_of(used):
         columns = _columns(study, [row for row in used if response in row.responses])
         texts = {name: list(map(str, given)) for name, given in columns.items()}
@@ -172,15 +172,18 @@ def worst_rows(rows: Sequence[Row]) -> list[Row]:
     return found
 
 
-def idle_parameters(effects: Sequence[Effect]) -> list[str]:
-    """Return parameters on which no response depends.
+def idle_parameters(study: Study, rows: Sequence[Row]) -> list[str]:
+    """Return the parameters on which no response depends, as far as pairs of designs decide it.
 
-    Returns parameters all of whose effects are below 1e-9 in the unit of the response.
+    A pair differs in the parameter alone, at one operating point. Plans of draws have no such pairs: `run_study` runs
+    them, and its first row has their result.
     """
-    most: dict[str, float] = {}
-    for effect in effects:
-        most[effect.parameter] = max(most.get(effect.parameter, 0.0), abs(effect.change))
-    return [name for name, change in most.items() if change < 1e-9]
+    idle = {name for row in rows for name in row.idle}
+    if study.plan not in DRAWN:
+        for name, pairs in single_changes(study, [row for row in rows if row.refused is None]).items():
+            if pairs and all(same_responses(*pair) for pair in pairs):
+                idle.add(name)
+    return [parameter.name for parameter in study.parameters if parameter.name in idle]
 
 
 def same_responses(first: Row, second: Row | None) -> bool:
@@ -204,16 +207,6 @@ def single_changes(study: Study, rows: Sequence[Row]) -> dict[str, list[tuple[Ro
             if row.values[parameter.name] != first.values[parameter.name]:
                 found[parameter.name].append((first, row))
     return found
-
-
-def _idle_names(study: Study, rows: Sequence[Row]) -> set[str]:
-    """Return the parameters that leave all responses alone, as far as pairs of designs decide it."""
-    idle = {name for row in rows for name in row.idle}
-    if study.plan not in DRAWN:
-        for name, pairs in single_changes(study, rows).items():
-            if pairs and all(same_responses(*pair) for pair in pairs):
-                idle.add(name)
-    return idle
 
 
 def best_designs(rows: Sequence[Row], first: str, second: str) -> list[Row]:

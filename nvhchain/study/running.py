@@ -122,7 +122,8 @@ def _with_idle(runs: _Runs, rows: list[Row]) -> list[Row]:
     """Return the rows of draws; the first one names the parameters that leave all responses alone.
 
     Every parameter changes in all draws, so that means over groups differ by chance. A parameter without a clear share
-    of any variance gets the value of another design in the first and in the last one, and all others keep theirs.
+    of any variance gets the value of another design in the first one, and in the one that differs from it in most
+    values, so that variants meet both; all other parameters keep theirs.
     """
     done = [row for row in rows if row.refused is None]
     count = len({row.design for row in done})
@@ -130,7 +131,9 @@ def _with_idle(runs: _Runs, rows: list[Row]) -> list[Row]:
         return rows
     clear = {effect.parameter for effect in main_effects(runs.study, rows) if effect.share > CLEAR / count}
     idle = [parameter.name for parameter in runs.study.parameters if parameter.name not in clear]
-    for own, others in ((done[0], done[::-1]), (done[-1], done)):
+    values = done[0].values
+    other = max(reversed(done), key=lambda row: sum(row.values[name] != values[name] for name in values))
+    for own, others in ((done[0], done[::-1]), (other, done)):
         tried = {
             name: value
             for name in idle

@@ -305,7 +305,7 @@ def _summary(study: Study, rows: Sequence[Row], effects: Sequence[Effect]) -> li
             f"No effects of {', '.join(confounded)}: their values change together, or runs are missing; a grid without "
             "refused designs separates them"
         )
-    idle = [name for name in idle_parameters(effects) if name not in ("speed_rpm", "torque_Nm")]
+    idle = idle_parameters(study, rows)
     if idle:
         lines.append(f"No response depends on {', '.join(idle)}")
     changes = single_changes(study, [row for row in rows if row.refused is None]) if study.plan == "optimise" else {}

@@ -113,7 +113,37 @@ def test_a_design_counts_by_its_worst_operating_point_and_not_at_all_where_one_i
 def test_a_parameter_without_effect_is_named():
     study = Study("case.toml", (Parameter("x", ("a.x",), (0, 1)), Parameter("y", ("a.y",), (0, 1))))
     rows = [Row(n, {"x": n % 2, "y": n // 2}, responses={"level": 60.0 + n % 2}) for n in range(4)]
-    assert idle_parameters(main_effects(study, rows)) == ["y"]
+    assert idle_parameters(study, rows) == ["y"]
+
+
+def test_a_parameter_that_acts_by_interaction_alone_is_not_named(tmp_path):
+    """The level is lower where both values differ: both means are the same; a speed moves nothing and has no name."""
+    study = Study("case.toml", tuple(Parameter(name, (f"a.{name}",), (0, 1)) for name in "xyz"), speeds_rpm=(1.0, 2.0))
+    rows = [
+        Row(n, design, speed, responses={"level": 60.0 + (design["x"] == design["y"])})
+        for n, design in enumerate(list_designs(study))
+        for speed in study.speeds_rpm
+    ]
+    assert {one.change for one in main_effects(study, rows)} == {0.0}
+    assert idle_parameters(study, rows) == ["z"]
+    assert "No response depends on z" in write_study(study, rows, tmp_path)
+
+
+def test_a_parameter_of_one_variant_is_tried_in_that_variant():
+    """The radius of a hole counts where there are holes; the first and the last design are solid."""
+    radius = Parameter("radius", ("a.r",), low=1.0, high=2.0)
+    study = Study("case.toml", (Parameter("body", ("a.b",), ("solid", "holes")), radius), "monte_carlo", 6)
+
+    def rows_of(designs):
+        return [
+            Row(number, design, responses={"level": 60.0 + design["radius"] * (design["body"] == "holes")})
+            for number, design in designs
+        ]
+
+    bodies = ("solid", "holes", "solid", "holes", "holes", "solid")
+    rows = rows_of([(n, {"body": body, "radius": 1.0 + 0.1 * n}) for n, body in enumerate(bodies)])
+    runs = SimpleNamespace(study=study, report=lambda line: None, rows=rows_of)
+    assert running._with_idle(runs, rows)[0].idle == ()
 
 
 @pytest.mark.parametrize("plan", ["monte_carlo", "latin_hypercube", "sobol", "sensitivity"])
@@ -141,7 +171,7 @@ def test_a_parameter_without_effect_is_named_in_plans_of_draws(plan, tmp_path, m
     )
     rows = run_study(study, out=tmp_path, fidelity=nvh.DRAFT)
     assert len(rows) == 2 * 8 * (5 if plan == "sensitivity" else 1)
-    assert idle_parameters(main_effects(study, rows)) == ["shaft"]
+    assert idle_parameters(study, rows) == ["shaft"]
     assert "No response depends on shaft" in write_study(study, rows, tmp_path)
 
 

@@ -39,7 +39,7 @@ def blocks(results: Results) -> list[Any]:
         )
         caption = "Mean over all other values. Text: value with the lowest mean → value with the highest."
         found.append(Figure(caption, [bars], layout, height=110 + 38 * len(shown)))
-    idle = [name for name in idle_parameters(effects) if name not in ("speed_rpm", "torque_Nm")]
+    idle = idle_parameters(results.study, results.rows)
     if idle:
         found.append(Text(f"No response depends on {', '.join(idle)}.", "doubt"))
     rows = [

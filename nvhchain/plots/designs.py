@@ -10,21 +10,25 @@ from matplotlib.figure import Figure
 _MOST_BARS = 12
 
 
-def effect_bars(effects: Mapping[str, float], notes: Sequence[str], *, name: str) -> list[Axes]:
+def effect_bars(
+    effects: Mapping[str, float], notes: Sequence[str], unclear: Sequence[bool], *, name: str
+) -> list[Axes]:
     """Draw the effects of parameters on a response, the first on top.
 
     effects : parameter → highest less lowest mean of the response.
     notes : text beside each bar.
+    unclear : True for bars in grey, no larger than chance.
     name : response; levels are in dB(A).
     """
-    shown = list(zip(effects.items(), notes, strict=True))[:_MOST_BARS]
+    shown = list(zip(effects.items(), notes, unclear, strict=True))[:_MOST_BARS]
     axes = Figure(figsize=(7.0, 1.2 + 0.4 * len(shown)), layout="constrained").subplots()
-    for place, ((_, change), note) in enumerate(shown):
-        axes.barh(place, change, color="#0072B2")
+    for place, ((_, change), note, grey) in enumerate(shown):
+        axes.barh(place, change, color="0.6" if grey else "#0072B2")
         axes.annotate(f" {note}", (change, place), va="center", fontsize=8)
-    axes.set_yticks(range(len(shown)), [parameter for (parameter, _), _ in shown])
+    axes.set_yticks(range(len(shown)), [parameter for (parameter, _), *_ in shown])
     axes.invert_yaxis()
     axes.margins(x=0.25)
+    axes.set_title("grey: no larger than chance" if any(grey for *_, grey in shown) else "", fontsize=9)
     axes.set_xlabel(f"highest less lowest mean of {name}" + (" / dB" if name.startswith("level") else ""))
     return [axes]
 

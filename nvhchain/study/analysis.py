@@ -10,7 +10,7 @@ from itertools import combinations
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.stats import sobol_indices
+from scipy.stats import beta, sobol_indices
 
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray
@@ -32,6 +32,8 @@ class Effect:
         Value, or middle of a quarter of the values, with the lowest and with the highest mean.
     share : float
         Share of the variance of the response that lies between the groups, 0 to 1.
+    chance : float, optional
+        Share that chance alone exceeds for one of twenty parameters without effect; None in a plan without draws.
     """
 
     parameter: str
@@ -40,6 +42,12 @@ class Effect:
     lowest: object
     highest: object
     share: float
+    chance: float | None = None
+
+    @property
+    def unclear(self) -> bool:
+        """True for an effect that is no larger than chance."""
+        return self.chance is not None and self.share <= self.chance
 
 
 @dataclass(frozen=True)
@@ -78,21 +86,55 @@ def main_effects(study: Study, rows: Sequence[Row]) -> list[Effect]:
     -------
     list of Effect
         Effects by response. Values of a distribution are grouped in quarters. Parameters that leave all responses
-        alone have none, whatever the means of their groups. Those that `confounded_names` returns are omitted.
+        alone have none, whatever the means of their groups. Those that `confounded_names` returns are omitted, and
+        so are draws, which have no order.
+
+    Notes
+    -----
+    Designs that are drawn, searched, or gearboxes of several seeds differ by chance. The share of a parameter without
+    effect then has a beta distribution, that of the analysis of variance with as many degrees of freedom as gearboxes
+    leave: between them where each has one value, within them where each has all values.
     """
     used = [row for row in rows if row.refused is None and None not in row.values.values()]
     idle, found = idle_parameters(study, used), []
     confounded = confounded_names(study, rows)
-    for response in responses_of(used):
+    names = responses_of(used)
+    for response in names:
         here = [row for row in used if response in row.responses]
         values = np.array([row.responses[response] for row in here])
-        effects = [
-            _effect(name, response, given, values if name not in idle else np.zeros_like(values))
-            for name, given in _columns(study, here).items()
-            if len(set(map(str, given))) > 1 and name not in confounded
-        ]
-        found += sorted(effects, key=lambda effect: -effect.share)
-    return found
+        gearboxes = _gearboxes(study, here)
+        for name, given in _columns(study, here).items():
+            if len(set(map(str, given))) > 1 and name not in confounded:
+                effect = _effect(name, response, given, values if name not in idle else np.zeros_like(values))
+                chance = None if gearboxes is None else _chance(study, name, given, gearboxes, values)
+                found.append(replace(effect, chance=chance))
+    return sorted(found, key=lambda effect: (names.index(effect.response), -effect.share))
+
+
+def _gearboxes(study: Study, rows: Sequence[Row]) -> list[str] | None:
+    """Return the gearbox of every row, whose properties are due to chance; None in a plan without draws."""
+    if study.plan in (*DRAWN, "sensitivity", "optimise"):
+        return [str(row.design) for row in rows]
+    seeds = [parameter.name for parameter in study.parameters if parameter.is_seed]
+    return [str([row.values[name] for name in seeds]) for row in rows] if seeds else None
+
+
+def _chance(
+    study: Study, name: str, given: Sequence[object], gearboxes: Sequence[str], values: FloatArray
+) -> float | None:
+    """Return the share of the variance that chance alone exceeds for one of twenty parameters without effect."""
+    levels, several = len(set(map(str, given))), len(set(gearboxes))
+    share, drawn = _share_between(gearboxes, values), {parameter.name: parameter for parameter in study.parameters}
+    if name in drawn and drawn[name].is_seed:
+        return None
+    if name in drawn and study.plan not in ("grid", "list"):
+        if study.plan == "sensitivity":
+            several = 2 * study.designs  # the others repeat their values
+        freedom = several - levels
+    else:
+        cells = [f"{one} {value}" for one, value in zip(gearboxes, given, strict=True)]
+        share, freedom = _share_between(cells, values) - share, (several - 1) * (levels - 1)
+    return share * float(beta.ppf(0.95, 0.5 * (levels - 1), 0.5 * freedom)) if freedom > 0 else share
 
 
 def confounded_names(study: Study, rows: Sequence[Row]) -> list[str]:
@@ -297,9 +339,11 @@ def indices_from(names: Sequence[str], response: str, values: ArrayLike, count: 
 
 
 def _columns(study: Study, rows: Sequence[Row]) -> dict[str, list[object]]:
-    """Return the values of every parameter, distributions in quarters, and of speed and torque."""
+    """Return the values of every parameter but draws, distributions in quarters, and of speed and torque."""
     columns: dict[str, list[object]] = {}
     for parameter in study.parameters:
+        if parameter.draw:
+            continue
         given = [row.values[parameter.name] for row in rows]
         columns[parameter.name] = given if parameter.levels else list(_quarters(np.array(given, dtype=float)))
     return columns | {"speed_rpm": [row.speed_rpm for row in rows], "torque_Nm": [row.torque for row in rows]}
@@ -315,24 +359,29 @@ def _quarters(values: FloatArray) -> list[float]:
 
 
 def _effect(name: str, response: str, given: Sequence[object], values: FloatArray) -> Effect:
-    groups: dict[str, list[int]] = {}
-    for index, value in enumerate(given):
-        groups.setdefault(str(value), []).append(index)
-    apart = values - values.mean()
-    if is_constant(values):
-        apart = np.zeros_like(values)  # what is left is rounding
-    means = {key: float(apart[some].mean()) for key, some in groups.items()}
+    keys = list(map(str, given))
+    means = _group_means(keys, values)
     low, high = min(means, key=means.__getitem__), max(means, key=means.__getitem__)
-    between = sum(len(some) * means[key] ** 2 for key, some in groups.items())
-    whole = float((apart**2).sum())
-    return Effect(
-        name,
-        response,
-        means[high] - means[low],
-        given[groups[low][0]],
-        given[groups[high][0]],
-        min(1.0, between / whole) if whole > 0 else 0.0,
-    )
+    places = given[keys.index(low)], given[keys.index(high)]
+    return Effect(name, response, means[high] - means[low], *places, _share_between(keys, values))
+
+
+def _group_means(keys: Sequence[str], values: FloatArray) -> dict[str, float]:
+    """Return the mean of every group of values, less that of all; 0 where only rounding is left."""
+    groups: dict[str, list[int]] = {}
+    for index, key in enumerate(keys):
+        groups.setdefault(key, []).append(index)
+    apart = np.zeros_like(values) if is_constant(values) else values - values.mean()
+    return {key: float(apart[some].mean()) for key, some in groups.items()}
+
+
+def _share_between(keys: Sequence[str], values: FloatArray) -> float:
+    """Return the share of the variance of values that lies between groups."""
+    if is_constant(values):
+        return 0.0
+    means, counts = _group_means(keys, values), Counter(keys)
+    between = sum(counts[key] * mean**2 for key, mean in means.items())
+    return min(1.0, between / float(((values - values.mean()) ** 2).sum()))
 
 
 def is_constant(values: FloatArray) -> bool:

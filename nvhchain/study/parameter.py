@@ -161,6 +161,11 @@ class Parameter:
         return all(_SCATTER.search(path) for path in self.given_paths)
 
     @property
+    def is_seed(self) -> bool:
+        """True where it draws other gearboxes of the same kind."""
+        return self.draw or all(path.endswith(".seed") for path in self.given_paths)
+
+    @property
     def given_paths(self) -> tuple[str, ...]:
         """Places of the case that it changes."""
         return self.paths or tuple(path for _, changes in self.variants for path in changes)

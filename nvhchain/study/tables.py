@@ -273,6 +273,7 @@ def _effect_record(study: Study, effect: Effect) -> dict[str, Any]:
         "lowest_at": effect.lowest,
         "highest_at": effect.highest,
         "share_of_variance": effect.share,
+        "share_by_chance": effect.chance,
     }
 
 
@@ -297,7 +298,7 @@ def _summary(study: Study, rows: Sequence[Row], effects: Sequence[Effect]) -> li
             lines.append(
                 f"{name} changes {main} by {effect.change:.3g}{_unit(main)[:3]} on average "
                 f"({_short(effect.lowest)}{unit} lowest, {_short(effect.highest)}{unit} highest): "
-                f"{100 * effect.share:.0f} % of its variance"
+                f"{100 * effect.share:.0f} % of its variance{', no more than chance' if effect.unclear else ''}"
             )
     confounded = confounded_names(study, rows)
     if confounded:
@@ -349,4 +350,4 @@ def _short(value: object) -> str:
 def _effect_bars(effects: Sequence[Effect]) -> list[Any]:
     notes = [f"{_short(effect.lowest)} to {_short(effect.highest)}" for effect in effects]
     bars = {effect.parameter: effect.change for effect in effects}
-    return effect_bars(bars, notes, name=effects[0].response)
+    return effect_bars(bars, notes, [effect.unclear for effect in effects], name=effects[0].response)

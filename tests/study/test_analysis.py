@@ -7,6 +7,7 @@ import pytest
 
 import nvhchain as nvh
 from nvhchain.errors import InputError
+from nvhchain.plots.designs import effect_bars
 from nvhchain.study import (
     Parameter,
     Row,
@@ -20,9 +21,12 @@ from nvhchain.study import (
     running,
     sensitivity,
     spreading,
+    tables,
     worst_rows,
     write_study,
 )
+from nvhchain.study.page import effects
+from nvhchain.study.page.results import Results
 from nvhchain.testing.coarse_runs import SMALL
 
 
@@ -129,6 +133,58 @@ def test_a_parameter_that_acts_by_interaction_alone_is_not_named(tmp_path):
     assert "No response depends on z" in write_study(study, rows, tmp_path)
 
 
+@pytest.mark.parametrize("plan", ["monte_carlo", "grid"])
+def test_one_of_twenty_parameters_without_effect_exceeds_its_share_by_chance(plan):
+    """Gearboxes at two speeds differ by chance: 24 drawn with a width each, or twelve with both widths."""
+    random, exceeded, trials = np.random.default_rng(5), {"width": 0, "speed_rpm": 0}, 400
+    width = Parameter("width", ("a.w",), (1, 2))
+    seeds = {"values": tuple(range(12))} if plan == "grid" else {"draw": True}
+    parameters = (width, Parameter("seed", ("a.seed",), **seeds))
+    study = Study("case.toml", parameters, plan, 0 if plan == "grid" else 24, speeds_rpm=(1.0, 2.0))
+    for _ in range(trials):
+        own = random.normal(size=12 if plan == "grid" else 24)
+        rows = [
+            Row(n, design, speed, responses={"level": 60.0 + 3.0 * own[n % len(own)] + one})
+            for n, design in enumerate(list_designs(study))
+            for speed, one in zip(study.speeds_rpm, random.normal(size=2), strict=True)
+        ]
+        for effect in main_effects(study, rows):
+            if effect.parameter in exceeded:
+                exceeded[effect.parameter] += not effect.unclear
+    assert all(0.02 * trials < count < 0.08 * trials for count in exceeded.values())
+
+
+def test_effects_larger_than_chance_are_told_from_the_others(tmp_path, monkeypatch):
+    """Both widths of six gearboxes: 1 dB beside differences of 0.1 dB, and a tooth that changes 0.01 dB."""
+    names = (("width", (1, 2)), ("tooth", (1, 2)), ("seed", tuple(range(6))))
+    study = Study("case.toml", tuple(Parameter(name, (f"a.{name}",), values) for name, values in names))
+    random = np.random.default_rng(2)
+    rows = [
+        Row(n, one, responses={"level": 60.0 + one["width"] + 0.01 * one["tooth"] + 0.1 * random.normal()})
+        for n, one in enumerate(list_designs(study))
+    ]
+    found = {one.parameter: one for one in main_effects(study, rows)}
+    assert {name: one.unclear for name, one in found.items()} == {"width": False, "tooth": True, "seed": False}
+    bars = []
+    monkeypatch.setattr(tables, "effect_bars", lambda *of, **more: bars.append(effect_bars(*of, **more)) or bars[-1])
+    lines = write_study(study, rows, tmp_path)
+    assert [line.endswith("of its variance, no more than chance") for line in lines if "on average" in line] == [
+        name == "tooth" for name in list(found)[:3]
+    ]
+    ((axes,),) = bars
+    grey = [axes.patches[place].get_facecolor()[0] == 0.6 for place in range(3)]
+    assert grey == [name == "tooth" for name in found]
+    figure, *_ = effects.blocks(Results(study, tuple(rows)))
+    assert figure.caption.endswith("Grey: no larger than chance.")
+    assert "share_by_chance" in (tmp_path / "effects.csv").read_text()
+
+
+def test_draws_have_no_effects_since_seeds_have_no_order():
+    study = Study("case.toml", (Parameter("s", ("a.seed",), draw=True),), "monte_carlo", 8)
+    rows = [Row(n, one, responses={"level": 60.0 + n}) for n, one in enumerate(list_designs(study))]
+    assert main_effects(study, rows) == []
+
+
 def test_a_parameter_of_one_variant_is_tried_in_that_variant():
     """The radius of a hole counts where there are holes; the first and the last design are solid."""
     radius = Parameter("radius", ("a.r",), low=1.0, high=2.0)
@@ -205,7 +261,7 @@ def test_a_response_that_is_the_same_in_all_designs_has_no_effects():
     rows = [
         Row(n, {"x": n % 7, "y": n % 3}, responses={"level": 60.0 + n % 7, "mass": masses[n % 3]}) for n in range(21)
     ]
-    effects = {(one.response, one.parameter): one for one in main_effects(study, rows)}
-    assert effects["level", "x"].share == pytest.approx(1.0)
-    assert {effects["mass", name].share for name in "xy"} == {0.0}
-    assert {effects["mass", name].change for name in "xy"} == {0.0}
+    found = {(one.response, one.parameter): one for one in main_effects(study, rows)}
+    assert found["level", "x"].share == pytest.approx(1.0)
+    assert {found["mass", name].share for name in "xy"} == {0.0}
+    assert {found["mass", name].change for name in "xy"} == {0.0}

@@ -29,19 +29,22 @@ def blocks(results: Results) -> list[Any]:
             "y": [label(results.study.title(effect.parameter)) for effect in shown],
             "text": [label(note) for note in notes],
             "textposition": "auto",
-            "marker": {"color": "#0072b2"},
+            "marker": {"color": ["#8a929b" if effect.unclear else "#0072b2" for effect in shown]},
             "hovertemplate": "%{y}: %{x:.2f} (%{text})<extra></extra>",
         }
         layout = axes(
-            f"highest less lowest mean of {unit_of(str(results.main)).replace('(A)', '')}",
+            f"change of the mean {unit_of(str(results.main)).replace('(A)', '')}",
             "",
             yaxis={"autorange": "reversed"},
         )
         caption = "Mean over all other values. Text: value with the lowest mean → value with the highest."
+        if any(effect.unclear for effect in shown):
+            caption += " Grey: no larger than chance."
         found.append(Figure(caption, [bars], layout, height=110 + 38 * len(shown)))
     idle = idle_parameters(results.study, results.rows)
     if idle:
         found.append(Text(f"No response depends on {', '.join(idle)}.", "doubt"))
+    drawn = any(effect.chance is not None for effect in effects)
     rows = [
         (
             unit_of(effect.response),
@@ -50,8 +53,12 @@ def blocks(results: Results) -> list[Any]:
             text_of(effect.lowest),
             text_of(effect.highest),
             f"{100 * effect.share:.0f} %",
+            *([] if not drawn else [""] if effect.chance is None else [f"{100 * effect.chance:.0f} %"]),
         )
         for effect in effects
     ]
-    head = ("response", "parameter", "change", "lowest at", "highest at", "share of variance")
+    head = ["response", "parameter", "change", "lowest at", "highest at", "share of variance"]
+    if drawn:
+        head.append("by chance below")
+        found.append(Text("The share by chance is the one that 1 of 20 parameters without effect exceeds.", "small"))
     return [*found, Table(head, rows, "Effects on all responses", folded=True, numbers=2, sortable=True)]

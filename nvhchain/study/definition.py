@@ -102,7 +102,7 @@ class Study:
     targets : dict of str to float
         Response → largest value that passes, such as level = 65; at the worst operating point.
     most_designs : int
-        Number of designs above which a plan is refused.
+        Number of designs above which a plan is refused; each draw of a search counts.
     responses : tuple of str
         Further responses: `orders`, `loudness`, `contact_pressure`.
     goal : Goal, optional

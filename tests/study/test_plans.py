@@ -349,6 +349,19 @@ def test_a_plan_of_draws_states_its_further_runs(study_file, capsys):
     assert "Up to 2 further runs, one value changed" in capsys.readouterr().out
 
 
+def test_the_plan_of_a_search_counts_designs_and_their_draws(study_file, capsys):
+    text = (
+        '[optimise]\ndraws = 3\npercent = 100\n[[scatter]]\nname = "velocity"\npath = "pulsation"\nlow = 0.5\n'
+        "high = 1.5\n" + RADIUS
+    )
+    assert main(["study", str(study_file('plan = "optimise"\ndesigns = 10\n' + text)), "--plan"]) == 0
+    assert "up to 10 designs with 3 draws each at 1 operating point, 30 runs" in capsys.readouterr().out
+    path = study_file('plan = "optimise"\ndesigns = 10\nmost_designs = 20\n' + text)
+    assert main(["study", str(path), "--plan"]) == 2
+    said = capsys.readouterr().err
+    assert "10 designs with 3 draws each are more than most_designs = 20: take fewer of them or raise" in said
+
+
 def test_the_plan_states_the_disk_within_a_factor_of_three(tmp_path):
     """Four crownings share the finite elements of both gears: their files are counted once."""
     study = Study(SMALL, (CROWNING,))

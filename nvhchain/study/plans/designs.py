@@ -80,10 +80,12 @@ def count_designs(study: Study) -> int:
         count = 1 + 2 * STEPS * len(study.parameters)
     elif study.goal is not None:
         count *= max(1, study.goal.draws)
+    goal = study.goal
+    given = f"{study.designs} designs with {goal.draws} draws each" if goal and goal.draws else f"{count} designs"
+    fewer = "values, a latin_hypercube," if study.plan == "grid" else "of them"
     require(
         count <= study.most_designs,
-        f"{count} designs are more than most_designs = {study.most_designs}: take fewer values, a latin_hypercube, or "
-        "raise most_designs",
+        f"{given} are more than most_designs = {study.most_designs}: take fewer {fewer} or raise most_designs",
     )
     return count
 

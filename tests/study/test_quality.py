@@ -12,6 +12,7 @@ import pytest
 from nvhchain.case import Deviations, GearboxCase, load_case
 from nvhchain.errors import InputError
 from nvhchain.plots.designs import percentile_curves
+from nvhchain.report.page.blocks import Text
 from nvhchain.study import (
     Parameter,
     Row,
@@ -189,6 +190,19 @@ def test_a_series_of_which_every_gearbox_fails_somewhere_has_no_share(tmp_path: 
         for speed in study.speeds_rpm
     ]
     assert "95 % of 40 gearboxes have a level at 1500 rpm below 60.0" in write_study(study, rows, tmp_path)[0]
+
+
+def test_a_series_of_seeds_alone_asks_for_no_more_gearboxes() -> None:
+    """Seeds are not ranked, however many there are; other tolerances are with 50 gearboxes."""
+
+    def words(study: Study) -> list[str]:
+        rows = tuple(Row(n, one, responses={"level": float(n)}) for n, one in enumerate(list_designs(study)))
+        return [one.text for one in scatter.blocks(Results(study, rows)) if isinstance(one, Text)]
+
+    seeds = "Not ranked, since seeds have no order: seed."
+    assert words(replace(factory(60), parameters=factory(60).parameters[2:])) == [seeds]
+    assert words(factory(60)) == [seeds]
+    assert words(factory(40)) == ["A ranking of tolerances needs 50 gearboxes or more that differ in level.", seeds]
 
 
 def test_a_distribution_without_a_target_steps_up_at_each_gearbox() -> None:

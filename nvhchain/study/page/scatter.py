@@ -52,11 +52,14 @@ def blocks(results: Results) -> list[Any]:
             )
         )
     ranking = influences(results.study, results.rows, main)
-    return [*found, *(_ranking(results, ranking, main) if ranking else [_few(results)])]
-
-
-def _few(results: Results) -> Text:
-    return Text(f"A ranking of tolerances needs {FEWEST} gearboxes or more that differ in {results.main}.", "small")
+    seeds = [parameter.name for parameter in results.study.parameters if parameter.draw]
+    if ranking:
+        found += _ranking(results, ranking, main)
+    elif len(seeds) < len(results.study.parameters):
+        found.append(Text(f"A ranking of tolerances needs {FEWEST} gearboxes or more that differ in {main}.", "small"))
+    if seeds:
+        found.append(Text(f"Not ranked, since seeds have no order: {', '.join(seeds)}.", "small"))
+    return found
 
 
 def distribution(results: Results) -> Figure | None:
@@ -138,7 +141,5 @@ def _ranking(results: Results, ranking: list[Influence], main: str) -> list[Any]
         for one in ranking
     ]
     head = ("tolerance", "share of variance (95 % limits)", "rank correlation", "95 % limits")
-    seeds = [parameter.name for parameter in results.study.parameters if parameter.draw]
-    note = [Text(f"Not ranked, since seeds have no order: {', '.join(seeds)}.", "small")] if seeds else []
     figure = Figure("Tolerances by their effect, with 95 % limits.", [trace], layout, height=110 + 38 * len(ranking))
-    return [figure, Table(head, rows, numbers=1, sortable=True), *note]
+    return [figure, Table(head, rows, numbers=1, sortable=True)]

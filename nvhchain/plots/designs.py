@@ -59,6 +59,7 @@ def percentile_curves(
     name: str,
     target: float | None = None,
     torque: float | None = None,
+    drawn: str = "gearboxes",
 ) -> list[Axes]:
     """Draw percentiles of a response over speed, or its distribution where there is one speed.
 
@@ -67,24 +68,26 @@ def percentile_curves(
     name : response; levels are in dB(A).
     target : largest value that passes.
     torque : torque of the percentiles (N·m); None for that of the case.
+    drawn : word for the designs.
     """
-    axes = Figure(figsize=(7.0, 4.0), layout="constrained").subplots()
+    figure = Figure(figsize=(7.0, 4.0), layout="constrained")
+    axes = figure.subplots()
     unit = f"{name} / dB(A)" if name.startswith("level") else name
     speeds = sorted({speed for speed, _, _ in points if speed is not None})
     if len(speeds) > 1:
         for percent in sorted({percent for _, percent, _ in points}, reverse=True):
             found = {speed: value for speed, of, value in points if of == percent}
             heights = [found[speed] for speed in speeds]
-            axes.plot(speeds, heights, "o-", ms=3, label=f"{percent:g} % of the gearboxes below")
+            axes.plot(speeds, heights, "o-", ms=3, label=f"{percent:g} % of the {drawn} below")
         axes.set(xlabel="input speed / rpm", ylabel=unit, title="" if torque is None else f"at {torque:g} N m")
         if target is not None:
             axes.axhline(target, color="k", ls="--", lw=1.0, label="target")
     else:
         ordered = sorted(worst)
         shares = [100.0 * (number + 1) / len(ordered) for number in range(len(ordered))]
-        axes.plot(ordered, shares, color="#0072B2", drawstyle="steps-post", label=f"{len(ordered)} gearboxes")
-        axes.set(xlabel=unit, ylabel="gearboxes below / %", ylim=(0, 100))
+        axes.plot(ordered, shares, color="#0072B2", drawstyle="steps-post", label=f"{len(ordered)} {drawn}")
+        axes.set(xlabel=unit, ylabel=f"{drawn} below / %", ylim=(0, 100))
         if target is not None:
             axes.axvline(target, color="k", ls="--", lw=1.0, label="target")
-    axes.legend(frameon=False)
+    figure.legend(frameon=False, loc="outside upper center", ncols=2)
     return [axes]

@@ -199,6 +199,16 @@ class Study:
         drawn = self.varied[len(self.parameters) :] if self.plan in PAIRED else self.parameters
         return drawn if all(one.is_scatter for one in drawn) else ()
 
+    @property
+    def is_series(self) -> bool:
+        """True for draws of one design: plan `monte_carlo`, or nothing but the scatter of production varies."""
+        return self.plan in DRAWN and (self.plan == "monte_carlo" or bool(self.scatter))
+
+    @property
+    def drawn(self) -> str:
+        """Word for the designs of a plan of draws."""
+        return "gearboxes" if self.is_series else "designs"
+
     def _check_paths(self) -> None:
         """Refuse places of the case that two parameters set, or a parameter and the operating points."""
         points = (("operation.input_speed_rpm", "speeds_rpm"), ("operation.input_torque", "torques"))

@@ -156,10 +156,11 @@ def loudest(found: Sequence[Percentile]) -> Percentile:
     return max((one for one in found if one.percent == PERCENTS[-1]), key=lambda one: one.value)
 
 
-def count_text(found: Percentile | FailedShare) -> str:
+def count_text(study: Study, found: Percentile | FailedShare) -> str:
     """Return the number of gearboxes in words, such as "38 gearboxes with a result (of 40)"."""
-    return f"{found.designs} gearboxes" + (
-        f" with a result (of {found.designs + found.missing})" if found.missing else ""
+    kind = "a result" if isinstance(found, Percentile) else "all results"
+    return f"{found.designs} {study.drawn}" + (
+        f" with {kind} (of {found.designs + found.missing})" if found.missing else ""
     )
 
 

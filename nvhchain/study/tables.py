@@ -68,9 +68,9 @@ def write_study(study: Study, rows: Sequence[Row], out: str | Path) -> list[str]
     lines = _search_lines(study, rows) if study.goal is not None else []
     if study.plan == "gradient":
         lines += _write_slopes(study, rows, folder)
-    if study.plan in DRAWN and main_response(rows) is not None:
-        lines += _write_quality(study, rows, folder)
-    lines += _summary(study, rows, effects)
+    quality = _write_quality(study, rows, folder) if study.plan in DRAWN and main_response(rows) is not None else []
+    summary = _summary(study, rows, effects)
+    lines += [*quality, *summary] if study.is_series else [*summary, *quality]
     main = main_response(rows)
     if main is not None and any(effect.response == main for effect in effects):
         save(_effect_bars([effect for effect in effects if effect.response == main]), folder / "effects.png")
@@ -126,18 +126,20 @@ def _write_quality(study: Study, rows: Sequence[Row], folder: Path) -> list[str]
             name=main,
             target=target,
             torque=top.torque,
+            drawn=study.drawn,
         )
         save(axes, folder / "percentiles.png")
     lines = []
     for one in reversed(found):
         if (one.speed_rpm, one.torque) == (top.speed_rpm, top.torque):
+            at = Point(one.speed_rpm, one.torque).words
             lines.append(
-                f"{one.percent:g} % of {count_text(one)} have a {main}{Point(one.speed_rpm, one.torque).words} below "
-                f"{one.value:.1f} ({_ends(one.limits)})"
+                f"{one.percent:g} % of {count_text(study, one)} have a {main}{at} below {one.value:.1f} "
+                f"({_ends(one.limits)})"
             )
     for failed in failed_shares(study, rows):
         lines.append(
-            f"{share_text(failed.share, failed.limits)} of {count_text(failed)} exceed {failed.response} = "
+            f"{share_text(failed.share, failed.limits)} of {count_text(study, failed)} exceed {failed.response} = "
             f"{failed.target:g}"
         )
     lines += [
@@ -280,7 +282,7 @@ def _effect_record(study: Study, effect: Effect) -> dict[str, Any]:
 def _summary(study: Study, rows: Sequence[Row], effects: Sequence[Effect]) -> list[str]:
     lines, main = [], main_response(rows)
     heard = [row for row in worst_rows(rows) if main is not None and main in row.responses]
-    if main is not None and heard and study.plan not in ("optimise", "gradient", *DRAWN):
+    if main is not None and heard and study.plan not in ("optimise", "gradient") and not study.is_series:
         several = " (worst operating point)" if len({(row.speed_rpm, row.torque) for row in rows}) > 1 else ""
         for word, row in (
             ("Lowest", min(heard, key=lambda row: row.responses[main])),

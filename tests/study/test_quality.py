@@ -171,7 +171,7 @@ def test_percentiles_name_their_torque_and_the_gearboxes_without_a_result(
     monkeypatch.setattr(tables, "save", lambda *_: None)
     lines = write_study(study, rows, tmp_path)
     assert lines[0].startswith("95 % of 38 gearboxes with a result (of 40) have a level at 3000 rpm and 60 N m below")
-    assert any("of 38 gearboxes with a result (of 40) exceed level = 0" in line for line in lines)
+    assert any("of 38 gearboxes with all results (of 40) exceed level = 0" in line for line in lines)
     figure = scatter.distribution(Results(study, tuple(rows)))
     assert figure is not None
     assert figure.caption == "Percentiles over speed at 60 N m. Dashed: target."
@@ -202,7 +202,19 @@ def test_a_series_of_seeds_alone_asks_for_no_more_gearboxes() -> None:
     seeds = "Not ranked, since seeds have no order: seed."
     assert words(replace(factory(60), parameters=factory(60).parameters[2:])) == [seeds]
     assert words(factory(60)) == [seeds]
-    assert words(factory(40)) == ["A ranking of tolerances needs 50 gearboxes or more that differ in level.", seeds]
+    assert words(factory(40)) == ["A ranking of parameters needs 50 gearboxes or more that differ in level.", seeds]
+
+
+def test_a_hypercube_of_ranges_leads_with_its_best_design(tmp_path: Path) -> None:
+    """Ranges of a design are no scatter: its points are designs, of which one is the quietest."""
+    study = replace(factory(8), plan="latin_hypercube")
+    assert [one.drawn for one in (factory(8), study)] == ["gearboxes", "designs"]
+    damping = Parameter("damping", ("housing.modal_damping",), low=0.01, high=0.03)
+    assert replace(study, parameters=(damping,)).drawn == "gearboxes"
+    lines = write_study(study, rows_of(study), tmp_path)
+    assert lines[0].startswith("Lowest level: ")
+    assert any(line.startswith("95 % of 8 designs have a level below") for line in lines)
+    assert write_study(factory(8), rows_of(factory(8)), tmp_path)[0].startswith("95 % of 8 gearboxes")
 
 
 def test_a_distribution_without_a_target_steps_up_at_each_gearbox() -> None:

@@ -42,10 +42,10 @@ def blocks(results: Results) -> list[Any]:
 
 
 def _ranked(results: Results) -> Figure | None:
-    """Return the main response of the best designs with its limits; None for one design."""
+    """Return the main response of the best designs with its limits; None for one design, and for gearboxes."""
     main = str(results.main)
     ranked = sorted((row for row in results.worst if main in row.responses), key=lambda row: row.responses[main])
-    if len(ranked) < 2:
+    if len(ranked) < 2 or results.study.is_series:
         return None
     rows = ranked[:MOST_RANKED]
     trace = _points(results, rows, "", "#0072b2", across=True)

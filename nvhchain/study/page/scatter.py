@@ -20,7 +20,7 @@ from nvhchain.study.quality import (
 )
 from nvhchain.study.rows import Point
 
-TITLE = "What leaves the factory"
+TITLE = "Scatter"
 
 
 def blocks(results: Results) -> list[Any]:
@@ -29,6 +29,7 @@ def blocks(results: Results) -> list[Any]:
     if results.study.plan not in DRAWN or main is None:
         return []
     found: list[Any] = []
+    drawn = results.study.drawn
     names = [main, *(name for name in results.study.targets if name != main)]
     rows = [
         (
@@ -42,13 +43,14 @@ def blocks(results: Results) -> list[Any]:
         for name in names
         for one in percentiles(results.rows, name)
     ]
-    head = ("response", *point_titles(results.study), "gearboxes below", "value", "95 % limits", "gearboxes")
+    head = ("response", *point_titles(results.study), f"{drawn} below", "value", "95 % limits", drawn)
     found.append(Table(head, rows, "Percentiles", folded=len(rows) > 6, numbers=1, sortable=True))
     for one in failed_shares(results.study, results.rows):
         found.append(
             Text(
-                f"{100 * one.share:.1f} % ({limits_of([100 * limit for limit in one.limits])}) of {count_text(one)} "
-                f"exceed {one.response} = {one.target:g} at their worst operating point."
+                f"{100 * one.share:.1f} % ({limits_of([100 * limit for limit in one.limits])}) of "
+                f"{count_text(results.study, one)} exceed {one.response} = {one.target:g} at their worst operating "
+                "point."
             )
         )
     ranking = influences(results.study, results.rows, main)
@@ -56,7 +58,7 @@ def blocks(results: Results) -> list[Any]:
     if ranking:
         found += _ranking(results, ranking, main)
     elif len(seeds) < len(results.study.parameters):
-        found.append(Text(f"A ranking of tolerances needs {FEWEST} gearboxes or more that differ in {main}.", "small"))
+        found.append(Text(f"A ranking of parameters needs {FEWEST} {drawn} or more that differ in {main}.", "small"))
     if seeds:
         found.append(Text(f"Not ranked, since seeds have no order: {', '.join(seeds)}.", "small"))
     return found
@@ -68,7 +70,7 @@ def distribution(results: Results) -> Figure | None:
     if results.study.plan not in DRAWN or main is None:
         return None
     found = percentiles(results.rows, main)
-    target = results.study.targets.get(main)
+    target, drawn = results.study.targets.get(main), results.study.drawn
     line, dashed = {"color": "#1d2329", "width": 1, "dash": "dash"}, "" if target is None else " Dashed: target."
     speeds = sorted({one.speed_rpm for one in found if one.speed_rpm is not None})
     if len(speeds) > 1:
@@ -82,7 +84,7 @@ def distribution(results: Results) -> Figure | None:
                 {
                     "type": "scatter",
                     "mode": "lines+markers",
-                    "name": f"{percent:g} % of the gearboxes below",
+                    "name": f"{percent:g} % of the {drawn} below",
                     "x": speeds,
                     "y": significant(own.get(speed) for speed in speeds),
                     "line": {"color": colour},
@@ -104,13 +106,13 @@ def distribution(results: Results) -> Figure | None:
         "y": rounded(shares),
         "line": {"shape": "hv", "color": "#0072b2"},
     }
-    layout = axes(unit_of(main), "gearboxes below / %", yaxis={"range": [0, 100]})
+    layout = axes(unit_of(main), f"{drawn} below / %", yaxis={"range": [0, 100]})
     if target is not None:
         layout["shapes"] = [
             {"type": "line", "yref": "paper", "y0": 0, "y1": 1, "x0": target, "x1": target, "line": line}
         ]
     several = " at their worst operating point" if len({row.point for row in results.rows}) > 1 else ""
-    caption = f"Distribution over {len(ordered)} gearboxes{several}.{dashed}"
+    caption = f"Distribution over {len(ordered)} {drawn}{several}.{dashed}"
     return Figure(caption, [trace], layout, height=320)
 
 
@@ -140,6 +142,6 @@ def _ranking(results: Results, ranking: list[Influence], main: str) -> list[Any]
         )
         for one in ranking
     ]
-    head = ("tolerance", "share of variance (95 % limits)", "rank correlation", "95 % limits")
-    figure = Figure("Tolerances by their effect, with 95 % limits.", [trace], layout, height=110 + 38 * len(ranking))
+    head = ("parameter", "share of variance (95 % limits)", "rank correlation", "95 % limits")
+    figure = Figure("Parameters by their effect, with 95 % limits.", [trace], layout, height=110 + 38 * len(ranking))
     return [figure, Table(head, rows, numbers=1, sortable=True)]

@@ -100,7 +100,8 @@ class Study:
     pareto : tuple of str
         Two responses, both better the smaller, of the figure of best designs.
     targets : dict of str to float
-        Response → largest value that passes, such as level = 65; at the worst operating point.
+        Response → largest value that passes, such as level = 65; at the worst operating point. Draws have the share
+        that fails, other plans the designs that pass.
     most_designs : int
         Number of designs above which a plan is refused; each draw of a search counts.
     responses : tuple of str

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterable, Mapping, Sequence
-from math import isfinite
+from math import inf, isfinite
 from pathlib import Path
 from typing import Any
 
@@ -293,6 +293,11 @@ def _summary(study: Study, rows: Sequence[Row], effects: Sequence[Effect]) -> li
                 f"{word} {main}{several}: {row.responses[main]:.1f}{_unit(main)}{_limits(row, main)}, "
                 f"design {row.design} ({given})"
             )
+        if study.targets and study.plan not in DRAWN:
+            met = [str(row.design) for row in heard if _meets(study, row)]
+            count = len({row.design for row in rows})
+            named = f": {', '.join(met[:20])}{', …' if len(met) > 20 else ''}" if met else ""
+            lines.append(f"{len(met)} of {count} designs meet all targets{named}")
         stated = effects if study.plan != "sensitivity" else ()
         for effect in [effect for effect in stated if effect.response == main][:3]:
             name, _, unit = study.title(effect.parameter).partition(" / ")
@@ -319,6 +324,11 @@ def _summary(study: Study, rows: Sequence[Row], effects: Sequence[Effect]) -> li
     if refused:
         lines.append(f"{len(refused)} of {len(rows)} runs were refused, the first: {refused[0].refused}")
     return lines
+
+
+def _meets(study: Study, row: Row) -> bool:
+    """Return True if a design keeps all targets at its worst operating point."""
+    return all(row.responses.get(name, inf) <= target for name, target in study.targets.items())
 
 
 def _given(row: Row) -> dict[str, Any]:

@@ -42,6 +42,15 @@ def test_parameters_of_a_whole_grid_have_effects():
     assert {effect.parameter: round(effect.change, 9) for effect in found} == {"a": 4.0, "b": 4.0}
 
 
+def test_designs_of_a_grid_that_meet_the_targets_are_named(tmp_path):
+    """Levels 61 to 69; a refused design meets none."""
+    lines = write_study(two("grid", targets={"level": 62.0}), level_rows(WHOLE, refused=[(3, 3)]), tmp_path)
+    assert "3 of 9 designs meet all targets: 0, 1, 3" in lines
+    assert "0 of 9 designs meet all targets" in write_study(
+        two("grid", targets={"level": 1.0}), level_rows(WHOLE), tmp_path
+    )
+
+
 def inertias(limits=None):
     rows = [
         Row(

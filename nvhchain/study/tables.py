@@ -72,8 +72,8 @@ def write_study(study: Study, rows: Sequence[Row], out: str | Path) -> list[str]
     summary = _summary(study, rows, effects)
     lines += [*quality, *summary] if study.is_series else [*summary, *quality]
     main = main_response(rows)
-    if main is not None and any(effect.response == main for effect in effects):
-        save(_effect_bars([effect for effect in effects if effect.response == main]), folder / "effects.png")
+    if shown := [effect for effect in effects if effect.response == main and effect.change]:
+        save(_effect_bars(shown), folder / "effects.png")
     if study.plan == "sensitivity" and rows and all(row.refused is None for row in rows):
         indices = sensitivity(study, rows)
         write_text(folder / "indices.csv", _csv(vars(index) for index in indices))
@@ -299,7 +299,7 @@ def _summary(study: Study, rows: Sequence[Row], effects: Sequence[Effect]) -> li
             named = f": {', '.join(met[:20])}{', …' if len(met) > 20 else ''}" if met else ""
             lines.append(f"{len(met)} of {count} designs meet all targets{named}")
         stated = effects if study.plan != "sensitivity" else ()
-        for effect in [effect for effect in stated if effect.response == main][:3]:
+        for effect in [effect for effect in stated if effect.response == main and effect.change][:3]:
             name, _, unit = study.title(effect.parameter).partition(" / ")
             unit = f" {unit}".rstrip()
             lines.append(

@@ -5,7 +5,7 @@ from itertools import product
 import pytest
 
 from nvhchain.study import Parameter, Row, Study, main_effects, write_study
-from nvhchain.study.page import answer
+from nvhchain.study.page import answer, effects
 from nvhchain.study.page.results import Results
 
 
@@ -40,6 +40,15 @@ def test_parameters_that_change_together_have_no_effects(plan, rows, tmp_path):
 def test_parameters_of_a_whole_grid_have_effects():
     found = main_effects(two("grid"), level_rows(WHOLE))
     assert {effect.parameter: round(effect.change, 9) for effect in found} == {"a": 4.0, "b": 4.0}
+
+
+def test_a_parameter_without_effect_has_neither_bar_nor_sentence_of_its_mean(tmp_path):
+    rows = [Row(n, {"a": a, "b": b}, responses={"level": 60.0 + a}) for n, (a, b) in enumerate(WHOLE)]
+    lines = write_study(two("grid"), rows, tmp_path)
+    assert [line[:15] for line in lines if "on average" in line] == ["a changes level"]
+    assert "No response depends on b" in lines
+    figure, *_ = effects.blocks(Results(two("grid"), tuple(rows)))
+    assert figure.data[0]["y"] == ["a"]
 
 
 def test_designs_of_a_grid_that_meet_the_targets_are_named(tmp_path):

@@ -19,7 +19,7 @@ def blocks(results: Results) -> list[Any]:
     if not effects or results.study.plan not in PLANS:
         return []
     found: list[Any] = []
-    shown = [effect for effect in effects if effect.response == results.main]
+    shown = [effect for effect in effects if effect.response == results.main and effect.change]
     if shown:
         notes = [f"{text_of(effect.lowest)} → {text_of(effect.highest)}" for effect in shown]
         bars = {

@@ -92,8 +92,8 @@ def main_effects(study: Study, rows: Sequence[Row]) -> list[Effect]:
     Notes
     -----
     Designs that are drawn, searched, or gearboxes of several seeds differ by chance. The share of a parameter without
-    effect then has a beta distribution, that of the analysis of variance with as many degrees of freedom as gearboxes
-    leave: between them where each has one value, within them where each has all values.
+    effect then has the beta distribution of the analysis of variance. Its degrees of freedom lie between the
+    gearboxes where each has one value, and within them where each has all values.
     """
     used = [row for row in rows if row.refused is None and None not in row.values.values()]
     idle, found = idle_parameters(study, used), []

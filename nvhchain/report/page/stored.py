@@ -198,7 +198,7 @@ def stored_results(folder: Path) -> Stored:
         "taken from it",
     )
     require(
-        (folder / "summary.json").is_file() or not (folder / TRADEOFF).is_file(),
+        os.path.isfile(folder / "summary.json") or not os.path.isfile(folder / TRADEOFF),
         f"{folder} is that of a trade-off: its table is tradeoff.csv; `nvhchain report {folder}` writes its page",
     )
     try:

@@ -128,8 +128,9 @@ def _hidden(table: Table, wrong: Sequence[str], path: str) -> list[str]:
 def _check_judgeable(case: Case, path: str) -> None:
     """Refuse (InputError) targets whose level a case does not have; cases derived from it may leave levels out."""
     speeds = case.speeds if isinstance(case, GearboxCase) else None
+    band = (case.band.low, case.band.high) if isinstance(case, GearboxCase) else None
     try:
-        check_targets(case.targets, case.quantities, tuple(point.name for point in case.field_points), speeds)
+        check_targets(case.targets, case.quantities, tuple(point.name for point in case.field_points), speeds, band)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 

@@ -8,8 +8,11 @@ from math import pi
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from nvhchain import levels
+from nvhchain.error_band import RunUpBand
+from nvhchain.error_band.band import SILENT_LEVEL
 from nvhchain.handoff import BearingForces, FloatArray, PressureHistory
 from nvhchain.plots.marks import OrderMarks, order_name
 from nvhchain.spectrum import Waterfall, order_cut, order_waterfall, waterfall
@@ -25,6 +28,9 @@ MAIN_ORDERS = 8
 
 LEAST_RANGE = 20.0
 """Range (dB) below the strongest order within which an order is followed."""
+
+SAME_SPEED = 0.02
+"""Relative range of speeds that figures over speed need."""
 
 WINDOW_BANDWIDTH = 1.5
 """Noise bandwidth of a Hann window in lines.
@@ -149,6 +155,33 @@ def run_up_summary(history: PressureHistory, curves: Sequence[Curve]) -> dict[st
             for of in curves
         },
     }
+
+
+def constant_speed(speed: ArrayLike) -> bool:
+    """Return True if the means of tenths of a record differ by less than `SAME_SPEED`."""
+    means = [part.mean() for part in np.array_split(np.asarray(speed, dtype=float), 10) if len(part)]
+    return bool(means) and bool(np.ptp(means) < SAME_SPEED * np.mean(means))
+
+
+def window_levels(
+    history: PressureHistory, band: RunUpBand, *, high: float, place: int = 0
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return input speed (n,) rad/s, level (n,) dB(A) and its limits (n, 2) dB(A) in the windows of a run-up.
+
+    These are the levels of the curve over speed, up to `high` (Hz). A window is as far from its limits as the part of
+    the band that it lies in. Records at constant speed have the levels of these parts.
+    """
+    parts, limits = band.speed_levels[:, place], band.limits[:, place]
+    if constant_speed(history.input_speed):
+        return band.input_speed, parts, limits
+    windows = input_frequency_waterfall(
+        history.pressure[:, place], sample_rate(history), history.input_speed, high=high
+    )
+    level = _overall(windows).level
+    with np.errstate(invalid="ignore"):
+        offsets = np.where(parts[:, None] > SILENT_LEVEL, limits - parts[:, None], [-np.inf, 0.0])
+    at = (windows.time / float(history.time[-1] - history.time[0]) * len(parts)).astype(int)
+    return windows.input_speed, level, level[:, None] + offsets[np.minimum(at, len(parts) - 1)]
 
 
 def input_frequency_waterfall(signal: FloatArray, rate: float, input_speed: FloatArray, *, high: float) -> Waterfall:

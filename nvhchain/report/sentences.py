@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from nvhchain.error_band import LIMITS, format_parts
+from nvhchain.handoff import FloatArray
 from nvhchain.levels import a_weighting, number_text
 from nvhchain.plots.marks import joined_orders, order_name
 
@@ -117,19 +118,34 @@ def _overall(name: str, other: Mapping[str, Any], base: str, first: Mapping[str,
     if "over_speed" not in other and all(speeds):
         own, of_first = (f"{of['input_speed_rpm']:g} rpm" for of in (other, first))
         speed = f" and {own}" if len(speeds) == 1 else f", {name} at {own} and {base} at {of_first}"
+    if records := other_records(first, other):
+        speed = f", as means of run-ups {records}"
     if alike:
         return f"{name} and {base} {ALIKE_WORDS} {point}{speed} ({limits}){decided}"
     return f"{name} is {abs(difference):.1f} dB {word} than {base} at {point}{speed} ({limits}){decided}"
 
 
-def _over_speed(name: str, other: Mapping[str, Any], first: Mapping[str, Any]) -> str:
+def over_speed_difference(other: Mapping[str, Any], first: Mapping[str, Any]) -> tuple[FloatArray, FloatArray]:
+    """Return the speeds (n,) rpm of a run-up that the first one has, too, and the level less that of the first (dB)."""
     speed, level = _curve(other["over_speed"])
     base_speed, base_level = _curve(first["over_speed"])
     chosen = (speed >= base_speed.min()) & (speed <= base_speed.max())
-    if not chosen.any():
+    return speed[chosen], level[chosen] - np.interp(speed[chosen], base_speed, base_level)
+
+
+def other_records(*runs: Mapping[str, Any]) -> str:
+    """Return the speeds of run-ups in words where these differ by more than one percent; empty where they do not."""
+    ends = [(of.get("start_speed_rpm", 0.0), of.get("end_speed_rpm", 0.0)) for of in runs]
+    if not np.all(ends) or np.allclose(ends, ends[0], rtol=0.01):
+        return ""
+    return " and ".join(f"from {start:.0f} to {end:.0f} rpm" for start, end in ends)
+
+
+def _over_speed(name: str, other: Mapping[str, Any], first: Mapping[str, Any]) -> str:
+    speed, difference = over_speed_difference(other, first)
+    if not len(speed):
         return "  no speed is common to both"
-    difference = level[chosen] - np.interp(speed[chosen], base_speed, base_level)
-    speed, ends = speed[chosen], (int(difference.argmin()), int(difference.argmax()))
+    ends = int(difference.argmin()), int(difference.argmax())
     word, count = _majority(difference)
     low, high = (f"{number_text(difference[at], '+.1f')} dB at {speed[at]:.0f} rpm" for at in ends)
     return (

@@ -21,7 +21,7 @@ from nvhchain.handoff import FieldPressure, FloatArray
 from nvhchain.report.causes.differences import causes, named_or_lasting, run_up_causes
 from nvhchain.report.causes.run_up import with_parts
 from nvhchain.report.marks import mesh_orders, order_marks, slot_orders
-from nvhchain.report.run_up import Curve, curve_title, curves_of, run_up_maps, run_up_summary
+from nvhchain.report.run_up import Curve, curve_title, curves_of, run_up_maps, run_up_summary, window_levels
 from nvhchain.report.sound.targets import judge
 from nvhchain.sound.orders import WIDTH
 from nvhchain.spectrum import Waterfall
@@ -51,6 +51,9 @@ def write_summary(
             name: result.modelling.values() for name, result in results.items() if result.modelling is not None
         },
     }
+    if len(heard_levels := _levels_heard(summary["configurations"])) > 2:
+        quiet, second = sorted(heard_levels, key=heard_levels.__getitem__)[:2]
+        summary["quietest"] = {"names": [quiet, second], **_difference(results[quiet], results[second])}
     for name, sound in (sounds or {}).items():
         summary["configurations"][name]["sound"] = dict(sound)
     for name, states in (maps or {}).items():
@@ -97,6 +100,11 @@ def _configurations(results: Mapping[str, Result]) -> dict[str, Any]:
             lines = run_up_causes(both, in_order, named_or_lasting(curves[name], in_order, marks))
             found[name]["causes"] = with_parts(lines, results[first], results[name])
     return found
+
+
+def _levels_heard(configurations: Mapping[str, Any]) -> dict[str, float]:
+    """Return the overall level (dB(A)) of every configuration that has one."""
+    return {name: float(of["overall_dBA"]) for name, of in configurations.items() if "overall_dBA" in of}
 
 
 def _difference(first: Result, second: Result) -> dict[str, Any]:
@@ -191,9 +199,11 @@ def _sound_limits(result: Result) -> dict[str, Any]:
         ],
     }
     if isinstance(band, RunUpBand):
+        assert result.pressure_history is not None
+        windows = window_levels(result.pressure_history, band, high=result.case.band.high)  # type: ignore[union-attr]
         found["over_speed"] = [
-            {"speed_rpm": 30 / pi * float(speed), "level_dBA": float(level[0]), "limits_dBA": finite(edges[0])}
-            for speed, level, edges in zip(band.input_speed, band.speed_levels, band.limits, strict=True)
+            {"speed_rpm": 30 / pi * float(speed), "level_dBA": float(level), "limits_dBA": finite(edges)}
+            for speed, level, edges in zip(*windows, strict=True)
         ]
         return found
     found["lines"] = [

@@ -24,6 +24,9 @@ LONGEST_RECORD = 30.0
 _FADE = 0.25
 """Duration (s) over which the end of a loop fades into its beginning."""
 
+_LEAST_ALIKE = -0.75
+"""Least correlation for which a fade keeps the power: more gain would lift noise."""
+
 _SEED = 3
 """Seed of the noise."""
 
@@ -113,8 +116,13 @@ def background_beside(sound: Sound, background: Sound) -> Sound:
 
 
 def _faded(signal: FloatArray, fade: int) -> FloatArray:
-    """Return a loop: the last samples, `fade` in number, fade into the first ones at constant power."""
+    """Return a loop: the last samples, `fade` in number, fade into the first ones.
+
+    The power is constant, also where both are alike: it is sin² + cos² + 2 c sin cos for a correlation c.
+    """
     angle = 0.5 * np.pi * (np.arange(fade) + 0.5) / fade
-    made = np.array(signal[:-fade])
-    made[:fade] = made[:fade] * np.sin(angle) + signal[-fade:] * np.cos(angle)
+    made, first, last = np.array(signal[:-fade]), signal[:fade], signal[-fade:]
+    alike = float(first @ last) / max(float(np.linalg.norm(first) * np.linalg.norm(last)), 1e-300)
+    power = 1.0 + max(alike, _LEAST_ALIKE) * np.sin(2 * angle)
+    made[:fade] = (first * np.sin(angle) + last * np.cos(angle)) / np.sqrt(power)
     return made

@@ -18,6 +18,7 @@ from nvhchain.handoff import BearingForces, FieldPressure, ForceSpectrum, Pressu
 from nvhchain.report import run_up, write_page
 from nvhchain.report.page.sections.speed.run_up import _limits
 from nvhchain.report.page.stored import StoredRun, stored_results
+from nvhchain.report.page.tables import page_tables
 from nvhchain.report.run_up import Curve, main_orders
 from scripts.browser import CHROMIUM, Browser
 from scripts.page_reader import read
@@ -231,6 +232,10 @@ def test_states_over_speed_and_torque_have_a_map_of_each_design_and_of_their_dif
         told["configurations"][name]["steady_states"] = axes | {"level_dBA": level}
     (pair / "summary.json").write_text(json.dumps(told))
     page = read(write_page(pair))
+    (table, _) = (of.rows for of in page_tables(pair) if of.name.startswith("steady_states"))
+    assert table[0] == ["name", "input speed / rpm", "input torque / N m", "dB(A)"]
+    assert ["plain", 2000.0, 50.0, 66.0] in table
+    assert ["holed", 1000.0, 100.0, None] in table
     both, difference = (of for name, of in page.figures.items() if name.startswith("plot-steady_states"))
     assert len(both["data"]) == 2
     assert any(name.startswith("plot-answer") and of["data"] == difference["data"] for name, of in page.figures.items())

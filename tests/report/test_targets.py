@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from nvhchain.case import Target, load_case
+from nvhchain.case.operation import Band
 from nvhchain.cli import main
 from nvhchain.error_band import ErrorBand, RunUpBand, pass_probability
 from nvhchain.errors import InputError
+from nvhchain.handoff import PressureHistory
 from nvhchain.report.sound.targets import judge, target_sentence
 
 RPM = np.pi / 30
@@ -81,17 +83,48 @@ def test_another_microphone_and_a_confidence_that_is_asked_for():
     assert target_sentence("A", failed).endswith(f"confidence {share} %, 90 % asked for")
 
 
-def test_curve_over_speed_judges_the_speeds_within():
-    speed = RPM * np.array([500.0, 1500.0, 2500.0])
-    level = np.array([[50.0], [62.0], [70.0]])
-    band = RunUpBand(speed, level, np.stack([level - 2.0, level + 2.0], axis=2), ())
-    target = Target("run-up", (60.0, 80.0), input_speed=(RPM * 1000, RPM * 3000))
-    (found,) = judge(run((target,), band, overall=np.array([66.0])))
-    assert [of["axis"] for of in found["points"]] == pytest.approx([1500.0, 2500.0])
-    assert [of["target_dB"] for of in found["points"]] == pytest.approx([65.0, 75.0])
-    assert found["passed"]
-    assert found["margin_dB"] == pytest.approx(3.0)
-    assert found["at"] == "1500 rpm"
+def test_curve_over_speed_judges_short_peaks_of_a_run_up():
+    time = np.arange(80_000) / 8000
+    speed = RPM * np.interp(time, [0, 10], [600.0, 3000.0])
+    peak = np.abs(time - 5.0) < 0.3  # at 1800 rpm
+    pressure = np.where(peak, 0.2, 0.02) * np.sin(2 * np.pi * 1000 * time)
+    parts = np.array_split(pressure, 5)
+    level = np.array([[10 * np.log10(np.mean(part**2) / 4e-10)] for part in parts])
+    middles = np.array([part.mean() for part in np.array_split(speed, 5)])
+    band = RunUpBand(middles, level, np.stack([level - 2.0, level + 2.0], axis=2), ())
+    history = PressureHistory(time, [[0, 0, 1]], pressure[:, None], speed)
+    target = Target("run-up", (74.0, 74.0), input_speed=(RPM * 1000, RPM * 2500))
+    case = SimpleNamespace(targets=(target,), field_points=(SimpleNamespace(name="rear"),), band=Band(100.0, 3000.0))
+    result = SimpleNamespace(case=case, error_bands={"pressure": band}, pressure_history=history)
+    (found,) = judge(result)
+    axis = [of["axis"] for of in found["points"]]
+    assert 1000 <= min(axis) < 1150
+    assert 2350 < max(axis) <= 2500
+    assert level.max() < 74.0 < level_of(0.2)  # the mean of a part passes, the peak does not
+    assert found["passed"] is False
+    assert found["margin_dB"] == pytest.approx(74.0 - level_of(0.2), abs=0.5)
+    assert abs(float(found["at"].split()[0]) - 1800) < 80
+    (worst,) = (of for of in found["points"] if f"{of['axis']:.0f} rpm" == found["at"])
+    assert worst["limits_dB"] == pytest.approx([worst["level_dB"] - 2.0, worst["level_dB"] + 2.0])
+
+
+@pytest.mark.parametrize(
+    ("frequency", "bands", "message"),
+    [
+        (
+            [5000, 6300],
+            "third_octaves",
+            "octaves at 5000, 6300 Hz do not lie inside the computed band 100…4000 Hz",
+        ),
+        ([100, 1000, 4000], "third_octaves", "third octaves at 100, 4000 Hz do not lie inside"),
+        ([4500, 5000], "lines", "4500…5000 Hz lie outside the computed band 100…4000 Hz: widen `band`"),
+    ],
+)
+def test_a_spectrum_beyond_the_computed_band_is_no_pass(request, frequency, bands, message):
+    path = request.config.rootpath / "cases/small/single_stage.toml"
+    given = f'targets=[{{name="whine", frequency={frequency}, level={[10] * len(frequency)}, bands="{bands}"}}]'
+    with pytest.raises(InputError, match=message):
+        load_case(path, changes=[given, "band.low=100", "band.high=4000"])
 
 
 @pytest.mark.parametrize(

@@ -131,6 +131,15 @@ def test_a_record_is_heard_whole_up_to_half_a_minute(tmp_path, seconds):
     assert record.pressure[late] == pytest.approx(0.1 * noise[: len(record.pressure)][late], rel=1e-5)
 
 
+@pytest.mark.parametrize("phase", [0.0, 0.25, 0.35])
+def test_a_tone_in_a_record_keeps_its_level(tmp_path, phase):
+    time = np.arange(round((2.0 + (phase / 500)) * 48000)) / 48000
+    wavfile.write(tmp_path / "hum.wav", 48000, (0.1 * np.sin(2 * np.pi * 500 * time)).astype(np.float32))
+    fade = recorded_background(tmp_path / "hum.wav").pressure[:12000]
+    for part in np.array_split(fade, 6):
+        assert 20 * np.log10(np.sqrt(np.mean(part**2)) / (0.1 / np.sqrt(2))) == pytest.approx(0.0, abs=0.1)
+
+
 @pytest.mark.parametrize("seconds", [1.0, 4.0, 9.0])
 def test_background_beside_a_loop_ends_where_it_begins(seconds):
     background = background_sound(Background(np.array([100.0]), np.array([70.0])))

@@ -96,6 +96,13 @@ class Target:
             ),
         )
 
+    def beyond(self, low: float, high: float) -> tuple[float, ...]:
+        """Return the third octaves (Hz) that do not lie inside a computed band `low` to `high` (Hz)."""
+        if self.bands != "third_octaves":
+            return ()
+        edge = 10**0.05 * (1 - 1e-6)
+        return tuple(middle for middle in self.frequency if middle / edge < low or middle * edge > high)
+
     @property
     def unit(self) -> str:
         """Unit of the level."""
@@ -107,10 +114,12 @@ def check_targets(
     quantities: tuple[str, ...],
     points: tuple[str, ...],
     speeds: tuple[float, float] | None,
+    band: tuple[float, float] | None = None,
 ) -> None:
     """Refuse (InputError) targets whose level the case does not have.
 
     speeds (float, float): lowest and highest input speed (rad/s); None for a radiator.
+    band (float, float): lowest and highest computed frequency (Hz); None without a band.
     """
     running_up = speeds is not None and speeds[0] < speeds[1]
     for target in targets:
@@ -141,6 +150,19 @@ def check_targets(
             not running_up or target.weighted,
             f"target {target.name}: levels of a run-up are A-weighted: leave `weighted` out",
         )
+        if band is not None:
+            beyond = ", ".join(f"{middle:g}" for middle in target.beyond(*band))
+            require(
+                not beyond,
+                f"target {target.name}: third octaves at {beyond} Hz do not lie inside the computed band "
+                f"{band[0]:g}…{band[1]:g} Hz: widen `band` or leave them out",
+            )
+            ends = target.frequency or band
+            require(
+                ends[0] <= band[1] and band[0] <= ends[-1],
+                f"target {target.name}: {ends[0]:g}…{ends[-1]:g} Hz lie outside the computed band "
+                f"{band[0]:g}…{band[1]:g} Hz: widen `band`",
+            )
 
 
 def _rpm(speeds: tuple[float, ...]) -> str:

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from html import unescape
 from io import StringIO
-from itertools import zip_longest
+from itertools import product, zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +31,9 @@ FILES = (".csv", ".doc", ".docx", ".h5", ".html", ".json", ".ods", ".pdf", ".png
 
 _LIMITS = re.compile(r"(?:(below )|([+−-]?\d+(?:\.\d+)?)…)([+−-]?\d+(?:\.\d+)?)")
 """Limits as text: the lower one or none, and the upper one."""
+
+MOST_POINTS = 10_000
+"""Largest number of points of a map in a table."""
 
 _LONGEST_NAME = 28
 """Largest number of characters in the name of a table; numbers may follow."""
@@ -103,12 +106,13 @@ def _parts(block: Any) -> Iterator[tuple[str, list[list[str | float | None]]]]:
         yield block.caption, _typed([block.head, *block.rows])
     elif isinstance(block, Figure) and block.kind == "plotly":
         yield from _curves(block)
+        yield from _map(block)
     elif isinstance(block, Figure) and block.kind == "spectrum":
         yield block.caption, _spectrum(block.data)
 
 
 def _curves(figure: Figure) -> Iterator[tuple[str, list[list[str | float | None]]]]:
-    """Yield the curves and bars of a figure: two columns each; maps and bodies have no table."""
+    """Yield the curves and bars of a figure: two columns each; bodies have no table."""
     columns: list[list[str | float | None]] = []
     for trace in figure.data:
         if (
@@ -127,6 +131,18 @@ def _curves(figure: Figure) -> Iterator[tuple[str, list[list[str | float | None]
             columns.append([", ".join(filter(None, (name, title))), *values])
     if columns:
         yield figure.caption, [list(row) for row in zip_longest(*columns)]
+
+
+def _map(figure: Figure) -> Iterator[tuple[str, list[list[str | float | None]]]]:
+    """Yield the points of the maps of a figure; those of many points, such as waterfalls, stand in HDF5 files."""
+    maps = [(trace, _values(trace["z"])) for trace in figure.data if trace["type"] == "heatmap"]
+    if maps and max(len(z) for _, z in maps) <= MOST_POINTS:
+        unit = _plain(figure.layout["coloraxis"]["colorbar"]["title"]["text"])
+        rows: list[list[str | float | None]] = [["name", *(_title(figure.layout, f"{of}axis") for of in "xy"), unit]]
+        for trace, z in maps:
+            places = product(_values(trace["y"]), _values(trace["x"]))
+            rows += [[_plain(trace["name"]), x, y, level] for (y, x), level in zip(places, z, strict=True)]
+        yield figure.caption, rows
 
 
 def _panel(layout: Mapping[str, Any], trace: Mapping[str, Any]) -> str:

@@ -51,7 +51,8 @@ def render_sounds(
     require(not (only and without), "orders are both kept and left out: give one of them")
     stored = stored_results(Path(folder))
     heard = [run for run in stored.runs if run.pressure is not None or run.pressure_history is not None]
-    require(bool(heard), f"{folder} holds no sound pressure: ask for `pressure` in the case")
+    remedy = "ask for `pressure` in the case" if stored.finished else "run it to its end"
+    require(bool(heard), f"{folder} holds no sound pressure: {remedy}")
     orders = [f"{order:g}" for order in (*only, *without)]
     words = [*(["only"] if only else ["without"] if without else []), *orders, *(["background"] if background else [])]
     found = []

@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from nvhchain.case import Case, Target
+from nvhchain.case import Case, GearboxCase, Target
 from nvhchain.chain.result import Result
 from nvhchain.error_band import ErrorBand, RunUpBand, pass_probability
 from nvhchain.error_band.band import SILENT_LEVEL
+from nvhchain.report.run_up import window_levels
 
 
 @dataclass(frozen=True)
@@ -115,7 +116,8 @@ def _entry(target: Target, points: Sequence[_Judged]) -> dict[str, Any]:
 def _points(target: Target, result: Result) -> Iterator[_Judged]:
     """Yield the levels that a target limits."""
     band = result.error_bands.get(target.quantity)
-    names = [point.name for point in result.case.field_points]
+    case = result.case
+    names = [point.name for point in case.field_points]
     if band is None or (target.field_point and target.field_point not in names):
         return
     place = names.index(target.field_point) if target.field_point else 0
@@ -123,8 +125,9 @@ def _points(target: Target, result: Result) -> Iterator[_Judged]:
         yield from _run_up_points(target, band, place, result)
         return
     band = replace(band, weighted=target.weighted)
-    if target.frequency:
+    if target.frequency and not (isinstance(case, GearboxCase) and target.beyond(case.band.low, case.band.high)):
         yield from _spectrum(target, band, place)
+    if target.frequency:
         return
     level, limits = _overall(band, place)
     if not target.input_speed:
@@ -161,11 +164,9 @@ def _run_up_points(target: Target, band: RunUpBand, place: int, result: Result) 
         low, high = band.overall[place]
         yield _Judged(0.0, float(result.overall[place]), (float(low), float(high)), target.level[0])
         return
-    for speed, level, (low, high) in sorted(
-        zip(
-            band.input_speed.tolist(), band.speed_levels[:, place].tolist(), band.limits[:, place].tolist(), strict=True
-        )
-    ):
+    assert result.pressure_history is not None
+    windows = window_levels(result.pressure_history, band, high=result.case.band.high, place=place)  # type: ignore[union-attr]
+    for speed, level, (low, high) in zip(*(of.tolist() for of in windows), strict=True):
         if target.input_speed[0] <= speed <= target.input_speed[-1]:
             yield _Judged(speed, level, (low, high), _interpolated(target.input_speed, target.level, speed))
 

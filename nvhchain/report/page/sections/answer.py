@@ -23,10 +23,11 @@ from nvhchain.report.page.blocks import (
 )  # fmt: skip
 from nvhchain.report.page.sections.cases import differing, value_rows
 from nvhchain.report.page.sections.lines.levels import UNITS
-from nvhchain.report.page.sections.speed.run_up import constant_speed, over_speed_traces, speed_range
+from nvhchain.report.page.sections.speed.run_up import over_speed_traces, speed_range
 from nvhchain.report.page.sections.speed.steady_states import difference_maps, over_steady_speeds, stored_states
 from nvhchain.report.page.stored import Stored
-from nvhchain.report.sentences import ALIKE, ALIKE_WORDS, DOUBTS, SILENCE, verdict
+from nvhchain.report.run_up import constant_speed
+from nvhchain.report.sentences import ALIKE, ALIKE_WORDS, DOUBTS, SILENCE, other_records, over_speed_difference, verdict
 from nvhchain.report.sound.targets import target_sentence
 
 TITLE = "Verdict"
@@ -56,6 +57,7 @@ def blocks(stored: Stored) -> list[Any]:
         doubt=_undecided(stored, doubt=doubt),
         sentences=[
             *(_compared(stored, sentences, doubt=doubt) or _single(stored)),
+            *_next_quietest(stored),
             *_targets(stored),
             *_differing(stored),
             *_assumed(stored),
@@ -72,19 +74,20 @@ def _undecided(stored: Stored, *, doubt: bool) -> str:
     """Return the words of doubt about the headline: of two designs, or of the two quietest of more."""
     if len(stored.runs) <= 2:
         return f"Not decided: {DOUBTS[0].replace('these', 'the confidence')}." if doubt else ""
-    heard = [run for run in stored.runs if run.summary.get("overall_dBA") is not None]
-    if len(heard) < 2:
-        return ""
-    quiet, second, *_ = sorted(heard, key=lambda run: float(run.summary["overall_dBA"]))
-    base = stored.runs[0]
-    if base in (quiet, second) and "difference_limits_db" in (other := second if base is quiet else quiet).summary:
-        low, high = other.summary["difference_limits_db"]
-        apart = (low is not None and low > 0) if base is quiet else (high is not None and high < 0)
-        return "" if apart else f"Not decided between {quiet.name} and {second.name}: either may be the quieter."
-    _, top = quiet.summary.get("error_band_dBA", (None, None))
-    bottom, _ = second.summary.get("error_band_dBA", (None, None))
-    apart = top is not None and bottom is not None and top < bottom
-    return "" if apart else f"Not decided between {quiet.name} and {second.name}: the limits of their levels overlap."
+    quiet, second = stored.summary.get("quietest", {}).get("names", ("", ""))
+    low, _ = stored.summary.get("quietest", {}).get("difference_limits_db", (None, None))
+    apart = not quiet or (low is not None and low > 0)
+    return "" if apart else f"Not decided between {quiet} and {second}: either may be the quieter."
+
+
+def _next_quietest(stored: Stored) -> list[str]:
+    """Return the limits of the difference between the two quietest designs, unless the verdict has them."""
+    quietest = stored.summary.get("quietest", {})
+    if "difference_limits_db" not in quietest or stored.runs[0].name in quietest["names"]:
+        return []
+    quiet, second = quietest["names"]
+    low, high = ("none" if end is None else levels.number_text(end, "+.1f") for end in quietest["difference_limits_db"])
+    return [f"{LIMITS[0].upper()}{LIMITS[1:]} of the level of {second} less that of {quiet}: {low}…{high} dB."]
 
 
 def _compared(stored: Stored, sentences: list[str], *, doubt: bool) -> list[str]:
@@ -182,7 +185,8 @@ def _headline(stored: Stored) -> str:
     if level <= SILENCE:
         return f"{quiet} is silent"
     speed = _speed(stored)
-    where = f"{f' at {speed}' if speed else ''}{_turned(stored, quiet, second)}"
+    records = "" if speed or not other_records(*(run.summary for run in stored.runs)) else " over other speeds"
+    where = f"{f' at {speed}' if speed else records}{_turned(stored, quiet, second)}"
     if next_level - level < ALIKE:
         more = "" if len(others) == 2 else f", the quietest of {len(others)}"
         return f"{quiet} and {second} are alike within rounding{where}{more}"
@@ -199,7 +203,12 @@ def _speed(stored: Stored) -> str:
 
 
 def _turned(stored: Stored, quiet: str, second: str) -> str:
-    """Return at how many of further steady states the quieter design is the louder one; empty at none."""
+    """Return at how many speeds of run-ups, or steady states, the quieter design is the louder one; empty at none."""
+    of = {run.name: run.summary for run in stored.runs}
+    if all("over_speed" in of[name] for name in (quiet, second)):
+        _, difference = over_speed_difference(of[quiet], of[second])
+        louder = int((difference > 0).sum())
+        return f", but louder at {louder} of {len(difference)} speeds" if louder else ""
     states = stored_states(stored)
     if not {quiet, second} <= set(states):
         return ""

@@ -9,8 +9,8 @@ import numpy as np
 
 from nvhchain.handoff import BearingForces, FloatArray, ForceSpectrum
 from nvhchain.report.page.blocks import Figure, Table, colour, curve, grid, packed, rounded
-from nvhchain.report.page.sections.speed.run_up import constant_speed
 from nvhchain.report.page.stored import Stored, StoredRun
+from nvhchain.report.run_up import constant_speed
 
 TITLE = "Bearing forces"
 

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from nvhchain import levels
 from nvhchain.handoff import FloatArray
@@ -26,7 +25,7 @@ from nvhchain.report.page.blocks import (
     symbol,
 )  # fmt: skip
 from nvhchain.report.page.stored import Stored, StoredRun
-from nvhchain.report.run_up import Curve
+from nvhchain.report.run_up import Curve, constant_speed
 from nvhchain.spectrum import Waterfall
 
 TITLE = "Run-up"
@@ -34,8 +33,8 @@ TITLE = "Run-up"
 LINES, SPEEDS = 420, 200
 """Largest numbers of lines and speeds of a map; of more, the strongest of neighbours is drawn."""
 
-SAME_SPEED = 0.02
-"""Relative range of speeds that figures over speed need."""
+MARKED = 30
+"""Largest number of points of a curve that are marked."""
 
 RANGE = 60.0
 """Range (dB) of the colours and of order cuts."""
@@ -76,12 +75,6 @@ def kind_of_record(stored: Stored) -> str:
     return "Run-down" if speeds and all(of[-1] < of[0] for of in speeds) else TITLE
 
 
-def constant_speed(speed: ArrayLike) -> bool:
-    """Return True if the means of tenths of a record differ by less than `SAME_SPEED`."""
-    means = [part.mean() for part in np.array_split(np.asarray(speed, dtype=float), 10) if len(part)]
-    return bool(means) and bool(np.ptp(means) < SAME_SPEED * np.mean(means))
-
-
 def _mean_levels(numbers: dict[str, int], maps: dict[str, tuple[Waterfall, Waterfall]]) -> Figure:
     """Return the mean level of all windows against frequency."""
     traces, tops = [], []
@@ -102,7 +95,7 @@ def _overall(stored: Stored, numbers: dict[str, int], curves: dict[str, list[Cur
     top = max(float(of[0].level.max()) for of in curves.values())
     span = [top - 45.0, max(top, speed_range(stored.runs)[1] - 3.0) + 3.0]
     layout = axes("input speed / rpm", "level / dB(A) re 20 µPa", yaxis={"range": span})
-    caption = "Overall level over speed. Shaded: confidence limits of twenty parts of the run-up."
+    caption = "Overall level over speed. Shaded: confidence limits, with the distances of twenty parts of the run-up."
     return Figure(caption, traces, layout, height=360)
 
 
@@ -204,7 +197,8 @@ def over_speed_traces(runs: tuple[StoredRun, ...]) -> list[dict[str, Any]]:
         low = [floor if row["limits_dBA"][0] is None else row["limits_dBA"][0] for row in rows]
         high = [row["level_dBA"] if row["limits_dBA"][1] is None else row["limits_dBA"][1] for row in rows]
         traces.append(shade(number, run.name, [*speed, *reversed(speed)], [*high, *reversed(low)]))
-        style: dict[str, Any] = {"mode": "lines+markers", "marker": {"symbol": symbol(number), "size": 6}}
+        dots = {"mode": "lines+markers", "marker": {"symbol": symbol(number), "size": 6}}
+        style: dict[str, Any] = dots if len(rows) <= MARKED else {}
         level = rounded(row["level_dBA"] for row in rows)
         style["legendgroup"] = label(run.name)
         traces.append(curve(number, run.name, rounded(speed, 1), level, "%{x:.0f} rpm: %{y:.1f} dB(A)", **style))

@@ -195,7 +195,7 @@ def test_names_under_the_parts_of_a_difference_stand_in_short_rows(pair):
     (figure,) = (of for name, of in page.figures.items() if name.startswith("plot-why"))
     rows = [row for name in figure["data"][0]["x"] for row in name.split("<br>")]
     assert "1000…2000 rpm" in rows
-    assert max(map(len, rows)) <= 16
+    assert max(map(len, rows)) <= 14
 
 
 def test_on_a_narrow_screen_panels_stand_below_each_other_and_captions_stay_in_sight(pair):

@@ -17,7 +17,7 @@ TITLE = "Why"
 STRONGEST = 3
 """Number of modes and of paths that are named beside a line."""
 
-ROW = 16
+ROW = 14
 """Largest number of letters in a row of names under a figure, where words allow it."""
 
 INAUDIBLE = -20.0

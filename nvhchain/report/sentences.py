@@ -35,8 +35,14 @@ KNOBS = {
 }
 """Source of numerical error → part of the fidelity whose knobs decide it."""
 
+NAMED = 3
+"""Largest number of modes, and of paths, that are named beside a line."""
+
+LARGEST_REST = 0.5
+"""Largest ratio of what modes or paths leave of a line's part to this part, at which they are named."""
+
 CANCELLING = 0.5
-"""Least ratio of the largest path against a change to the largest one for it, at which both are named."""
+"""Least ratio of an opposing mode or path to the largest one, at which it is named, too."""
 
 SILENCE = -100.0
 """Level (dB) at and below which a line counts as silent."""
@@ -229,6 +235,7 @@ def _lines(other: Mapping[str, Any], first: Mapping[str, Any], origin: Callable[
         if abs(of["part_db"] / difference) >= LEAST_SHARE
     ]
     found += [(of["part_db"], between_orders(of)) for of in causes if "speeds_rpm" in of]
+    found.sort(key=lambda of: -abs(of[0]))
     left = round(difference, 1) - sum(round(part, 1) for part, _ in found)  # of the levels as they are written
     if abs(left) > 0.05:
         found.append((left, "all other sound" if "over_speed" in other else "all other lines"))
@@ -285,29 +292,68 @@ def _by_level(other: Mapping[str, Any], first: Mapping[str, Any]) -> list[dict[s
 
 
 def _reason(cause: Mapping[str, Any]) -> str:
-    """Return the mode and the path that have the largest share in a line's part; empty without them."""
+    """Return the modes and the paths that make most of a line's part; empty where none do."""
+    sign = 1.0 if cause["part_db"] > 0 else -1.0
+    modes, paths = (_ruling(cause, kind) for kind in ("modes", "paths"))
+    text = ""
+    if modes and all(sign * of["part_db"] > 0 for of in modes):
+        changes = {_change_of_mode(of) for of in modes}
+        text = f", because it excites {_modes(modes)} {changes.pop() if len(changes) == 1 else 'differently'}"
+    if len(paths) == 1:
+        return f"{text}, mostly through bearing {_path(paths[0])}"
+    parts = [(sign * of["part_db"] > 0, f"{_path(of)} {_share(of)}") for of in paths]
+    helping, opposing = (_listed([name for helps, name in parts if helps == way]) for way in (True, False))
+    if opposing:
+        return f"{text}, through bearing {helping} against {opposing}"
+    return f"{text}, mostly through bearing {helping}" if helping else text
+
+
+def _ruling(cause: Mapping[str, Any], kind: str) -> list[Mapping[str, Any]]:
+    """Return the fewest modes or paths that make most of a line's part, largest first; empty where many make it.
+
+    None that opposes them is passed over, unless it is small.
+    """
     part = cause["part_db"]
-    listed = [[of for of in cause.get(kind, []) if "pressure_Pa" in of] for kind in ("modes", "paths")]
-    if not all(listed):
-        return ""
-    mode, path = (max(of, key=lambda one: one["part_db"] / part) for of in listed)
-    if min(mode["part_db"] / part, path["part_db"] / part) <= 0:
-        return ""
-    frequency = mode["name"].partition(", ")[2]
-    what = f"the housing mode at {frequency}" if frequency else "motion outside the housing modes"
+    found = sorted((of for of in cause.get(kind, []) if "pressure_Pa" in of), key=lambda of: -abs(of["part_db"]))
+    for count in range(1, min(NAMED, len(found)) + 1):
+        left = part - sum(of["part_db"] for of in found[:count])
+        against = max((-of["part_db"] / part for of in found[count:]), default=0.0)
+        if abs(left / part) <= LARGEST_REST and against < CANCELLING * abs(found[0]["part_db"] / part):
+            return found[:count]
+    return []
+
+
+def _change_of_mode(mode: Mapping[str, Any]) -> str:
+    """Return how the sound of a mode changes, where that explains its part."""
     before, after = mode["pressure_Pa"]
-    change = "in another phase" if abs(after - before) <= SAME * before else "more" if after > before else "less"
-    against = min(listed[1], key=lambda one: one["part_db"] / part)
-    if against["part_db"] / part > -CANCELLING * path["part_db"] / part:
-        return f", because it excites {what} {change}, mostly through {_path(path)}"
-    shares = [f"{_path(of)} ({number_text(of['part_db'], '+.1f')} dB)" for of in (path, against)]
-    return f", because it excites {what} {change}, through {shares[0]} against {shares[1]}"
+    if abs(after - before) <= SAME * before or (after > before) != (mode["part_db"] > 0):
+        return "in another phase"
+    return "more" if after > before else "less"
+
+
+def _modes(modes: Sequence[Mapping[str, Any]]) -> str:
+    """Return the names of modes with their parts; one without a frequency is motion outside the modes."""
+    named = [(of["name"].partition(", ")[2], _share(of)) for of in modes]
+    inside = [f"{frequency} {share}" for frequency, share in named if frequency]
+    found = [f"the housing mode{'s' if len(inside) > 1 else ''} at {_listed(inside)}"] if inside else []
+    return _listed(
+        [*found, *(f"motion outside the housing modes {share}" for frequency, share in named if not frequency)]
+    )
+
+
+def _share(of: Mapping[str, Any]) -> str:
+    return f"({number_text(of['part_db'], '+.1f')} dB)"
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Return names with commas, and "and" before the last."""
+    return " and ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))
 
 
 def _path(path: Mapping[str, Any]) -> str:
-    """Return the name of a path."""
+    """Return the bearing and the direction of a path."""
     bearing, _, axis = path["name"].rpartition(" ")
-    return f"bearing {bearing} in {axis}"
+    return f"{bearing} in {axis}"
 
 
 def _limits(name: str, configuration: Mapping[str, Any]) -> list[str]:

@@ -136,23 +136,56 @@ def test_a_quieter_design_names_its_parts_with_their_sign_and_what_moves_less():
     assert rest == "  −0.5 dB: all other lines"
     assert line == (
         "  −4.6 dB: order 100 (4000 Hz) falls from 66.0 to 55.0 dB(A), because it excites the housing mode at 4180 Hz "
-        "less, mostly through bearing B2 in z"
+        "(−4.0 dB) less, mostly through bearing B2 in z"
     )
 
 
-def test_paths_that_cancel_are_both_named_with_their_parts():
-    def part(name, db):
-        return {"name": name, "part_db": db, "pressure_Pa": [1.0, 2.0]}
+def reason(part, modes=(), paths=()):
+    """Reason of a line that makes `part` dB, from pairs of name and part of its modes and paths."""
 
-    cause = {"order": 116, "frequency_hz": 4640.0, "levels_dBA": [50.0, 55.0], "part_db": 0.67}
-    cause |= {"modes": [part("mode 9, 4180 Hz", 0.6)]}
-    paths = [part("A2 x", 0.77), part("A1 x", -0.99), part("B1 x", 0.65)]
-    first, second = (configuration({116: level}, [level - 1, level + 1], frequency=40) for level in (60.0, 60.7))
-    (line,) = verdict(summary(a=first, b=second | {"causes": [cause | {"paths": paths}]}))[1:]
-    assert line.endswith("more, through bearing A2 in x (+0.8 dB) against bearing A1 in x (−1.0 dB)")
-    slight = [part("A2 x", 0.77), part("A1 x", -0.2)]
-    (line,) = verdict(summary(a=first, b=second | {"causes": [cause | {"paths": slight}]}))[1:]
-    assert line.endswith("more, mostly through bearing A2 in x")
+    def parts(pairs):
+        return [{"name": name, "part_db": db, "pressure_Pa": sorted([1.0, 2.0], reverse=db < 0)} for name, db in pairs]
+
+    cause = {"order": 116, "frequency_hz": 4640.0, "levels_dBA": [50.0, 55.0], "part_db": part}
+    cause |= {"modes": parts(modes), "paths": parts(paths)}
+    first, second = (configuration({116: level}, [level - 1, level + 1], frequency=40) for level in (60.0, 60 + part))
+    (line,) = verdict(summary(a=first, b=second | {"causes": [cause]}))[1:]
+    return line.partition("dB(A)")[2]
+
+
+def test_paths_that_are_named_have_the_sign_and_most_of_their_line():
+    cancel = [("A2 x", 0.77), ("A1 x", -1.09), ("B1 x", 0.72)]
+    assert reason(0.67, paths=cancel) == (
+        ", through bearing A2 in x (+0.8 dB) and B1 in x (+0.7 dB) against A1 in x (−1.1 dB)"
+    )
+    assert reason(0.67, paths=cancel[:2]) == ""
+    assert reason(0.67, paths=[("A2 x", 0.77), ("A1 x", -0.2)]) == ", mostly through bearing A2 in x"
+    assert reason(0.67, paths=[(f"{name} x", 0.1) for name in "ABCDEFG"]) == ""
+
+
+def test_modes_that_are_named_make_most_of_their_line():
+    alike = [("mode 47, 5075 Hz", 0.53), ("mode 43, 4899 Hz", 0.46), ("mode 40, 4570 Hz", 0.41)]
+    assert reason(1.4, modes=alike) == (
+        ", because it excites the housing modes at 5075 Hz (+0.5 dB) and 4899 Hz (+0.5 dB) more"
+    )
+    assert reason(0.7, modes=alike) == ", because it excites the housing mode at 5075 Hz (+0.5 dB) more"
+    assert reason(3.0, modes=alike) == ""
+    assert reason(0.7, modes=[("residual", 0.6)]) == (
+        ", because it excites motion outside the housing modes (+0.6 dB) more"
+    )
+
+
+def test_modes_that_cancel_are_no_reason():
+    assert reason(-0.3, modes=[("mode 3, 3281 Hz", -5.5), ("mode 3, 3293 Hz", 5.0)]) == ""
+
+
+def test_sound_between_orders_stands_before_smaller_parts():
+    lines = [{"order": 40, "frequency_hz": None, "levels_dBA": [60.0, 55.0], "part_db": -1.9}]
+    near = {"order": None, "speeds_rpm": [1543.0, 1579.0], "lines": None, "part_db": -4.9}
+    rows = [{"speed_rpm": speed, "level_dBA": 60.0} for speed in (600.0, 1500.0)]
+    first, second = ({"overall_dBA": level, "over_speed": rows} for level in (70.0, 63.2))
+    found = verdict(summary(a=first, b=second | {"causes": [*lines, near]}))[2:]
+    assert [of.partition(" dB:")[0] for of in found] == ["  −4.9", "  −1.9"]
 
 
 def test_lines_that_move_against_the_difference_are_named_too():

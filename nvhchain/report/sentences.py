@@ -38,8 +38,8 @@ KNOBS = {
 NAMED = 3
 """Largest number of modes, and of paths, that are named beside a line."""
 
-LARGEST_REST = 0.5
-"""Largest ratio of what modes or paths leave of a line's part to this part, at which they are named."""
+MOST = 0.5, 2.0
+"""Least and largest ratio of the sum of modes or paths that are named to the line's part."""
 
 CANCELLING = 0.5
 """Least ratio of an opposing mode or path to the largest one, at which it is named, too."""
@@ -316,9 +316,9 @@ def _ruling(cause: Mapping[str, Any], kind: str) -> list[Mapping[str, Any]]:
     part = cause["part_db"]
     found = sorted((of for of in cause.get(kind, []) if "pressure_Pa" in of), key=lambda of: -abs(of["part_db"]))
     for count in range(1, min(NAMED, len(found)) + 1):
-        left = part - sum(of["part_db"] for of in found[:count])
+        share = sum(of["part_db"] for of in found[:count]) / part
         against = max((-of["part_db"] / part for of in found[count:]), default=0.0)
-        if abs(left / part) <= LARGEST_REST and against < CANCELLING * abs(found[0]["part_db"] / part):
+        if MOST[0] <= share <= MOST[1] and against < CANCELLING * abs(found[0]["part_db"] / part):
             return found[:count]
     return []
 
@@ -333,12 +333,11 @@ def _change_of_mode(mode: Mapping[str, Any]) -> str:
 
 def _modes(modes: Sequence[Mapping[str, Any]]) -> str:
     """Return the names of modes with their parts; one without a frequency is motion outside the modes."""
-    named = [(of["name"].partition(", ")[2], _share(of)) for of in modes]
-    inside = [f"{frequency} {share}" for frequency, share in named if frequency]
+    shares = [(of["name"].partition(", ")[2], _share(of)) for of in modes]
+    inside = [f"{frequency} {share}".replace(") (", "; ") for frequency, share in shares if frequency]
     found = [f"the housing mode{'s' if len(inside) > 1 else ''} at {_listed(inside)}"] if inside else []
-    return _listed(
-        [*found, *(f"motion outside the housing modes {share}" for frequency, share in named if not frequency)]
-    )
+    outside = [f"motion outside the housing modes {share}" for frequency, share in shares if not frequency]
+    return _listed(found + outside)
 
 
 def _share(of: Mapping[str, Any]) -> str:

@@ -16,7 +16,7 @@ from nvhchain.housing.casting.contributions import (
     modal_contributions,
     panel_contributions,
 )
-from nvhchain.housing.modes.modal_assurance import modal_assurance
+from nvhchain.housing.modes.modal_assurance import modal_assurance, paired_modes
 
 LINES = np.array([400.0, 1800.0, 3000.0])
 
@@ -93,6 +93,32 @@ def test_assurance_of_a_housing_with_itself_is_one_on_the_diagonal(reduced):
     other = reduced.normal_shapes * area
     exact = np.dot(other[0], other[1]) ** 2 / (other[0] @ other[0] * (other[1] @ other[1]))
     assert table[0, 1] == pytest.approx(exact)
+
+
+def test_modes_of_a_like_housing_are_paired_by_shape_and_not_by_number(reduced):
+    """The other housing counts its bearings and two of its modes the other way about, at frequencies 2 % higher."""
+    order = np.arange(len(reduced.natural_frequency))
+    near = int(np.diff(np.log(reduced.natural_frequency[: reduced.mode_count])).argmin())
+    order[[near, near + 1]] = near + 1, near
+    other = reduced.replace(
+        natural_frequency=1.02 * reduced.natural_frequency,
+        seat_shapes=-reduced.seat_shapes[order][:, ::-1],
+        normal_shapes=-reduced.normal_shapes[order],
+        names=reduced.names[::-1],
+    )
+    assert paired_modes(reduced, other) == list(enumerate(order[: reduced.mode_count].tolist()))
+
+
+def test_modes_of_other_shapes_frequencies_or_bearings_have_no_partner(reduced):
+    count = reduced.mode_count
+    far = reduced.replace(natural_frequency=1.5 * reduced.natural_frequency)
+    seats, faces = reduced.seat_shapes.copy(), reduced.normal_shapes.copy()
+    seats[0], faces[0] = np.roll(seats[0], 1, axis=1), faces[0, ::-1]
+    bent = reduced.replace(seat_shapes=seats, normal_shapes=faces)
+    elsewhere = reduced.replace(names=("other", *reduced.names[1:]))
+    assert not [pair for pair in paired_modes(reduced, far) if pair[0] == pair[1]]
+    assert paired_modes(reduced, bent) == [(number, number) for number in range(1, count)]
+    assert paired_modes(reduced, elsewhere) == []
 
 
 def test_load_at_other_lines_is_refused(vectors, reduced, load):

@@ -177,6 +177,14 @@ def test_modes_that_are_named_make_most_of_their_line():
 
 def test_modes_that_cancel_are_no_reason():
     assert reason(-0.3, modes=[("mode 3, 3281 Hz", -5.5), ("mode 3, 3293 Hz", 5.0)]) == ""
+    many = [(f"mode {number}, 900 Hz", 0.5) for number in range(2, 12)]
+    assert reason(-0.5, modes=[("mode 1, 800 Hz", -5.5), *many]) == ""
+
+
+def test_one_mode_of_two_housings_is_named_once_with_both_frequencies():
+    assert reason(-0.3, modes=[("mode 3, 3281 Hz (3293 Hz in thin)", -0.5), ("mode 6, 4396 Hz", 0.2)]) == (
+        ", because it excites the housing mode at 3281 Hz (3293 Hz in thin; −0.5 dB) less"
+    )
 
 
 def test_sound_between_orders_stands_before_smaller_parts():

@@ -79,8 +79,14 @@ def modal_contributions(
     natural = housing.mode_count
     rest = np.einsum("fpc,fc->fp", residual, rate * force) + modes[:, :, natural:].sum(axis=2)
     modes = modes[:, :, :natural]
-    names = [f"mode {i}, {f:.0f} Hz" for i, f in enumerate(housing.natural_frequency[:natural], start=1)]
-    return Contributions(lines, modal.points, (*names, "residual"), np.concatenate([modes, rest[:, :, None]], axis=2))
+    names = (*mode_names(housing), "residual")
+    return Contributions(lines, modal.points, names, np.concatenate([modes, rest[:, :, None]], axis=2))
+
+
+def mode_names(housing: ReducedHousing) -> list[str]:
+    """Return the names of natural modes: their numbers and frequencies."""
+    natural = housing.natural_frequency[: housing.mode_count]
+    return [f"mode {number}, {frequency:.0f} Hz" for number, frequency in enumerate(natural, start=1)]
 
 
 def panel_contributions(

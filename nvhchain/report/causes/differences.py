@@ -13,6 +13,7 @@ from nvhchain.chain.result import Result
 from nvhchain.conventions import REFERENCE_PRESSURE
 from nvhchain.handoff import ComplexArray, FieldPressure, FloatArray
 from nvhchain.plots.marks import OrderMarks, order_name
+from nvhchain.report.causes.mode_pairs import joint_names, renamed
 from nvhchain.report.causes.paths import line_parts
 from nvhchain.report.run_up import WINDOW_BANDWIDTH, Curve
 from nvhchain.spectrum import Waterfall
@@ -97,7 +98,11 @@ def causes(first: Result, second: Result) -> list[dict[str, Any]]:
     if not np.abs(found.part).max(initial=0.0):
         return []
     strongest = np.argsort(-np.abs(found.part), kind="stable")[:LINES]
-    split = [_split(run, found.frequency[strongest, place]) for place, run in enumerate((first, second))]
+    names = joint_names(first, second)
+    split = [
+        _split(run, found.frequency[strongest, place], None if names is None else names[place])
+        for place, run in enumerate((first, second))
+    ]
     lines: list[dict[str, Any]] = []
     for line in strongest.tolist():
         of = [by.get(float(f), ({}, {})) for by, f in zip(split, found.frequency[line], strict=True)]
@@ -248,8 +253,13 @@ def split_difference(
     return [*listed, {"name": OTHERS, "part_db": total - float(part[chosen].sum())}]
 
 
-def _split(run: Result, frequency: FloatArray) -> dict[float, tuple[dict[str, complex], dict[str, complex]]]:
-    """Return frequency (Hz) → paths and modes with their pressure at the first field point; empty without operators."""
+def _split(
+    run: Result, frequency: FloatArray, names: Mapping[str, str] | None
+) -> dict[float, tuple[dict[str, complex], dict[str, complex]]]:
+    """Return frequency (Hz) → paths and modes with their pressure at the first field point; empty without operators.
+
+    names : names of modes → names in the comparison; None to leave out the modes.
+    """
     lines = np.unique(frequency[np.isfinite(frequency) & (frequency > 0)])
     pressure, forces, housing, vectors = run.pressure, run.force_spectrum, run.housing, run.transfer_vectors
     if pressure is None or forces is None or housing is None or vectors is None or not len(lines):
@@ -257,8 +267,9 @@ def _split(run: Result, frequency: FloatArray) -> dict[float, tuple[dict[str, co
     parts = line_parts(pressure, forces, housing, vectors, lines, fidelity=run.fidelity.acoustics)
     if parts is None:
         return {}
+    parts = parts[0], renamed(parts[1], names or {})
     paths, modes = ([dict(zip(of.names, line.tolist(), strict=True)) for line in of.pressure[:, 0]] for of in parts)
-    return {float(f): (paths[i], modes[i]) for i, f in enumerate(lines)}
+    return {float(f): (paths[i], {} if names is None else modes[i]) for i, f in enumerate(lines)}
 
 
 def _one_frequency(frequency: FloatArray) -> float | None:

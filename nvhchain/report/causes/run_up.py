@@ -23,6 +23,7 @@ from nvhchain.handoff import (
 from nvhchain.handoff.forces import force_and_moment
 from nvhchain.housing.casting.contributions import Contributions
 from nvhchain.report.causes.differences import split_difference
+from nvhchain.report.causes.mode_pairs import joint_names, renamed
 from nvhchain.report.causes.paths import force_parts
 
 SPEEDS = 96
@@ -118,11 +119,17 @@ def with_parts(lines: Sequence[dict[str, Any]], first: Result, second: Result) -
 
     Orders whose steady parts disagree with the records have none.
     """
-    return [of if of["order"] is None else of | _parts(of, first, second) for of in lines]
+    names = joint_names(first, second)
+    return [of if of["order"] is None else of | _parts(of, first, second, names) for of in lines]
 
 
-def _parts(of: dict[str, Any], first: Result, second: Result) -> dict[str, Any]:
-    """Return the modes and paths of an order's part in a difference; empty without them."""
+def _parts(
+    of: dict[str, Any], first: Result, second: Result, names: tuple[dict[str, str], dict[str, str]] | None
+) -> dict[str, Any]:
+    """Return the modes and paths of an order's part in a difference; empty without them.
+
+    names : names of the modes of both → names in the comparison; None to leave out the modes.
+    """
     found = [result_parts(run, of["order"]) for run in (first, second)]
     if found[0] is None or found[1] is None:
         return {}
@@ -138,14 +145,12 @@ def _parts(of: dict[str, Any], first: Result, second: Result) -> dict[str, Any]:
     if not steady or not 1 / AGREEMENT < (energy[1] - energy[0]) / steady < AGREEMENT:
         return {}
     scale = of["part_db"] / float(mean[1] - mean[0]) / total.shape[1]
-    return {
-        kind: split_difference(
-            total,
-            [_by_name(each[n], gain) for each in (before, after)],
-            scale,
-        )
-        for n, kind in enumerate(("paths", "modes"))
-    }
+    paths = [_by_name(each[0], gain) for each in (before, after)]
+    parts = {"paths": split_difference(total, paths, scale)}
+    if names is None:
+        return parts
+    modes = [_by_name(renamed(each[1], own), gain) for each, own in zip((before, after), names, strict=True)]
+    return parts | {"modes": split_difference(total, modes, scale)}
 
 
 def _by_name(parts: Contributions, gain: FloatArray) -> dict[str, ComplexArray]:

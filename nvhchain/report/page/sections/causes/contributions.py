@@ -21,6 +21,7 @@ from nvhchain.handoff import (
     TransferVectors,
 )
 from nvhchain.housing.casting.contributions import Contributions
+from nvhchain.report.causes.mode_pairs import first_names, renamed
 from nvhchain.report.causes.paths import acoustics_fidelity, stored_parts
 from nvhchain.report.causes.run_up import order_parts
 from nvhchain.report.page.blocks import Figure, Text, axes, bars, curve, grid, label, packed, panel, rounded
@@ -29,6 +30,9 @@ from nvhchain.report.run_up import Curve, loudest
 
 TITLE = "Contributions"
 
+Parts = dict[int, tuple[Contributions, Contributions]]
+"""Number of a configuration → its paths and modes."""
+
 LINES = 3
 """Number of lines that are shown, the loudest in dB(A)."""
 
@@ -36,6 +40,9 @@ CAPTIONS = (
     "Paths: bearing and direction of the force, times its noise transfer function.",
     "Modes of the housing; residual: motion outside these modes.",
 )
+
+PAIRED = "Modes of other housings that have a partner in {first}, by their shapes, carry its name."
+"""Remark on modes of several housings."""
 
 CURVES = 5
 """Number of parts that are drawn over speed."""
@@ -59,7 +66,7 @@ def _by_path_and_mode(stored: Stored) -> list[Any]:
     """Return the pressure by path and by mode at the loudest lines, of all configurations side by side."""
     steady = stored.having(lambda run: run.pressure)
     lines = _loudest([(stored.line_scale(run), pressure) for _, run, pressure in steady])
-    parts: dict[int, tuple[Contributions, Contributions]] = {}
+    parts: Parts = {}
     for number, run, pressure in steady:
         velocity = run.hand_off("surface_velocity", SurfaceVelocity)
         forces = run.hand_off("force_spectrum", ForceSpectrum)
@@ -75,10 +82,26 @@ def _by_path_and_mode(stored: Stored) -> list[Any]:
         "Parts add up to the pressure of the line; negative ones cancel others."
     )
     titles = [_title(stored, f) for f in lines]
+    parts, captions = _paired(stored, parts)
     return [
         Text(note),
-        *(_panels(stored, titles, {n: of[kind] for n, of in parts.items()}, CAPTIONS[kind]) for kind in (0, 1)),
+        *(_panels(stored, titles, {n: of[kind] for n, of in parts.items()}, captions[kind]) for kind in (0, 1)),
     ]
+
+
+def _paired(stored: Stored, parts: Parts) -> tuple[Parts, tuple[str, str]]:
+    """Return parts in which modes of one shape have one name in all housings, and the captions of paths and modes."""
+    base, *others = parts
+    first = stored.housing(stored.runs[base])
+    found = {base: parts[base]}
+    for number in others:
+        run, (paths, modes) = stored.runs[number], parts[number]
+        housing = stored.housing(run)
+        names = {} if first is None or housing is None else first_names(first, housing, run.name)
+        found[number] = paths, renamed(modes, names)
+    paired = any(found[number][1].names != parts[number][1].names for number in others)
+    remark = " " + PAIRED.format(first=stored.runs[base].name) if paired else ""
+    return found, (CAPTIONS[0], CAPTIONS[1] + remark)
 
 
 def _over_run_up(stored: Stored) -> list[Any]:
@@ -97,6 +120,7 @@ def _over_run_up(stored: Stored) -> list[Any]:
             parts[number] = split
     if not parts:
         return []
+    parts, captions = _paired(stored, parts)
     name = next(of.name for of in cuts if of.order == order)
     note = (
         f"Sound of {name} at {stored.runs[0].point_name(0)} by its parts: pressure in phase with the sum, "
@@ -108,8 +132,8 @@ def _over_run_up(stored: Stored) -> list[Any]:
         each = {number: of[kind] for number, of in parts.items()}
         at = {number: _nearest(of, order * speed / (2 * np.pi)) for number, of in each.items()}
         title = f"{30 * speed / np.pi:.0f} rpm, {order * speed / (2 * np.pi):.0f} Hz: the loudest speed of {name}"
-        bars_of = _panels(stored, [title], at, f"{CAPTIONS[kind]} At the loudest speed.")
-        found += [_over_speed(stored, each, order, CAPTIONS[kind]), bars_of]
+        bars_of = _panels(stored, [title], at, f"{captions[kind]} At the loudest speed.")
+        found += [_over_speed(stored, each, order, captions[kind]), bars_of]
     return found
 
 

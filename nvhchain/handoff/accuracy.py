@@ -96,12 +96,30 @@ class ForceAccuracy(Accuracy):
     table_highest: FloatArray | None = array("m", "mesh_exceeding_law", "upper end of its law", default=None)
     parted: tuple[Label, ...] | None = array("", "parted_mesh", "meshes whose flanks part", default=None)
     parted_time: FloatArray | None = array("s", "parted_mesh", "time without contact", default=None)
+    parted_lowest_speed: FloatArray | None = array(
+        "rad/s", "parted_mesh", "lowest input speed without contact", default=None
+    )
+    parted_highest_speed: FloatArray | None = array(
+        "rad/s", "parted_mesh", "highest input speed without contact", default=None
+    )
     parted_error: float | None = value("1", "expected error of contact loss, relative to the peak force", default=None)
     time_step: float | None = value("s", "time step under contact loss", default=None)
     needed_step: float | None = value("s", "time step that keeps 1e-4 of the peak through contact loss", default=None)
     needed_step_corrected: float | None = value(
         "s", "the same with path_correction, where they are not taken", default=None
     )
+
+    def contact_losses(self) -> list[tuple[str, float, float, float]]:
+        """Return mesh, time without contact (s), and the lowest and highest input speed of it (rad/s).
+
+        Speeds that a record does not state are 0 and infinite.
+        """
+        count = len(self.parted or ())
+        ends = (self.parted_lowest_speed, 0.0), (self.parted_highest_speed, np.inf)
+        speeds = [np.full(count, unknown) if end is None else end for end, unknown in ends]
+        time = np.zeros(count) if self.parted_time is None else self.parted_time
+        columns = (of.tolist() for of in (time, *speeds))
+        return list(zip(map(str, self.parted or ()), *columns, strict=True))
 
     def doubts(self) -> Iterator[Doubt]:
         """Yield warnings of meshes beyond their laws, and of contact loss under long steps."""
@@ -121,7 +139,7 @@ class ForceAccuracy(Accuracy):
         remedy = f"{1e6 * self.needed_step:g} µs"
         if self.needed_step_corrected is not None:
             remedy += f", or {1e6 * self.needed_step_corrected:g} µs with path_correction"
-        for mesh, seconds in zip(self.parted or (), () if self.parted_time is None else self.parted_time, strict=True):
+        for mesh, seconds, _, _ in self.contact_losses():
             yield Doubt(
                 CONTACT_LOSS,
                 f"mesh {mesh}: its flanks part for {seconds:.3g} s of the record. Steps of {1e6 * self.time_step:.3g} "

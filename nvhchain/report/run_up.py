@@ -142,8 +142,9 @@ def _at_harmonics(orders: Sequence[float], axis: FloatArray, marks: OrderMarks) 
 
 
 def run_up_summary(history: PressureHistory, curves: Sequence[Curve]) -> dict[str, Any]:
-    """Return the speeds, the equivalent level of the whole record and the highest level of every curve over speed."""
+    """Return speeds and duration, the equivalent level of the whole record and the highest level of every curve."""
     return {
+        "duration_s": float(history.time[-1] - history.time[0]),
         "start_speed_rpm": 30 / pi * float(history.input_speed[0]),
         "end_speed_rpm": 30 / pi * float(history.input_speed[-1]),
         "overall_dBA": float(levels.equivalent(history.pressure[:, 0], sample_rate=sample_rate(history))),

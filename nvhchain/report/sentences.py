@@ -41,6 +41,9 @@ NAMED = 3
 MOST = 0.5, 2.0
 """Least and largest ratio of the sum of modes or paths that are named to the line's part."""
 
+NEAR = 0.05
+"""Largest relative distance of contact loss from speeds, ends of windows of ten turns, at which it lies there."""
+
 CANCELLING = 0.5
 """Least ratio of an opposing mode or path to the largest one, at which it is named, too."""
 
@@ -234,7 +237,7 @@ def _lines(other: Mapping[str, Any], first: Mapping[str, Any], origin: Callable[
         for of in lines[:LINES]
         if abs(of["part_db"] / difference) >= LEAST_SHARE
     ]
-    found += [(of["part_db"], between_orders(of)) for of in causes if "speeds_rpm" in of]
+    found += [(of["part_db"], between_orders(of) + _parting(of, first, other)) for of in causes if "speeds_rpm" in of]
     found.sort(key=lambda of: -abs(of[0]))
     left = round(difference, 1) - sum(round(part, 1) for part, _ in found)  # of the levels as they are written
     if abs(left) > 0.05:
@@ -246,6 +249,17 @@ def between_orders(cause: Mapping[str, Any]) -> str:
     """Return the name of sound between orders that lies about one speed."""
     low, high = (f"{speed:.0f}" for speed in cause["speeds_rpm"])
     return f"sound between the orders at {low}{'' if low == high else f'…{high}'} rpm"
+
+
+def _parting(cause: Mapping[str, Any], *designs: Mapping[str, Any]) -> str:
+    """Return the remark on sound about one speed where flanks part; empty unless all contact loss lies there."""
+    low, high = (1.0 + side * NEAR for side in (-1, 1))
+    ends = low * cause["speeds_rpm"][0], high * cause["speeds_rpm"][1]
+    for of in designs:
+        speeds = [one["speeds_rpm"] for one in of.get("contact_loss", [])]
+        if any(None not in of_mesh and ends[0] <= of_mesh[0] and of_mesh[1] <= ends[1] for of_mesh in speeds):
+            return ", where flanks part"
+    return ""
 
 
 def _line(cause: Mapping[str, Any], origin: str) -> str:

@@ -87,6 +87,8 @@ def _configurations(results: Mapping[str, Result]) -> dict[str, Any]:
             "slot_orders": slot_orders(result.case),
             "transmission_errors": _transmission_errors(result),
         }
+        if lost := _contact_loss(result):
+            found[name]["contact_loss"] = lost
         if result.housing is not None:
             found[name]["housing"] = result.housing.content_hash
     first, *others = results
@@ -105,6 +107,16 @@ def _configurations(results: Mapping[str, Result]) -> dict[str, Any]:
 def _levels_heard(configurations: Mapping[str, Any]) -> dict[str, float]:
     """Return the overall level (dB(A)) of every configuration that has one."""
     return {name: float(of["overall_dBA"]) for name, of in configurations.items() if "overall_dBA" in of}
+
+
+def _contact_loss(result: Result) -> list[dict[str, Any]]:
+    """Return the meshes of a run-up whose flanks part, each with the time without contact and the speeds about it."""
+    if result.pressure_history is None or result.bearing_forces is None:
+        return []
+    return [
+        {"mesh": mesh, "seconds": seconds, "speeds_rpm": finite([30 / pi * lowest, 30 / pi * highest])}
+        for mesh, seconds, lowest, highest in result.bearing_forces.accuracy.contact_losses()
+    ]
 
 
 def _difference(first: Result, second: Result) -> dict[str, Any]:

@@ -45,6 +45,10 @@ def test_idle_gears_are_told_with_the_time_for_which_no_flank_carries(make_gearb
     deflection, step = record.mesh_deflection[:, 0], np.diff(record.time).mean()
     surely, perhaps = (((deflection < 0.0 - x) & (deflection > -80e-6 + x)).sum() * step for x in (11e-6, -11e-6))
     assert 0.02 < surely <= found["A–B"] <= perhaps
+    _, _, lowest, highest = record.accuracy.contact_losses()[0]
+    apart = [record.input_speed[(deflection < 0.0 - x) & (deflection > -80e-6 + x)] for x in (11e-6, -11e-6)]
+    assert apart[1].min() <= lowest <= apart[0].min()
+    assert apart[0].max() <= highest <= apart[1].max()
     with pytest.warns(AccuracyWarning, match="and halve it until the forces stay"):
         warn_of(record)
 
@@ -76,6 +80,7 @@ def test_a_record_in_files_says_of_all_of_them_what_one_says(make_gearbox, make_
     pieces = joined([piece.accuracy for piece in made.pieces()])
     assert len(made.paths) > 2
     assert pieces.parted_time == pytest.approx(whole.accuracy.parted_time, rel=1e-9)
+    assert pieces.contact_losses() == [pytest.approx(of) for of in whole.accuracy.contact_losses()]
 
 
 @pytest.mark.filterwarnings("ignore:mesh .* its flanks part")
@@ -88,6 +93,7 @@ def test_a_steady_run_at_light_load_is_told_too(make_gearbox, make_laws):
         )  # fmt: skip
     parted = (record.mesh_deflection[:, 0] < -5.5e-6).sum() * np.diff(record.time).mean()
     assert 0.0 < parted <= record.accuracy.parted_time[0]
+    assert record.accuracy.contact_losses()[0][2:] == (2 * SPEED, 2 * SPEED)
     assert record.accuracy.parted_error == pytest.approx(4e-3)  # the drive flanks alone strike: an idle gear has 2.1e-2
 
 

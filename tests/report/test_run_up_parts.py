@@ -11,14 +11,16 @@ from nvhchain import levels
 from nvhchain.acoustics import radiate
 from nvhchain.chain.result import Result
 from nvhchain.conventions import REFERENCE_PRESSURE
+from nvhchain.dynamics.runs.contact_loss import stated_loss
 from nvhchain.error_band import ErrorBand, RunUpBand
 from nvhchain.fidelity import DRAFT
 from nvhchain.handoff import BearingForces, ForceSpectrum, PressureHistory
 from nvhchain.housing import respond
 from nvhchain.housing.casting.contributions import Panels, panel_contributions
 from nvhchain.report.causes.run_up import order_load, order_parts, with_parts
+from nvhchain.report.page.sections.speed.run_up import _contact_loss as remarks
 from nvhchain.report.run_up import Curve
-from nvhchain.report.summary import _add_curve_limits
+from nvhchain.report.summary import _add_curve_limits, _contact_loss
 from nvhchain.testing import ball_with_modes
 
 pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # a coarse ball on purpose
@@ -101,6 +103,27 @@ def test_modes_and_paths_add_up_to_the_part_of_an_order_in_a_difference(runs):
     faster = replace(runs[1], bearing_forces=forces.replace(input_speed=1.2 * forces.input_speed))
     (other,) = with_parts([line], runs[0], faster)
     assert "modes" not in other  # another ramp
+
+
+def test_contact_loss_stands_in_the_summary_and_on_the_page_with_its_speeds():
+    speed = np.linspace(150.0, 250.0, 11)
+    lost = stated_loss({"A–B": 0.03}, 2e-5, False).replace(
+        parted_lowest_speed=np.array([160.0]), parted_highest_speed=np.array([170.0])
+    )
+    time, force = np.arange(11.0), np.zeros((11, 4, 3))
+    forces = BearingForces(time, force, ball_with_modes.BEARINGS, np.zeros((4, 3)), speed, accuracy=lost)
+    history = PressureHistory(time, [[0, 0, 1]], np.zeros((11, 1)), speed)
+    run = SimpleNamespace(name="light", hand_off=lambda name, kind: forces, pressure_history=history)
+    (of,) = _contact_loss(SimpleNamespace(pressure_history=history, bearing_forces=forces))
+    assert (of["mesh"], of["seconds"]) == ("A–B", 0.03)
+    assert of["speeds_rpm"] == pytest.approx([30 / np.pi * 160.0, 30 / np.pi * 170.0])
+    (remark,) = remarks(run)
+    assert remark.startswith("light: mesh A–B: its flanks part for 0.03 s of the record. Steps of 20 µs")
+    assert remark.endswith(" They part between 1528 and 1623 rpm.")
+    forces = forces.replace(accuracy=stated_loss({"A–B": 0.03}, 1e-6, False))
+    assert remarks(run) == ["light: mesh A–B: its flanks part for 0.03 s of the record."]
+    (of,) = _contact_loss(SimpleNamespace(pressure_history=history, bearing_forces=forces))
+    assert of["speeds_rpm"][1] is None
 
 
 def test_an_order_outside_the_band_has_no_parts(runs):

@@ -196,6 +196,18 @@ def test_sound_between_orders_stands_before_smaller_parts():
     assert [of.partition(" dB:")[0] for of in found] == ["  −4.9", "  −1.9"]
 
 
+@pytest.mark.parametrize(
+    ("speeds", "parts"), [([1530.0, 1600.0], True), ([1000.0, 1600.0], False), ([None, None], False)]
+)
+def test_sound_about_a_speed_is_said_to_be_where_flanks_part(speeds, parts):
+    near = {"order": None, "speeds_rpm": [1543.0, 1579.0], "lines": None, "part_db": -4.9}
+    rows = [{"speed_rpm": speed, "level_dBA": 60.0} for speed in (600.0, 1500.0)]
+    first, second = ({"overall_dBA": level, "over_speed": rows} for level in (70.0, 65.1))
+    first["contact_loss"] = [{"mesh": "A–B", "seconds": 0.03, "speeds_rpm": speeds}]
+    found = verdict(summary(a=first, b=second | {"causes": [near]}))[-1]
+    assert found == "  −4.9 dB: sound between the orders at 1543…1579 rpm" + (", where flanks part" if parts else "")
+
+
 def test_lines_that_move_against_the_difference_are_named_too():
     first, second = configuration({1: 60.0, 2: 70.0, 3: 40.0}, [70, 71]), configuration({1: 71.0, 2: 40.0}, [70, 72])
     lines = verdict(summary(a=first, b=second))[1:]

@@ -32,14 +32,17 @@ def parted_flanks(
     back: FloatArray,
     phases: Callable[[IntArray], FloatArray],
     sample_time: float,
+    input_speed: FloatArray,
 ) -> ForceAccuracy:
-    """State the meshes without contact at some samples, with the duration of contact loss and the error it leaves.
+    """State the meshes without contact at some samples, with duration and speeds of contact loss, and its error.
 
     drive, back : (n, n_mesh) deflections (m) of drive and back flanks, with the sign of the laws.
     phases : function from sample indices (n_s,) to phases of the laws (n_s, n_mesh), in periods.
     sample_time : time between samples (s).
+    input_speed : (n,) speed of the input (rad/s).
     """
     seconds: dict[str, float] = {}
+    speeds: list[FloatArray] = []
     both = False
     for row in np.flatnonzero(model.assembly.share > 0.0):
         mesh = model.assembly.mesh[row]
@@ -56,8 +59,13 @@ def parted_flanks(
         )
         if free.any():
             seconds[f"{of.pinion_shaft}–{of.wheel_shaft}"] = float(free.sum() * sample_time)
+            speeds.append(input_speed[maybe[free]])
             both |= bool((drive[:, mesh] > front.min()).any() and (back[:, mesh] < behind.max()).any())
-    return stated_loss(seconds, model.step.step, model.contact.corrected, both)
+    lost = stated_loss(seconds, model.step.step, model.contact.corrected, both)
+    if not speeds:
+        return lost
+    lowest, highest = (np.array([end(of) for of in speeds]) for end in (np.min, np.max))
+    return lost.replace(parted_lowest_speed=lowest, parted_highest_speed=highest)
 
 
 def stated_loss(seconds: Mapping[str, float], time_step: float, bent: bool, both: bool = False) -> ForceAccuracy:
@@ -146,7 +154,7 @@ def _deflection_fields(found: Mapping[str, Sequence[float]]) -> ForceAccuracy:
 def joined(parts: Sequence[ForceAccuracy]) -> ForceAccuracy:
     """Return the accuracy of one record from those of its pieces: extremes of deflections, sums of times."""
     beyond: dict[str, list[float]] = {}
-    seconds: dict[str, float] = {}
+    lost: dict[str, tuple[float, float, float]] = {}
     whole = ForceAccuracy()
     for part in parts:
         whole |= part
@@ -156,9 +164,16 @@ def joined(parts: Sequence[ForceAccuracy]) -> ForceAccuracy:
             lowest, highest, low, high = of
             before = beyond.get(mesh, of)
             beyond[mesh] = [min(before[0], lowest), max(before[1], highest), low, high]
-        for mesh, time in zip(part.parted or (), () if part.parted_time is None else part.parted_time, strict=True):
-            seconds[mesh] = seconds.get(mesh, 0.0) + float(time)
+        for mesh, time, low, high in part.contact_losses():
+            seconds, lowest, highest = lost.get(mesh, (0.0, low, high))
+            lost[mesh] = seconds + time, min(lowest, low), max(highest, high)
     whole |= _deflection_fields(beyond)
-    if seconds:
-        whole |= ForceAccuracy(parted=tuple(map(Label, seconds)), parted_time=np.array(list(seconds.values())))
+    if lost:
+        time, lowest, highest = np.array(list(lost.values())).T
+        whole |= ForceAccuracy(
+            parted=tuple(map(Label, lost)),
+            parted_time=time,
+            parted_lowest_speed=lowest,
+            parted_highest_speed=highest,
+        )
     return whole

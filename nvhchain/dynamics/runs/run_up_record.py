@@ -89,6 +89,7 @@ def record(
         sampled.back,
         lambda at: run.turns(time[at])[:, None] / run.law_period + run.offset,
         run.sample_time,
+        made.input_speed,
     )
     beyond = excursions(gearbox, mesh_laws, made.mesh_deflection, sampled.back, fidelity)
     return made.replace(accuracy=beyond | parted, error_names=gearbox.transmission_error_names)

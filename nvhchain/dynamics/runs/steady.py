@@ -145,7 +145,7 @@ def bearing_forces(
         transmission_error=meshes[:, 2 * n_mesh : -1],
         output_lag=meshes[:, -1],
     )
-    parted = parted_flanks(model, drive, back, cycle.phases_at, model.step.step)
+    parted = parted_flanks(model, drive, back, cycle.phases_at, model.step.step, made.input_speed)
     accuracy = excursions(gearbox, mesh_laws, made.mesh_deflection, back, fidelity) | parted
     made = made.replace(accuracy=accuracy, error_names=gearbox.transmission_error_names)
     warn_or_refuse(made.accuracy)

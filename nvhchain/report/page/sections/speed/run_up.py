@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from nvhchain import levels
-from nvhchain.handoff import FloatArray
+from nvhchain.handoff import BearingForces, FloatArray
+from nvhchain.handoff.accuracy import CONTACT_LOSS
 from nvhchain.report.page.blocks import (
     Figure,
     Text,
@@ -52,13 +53,33 @@ def blocks(stored: Stored) -> list[Any]:
         f"Sound at {stored.runs[0].point_name(0)}. Orders count turns of the input; those with most A-weighted "
         "energy are followed. Windows last ten turns of the input."
     )
+    remarks = [Text(text) for _, run, _ in heard for text in _contact_loss(run)]
     if all(constant_speed(of.input_speed) for _, _, of in heard):
-        return [Text(f"{note} The mean speed is constant."), _mean_levels(numbers, maps)]
-    found: list[Any] = [Text(note), _overall(stored, numbers, curves)]
+        return [Text(f"{note} The mean speed is constant."), *remarks, _mean_levels(numbers, maps)]
+    found: list[Any] = [Text(note), *remarks, _overall(stored, numbers, curves)]
     if len(next(iter(curves.values()))) > 1:
         found.append(_order_cuts(stored, numbers, curves))
     for number, (title, word) in enumerate((("frequency / Hz", "frequency"), ("order of the input", "order"))):
         found.append(_maps(stored, {name: of[number] for name, of in maps.items()}, title, word))
+    return found
+
+
+def _contact_loss(run: StoredRun) -> list[str]:
+    """Return remarks on the meshes of a run whose flanks part, and on the errors that this leaves."""
+    forces = run.hand_off("bearing_forces", BearingForces)
+    if forces is None:
+        return []
+    stated = forces.accuracy
+    told = [doubt.text for doubt in stated.doubts() if doubt.kind == CONTACT_LOSS]
+    found = []
+    for number, (mesh, seconds, lowest, highest) in enumerate(stated.contact_losses()):
+        text = told[number] if told else f"mesh {mesh}: its flanks part for {seconds:.3g} s of the record"
+        rpm = (
+            ""
+            if np.isinf(highest)
+            else f" They part between {30 / np.pi * lowest:.0f} and {30 / np.pi * highest:.0f} rpm."
+        )
+        found.append(f"{run.name}: {text}.{rpm}")
     return found
 
 

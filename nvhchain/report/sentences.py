@@ -41,6 +41,9 @@ NAMED = 3
 MOST = 0.5, 2.0
 """Least and largest ratio of the sum of modes or paths that are named to the line's part."""
 
+SAME_RECORD = 0.01
+"""Largest relative difference of the speeds and durations of records that count as alike."""
+
 NEAR = 0.05
 """Largest relative distance of contact loss from speeds, ends of windows of ten turns, at which it lies there."""
 
@@ -98,8 +101,10 @@ def verdict(summary: Mapping[str, Any]) -> list[str]:
         origin = partial(order_name, mesh=mesh, slots=slots)
         if "over_speed" in configuration:
             parts = _lines(configuration, first, origin) if "causes" in configuration else []
+            differ = differing_records((name, configuration), (base, first))
             sentences += [
                 _over_speed(name, configuration, first),
+                *([f"  {differ}; levels are means over each"] if differ else []),
                 *(parts or _orders(name, configuration, base, first)),
             ]
         else:
@@ -260,6 +265,19 @@ def _parting(cause: Mapping[str, Any], *designs: Mapping[str, Any]) -> str:
         if any(None not in of_mesh and ends[0] <= of_mesh[0] and of_mesh[1] <= ends[1] for of_mesh in speeds):
             return ", where flanks part"
     return ""
+
+
+def differing_records(*designs: tuple[str, Mapping[str, Any]]) -> str:
+    """Return how the records of run-ups differ in speeds and duration; empty where they are alike or not stated."""
+    keys = "start_speed_rpm", "end_speed_rpm", "duration_s"
+    values = [[float(of.get(key, inf)) for key in keys] for _, of in designs]
+    if inf in values[0] + values[1] or np.allclose(values[0], values[1], rtol=SAME_RECORD):
+        return ""
+    records = [
+        f"{name} from {start:.0f} to {end:.0f} rpm in {seconds:.3g} s"
+        for (name, _), (start, end, seconds) in zip(designs, values, strict=True)
+    ]
+    return f"the records differ: {records[0]}, {records[1]}"
 
 
 def _line(cause: Mapping[str, Any], origin: str) -> str:

@@ -198,6 +198,23 @@ def test_names_under_the_parts_of_a_difference_stand_in_short_rows(pair):
     assert max(map(len, rows)) <= 14
 
 
+def test_parts_of_other_records_and_housings_come_with_remarks(pair):
+    told = summary({"plain": 60.0, "holed": 80.0})
+    plain, holed = told["configurations"].values()
+    for of, start, housing in ((plain, 900.0, "a"), (holed, 1200.0, "b")):
+        of |= {"start_speed_rpm": start, "end_speed_rpm": 2400.0, "duration_s": 2.0, "housing": housing}
+    path = {"name": "A1 x", "part_db": 17.0, "pressure_Pa": [1.0, 2.0]}
+    line = {"order": 20.0, "frequency_hz": 1000.0, "part_db": 20.0, "levels_dBA": [60.0, 80.0], "paths": [path]}
+    remarks = {}
+    for paired, modes in ((True, [path | {"name": "mode 1, 900 Hz (905 Hz in holed)"}]), (False, [])):
+        holed["causes"] = [line | {"modes": modes}]
+        (pair / "summary.json").write_text(json.dumps(told))
+        remarks[paired] = " ".join(read(write_page(pair)).texts)
+    assert "The records differ: plain from 900 to 2400 rpm in 2 s, holed from 1200 to 2400 rpm in 2 s" in remarks[True]
+    assert "Modes of plain and holed are paired by their shapes" in remarks[True]
+    assert "No mode of plain has a partner of its shape in holed" in remarks[False]
+
+
 def test_on_a_narrow_screen_panels_stand_below_each_other_and_captions_stay_in_sight(pair):
     with Browser(write_page(pair)) as page:
         size = {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": True}

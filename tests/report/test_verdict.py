@@ -122,6 +122,20 @@ def test_run_ups_are_compared_over_the_speeds_that_they_share():
     )
 
 
+def test_run_ups_of_different_records_say_so():
+    rows = [{"speed_rpm": speed, "level_dBA": 60.0} for speed in (1200.0, 2400.0)]
+    of = {"overall_dBA": 60.0, "over_speed": rows, "end_speed_rpm": 2400.0}
+    first = of | {"start_speed_rpm": 900.0, "duration_s": 4.0}
+    second = of | {"start_speed_rpm": 1200.0, "duration_s": 2.0, "overall_dBA": 61.0}
+    assert verdict(summary(a=first, b=second))[2] == (
+        "  the records differ: b from 1200 to 2400 rpm in 2 s, a from 900 to 2400 rpm in 4 s; levels are means over "
+        "each"
+    )
+    nearly = first | {"duration_s": 3.9999, "overall_dBA": 61.0}
+    for alike in (nearly, of | {"start_speed_rpm": 1200.0}):
+        assert not any("the records differ" in line for line in verdict(summary(a=first, b=alike)))
+
+
 def test_a_quieter_design_names_its_parts_with_their_sign_and_what_moves_less():
     def part(name, before, after):
         return {"name": name, "part_db": -4.0, "pressure_Pa": [before, after]}

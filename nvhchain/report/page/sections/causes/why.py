@@ -10,7 +10,7 @@ from typing import Any
 from nvhchain.levels import number_text
 from nvhchain.report.page.blocks import LOUDER, QUIETER, Figure, Table, Text, axes, label, rounded
 from nvhchain.report.page.stored import Stored, StoredRun
-from nvhchain.report.sentences import between_orders
+from nvhchain.report.sentences import between_orders, differing_records
 
 TITLE = "Why"
 
@@ -89,7 +89,27 @@ def _difference(stored: Stored, base: StoredRun, run: StoredRun) -> list[Any]:
         else Table(head[:4], [row[:4] for row in rows], "Part of each line.")
     )
     every = Table(("line", "kind", "part", "dB"), parts, "All parts", folded=True, numbers=3)
-    return [Figure(caption, traces, layout, height=340), table, *([every] if parts else [])]
+    remarks = map(Text, _remarks(base, run))
+    return [*remarks, Figure(caption, traces, layout, height=340), table, *([every] if parts else [])]
+
+
+def _remarks(base: StoredRun, run: StoredRun) -> list[str]:
+    """Return remarks on records of two ramps, and on modes of two housings."""
+    found = []
+    if differ := differing_records((base.name, base.summary), (run.name, run.summary)):
+        found.append(
+            f"{differ[0].upper()}{differ[1:]}. Parts compare means over each record: speeds of one record alone, and "
+            "how long it stays at each, count as a change, too."
+        )
+    if run.summary.get("housing") != base.summary.get("housing"):
+        split = [of for of in run.summary["causes"] if of.get("paths")]
+        if any(of.get("modes") for of in split):
+            found.append(f"Modes of {base.name} and {run.name} are paired by their shapes and frequencies.")
+        elif split:
+            found.append(
+                f"No mode of {base.name} has a partner of its shape in {run.name}, so that modes have no parts."
+            )
+    return found
 
 
 def _line(stored: Stored, of: Mapping[str, Any]) -> str:

@@ -155,7 +155,8 @@ def test_sound_between_orders_is_named_by_its_speed_and_not_by_orders():
     assert orders == [20.0]
     found = run_up_causes(heard, in_order, orders)
     assert sum(of["part_db"] for of in found) == pytest.approx(heard[1] - heard[0], abs=1e-9)
-    near = found[1]
+    near = found[0]
+    assert [of["order"] for of in found] == [None, 20.0, None]  # by size; the rest comes last
     low, high = near["speeds_rpm"]
     assert low < 60 * 17.5 < high
     assert high - low < 300.0

@@ -157,7 +157,7 @@ def run_up_causes(
     rest = levels_dBA[1] - levels_dBA[0] - sum(of["part_db"] for of in found)
     near = _near_a_speed(maps, [of["order"] for of in found], rest, _mean(total))
     left = {"order": None, "part_db": float(rest - sum(of["part_db"] for of in near)), "lines": None}
-    return [*found, *near, left]
+    return [*sorted([*found, *near], key=lambda of: -abs(of["part_db"])), left]
 
 
 def _near_a_speed(

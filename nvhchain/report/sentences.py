@@ -240,7 +240,7 @@ def _lines(other: Mapping[str, Any], first: Mapping[str, Any], origin: Callable[
             f"{_line(of, origin(of['order']))} {_beyond(of, first, other) or _change(*of['levels_dBA']) + _reason(of)}",
         )
         for of in lines[:LINES]
-        if abs(of["part_db"] / difference) >= LEAST_SHARE
+        if abs(of["part_db"] / difference) >= LEAST_SHARE and abs(of["part_db"]) >= ALIKE
     ]
     found += [(of["part_db"], between_orders(of) + _parting(of, first, other)) for of in causes if "speeds_rpm" in of]
     found.sort(key=lambda of: -abs(of[0]))

@@ -189,6 +189,12 @@ def test_modes_that_are_named_make_most_of_their_line():
     )
 
 
+def test_a_part_that_rounds_to_nothing_is_not_named():
+    first, second = (configuration({116: level}, [level - 1, level + 1], frequency=40) for level in (60.0, 60.02))
+    cause = {"order": 116, "frequency_hz": 4640.0, "levels_dBA": [60.0, 60.02], "part_db": 0.02}
+    assert len(verdict(summary(a=first, b=second | {"causes": [cause]}))) == 1
+
+
 def test_modes_that_cancel_are_no_reason():
     assert reason(-0.3, modes=[("mode 3, 3281 Hz", -5.5), ("mode 3, 3293 Hz", 5.0)]) == ""
     many = [(f"mode {number}, 900 Hz", 0.5) for number in range(2, 12)]

@@ -132,8 +132,6 @@ def _overall(name: str, other: Mapping[str, Any], base: str, first: Mapping[str,
     if "over_speed" not in other and all(speeds):
         own, of_first = (f"{of['input_speed_rpm']:g} rpm" for of in (other, first))
         speed = f" and {own}" if len(speeds) == 1 else f", {name} at {own} and {base} at {of_first}"
-    if records := other_records(first, other):
-        speed = f", as means of run-ups {records}"
     if alike:
         return f"{name} and {base} {ALIKE_WORDS} {point}{speed} ({limits}){decided}"
     return f"{name} is {abs(difference):.1f} dB {word} than {base} at {point}{speed} ({limits}){decided}"
@@ -145,14 +143,6 @@ def over_speed_difference(other: Mapping[str, Any], first: Mapping[str, Any]) ->
     base_speed, base_level = _curve(first["over_speed"])
     chosen = (speed >= base_speed.min()) & (speed <= base_speed.max())
     return speed[chosen], level[chosen] - np.interp(speed[chosen], base_speed, base_level)
-
-
-def other_records(*runs: Mapping[str, Any]) -> str:
-    """Return the speeds of run-ups in words where these differ by more than one percent; empty where they do not."""
-    ends = [(of.get("start_speed_rpm", 0.0), of.get("end_speed_rpm", 0.0)) for of in runs]
-    if not np.all(ends) or np.allclose(ends, ends[0], rtol=0.01):
-        return ""
-    return " and ".join(f"from {start:.0f} to {end:.0f} rpm" for start, end in ends)
 
 
 def _over_speed(name: str, other: Mapping[str, Any], first: Mapping[str, Any]) -> str:

@@ -433,7 +433,13 @@ def test_a_summary_holds_the_limits_of_lines_and_of_speeds(case, housing, parts,
         **common,
     )
     told = limits(run_up)
-    assert len(told["over_speed"]) == 20
+    band = run_up.error_band
+    assert len(band.input_speed) == 20
+    assert told["over_speed"][0]["speed_rpm"] < told["over_speed"][-1]["speed_rpm"]
+    parts = band.limits[:, 0] - band.speed_levels[:, :1]
+    for row in told["over_speed"]:  # windows are as far from their limits as the part that holds them
+        high = row["limits_dBA"][1] - row["level_dBA"]
+        assert np.abs(parts[:, 1] - high).min() < 1e-9
     level = told["over_speed"][10]["level_dBA"]
     low, high = told["over_speed"][10]["limits_dBA"]
     assert low is None or low < level

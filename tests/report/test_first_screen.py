@@ -85,6 +85,21 @@ def test_headline_says_at_how_many_other_speeds_the_quieter_design_is_louder(pai
     assert "plain is 20.0 dB quieter than holed at 3000 rpm, but louder at 2 of 3 speeds" in page.texts
 
 
+@pytest.mark.parametrize(("end", "records"), [(3000.0, ""), (2000.0, " over unlike records")])
+def test_headline_of_run_ups_says_at_how_many_speeds_it_is_the_other_way_round(pair, end, records):
+    told = summary({"plain": 60.0, "holed": 80.0})
+    for name, levels, last in (("plain", [60.0, 70.0, 72.0], 3000.0), ("holed", [80.0, 65.0, 71.0], end)):
+        rows = [
+            {"speed_rpm": speed, "level_dBA": level, "limits_dBA": [level - 2.0, level + 2.0]}
+            for speed, level in zip((1000.0, 1500.0, 2000.0), levels, strict=True)
+        ]
+        record = {"start_speed_rpm": 1000.0, "end_speed_rpm": last, "duration_s": 4.0}
+        told["configurations"][name] |= {"over_speed": rows, "input_speed_rpm": None, "highest": {}} | record
+    (pair / "summary.json").write_text(json.dumps(told))
+    page = read(write_page(pair))
+    assert f"plain is 20.0 dB quieter than holed{records}, but louder at 2 of 3 speeds" in page.texts
+
+
 def test_without_a_player_no_link_leads_to_it(pair):
     assert 'href="#sound">Listen' in write_page(pair).read_text()
     for run in ("plain", "holed"):

@@ -27,7 +27,15 @@ from nvhchain.report.page.sections.speed.run_up import over_speed_traces, speed_
 from nvhchain.report.page.sections.speed.steady_states import difference_maps, over_steady_speeds, stored_states
 from nvhchain.report.page.stored import Stored
 from nvhchain.report.run_up import constant_speed
-from nvhchain.report.sentences import ALIKE, ALIKE_WORDS, DOUBTS, SILENCE, other_records, over_speed_difference, verdict
+from nvhchain.report.sentences import (
+    ALIKE,
+    ALIKE_WORDS,
+    DOUBTS,
+    SILENCE,
+    differing_records,
+    over_speed_difference,
+    verdict,
+)
 from nvhchain.report.sound.targets import target_sentence
 
 TITLE = "Verdict"
@@ -185,7 +193,8 @@ def _headline(stored: Stored) -> str:
     if level <= SILENCE:
         return f"{quiet} is silent"
     speed = _speed(stored)
-    records = "" if speed or not other_records(*(run.summary for run in stored.runs)) else " over other speeds"
+    runs = [(run.name, run.summary) for run in stored.runs]
+    records = " over unlike records" if any(differing_records(runs[0], run) for run in runs[1:]) else ""
     where = f"{f' at {speed}' if speed else records}{_turned(stored, quiet, second)}"
     if next_level - level < ALIKE:
         more = "" if len(others) == 2 else f", the quietest of {len(others)}"

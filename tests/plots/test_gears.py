@@ -102,6 +102,26 @@ def test_nearer_bodies_hide_farther_ones():
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("engine", ["matplotlib", "pyvista"])
+@pytest.mark.parametrize("size", [(3.0, 1.0), (1.0, 3.0), (1.0, 40.0)])
+def test_bodies_lie_in_a_picture_where_curves_over_it_are_drawn(engine, size):
+    """The middle of a red mark on a blue plate, found in the picture."""
+    square = np.array([[[0.0, 0, 0], [1, 0, 0], [1, 1, 0]], [[0, 0, 0], [1, 1, 0], [0, 1, 0]]])
+    mark = 0.2 * square + [0.1, 0.05, 0.01]
+    parts = [Part(square * [*size, 1.0], np.array([0.0, 0, 1])), Part(mark, np.array([1.0, 0, 0]))]
+    ax = Figure().add_subplot()
+    draw_scene(ax, parts, view=View(elevation=0.0, azimuth=0.0), engine=engine, height=800)
+    image = np.asarray(ax.images[0].get_array()).astype(float)
+    rows, columns = np.nonzero(image[:, :, 0] - image[:, :, 2] > 100)
+    left, right, low, high = ax.images[0].get_extent()
+    x = left + (columns.mean() + 0.5) / image.shape[1] * (right - left)
+    y = high - (rows.mean() + 0.5) / image.shape[0] * (high - low)
+    pixel = (high - low) / image.shape[0]
+    assert abs(x - 0.2) < 2 * pixel
+    assert abs(y - 0.15) < 2 * pixel
+
+
+@pytest.mark.slow
 def test_command_line_draws_a_gear_and_a_stage_and_writes_a_field(tmp_path, capsys):
     case = "cases/small/single_stage.toml"
     assert main(["plot", case, "--gear", "wheel", "--out", str(tmp_path / "gear.png")]) == 0

@@ -29,6 +29,9 @@ SURFACE_HEIGHT = 1100
 _MARGIN = 0.03
 """White margin around a body over the longer side of its picture."""
 
+_ROOM = 1.02
+"""Height or width of the picture of a scene over that of the scene."""
+
 
 def render(surface: Surface, colours: FloatArray, towards: FloatArray) -> np.ndarray | None:
     """Return a picture (height, width, 3) uint8 of `surface`, or None if this machine cannot render off screen.
@@ -37,7 +40,8 @@ def render(surface: Surface, colours: FloatArray, towards: FloatArray) -> np.nda
     towards : (3,) direction from the body to the viewer; y is up.
     """
     corners = surface.vertices[surface.triangles]
-    return render_scene([(corners, colours, 1.0)], [], towards, SURFACE_HEIGHT)
+    image = render_scene([(corners, colours, 1.0)], [], towards, SURFACE_HEIGHT)
+    return None if image is None else trimmed(image)
 
 
 def render_scene(
@@ -46,12 +50,12 @@ def render_scene(
     towards: FloatArray,
     height: int,
 ) -> np.ndarray | None:
-    """Return a picture (height, width, 3) uint8, cropped to what is drawn, or None if off-screen rendering fails.
+    """Return a picture (height, width, 3) uint8, or None if off-screen rendering fails; `picture_extent` is its extent.
 
     bodies : triangles (n, 3, 3), red, green, blue in 0 … 1 at their corners (n, 3, 3), and opacity.
     strokes : segments (m, 2, 3), their colour (3,), and width (pixels).
     towards : (3,) direction from the bodies to the viewer; y is up.
-    height : pixels, of the picture before it is cropped.
+    height : pixels.
     """
     scene: dict[str, np.ndarray] = {"towards": towards, "height": np.array(height)}
     for number, (triangles, colours, opacity) in enumerate(bodies):
@@ -63,7 +67,7 @@ def render_scene(
         scene[f"stroke{number}"] = np.append(colour, width)
     content = io.BytesIO()
     np.savez(content, **scene)  # type: ignore[arg-type]
-    return cropped(content, SECONDS)
+    return _exchanged(content, SECONDS)
 
 
 def render_frames(
@@ -79,11 +83,32 @@ def render_frames(
     scene = io.BytesIO()
     painted = np.round(255 * colours).astype(np.uint8)
     np.savez(scene, vertices=vertices[:, triangles.ravel()], colours=painted, towards=towards)
-    return cropped(scene, 120.0 + 2.0 * len(vertices))
+    images = _exchanged(scene, 120.0 + 2.0 * len(vertices))
+    return None if images is None else trimmed(images)
 
 
-def cropped(scene: io.BytesIO, seconds: float) -> np.ndarray | None:
-    """Return pictures (…, height, width, 3) uint8 of a scene, `trimmed`.
+def picture_extent(
+    extent: tuple[float, float, float, float], shape: tuple[int, ...]
+) -> tuple[float, float, float, float]:
+    """Return left, right, low and high end of a picture of `render_scene` from those of what it shows.
+
+    extent : left, right, low and high end of the bodies and strokes.
+    shape : height and width (pixels) of the picture.
+    """
+    left, right, low, high = extent
+    aspect = shape[1] / shape[0]
+    half = _half_height(right - left, high - low, aspect)
+    across, up = (left + right) / 2, (low + high) / 2
+    return across - half * aspect, across + half * aspect, up - half, up + half
+
+
+def _half_height(wide: float, tall: float, aspect: float) -> float:
+    """Return half the height of a picture (width over height: `aspect`) that shows a scene of the given size."""
+    return _ROOM * 0.5 * max(tall, wide / aspect)
+
+
+def _exchanged(scene: io.BytesIO, seconds: float) -> np.ndarray | None:
+    """Return pictures (…, height, width, 3) uint8 of a scene.
 
     None if the process fails, takes longer than `seconds`, or draws nothing.
     """
@@ -94,7 +119,7 @@ def cropped(scene: io.BytesIO, seconds: float) -> np.ndarray | None:
         image: np.ndarray = np.load(io.BytesIO(done.stdout))
     except (OSError, EOFError, ValueError):  # no output, or only a part
         return None
-    return trimmed(image) if (image < 255).any() else None
+    return image if (image < 255).any() else None
 
 
 def trimmed(image: np.ndarray) -> np.ndarray:
@@ -159,7 +184,7 @@ def _still(scene: Mapping[str, np.ndarray]) -> np.ndarray:
     plotter.camera.focal_point = middle + 0.5 * (depth.max() + depth.min()) * away
     plotter.camera.position = plotter.camera.focal_point + 2.0 * max(wide, tall, np.ptp(depth)) * away
     plotter.camera.up = (0.0, 1.0, 0.0)
-    plotter.camera.parallel_scale = 0.51 * max(tall, wide * height / width)
+    plotter.camera.parallel_scale = _half_height(float(wide), float(tall), width / height)
     plotter.reset_camera_clipping_range()
     return np.asarray(plotter.screenshot(return_img=True))
 

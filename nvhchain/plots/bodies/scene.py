@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from nvhchain.errors import require
 from nvhchain.fem.faces import boundary_rows, element_faces, flat_triangles, six_node_facets
 from nvhchain.handoff import FloatArray, IntArray
-from nvhchain.plots.bodies._pyvista import render_scene
+from nvhchain.plots.bodies._pyvista import picture_extent, render_scene
 from nvhchain.runtime.extras import check_installed
 
 _SHARP = np.radians(30.0)
@@ -189,10 +189,13 @@ def draw_scene(ax: Axes, parts: Sequence[Part], *, view: View, engine: str = "au
     strokes = [(part.lines + lift, np.array(to_rgb(part.ink)), part.width) for part in parts if len(part.lines)]
     places = view.seen(np.concatenate([points, *(segments.reshape(-1, 3) for segments, _, _ in strokes)]))
     (left, low), (right, high) = places.min(axis=0), places.max(axis=0)
+    extent = left, right, low, high
     image = rendered(engine, lambda: render_scene(bodies, strokes, view.towards, height))
     if image is None:
-        image = _painted(bodies, strokes, view, (left, right, low, high), height)
-    ax.imshow(image, extent=(left, right, low, high), interpolation="antialiased")
+        image = _painted(bodies, strokes, view, extent, height)
+    else:
+        extent = picture_extent(extent, image.shape)
+    ax.imshow(image, extent=extent, interpolation="antialiased")
     ax.set_axis_off()
 
 

@@ -33,8 +33,8 @@ TEETH = {2: {"gear 2": 0}, 3: {"over bulk": 10, "over a slot": 0}}
 PASSAGE = np.arange(-1.4, 1.4, 1.0 / 16.0)
 """Positions of a tooth along its passage (pitches from the pitch point)."""
 
-ANGLES = (30, 40, 45, 50, 60)
-"""Tangent angles of the root elements (degrees)."""
+ANGLES = (30, 35, 45, 50, 60)
+"""Tangent angles of the root elements (degrees), each in a brick of its own."""
 
 THREE = (30, 45, 60)
 """Tangent angles of tables 4.3 and 4.4 (degrees); table 4.5 has all five."""

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from nvhchain.plots.radiated import directivity_polar, directivity_spectrum, efficiency_spectrum
     from nvhchain.plots.spectrum import bearing_force_spectra, power_spectrum, pressure_spectrum
     from nvhchain.plots.speed import campbell, levels_over_speed
-    from nvhchain.plots.waterfall import waterfall_maps
+    from nvhchain.plots.waterfall import mean_spectra, waterfall_maps
 
 __getattr__, __dir__ = deferred(__name__, __file__)
 

@@ -61,14 +61,19 @@ def mesh_names(record: BearingForces) -> tuple[list[str], str]:
     """Return the names of a record's meshes and of its whole train.
 
     record: record of a run or of another program.
-    Returns meshes: shafts of every mesh, such as A–B and B–C. Records without names of shafts count their meshes.
-    train: first and last shaft, such as A–C.
+    Returns meshes: shafts of every mesh, such as A–B and B–C, numbered where several meshes have the same shafts.
+    Records without names of shafts count their meshes.
+    train: first and last shaft, such as A–C; "A–B at the output" beside a mesh of the same shafts.
     """
     errors = record.mesh_deflection if record.transmission_error is None else record.transmission_error
     count = errors.shape[1] if errors.ndim == 2 else 0
     named = record.error_names or ()
     if len(named) == count + 1:
-        return list(named[:-1]), str(named[-1])
+        meshes, train = [str(ends) for ends in named[:-1]], str(named[-1])
+        numbers = [meshes[: i + 1].count(ends) for i, ends in enumerate(meshes)]
+        twice = {ends for ends in meshes if meshes.count(ends) > 1}
+        numbered = [f"{ends} ({i})" if ends in twice else ends for ends, i in zip(meshes, numbers, strict=True)]
+        return numbered, f"{train} at the output" if train in meshes else train
     return [f"of mesh {number}" for number in range(1, count + 1)], "from input to output"
 
 

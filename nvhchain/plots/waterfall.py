@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from nvhchain.conventions import REFERENCE_PRESSURE
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray
-from nvhchain.plots._style import MARK_LINES, figure_of, panels, styled
+from nvhchain.plots._style import MARK_LINES, colour, figure_of, panels, styled
 from nvhchain.plots.marks import OrderMarks
 from nvhchain.spectrum import Waterfall
 
@@ -50,16 +50,7 @@ def waterfall_maps(
     list of Axes
         One per configuration, with speed upwards and frequency or order to the right.
     """
-    require(len(waterfalls) > 0, "no waterfall given: at least one configuration is needed")
-    kinds = {of.has_orders for of in waterfalls.values()}
-    require(len(kinds) == 1, "some waterfalls are against frequency, some against order: plot them apart")
-    sizes = {
-        name: np.sqrt((np.abs(of.amplitude.reshape(*of.amplitude.shape[:2], -1)) ** 2).sum(axis=2))[:, 1:]
-        for name, of in waterfalls.items()
-    }
-    reference = np.sqrt(2.0) * REFERENCE_PRESSURE if unit == "Pa" else 1.0
-    sizes = {name: size / reference for name, size in sizes.items()}
-    highest = 20.0 * np.log10(max(size.max() for size in sizes.values()) or 1.0)
+    sizes, highest, over_orders = _levels_of(waterfalls, unit)
     drawn = panels(len(waterfalls), axes, height=4.4)
     for ax, (name, of) in zip(drawn, waterfalls.items(), strict=True):
         speed = 60.0 / (2.0 * np.pi) * of.input_speed
@@ -80,13 +71,69 @@ def waterfall_maps(
         ax.set_ylabel("input speed / rpm")
         ax.grid(False)
         figure = figure_of(ax)
-        figure.colorbar(image, ax=ax, label="dB re 20 µPa" if unit == "Pa" else f"dB re 1 {unit}")
+        figure.colorbar(image, ax=ax, label=_reference(unit))
         handles = _draw_orders(ax, of, marks) if marks is not None else []
         if handles and ax is drawn[0]:
             # below the figure: inside, it would hide the orders
             figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
-    drawn[-1].set_xlabel("order of the input shaft" if kinds == {True} else "frequency / Hz")
+    drawn[-1].set_xlabel("order of the input shaft" if over_orders else "frequency / Hz")
     return drawn
+
+
+@styled
+def mean_spectra(
+    waterfalls: Mapping[str, Waterfall], *, unit: str, dynamic_range: float = 70.0, axes: Sequence[Axes] | None = None
+) -> list[Axes]:
+    """Draw the level of lines, mean of all windows, of records at constant speed, for which a map has no speed axis.
+
+    Parameters
+    ----------
+    waterfalls, unit, dynamic_range
+        As in `waterfall_maps`.
+    axes : sequence of Axes, optional
+        One; that of a new figure by default.
+
+    Returns
+    -------
+    list of Axes
+        One, with a curve per configuration over frequency or order.
+    """
+    sizes, _, over_orders = _levels_of(waterfalls, unit)
+    (ax,) = panels(1, axes, height=4.4)
+    levels = {name: 10.0 * np.log10(np.maximum((size**2).mean(axis=0), 1e-300)) for name, size in sizes.items()}
+    for index, (name, level) in enumerate(levels.items()):
+        ax.plot(waterfalls[name].axis[1:], level, color=colour(index), linewidth=1.2, label=name)
+    highest = max(float(level.max()) for level in levels.values())
+    ax.set_ylim(highest - dynamic_range, highest + 3.0)
+    ax.margins(x=0.0)
+    ax.set_title(f"{next(iter(levels))}, mean of windows" if len(levels) == 1 else "mean of windows", loc="left")
+    ax.set_ylabel(f"level / {_reference(unit)}")
+    ax.set_xlabel("order of the input shaft" if over_orders else "frequency / Hz")
+    if len(levels) > 1:
+        figure_of(ax).legend(loc="outside lower center", ncols=min(len(levels), 2))
+    return [ax]
+
+
+def _reference(unit: str) -> str:
+    return "dB re 20 µPa" if unit == "Pa" else f"dB re 1 {unit}"
+
+
+def _levels_of(waterfalls: Mapping[str, Waterfall], unit: str) -> tuple[dict[str, FloatArray], float, bool]:
+    """Return sizes (n_window, n) without the mean over their reference, the highest level, and if they are in orders.
+
+    Amplitudes of several channels are added in energy.
+    """
+    require(len(waterfalls) > 0, "no waterfall given: at least one configuration is needed")
+    kinds = {of.has_orders for of in waterfalls.values()}
+    require(len(kinds) == 1, "some waterfalls are against frequency, some against order: plot them apart")
+    sizes = {
+        name: np.sqrt((np.abs(of.amplitude.reshape(*of.amplitude.shape[:2], -1)) ** 2).sum(axis=2))[:, 1:]
+        for name, of in waterfalls.items()
+    }
+    reference = np.sqrt(2.0) * REFERENCE_PRESSURE if unit == "Pa" else 1.0
+    sizes = {name: size / reference for name, size in sizes.items()}
+    highest = 20.0 * np.log10(max(size.max() for size in sizes.values()) or 1.0)
+    return sizes, float(highest), kinds == {True}
 
 
 def _strongest(axis: FloatArray, size: FloatArray) -> tuple[FloatArray, FloatArray]:

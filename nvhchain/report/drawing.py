@@ -32,7 +32,7 @@ from nvhchain.interop import write_gear_field_vtu
 from nvhchain.names import printable
 from nvhchain.plots.files import check_format, save
 from nvhchain.report.housing_pictures import SUFFIXES, draw_housings, draw_velocities, write_motion
-from nvhchain.report.run_up import input_frequency_waterfall, input_order_waterfall, sample_rate
+from nvhchain.report.run_up import constant_speed, input_frequency_waterfall, input_order_waterfall, sample_rate
 from nvhchain.spectrum import BAND_MARGIN
 
 HIGHEST_ORDER = 100.0
@@ -162,7 +162,7 @@ def _mesh_laws(laws: Mapping[str, MeshLaw], orders: bool) -> list[Axes]:
 
 
 def _bearing_forces(forces: Mapping[str, BearingForces], orders: bool, quantity: str) -> list[Axes]:
-    """Draw lines of steady records, maps of run-ups and of steady records at several speeds."""
+    """Draw lines of steady records, maps of run-ups and of steady records at several speeds, mean spectra of others."""
     unit, factor = RECORDED[quantity]
     if not all(record.periodic for record in forces.values()):
         signals = {
@@ -218,6 +218,9 @@ def _last_line(spectrum: ForceSpectrum) -> int:
 
 
 def _maps(signals: Mapping[str, Any], records: Mapping[str, Any], unit: str, orders: bool) -> list[Axes]:
+    """Draw maps of run-ups, and mean spectra of records at constant speed."""
+    constant = {constant_speed(record.input_speed) for record in records.values()}
+    require(len(constant) == 1, "some records are run-ups, some are at constant speed: draw them apart")
     maps = {}
     for name, record in records.items():
         rate = sample_rate(record)
@@ -225,4 +228,4 @@ def _maps(signals: Mapping[str, Any], records: Mapping[str, Any], unit: str, ord
             maps[name] = input_order_waterfall(signals[name], rate, record.input_speed, high=HIGHEST_ORDER)
         else:
             maps[name] = input_frequency_waterfall(signals[name], rate, record.input_speed, high=rate / BAND_MARGIN)
-    return plots.waterfall_maps(maps, unit=unit)
+    return plots.mean_spectra(maps, unit=unit) if constant == {True} else plots.waterfall_maps(maps, unit=unit)

@@ -55,3 +55,9 @@ def test_errors_over_the_angle_of_the_input_are_called_by_their_shafts():
     np.testing.assert_allclose(error, 2.0 * np.sin(12.0 * np.radians(angle)), atol=1e-9)
     assert axes[2].lines[1].get_label() == "slotted: 10 µrad peak to peak"
     assert mesh_names(_record()) == (["of mesh 1", "of mesh 2"], "from input to output")
+
+
+def test_errors_between_the_same_shafts_have_titles_of_their_own():
+    axes = transmission_error_history({"rattle": _record(error_names=("A–B", "A–B", "A–B"))})
+    titles = [ax.get_title(loc="left").removeprefix("transmission error ") for ax in axes]
+    assert titles == ["A–B (1)", "A–B (2)", "A–B at the output"]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nvhchain.errors import InputError
-from nvhchain.plots import OrderMarks, waterfall_maps
+from nvhchain.plots import OrderMarks, mean_spectra, waterfall_maps
 from nvhchain.spectrum import Waterfall
 
 
@@ -48,6 +48,16 @@ def test_configurations_share_one_scale_and_one_kind_of_axis():
         waterfall_maps({"a": _falling(True), "b": _falling(False)}, unit="N")
     with pytest.raises(InputError, match="no waterfall given"):
         waterfall_maps({}, unit="N")
+
+
+def test_mean_spectrum_is_the_mean_of_the_windows_in_energy():
+    (ax,) = mean_spectra({"rattle": _falling(channels=1)}, unit="N")
+    axis, level = ax.lines[0].get_data()
+    assert list(axis) == [10.0, 20.0, 30.0, 40.0]
+    assert level == pytest.approx([10 * np.log10((0.1**2 + 3 * 0.01**2) / 4), 20 * np.log10(3.0), -40.0, -40.0])
+    assert ax.get_xlabel() == "order of the input shaft"
+    assert ax.get_ylabel() == "level / dB re 1 N"
+    assert ax.get_title(loc="left") == "rattle, mean of windows"
 
 
 def test_no_line_is_lost_where_there_are_more_than_the_map_can_show():

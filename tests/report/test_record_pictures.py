@@ -7,6 +7,7 @@ from matplotlib.image import imread
 from nvhchain.cli import main
 from nvhchain.files import hdf5
 from nvhchain.handoff import BearingForces
+from nvhchain.report import drawing
 
 
 def record(folder, speed, *, periodic=True, **left_out):
@@ -51,6 +52,28 @@ def test_errors_of_run_ups_are_maps(drawn, tmp_path):
     files = [record(tmp_path, 60 * np.pi, periodic=False)]
     assert drawn(files, "--quantity", "transmission_error").std() > 0.05
     assert drawn(files, "--quantity", "output_lag", "--orders").std() > 0.05
+
+
+@pytest.mark.parametrize("arguments", [(), ("--orders",)])
+def test_records_in_time_at_constant_speed_are_mean_spectra(tmp_path, monkeypatch, arguments):
+    made = hdf5.load(record(tmp_path, SPEEDS[0]))
+    steady = str(hdf5.save(made.replace(periodic=False), tmp_path / "steady.h5"))
+    kept = []
+    monkeypatch.setattr(drawing, "save", lambda axes, _: kept.extend(axes))
+    assert main(["plot", steady, "--quantity", "output_lag", *arguments, "--out", str(tmp_path / "x.png")]) == 0
+    (ax,) = kept
+    axis, level = ax.lines[0].get_data()
+    wave = 20.0 if arguments else 20.0 * SPEEDS[0] / (2 * np.pi)
+    assert axis[level.argmax()] == pytest.approx(wave, rel=0.01)
+    assert level.max() == pytest.approx(0.0, abs=0.3)  # 1 µrad
+
+
+def test_records_at_constant_speed_and_run_ups_are_drawn_apart(tmp_path, capsys):
+    made = hdf5.load(record(tmp_path, SPEEDS[0]))
+    steady = str(hdf5.save(made.replace(periodic=False), tmp_path / "steady.h5"))
+    run_up = record(tmp_path, 60 * np.pi, periodic=False)
+    assert main(["plot", steady, run_up, "--out", str(tmp_path / "x.png")]) == 2
+    assert "some are at constant speed: draw them apart" in capsys.readouterr().err
 
 
 def test_errors_are_drawn_over_the_angle_of_the_input(drawn, tmp_path, capsys):

@@ -9,12 +9,16 @@ import numpy as np
 import pytest
 
 from nvhchain.cli.examples import examples_folder
+from nvhchain.conventions import STEEL
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DRAFT, STANDARD
-from nvhchain.gallery import chapter_3_lumped, making, registry
+from nvhchain.gallery import chapter_3_lumped, chapter_4_roots, gears, making, registry
 from nvhchain.gallery.__main__ import main
 from nvhchain.gallery.item import Item, Stated
 from nvhchain.gallery.registry import ITEMS, chosen
+from nvhchain.gear import GearBody, RootElement, von_mises
+from nvhchain.gear.elements.gear_mesh import tooth_mesh
+from nvhchain.gear.root_strain.places import strain_operator
 from nvhchain.lumped import THESIS_PAIRS, steady_sweep
 from nvhchain.testing.coarse_runs import COARSE
 
@@ -119,6 +123,21 @@ def test_height_of_a_jump_does_not_depend_on_the_steps_of_its_sweep(monkeypatch)
         largest = np.abs(np.diff(rms, axis=0)).argmax(axis=0)
         heights.append([chapter_3_lumped.jump_height(rms[:, i], studied[largest[i]]) for i in range(4)])
     assert heights[0] == pytest.approx(heights[1], rel=0.02)
+
+
+def test_five_root_elements_are_five_bricks():
+    """Two bricks do not have one stress in a displacement that grows with a power of the radius."""
+    body = GearBody(gears.SPUR, gears.BLANKS["a"])
+    fidelity = gears.gear_fidelity(STANDARD.gear, 16)
+    fine = replace(fidelity, transverse_refinement=fidelity.root_refinement)
+    _, solid = tooth_mesh(body, replace(fine, profile_elements=max(fine.profile_elements, fine.root_refinement)))
+    places = [RootElement(0, np.radians(angle)) for angle in chapter_4_roots.ANGLES]
+    radius = np.hypot(*solid.nodes[:, :2].T) / gears.SPUR.tip_circle_radius
+    displacement = np.zeros((len(radius), 3))
+    displacement[:, 0] = 1e-3 * radius**40
+    strain = (strain_operator(body.geometry, solid, places) @ displacement.ravel()).reshape(5, 6)
+    stress = np.sort(von_mises(strain, STEEL))
+    assert (np.diff(stress) > 1e-6 * stress[-1]).all()
 
 
 def test_every_item_has_a_verdict_and_a_number_of_its_own():

@@ -2,8 +2,9 @@
 
 57 teeth each, module 2.6 mm, 23 mm wide, centres 150 mm apart.  The stated root diameter of 141.7 mm is that of no
 profile shift; tip diameter and contact ratio (1.4557) fit it.  Masses are stated, the dimensions of the blanks are not.
-Those below are one set that meets masses and, within 4 %, the mesh stiffness of table 3.2.  Chapter 4 takes the same
-gears: pair A the thin web, pair B the three slots.
+Those below are one set that meets masses and, within 4 %, the mesh stiffness of table 3.2.  The slots of d are fitted
+to its blank order, too: over 101.6° from 45.4 mm, at the same mass, it is 5 % large and the stiffness 7 % small.
+Chapter 4 takes the same gears: pair A the thin web, pair B the three slots.
 """
 
 from __future__ import annotations

@@ -61,6 +61,16 @@ def test_pairs_with_a_jump_answer_differently_up_and_down_and_pair_d_does_not(fo
         assert jumps(frequency, up.rms[:, i])[0] > jumps(frequency, falling[:, i])[0]
 
 
+def test_backlash_of_the_thesis_gears_gives_the_motion_of_the_narrower_one_of_the_model():
+    """0.1 mm in the model, 1.2855 mm by the data of the gears."""
+    frequency = np.arange(2600.0, 3200.0, 50.0)
+    narrow = [thesis_pair(name) for name in "abcd"]
+    wide = [replace(pair, half_backlash=0.5 * 1.2855e-3) for pair in narrow]
+    rms, of_wide = (steady_sweep(pairs, frequency) for pairs in (narrow, wide))
+    assert rms.loses_contact.any()
+    np.testing.assert_allclose(of_wide.rms, rms.rms, rtol=1e-9)
+
+
 def test_resonances_rank_as_root_of_stiffness_and_lie_below_the_natural_frequency(four_pairs):
     frequency, up, _ = four_pairs
     peak = frequency[up.cycle_rms.argmax(axis=0)]

@@ -18,6 +18,7 @@ from benchmarks.gear.reference_contact_studies import (
     RELIEVED_RESOLUTION,
     ROOT,
     STUDIES,
+    THICK_TEETH,
     TORQUES,
     Record,
 )
@@ -57,6 +58,7 @@ def drawn(study: str) -> Record:
     s = STUDIES[study]()
     return {
         "made_by": "benchmarks/gear/reference_contact.py",
+        **({"note": THICK_TEETH} if study.startswith("spur") else {}),
         "pinion": macro(s.pair.pinion.geometry),
         "wheel": macro(s.pair.wheel.geometry),
         "centre_distance": s.pair.centre_distance,
@@ -229,6 +231,7 @@ def write_relieved(out: Path) -> None:
     s = STUDIES["spur"]()
     data = {
         "made_by": "benchmarks/gear/reference_contact.py",
+        "note": THICK_TEETH,
         "pinion": macro(s.pair.pinion.geometry),
         "wheel": macro(s.pair.wheel.geometry),
         "centre_distance": s.pair.centre_distance,
@@ -248,6 +251,8 @@ def write(out: Path) -> None:
         "pure involutes. Misalignment is of the wheel's axis in the plane of action, a lead slope on its drive flanks. "
         "The error of the mean is relative to the mean of δ beyond where the unloaded flanks touch. Mesh harmonics of "
         "the mesh period looked at, hybrid over reference.",
+        "",
+        THICK_TEETH,
         "",
     ]
     write_relieved(out)

@@ -30,14 +30,16 @@ def test_contact_ratio_of_the_thesis_pair_at_its_enlarged_centre_distance(make_b
         normal_module=2.6e-3,
         helix_angle=0.0,
         face_width=23e-3,
-        profile_shift=0.3613,
+        profile_shift=0.0,
         tip_radius=154.5e-3 / 2,
-        dedendum=(148.2 - 141.7) / 2 / 2.6 + 0.3613,
+        dedendum=1.25,
     )
     pair = GearPair(make_body(gear), make_body(gear), 150e-3)
     assert np.degrees(pair.working_pressure_angle) == pytest.approx(21.811, rel=1e-4)
-    assert pair.transverse_contact_ratio == pytest.approx(1.4557, rel=1e-3)
-    assert nominal_centre_distance(gear, gear) == pytest.approx(150e-3, rel=1e-5)
+    assert gear.root_radius == pytest.approx(141.7e-3 / 2, rel=1e-9)
+    assert pair.transverse_contact_ratio == pytest.approx(1.4557, rel=1e-4)
+    shifted = dataclasses.replace(gear, profile_shift=0.3613)  # teeth without backlash at this distance
+    assert nominal_centre_distance(shifted, shifted) == pytest.approx(150e-3, rel=1e-5)
 
 
 @pytest.mark.parametrize("helix", [0.0, 10.0, 25.0])

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from nvhchain.handoff import FloatArray
+from nvhchain.plots._style import figure_of
 from nvhchain.plots.files import save
 
 Curves = Mapping[str, tuple[FloatArray, FloatArray]]
@@ -25,7 +26,11 @@ def grid(rows: int, columns: int, *, width: float = 6.0, height: float = 4.0) ->
 def write_curves(
     panels: Mapping[str, Curves], picture: Path, *, labels: tuple[str, str], ticks: Sequence[str] = ()
 ) -> None:
-    """Write curves, one panel per title; `labels` are those of both axes, `ticks` those of whole abscissae."""
+    """Write curves, one panel per title, all with the same names.
+
+    labels: those of both axes.
+    ticks: those of whole abscissae.
+    """
     axes = grid(1, len(panels))
     for ax, (title, curves) in zip(axes, panels.items(), strict=True):
         for index, (name, (x, y)) in enumerate(curves.items()):
@@ -34,6 +39,7 @@ def write_curves(
         if ticks:
             ax.set_xticks(range(len(ticks)), ticks)
         _finish(ax, title, labels)
+    _legend_below(axes[0])
     save(axes, picture)
 
 
@@ -49,6 +55,7 @@ def write_bars(groups: Mapping[str, Mapping[str, float]], picture: Path, *, labe
     ax.set_xticks(place, list(groups))
     ax.set_yscale("log")
     _finish(ax, "", ("", label))
+    _legend_below(ax)
     save([ax], picture)
 
 
@@ -57,5 +64,10 @@ def _finish(ax: Axes, title: str, labels: tuple[str, str]) -> None:
     ax.set_xlabel(labels[0])
     ax.set_ylabel(labels[1])
     ax.grid(alpha=0.3)
-    if len(ax.get_legend_handles_labels()[0]) > 1:
-        ax.legend()
+
+
+def _legend_below(ax: Axes) -> None:
+    """Name the curves or bars of `ax` below its figure, where the legend covers none of them."""
+    handles, names = ax.get_legend_handles_labels()
+    if len(names) > 1:
+        figure_of(ax).legend(handles, names, loc="outside lower center", ncols=2)

@@ -4,6 +4,7 @@ import json
 import shutil
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,13 +13,14 @@ from nvhchain.cli.examples import examples_folder
 from nvhchain.conventions import STEEL
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DRAFT, STANDARD
-from nvhchain.gallery import chapter_3_lumped, chapter_4_roots, gears, making, registry
+from nvhchain.gallery import chapter_3_lumped, chapter_4_roots, chapter_5, figures, gears, making, registry
 from nvhchain.gallery.__main__ import main
-from nvhchain.gallery.item import Item, Stated
+from nvhchain.gallery.item import Item, Place, Stated
 from nvhchain.gallery.registry import ITEMS, chosen
 from nvhchain.gear import GearBody, RootElement, von_mises
 from nvhchain.gear.elements.gear_mesh import tooth_mesh
 from nvhchain.gear.root_strain.places import strain_operator
+from nvhchain.handoff import BearingForces
 from nvhchain.lumped import THESIS_PAIRS, steady_sweep
 from nvhchain.testing.coarse_runs import COARSE
 
@@ -138,6 +140,35 @@ def test_five_root_elements_are_five_bricks():
     strain = (strain_operator(body.geometry, solid, places) @ displacement.ravel()).reshape(5, 6)
     stress = np.sort(von_mises(strain, STEEL))
     assert (np.diff(stress) > 1e-6 * stress[-1]).all()
+
+
+def test_error_of_the_first_stage_at_low_speed_is_drawn_over_one_turn(tmp_path, monkeypatch):
+    time = np.linspace(0.0, 2.05, 4001)  # 10.25 turns
+    wave = 1e-6 * np.sin(20 * 10 * np.pi * time)
+    record = BearingForces(
+        time, np.zeros((4001, 1, 3)), ("A1",), np.zeros((1, 3)), np.full(4001, 10 * np.pi),
+        transmission_error=np.stack([wave, wave], axis=1), output_lag=wave, error_names=("A–B", "B–C", "A–C"),
+    )  # fmt: skip
+    drawn = []
+    monkeypatch.setattr(chapter_5, "_run", lambda *_: SimpleNamespace(bearing_forces=record))
+    monkeypatch.setattr(chapter_5, "save", lambda axes, _: drawn.extend(axes))
+    chapter_5.low_speed(Place(tmp_path / "x.png", tmp_path, CASES, STANDARD), "solid")
+    assert drawn[0].get_xlim() == (0.0, 360.0)
+    assert drawn[0].get_title(loc="left") == "transmission error A–B, first turn"
+    assert [ax.get_xlim()[1] for ax in drawn[1:]] == pytest.approx([3690.0, 3690.0])
+
+
+def test_legends_cover_no_curves(tmp_path, monkeypatch):
+    drawn = []
+    monkeypatch.setattr(figures, "save", lambda axes, _: drawn.extend(axes))
+    panel = {"one": (np.arange(3.0), np.ones(3)), "two": (np.arange(3.0), np.zeros(3))}
+    figures.write_curves({"a": panel, "b": panel}, tmp_path / "x.png", labels=("", ""))
+    assert [ax.get_legend() for ax in drawn] == [None, None]
+    (legend,) = drawn[0].figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["one", "two"]
+    drawn[0].figure.canvas.draw()
+    top = legend.get_window_extent().y1
+    assert all(top < ax.get_window_extent().y0 for ax in drawn)
 
 
 def test_every_item_has_a_verdict_and_a_number_of_its_own():

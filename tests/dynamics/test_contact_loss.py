@@ -12,7 +12,7 @@ from nvhchain.dynamics.runs.contact_loss import gap_ends, joined, stated_loss, w
 from nvhchain.dynamics.time_loop.law_table import tabulate
 from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.fidelity import DynamicsFidelity
-from nvhchain.handoff import warn_of
+from nvhchain.handoff import ForceAccuracy, warn_of
 
 SPEED = 2500 * 2 * pi / 60
 RISE = {"start_speed": 0.0, "end_speed": SPEED, "duration": 0.2, "f_max": 5000.0}
@@ -81,6 +81,19 @@ def test_a_record_in_files_says_of_all_of_them_what_one_says(make_gearbox, make_
     assert len(made.paths) > 2
     assert pieces.parted_time == pytest.approx(whole.accuracy.parted_time, rel=1e-9)
     assert pieces.contact_losses() == [pytest.approx(of) for of in whole.accuracy.contact_losses()]
+
+
+@pytest.mark.parametrize("stated", [True, False])
+def test_pieces_join_whichever_meshes_part_and_whether_they_state_speeds(stated):
+    speeds = {"parted_lowest_speed": [100.0], "parted_highest_speed": [110.0]}
+    first = ForceAccuracy(parted=("A–B",), parted_time=[0.1], **speeds)
+    more = {"parted_lowest_speed": [90.0, 120.0], "parted_highest_speed": [105.0, 130.0]} if stated else {}
+    second = ForceAccuracy(parted=("A–B", "B–C"), parted_time=[0.2, 0.4], **more)
+    third = ForceAccuracy(parted=("B–C",), parted_time=[0.1], **({name: of for name, of in speeds.items() if stated}))
+    made = joined([first, second, ForceAccuracy(), third])
+    ends = [(90.0, 110.0), (100.0, 130.0)] if stated else [(0.0, np.inf), (0.0, np.inf)]
+    expected = [("A–B", pytest.approx(0.3), *ends[0]), ("B–C", pytest.approx(0.5), *ends[1])]
+    assert made.contact_losses() == expected
 
 
 @pytest.mark.filterwarnings("ignore:mesh .* its flanks part")

@@ -42,7 +42,7 @@ def parted_flanks(
     input_speed : (n,) speed of the input (rad/s).
     """
     seconds: dict[str, float] = {}
-    speeds: list[FloatArray] = []
+    speeds: dict[str, list[float]] = {}
     both = False
     for row in np.flatnonzero(model.assembly.share > 0.0):
         mesh = model.assembly.mesh[row]
@@ -58,13 +58,15 @@ def parted_flanks(
             back[maybe, mesh] > np.interp(place, nodes, behind) + TOUCHING_DEFLECTION
         )
         if free.any():
-            seconds[f"{of.pinion_shaft}–{of.wheel_shaft}"] = float(free.sum() * sample_time)
-            speeds.append(input_speed[maybe[free]])
+            name, parted = f"{of.pinion_shaft}–{of.wheel_shaft}", input_speed[maybe[free]]
+            seconds[name] = float(free.sum() * sample_time)
+            parted = np.append(parted, speeds.get(name, ()))  # of another part of the face
+            speeds[name] = [float(parted.min()), float(parted.max())]
             both |= bool((drive[:, mesh] > front.min()).any() and (back[:, mesh] < behind.max()).any())
     lost = stated_loss(seconds, model.step.step, model.contact.corrected, both)
     if not speeds:
         return lost
-    lowest, highest = (np.array([end(of) for of in speeds]) for end in (np.min, np.max))
+    lowest, highest = np.array(list(speeds.values())).T
     return lost.replace(parted_lowest_speed=lowest, parted_highest_speed=highest)
 
 
@@ -157,7 +159,7 @@ def joined(parts: Sequence[ForceAccuracy]) -> ForceAccuracy:
     lost: dict[str, tuple[float, float, float]] = {}
     whole = ForceAccuracy()
     for part in parts:
-        whole |= part
+        whole |= part.cleared("parted_lowest_speed", "parted_highest_speed")
         ends = (part.lowest_deflection, part.highest_deflection, part.table_lowest, part.table_highest)
         rows = (() if end is None else end.tolist() for end in ends)
         for mesh, *of in zip(part.law_exceeded or (), *rows, strict=True):
@@ -170,10 +172,7 @@ def joined(parts: Sequence[ForceAccuracy]) -> ForceAccuracy:
     whole |= _deflection_fields(beyond)
     if lost:
         time, lowest, highest = np.array(list(lost.values())).T
-        whole |= ForceAccuracy(
-            parted=tuple(map(Label, lost)),
-            parted_time=time,
-            parted_lowest_speed=lowest,
-            parted_highest_speed=highest,
-        )
+        whole |= ForceAccuracy(parted=tuple(map(Label, lost)), parted_time=time)
+        if np.isfinite(highest).all():  # pieces of an earlier version state no speeds
+            whole |= ForceAccuracy(parted_lowest_speed=lowest, parted_highest_speed=highest)
     return whole

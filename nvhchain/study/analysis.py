@@ -15,7 +15,10 @@ from scipy.stats import beta, sobol_indices
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray
 from nvhchain.study.definition import DRAWN, Study
-from nvhchain.study.rows import Row
+from nvhchain.study.rows import Point, Row
+
+POINT = ("speed_rpm", "torque_Nm")
+"""Names of the operating point among the parameters."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +90,7 @@ def main_effects(study: Study, rows: Sequence[Row]) -> list[Effect]:
     list of Effect
         Effects by response. Values of a distribution are grouped in quarters. Parameters that leave all responses
         alone have none, whatever the means of their groups. Those that `confounded_names` returns are omitted, and
-        so are draws, which have no order.
+        so are draws, which have no order. Speeds and torques are compared over designs with all of them.
 
     Notes
     -----
@@ -100,15 +103,27 @@ def main_effects(study: Study, rows: Sequence[Row]) -> list[Effect]:
     confounded = confounded_names(study, rows)
     names = responses_of(used)
     for response in names:
-        here = [row for row in used if response in row.responses]
-        values = np.array([row.responses[response] for row in here])
-        gearboxes = _gearboxes(study, here)
-        for name, given in _columns(study, here).items():
+        known = [row for row in used if response in row.responses]
+        for name, given in _columns(study, known).items():
+            here = known
+            if name in POINT:
+                here = _with_all_points(known)
+                given = [row.speed_rpm if name == POINT[0] else row.torque for row in here]
             if len(set(map(str, given))) > 1 and name not in confounded:
+                values, gearboxes = np.array([row.responses[response] for row in here]), _gearboxes(study, here)
                 effect = _effect(name, response, given, values if name not in idle else np.zeros_like(values))
                 chance = None if gearboxes is None else _chance(study, name, given, gearboxes, values)
                 found.append(replace(effect, chance=chance))
     return sorted(found, key=lambda effect: (names.index(effect.response), -effect.share))
+
+
+def _with_all_points(rows: Sequence[Row]) -> list[Row]:
+    """Return the rows of designs with all operating points: others would move the means of some points only."""
+    points: dict[int, set[Point]] = {}
+    for row in rows:
+        points.setdefault(row.design, set()).add(row.point)
+    every = len({row.point for row in rows})
+    return [row for row in rows if len(points[row.design]) == every]
 
 
 def _gearboxes(study: Study, rows: Sequence[Row]) -> list[str] | None:
@@ -133,7 +148,7 @@ def _chance(
         freedom = several - levels
     else:
         cells = [f"{one} {value}" for one, value in zip(gearboxes, given, strict=True)]
-        share, freedom = _share_between(cells, values) - share, (several - 1) * (levels - 1)
+        share, freedom = max(_share_between(cells, values) - share, 0.0), (several - 1) * (levels - 1)
     return share * float(beta.ppf(0.95, 0.5 * (levels - 1), 0.5 * freedom)) if freedom > 0 else share
 
 
@@ -346,7 +361,7 @@ def _columns(study: Study, rows: Sequence[Row]) -> dict[str, list[object]]:
             continue
         given = [row.values[parameter.name] for row in rows]
         columns[parameter.name] = given if parameter.levels else list(_quarters(np.array(given, dtype=float)))
-    return columns | {"speed_rpm": [row.speed_rpm for row in rows], "torque_Nm": [row.torque for row in rows]}
+    return columns | dict(zip(POINT, ([row.speed_rpm for row in rows], [row.torque for row in rows]), strict=True))
 
 
 def _quarters(values: FloatArray) -> list[float]:

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import hypot
 
+from nvhchain.levels import number_text
+from nvhchain.study.definition import Study
 from nvhchain.study.responses import paired_offsets
 from nvhchain.study.rows import Row
 
@@ -59,6 +61,24 @@ def level_difference(first: Row, second: Row) -> Difference | None:
         below, above = _least(below, None if low is None else -low), _least(above, high)
     change = after - before
     return Difference(change, (None if below is None else change - below, None if above is None else change + above))
+
+
+def order_doubt(study: Study, worst: Sequence[Row], response: str | None) -> str:
+    """Return the remark that the order of the two best designs of a grid or list is not certain; empty where it is.
+
+    worst: rows of the designs at their worst operating points.
+    response: response that is best where it is least.
+    """
+    heard = sorted((row for row in worst if response in row.responses), key=lambda row: row.responses[str(response)])
+    best = list({row.design: row for row in heard}.values())[:2]
+    difference = level_difference(*best) if study.plan in ("grid", "list") and len(best) == 2 else None
+    if difference is None or difference.decided:
+        return ""
+    low, high = ("none" if end is None else number_text(end) for end in difference.limits)
+    return (
+        f"Designs {best[0].design} and {best[1].design} are {number_text(difference.change)} dB apart "
+        f"({low} … {high}): at this fidelity their order is not certain."
+    )
 
 
 def _least(first: float | None, second: float | None) -> float | None:

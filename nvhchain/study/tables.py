@@ -28,7 +28,7 @@ from nvhchain.study.analysis import (
     worst_rows,
 )
 from nvhchain.study.definition import DRAWN, PAIRED, Study
-from nvhchain.study.differences import differences
+from nvhchain.study.differences import differences, order_doubt
 from nvhchain.study.page import write_study_page
 from nvhchain.study.plans.gradient import slopes
 from nvhchain.study.plans.optimise import best_score, scores
@@ -105,7 +105,8 @@ def write_study(study: Study, rows: Sequence[Row], out: str | Path) -> list[str]
         several = "s" if len(best) > 1 else ""
         lines.append(f"Best in {pair[0]} and {pair[1]}: design{several} {', '.join(str(row.design) for row in best)}")
     write_study_page(study, rows, lines, folder)
-    return [*lines, *(remark for row in rows for remark in row.remarks)]
+    doubt = order_doubt(study, worst_rows(rows), main)
+    return [*lines, *filter(None, [doubt]), *(remark for row in rows for remark in row.remarks)]
 
 
 def _write_quality(study: Study, rows: Sequence[Row], folder: Path) -> list[str]:
@@ -295,9 +296,10 @@ def _summary(study: Study, rows: Sequence[Row], effects: Sequence[Effect]) -> li
             )
         if study.targets and study.plan not in DRAWN:
             met = [str(row.design) for row in heard if _meets(study, row)]
-            count = len({row.design for row in rows})
+            count, missing = len(heard), len({row.design for row in rows}) - len(heard)
+            whole = f" with all results (of {count + missing})" if missing else ""
             named = f": {', '.join(met[:20])}{', …' if len(met) > 20 else ''}" if met else ""
-            lines.append(f"{len(met)} of {count} designs meet all targets{named}")
+            lines.append(f"{len(met)} of {count} designs{whole} meet all targets{named}")
         stated = effects if study.plan != "sensitivity" else ()
         for effect in [effect for effect in stated if effect.response == main and effect.change][:3]:
             name, _, unit = study.title(effect.parameter).partition(" / ")

@@ -11,6 +11,7 @@ import pytest
 import nvhchain as nvh
 from benchmarks.gear.deviations import LOOP, in_the_loop
 from nvhchain.case import Deviations, GearboxCase
+from nvhchain.errors import AccuracyWarning
 from nvhchain.handoff import BearingForces
 from nvhchain.testing.coarse_runs import SMALL, TINY
 
@@ -51,16 +52,27 @@ def test_run_out_makes_sidebands_of_its_shaft_over_whole_turns() -> None:
 @pytest.mark.parametrize(
     "changes",
     [
-        ("options.friction = 0.05", "options.shuttling = true", "options.tilt = true"),
+        ("options.tilt = true",),
         ("operation.input_torque = -60",),
         ("operation.ramp = { end_speed_rpm = 1900, duration = 0.1 }",),
         ("stages.stage.tolerances = { centre_distance_grade = 7, seed = 3 }",),
     ],
 )
 def test_deviations_go_with_every_option(changes: tuple[str, ...]) -> None:
-    """Friction, shuttling and tilt; coast; a run-up; another centre distance."""
+    """Tilt; coast; a run-up; another centre distance."""
     made = forces(*changes, deviations=Deviations(6, seed=2))
     assert np.ptp(made.force) > 1.0
+
+
+def test_a_run_says_that_friction_and_shuttling_leave_deviations_out() -> None:
+    given = ("options.friction = 0.05", "options.shuttling = true", "options.tilt = true")
+    said = "friction and shuttling follow the load .* set options.friction = 0 and options.shuttling = false"
+    with pytest.warns(AccuracyWarning, match=said):
+        made = forces(*given, deviations=Deviations(6, seed=2))
+    assert np.ptp(made.force) > 1.0
+    with pytest.warns(AccuracyWarning, match="friction follows the load .* set options.friction = 0$"):
+        forces(given[0], deviations=Deviations(6, seed=2))
+    forces(*given)  # as drawn
 
 
 @pytest.mark.slow

@@ -154,6 +154,28 @@ def test_one_of_twenty_parameters_without_effect_exceeds_its_share_by_chance(pla
     assert all(0.02 * trials < count < 0.08 * trials for count in exceeded.values())
 
 
+@pytest.mark.parametrize("refused", [(), (0, 3), range(12)])
+def test_speed_leaves_the_mass_alone_also_where_runs_are_refused(refused):
+    random = np.random.default_rng(2)
+    study = Study(
+        "case.toml", (Parameter("seed", ("a.seed",), draw=True),), "monte_carlo", 12, speeds_rpm=(1500.0, 1800.0)
+    )
+    rows = [
+        Row(n, {"seed": n}, speed, refused="has not settled")
+        if speed > 1500 and n in refused
+        else Row(n, {"seed": n}, speed, responses={"level": 60.0 + own + 0.01 * speed, "mass_kg": own})
+        for n, own in enumerate(random.uniform(1.0, 2.0, 12))
+        for speed in study.speeds_rpm
+    ]
+    found = {effect.response: effect for effect in main_effects(study, rows)}
+    if len(refused) == 12:
+        assert not found
+        return
+    assert found["mass_kg"].change == pytest.approx(0.0, abs=1e-12)
+    assert found["level"].change == pytest.approx(3.0)
+    assert all(effect.chance >= 0.0 for effect in found.values())
+
+
 def test_effects_larger_than_chance_are_told_from_the_others(tmp_path, monkeypatch):
     """Both widths of six gearboxes: 1 dB beside differences of 0.1 dB, and a tooth that changes 0.01 dB."""
     names = (("width", (1, 2)), ("tooth", (1, 2)), ("seed", tuple(range(6))))

@@ -54,10 +54,23 @@ def test_a_parameter_without_effect_has_neither_bar_nor_sentence_of_its_mean(tmp
 def test_designs_of_a_grid_that_meet_the_targets_are_named(tmp_path):
     """Levels 61 to 69; a refused design meets none."""
     lines = write_study(two("grid", targets={"level": 62.0}), level_rows(WHOLE, refused=[(3, 3)]), tmp_path)
-    assert "3 of 9 designs meet all targets: 0, 1, 3" in lines
+    assert "3 of 8 designs with all results (of 9) meet all targets: 0, 1, 3" in lines
     assert "0 of 9 designs meet all targets" in write_study(
         two("grid", targets={"level": 1.0}), level_rows(WHOLE), tmp_path
     )
+
+
+@pytest.mark.parametrize("width", [0.5, 0.1])
+def test_console_and_page_doubt_a_winner_that_the_limits_do_not_part_from_the_next(tmp_path, width):
+    rows = [
+        Row(n, {"a": a, "b": b}, responses={"level": level}, limits={"level": (level - width, level + width)})
+        for n, ((a, b), level) in enumerate(zip(WHOLE, [61.0, 60.8, *range(62, 69)], strict=True))
+    ]
+    doubt = "Designs 1 and 0 are 0.2 dB apart"
+    lines = write_study(two("grid"), rows, tmp_path)
+    assert any(line.startswith(doubt) for line in lines) == (width > 0.1)
+    (hero,) = answer.blocks(Results(two("grid"), tuple(rows)))
+    assert hero.doubt.startswith(doubt) == (width > 0.1)
 
 
 def inertias(limits=None):

@@ -152,7 +152,9 @@ def _loudness_limits_in_time(run: StoredRun, sound: Sound, heard: Hearing) -> di
     if not rows:
         return {}
     duration = len(sound.pressure) / sound.rate
-    middles = duration * (np.arange(len(rows)) + 0.5) / len(rows)
+    chosen = slice(None, None, -(-len(rows) // SPEEDS))
+    middles = (duration * (np.arange(len(rows)) + 0.5) / len(rows))[chosen]
+    rows = rows[chosen]
     ends = np.array([[np.nan if end is None else end - of["level_dBA"] for end in of["limits_dBA"]] for of in rows])
     gains = np.where(np.isnan(ends), [-np.inf, 0.0], ends)
     ratios = loudness_ratios(sound, middles, gains)

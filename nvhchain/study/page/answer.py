@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from nvhchain.report.page.blocks import Figure, Hero, axes, label, significant
-from nvhchain.study.page.results import Results, design_text, level_text, limits_of, text_of, unit_of
+from nvhchain.study.differences import order_doubt
+from nvhchain.study.page.results import Results, design_text, text_of, unit_of
 from nvhchain.study.page.scatter import distribution
 from nvhchain.study.page.search import course
 from nvhchain.study.page.slopes import tornado
@@ -30,7 +31,7 @@ def blocks(results: Results) -> list[Any]:
     """Return the first screen."""
     headline, *others = results.lines or (f"{len(results.rows)} runs",)
     remarks = [f"{remark}." for row in results.rows for remark in row.remarks]
-    doubt = " ".join([*filter(None, [_doubt(results)]), *remarks])
+    doubt = " ".join(filter(None, [order_doubt(results.study, results.worst, results.main), *remarks]))
     figures = [
         figure
         for figure in (course(results), tornado(results), distribution(results), _pareto(results), _over_speed(results))
@@ -53,24 +54,6 @@ def _ranked(results: Results) -> Figure | None:
     count = f"The {len(rows)} lowest of {len(ranked)}" if len(rows) < len(ranked) else "All"
     caption = f"{count} designs by number and values{', with 95 % limits' if _has_limits(rows, main) else ''}."
     return Figure(caption, [trace], layout, height=100 + 26 * len(rows))
-
-
-def _doubt(results: Results) -> str:
-    """Return the remark that the two quietest designs are not decided, or an empty text."""
-    main = results.main
-    heard = sorted((row for row in results.worst if main in row.responses), key=lambda row: row.responses[str(main)])
-    distinct = list({row.design: row for row in heard}.values())
-    if results.study.plan not in ("grid", "list") or len(distinct) < 2:
-        return ""
-    from nvhchain.study.differences import level_difference
-
-    difference = level_difference(distinct[0], distinct[1])
-    if difference is None or difference.decided:
-        return ""
-    return (
-        f"Designs {distinct[0].design} and {distinct[1].design} are {level_text(difference.change)} dB apart "
-        f"({limits_of(difference.limits)}): at this fidelity their order is not certain."
-    )
 
 
 def _pareto(results: Results) -> Figure | None:

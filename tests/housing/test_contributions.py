@@ -121,6 +121,17 @@ def test_modes_of_other_shapes_frequencies_or_bearings_have_no_partner(reduced):
     assert paired_modes(reduced, elsewhere) == []
 
 
+@pytest.mark.parametrize(("agreement", "paired"), [(0.75, False), (0.85, True)])
+def test_a_mode_is_paired_where_most_of_its_shape_agrees(reduced, agreement, paired):
+    weight, faces = np.sqrt(reduced.surface.areas), reduced.normal_shapes.copy()
+    shapes = faces * weight
+    aside = np.random.default_rng(1).normal(size=len(weight))
+    aside -= shapes.T @ np.linalg.lstsq(shapes.T, aside, rcond=None)[0]  # no other mode has any of it
+    aside *= np.sqrt(1 / agreement - 1) * np.linalg.norm(shapes[0]) / np.linalg.norm(aside)
+    faces[0] += aside / weight
+    assert ((0, 0) in paired_modes(reduced, reduced.replace(normal_shapes=faces))) is paired
+
+
 def test_load_at_other_lines_is_refused(vectors, reduced, load):
     modal = modal_transfer_vectors(vectors, reduced, LINES[:2])
     with pytest.raises(InputError, match="the load has 3 lines"):

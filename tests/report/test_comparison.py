@@ -24,6 +24,7 @@ from nvhchain.handoff import (
 )
 from nvhchain.levels import a_weighting, decibel, equivalent
 from nvhchain.report import compare, comparison
+from nvhchain.report.summary import write_summary
 
 pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
 
@@ -88,6 +89,20 @@ def test_the_difference_has_limits_of_its_own(compared):
     assert "difference_limits_db" not in first
     low, high = second["difference_limits_db"]
     assert low < -5 < 5 < high
+
+
+def test_the_two_quietest_of_several_have_limits_of_their_difference(request, tmp_path):
+    """Three pulsating spheres, whose levels differ by the ratios of their velocities."""
+    sphere = nvh.load_case(request.config.rootpath / "cases/sphere/pulsating.toml")
+    sizes = {"loud": 1.0, "middle": 0.5, "quiet": 0.4}
+    cases = [replace(sphere, name=name, pulsation=size * sphere.pulsation) for name, size in sizes.items()]
+    results = {case.name: nvh.run(case, fidelity=nvh.DRAFT) for case in cases}
+    quietest = write_summary(results, tmp_path)["quietest"]
+    assert quietest["names"] == ["quiet", "middle"]
+    low, high = quietest["difference_limits_db"]
+    assert 1.0 < low < 20 * np.log10(0.5 / 0.4) < high < 3.0
+    del results["loud"]
+    assert "quietest" not in write_summary(results, tmp_path)
 
 
 def test_slot_orders_are_heard_only_with_slots(compared):

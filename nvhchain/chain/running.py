@@ -15,7 +15,7 @@ from nvhchain.conventions import Progress
 from nvhchain.dynamics import Gearbox
 from nvhchain.fidelity import Fidelity
 from nvhchain.files.result_cache import ResultCache
-from nvhchain.handoff import ReducedHousing
+from nvhchain.handoff import MeshLaw, ReducedHousing, ToothPairs
 from nvhchain.scene.steps import HOUSING, Scene, Step
 
 H = TypeVar("H")
@@ -40,6 +40,10 @@ class Run:
         Executor of mesh-law blocks and frequency bands.
     hand_offs : dict of Step to object
         Step → its hand-off; supplied ones from the start.
+    laws_as_drawn : dict of int to MeshLaw
+        Number of a stage → its mesh law without deviations.
+    tooth_pairs : dict of int to ToothPairs
+        Number of a stage → what deviations need of its pair as drawn.
     """
 
     scene: Scene
@@ -47,6 +51,8 @@ class Run:
     shared: ResultCache = field(default_factory=lambda: ResultCache(None))
     executor: Executor | None = None
     hand_offs: dict[Step[Any], Any] = field(default_factory=dict)
+    laws_as_drawn: dict[int, MeshLaw] = field(default_factory=dict)
+    tooth_pairs: dict[int, ToothPairs] = field(default_factory=dict)
 
     def __getitem__(self, step: Step[H]) -> H:
         """Return the hand-off of a step."""

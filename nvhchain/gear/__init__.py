@@ -31,7 +31,9 @@ from nvhchain.gear.elements.gear_mesh import bricks_over_even
 from nvhchain.gear.elements.mesh_files import read_gear_mesh, write_gear_mesh
 from nvhchain.gear.elements.whole_mesh import whole_mesh
 from nvhchain.gear.field.gear_field import gear_field
+from nvhchain.gear.laws.contact_pressure import largest_contact_pressure
 from nvhchain.gear.laws.deviated_law import deviated_mesh_law
+from nvhchain.gear.laws.deviated_load import deviated_load_distribution
 from nvhchain.gear.laws.iso6336 import iso_stiffness
 from nvhchain.gear.laws.load_distribution import MeshPeriod, load_distribution, mesh_period
 from nvhchain.gear.laws.mesh_law import engaged, mesh_law, pair_compliances, tabulated

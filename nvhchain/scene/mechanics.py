@@ -61,6 +61,8 @@ _SECONDS_PER_PAIRS_ANGLE, _SECONDS_PER_PAIRS_COUPLING = 8e-4, 9e-7
 _SECONDS_PER_DEVIATED_ANGLE, _SECONDS_PER_DEVIATED_COUPLING = 1.1e-3, 2.3e-6
 _SECONDS_PER_DEVIATED_SLICE, _SECONDS_PER_DEVIATED = 2.2e-7, 3.2e-7
 _COPIES = 14
+_WITH_DISTRIBUTION = 1.4
+"""Seconds of the law of a draw with its load distribution, over those of the law."""
 
 
 def mesh_law_steps(case: GearboxCase, fidelity: Fidelity) -> list[PlannedStep]:
@@ -105,6 +107,7 @@ def _deviated_law(case: GearboxCase, stage: Stage, knobs: GearFidelity) -> list[
     words = f"{meshes} meshes until the same teeth meet again"
     seconds = angles * (_SECONDS_PER_DEVIATED_ANGLE + _SECONDS_PER_DEVIATED_COUPLING * slices**2)
     seconds += rows * (_SECONDS_PER_DEVIATED_SLICE * slices + _SECONDS_PER_DEVIATED * size)
+    seconds *= _WITH_DISTRIBUTION if case.options.load_distribution else 1.0
     megabytes = BASE_MEGABYTES + 1e-6 * 8 * rows * (_COPIES * size + 32 * slices)
     result = f"deviated_{MESH_LAWS.file_of(stage.name)}"
     return [PlannedStep(MESH_LAWS, f"deviated law {stage.name}", words, seconds, megabytes, result=result)]

@@ -17,7 +17,6 @@ from nvhchain.case.operation import RADIATED
 from nvhchain.error_band import ErrorBand, RunUpBand, difference_limits, shared_inputs, shared_sources
 from nvhchain.error_band.files import finite
 from nvhchain.errors import InputError
-from nvhchain.fidelity import GearFidelity
 from nvhchain.handoff import FloatArray
 from nvhchain.sound import loudness_at, loudness_limits, run_up_sound, steady_sound
 from nvhchain.study.orders import MOST_ORDERS, order_levels
@@ -107,10 +106,14 @@ def add_requested(asked: Sequence[str], result: chain.Result, responses: dict[st
         gains = [None if end is None else end - responses["level"] for end in limits["level"]]
         limits["loudness_sone"] = loudness_limits(sound, loudness, gains)
     if "contact_pressure" in asked:
-        for stage, pair, force in zip(case.stages, case.pairs, case.mesh_forces, strict=True):
+        quick = replace(result.fidelity.gear, bodies="analytic")
+        of_stages = zip(case.stages, case.pairs, case.mesh_forces, case.deviations, strict=True)
+        for stage, pair, force, deviations in of_stages:
             if force:
-                found = _contact_pressure(pair, abs(force), result.fidelity.gear)
-                responses[f"contact_pressure_MPa of {stage.name}"] = found
+                found = gear.largest_contact_pressure(
+                    pair, nominal_force=abs(force), fidelity=quick, deviations=deviations
+                )
+                responses[f"contact_pressure_MPa of {stage.name}"] = 1e-6 * found
 
 
 def check_requested(asked: Sequence[str], case: Case) -> None:
@@ -186,17 +189,6 @@ def add_gears(result: chain.Result, responses: dict[str, float]) -> None:
     bodies = [gear.mass_properties(of.body) for of in case.gears]
     responses["mass_kg"] = float(sum(body.mass for body in bodies))
     responses["inertia_kg_m2"] = float(sum(body.polar_inertia for body in bodies))
-
-
-def _contact_pressure(pair: gear.GearPair, force: float, fidelity: GearFidelity) -> float:
-    """Return the largest Hertzian pressure (MPa) of a mesh period, with teeth on analytic bodies."""
-    quick = replace(fidelity, bodies="analytic")
-    engagement = gear.Engagement(pair, gear.pair_compliances(pair, quick), quick)
-    guess, highest = 1e-9 * force, 0.0
-    for angle in np.arange(quick.angles_per_mesh) * (pair.mesh_period / quick.angles_per_mesh):
-        loaded = gear.loaded_mesh(engagement, float(angle), force, guess=guess)
-        guess, highest = loaded.deflection, max(highest, float(loaded.pressure.max()))
-    return 1e-6 * highest
 
 
 def _band_record(band: ErrorBand, place: int, result: chain.Result) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import pi
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +12,6 @@ import pytest
 import nvhchain as nvh
 from benchmarks.gear.deviations import LOOP, in_the_loop
 from nvhchain.case import Deviations, GearboxCase
-from nvhchain.errors import AccuracyWarning
 from nvhchain.handoff import BearingForces
 from nvhchain.testing.coarse_runs import SMALL, TINY
 
@@ -20,14 +20,19 @@ QUICK = replace(
 )
 
 
-def forces(*changes: str, deviations: Deviations | None = None) -> BearingForces:
-    """Bearing forces of the small stage on rigid seats, its pinion with deviations."""
+def run(*changes: str, deviations: Deviations | None = None, **given: Any) -> nvh.Result:
+    """Run of the small stage on rigid seats, its pinion with deviations."""
     plain = ("quantities = ['bearing_forces']", "options.rigid_housing = true", *changes)
     case = nvh.load_case(SMALL, changes=plain)
     assert isinstance(case, GearboxCase)
     pinion, wheel = case.gears
     case = replace(case, gears=(replace(pinion, deviations=deviations), wheel))
-    made = nvh.run(case, fidelity=QUICK).bearing_forces
+    return nvh.run(case, fidelity=QUICK, **given)
+
+
+def forces(*changes: str, deviations: Deviations | None = None) -> BearingForces:
+    """Bearing forces of such a run."""
+    made = run(*changes, deviations=deviations).bearing_forces
     assert made is not None
     return made
 
@@ -64,15 +69,21 @@ def test_deviations_go_with_every_option(changes: tuple[str, ...]) -> None:
     assert np.ptp(made.force) > 1.0
 
 
-def test_a_run_says_that_friction_and_shuttling_leave_deviations_out() -> None:
-    given = ("options.friction = 0.05", "options.shuttling = true", "options.tilt = true")
-    said = "friction and shuttling follow the load .* set options.friction = 0 and options.shuttling = false"
-    with pytest.warns(AccuracyWarning, match=said):
-        made = forces(*given, deviations=Deviations(6, seed=2))
-    assert np.ptp(made.force) > 1.0
-    with pytest.warns(AccuracyWarning, match="friction follows the load .* set options.friction = 0$"):
-        forces(given[0], deviations=Deviations(6, seed=2))
-    forces(*given)  # as drawn
+def test_friction_and_shuttling_follow_the_flanks_as_made() -> None:
+    """A helix slope of all teeth moves the load as the same slope in the drawing, and the forces follow it."""
+    both = ("options.friction = 0.1", "options.shuttling = true")
+    made = run(*both, deviations=Deviations(helix_slope=30e-6))
+    sides = [f"gears.pinion.geometry.micro.{side} = {{ lead_slope_um = -30 }}" for side in ("drive", "coast")]
+    (load,), (sloped,), (plain,) = (of.load_distributions for of in (made, run(*both, *sides), run(*both)))
+    assert load.period == pytest.approx(20 * sloped.period)  # a turn of the pinion
+    first = slice(len(sloped.angle))
+    assert np.abs(load.sliding[first] - sloped.sliding).max() < 0.1 * np.ptp(sloped.sliding)
+    assert np.abs(load.offset[first] - sloped.offset).max() < 1e-3
+    assert np.ptp(sloped.sliding) > 1.3 * np.ptp(plain.sliding)
+    assert (sloped.offset - plain.offset).mean() > 3e-3
+    left_out = run(*both, deviations=Deviations(helix_slope=30e-6), load_distributions=[plain])
+    (own, other) = (of.bearing_forces.force - of.bearing_forces.force.mean(axis=0) for of in (made, left_out))
+    assert np.abs(own - other).max() > 0.05 * np.abs(own).max()
 
 
 @pytest.mark.slow

@@ -11,7 +11,6 @@ from typing import Any
 
 from nvhchain import acoustics, dynamics, gear, housing, spectrum
 from nvhchain.case import RadiatorCase
-from nvhchain.case.options import Options
 from nvhchain.chain.running import Run
 from nvhchain.errors import AccuracyWarning, concerning
 from nvhchain.handoff import BearingForces, ForceSpectrum, ReducedHousing, SurfaceVelocity
@@ -95,8 +94,6 @@ def _gearbox(run: Run) -> dynamics.Gearbox:
     gearbox, options = run.gearbox_at_load, run.loaded.options
     if not options.load_distribution:
         return gearbox
-    if any(of is not None for of in run.loaded.deviations):
-        warnings.warn(AccuracyWarning(_drawn_flanks(options), "deviations beside friction"), stacklevel=2)
     spread = [
         of.repeated(round(law.period / of.period))
         for of, law in zip(run[LOAD_DISTRIBUTIONS], run[MESH_LAWS], strict=True)
@@ -112,17 +109,6 @@ def _gearbox(run: Run) -> dynamics.Gearbox:
         for mesh, of in zip(gearbox.meshes, spread, strict=True)
     )
     return replace(gearbox, meshes=meshes)
-
-
-def _drawn_flanks(options: Options) -> str:
-    """Return the warning that friction and shuttling do not follow the gears as made."""
-    names = [name for name in ("friction", "shuttling") if options.models(name)]
-    remedy = {"friction": "options.friction = 0", "shuttling": "options.shuttling = false"}
-    return (
-        f"{' and '.join(names)} {'follow' if len(names) > 1 else 'follows'} the load distribution of the gears as "
-        "drawn, which helix deviations and drawn misalignments leave alone: to compare gears as made, set "
-        f"{' and '.join(remedy[name] for name in names)}"
-    )
 
 
 def reduced_housing(run: Run) -> ReducedHousing:

@@ -28,30 +28,36 @@ def mesh_law(run: Run, number: int) -> MeshLaw:
 
     number: number of the stage, from 0.
     """
-    made: MeshLaw = _stage_hand_off(run, MESH_LAWS, gear.mesh_law, number)
-    return made
+    if number not in run.laws_as_drawn:
+        run.laws_as_drawn[number] = _stage_hand_off(run, MESH_LAWS, gear.mesh_law, number)
+    return run.laws_as_drawn[number]
+
+
+def _tooth_pairs(run: Run, number: int) -> ToothPairs:
+    """Return what deviations need of a pair as drawn; it is shared."""
+    if number not in run.tooth_pairs:
+        case, knobs, law = run.loaded, run.fidelity.gear, mesh_law(run, number)
+        pair, force, once = case.pairs[number], abs(case.mesh_forces[number]), run.compliances[number]
+        run.tooth_pairs[number] = run.shared.cached(
+            f"tooth_pairs_{case.stages[number].name}-{{key}}",
+            ToothPairs,
+            MESH_LAWS.code,
+            (pair, force, law),
+            lambda progress: gear.tooth_pairs(
+                pair, law, nominal_force=force, fidelity=knobs, compliances=once(lambda done, total: None)
+            ),
+            fidelity=knobs,
+        )
+    return run.tooth_pairs[number]
 
 
 def _deviated(run: Run, number: int, law: MeshLaw) -> MeshLaw:
-    """Return the law of a stage with its manufacturing deviations.
-
-    What they need of the pair as drawn is shared. The law itself is kept with the results of the run.
-    """
-    case, knobs = run.loaded, run.fidelity.gear
+    """Return the law of a stage with its manufacturing deviations, kept with the results of the run."""
+    case = run.loaded
     stage, pair, deviations = case.stages[number], case.pairs[number], case.deviations[number]
     if deviations is None:
         return law
-    force, once = abs(case.mesh_forces[number]), run.compliances[number]
-    pairs = run.shared.cached(
-        f"tooth_pairs_{stage.name}-{{key}}",
-        ToothPairs,
-        MESH_LAWS.code,
-        (pair, force, law),
-        lambda progress: gear.tooth_pairs(
-            pair, law, nominal_force=force, fidelity=knobs, compliances=once(lambda done, total: None)
-        ),
-        fidelity=knobs,
-    )
+    pairs = _tooth_pairs(run, number)
     return run.spine.cached(
         f"deviated_mesh_law_{stage.name}",
         MeshLaw,
@@ -63,9 +69,29 @@ def _deviated(run: Run, number: int, law: MeshLaw) -> MeshLaw:
 
 
 def load_distributions(run: Run) -> tuple[LoadDistribution, ...]:
-    """Load distribution along the flanks of every stage."""
+    """Load distribution along the flanks of every stage; friction and shuttling take it with the deviations."""
     stages = range(len(run.loaded.stages))
-    return tuple(_stage_hand_off(run, LOAD_DISTRIBUTIONS, gear.load_distribution, number) for number in stages)
+    drawn = (_stage_hand_off(run, LOAD_DISTRIBUTIONS, gear.load_distribution, number) for number in stages)
+    if not run.loaded.options.load_distribution:
+        return tuple(drawn)
+    return tuple(_deviated_load(run, number, distribution) for number, distribution in enumerate(drawn))
+
+
+def _deviated_load(run: Run, number: int, drawn: LoadDistribution) -> LoadDistribution:
+    """Return the load distribution of a stage with its manufacturing deviations, kept with the results of the run."""
+    case = run.loaded
+    stage, pair, deviations = case.stages[number], case.pairs[number], case.deviations[number]
+    if deviations is None:
+        return drawn
+    pairs = _tooth_pairs(run, number)
+    return run.spine.cached(
+        f"deviated_load_distribution_{stage.name}",
+        LoadDistribution,
+        LOAD_DISTRIBUTIONS.code,
+        (pair, drawn, pairs, deviations),
+        lambda progress: gear.deviated_load_distribution(pair, drawn, pairs, deviations),
+        fidelity=None,
+    )
 
 
 def _stage_hand_off(run: Run, step: Step[Any], compute: Callable[..., Any], number: int) -> Any:

@@ -1,4 +1,4 @@
-"""Compiled forces of tooth pairs that share a load, each with its own deviation; `deviated_law` states the problem."""
+"""Compiled forces of tooth pairs that share a load, each with its own deviation; `deviated_pairs` states it."""
 
 from __future__ import annotations
 
@@ -93,3 +93,60 @@ def mesh_forces(
                 for p in range(counts[a]):
                     own[p] = approach[j] - gap[m, a, p]
                 total[m, a, j] = shared(force, coupling[a], a, counts[a], step, own, tilt[m, a], F, tolerance)
+
+
+SECANTS = 40
+"""Largest number of approaches tried for one position under a given force; five are usual."""
+
+
+@numba.njit(
+    "void(float64[:, :, :, ::1], float64[:, :, ::1], int64[::1], float64, float64[:, :, ::1], float64[:, :, ::1], "
+    "float64, float64, float64[:, :, ::1])",
+    cache=True,
+    nogil=True,
+    error_model="numpy",
+)
+def shared_load(
+    force: np.ndarray,
+    coupling: np.ndarray,
+    counts: np.ndarray,
+    step: float,
+    gap: np.ndarray,
+    tilt: np.ndarray,
+    load: float,
+    tolerance: float,
+    carried: np.ndarray,
+) -> None:
+    """Fill the forces (n_later, n_row, n_pair) (N) of the pairs that together carry a load (N).
+
+    The approach is bracketed and found by false position, which halves the weight of an end that stays (Illinois).
+    """
+    later, rows, pairs = gap.shape
+    own = np.zeros(pairs)
+    pressed = 10.0 * step
+    for m in range(later):
+        for a in range(rows):
+            count = counts[a]
+            if count == 0:
+                continue
+            F = carried[m, a]
+            low = gap[m, a, :count].min()
+            below, high, above, x, side = -load, low, 0.0, low + pressed, 0
+            for _ in range(SECANTS):
+                for p in range(count):
+                    own[p] = x - gap[m, a, p]
+                excess = shared(force, coupling[a], a, count, step, own, tilt[m, a], F, 0.1 * tolerance) - load
+                if abs(excess) <= tolerance * load:
+                    break
+                if excess < 0.0:
+                    low, below = x, excess
+                    if side < 0:
+                        above *= 0.5
+                    side = -1
+                else:
+                    high, above = x, excess
+                    if side > 0:
+                        below *= 0.5
+                    side = 1
+                x = (low * above - high * below) / (above - below) if above > 0.0 else low + 2.0 * (x - low + step)
+            pressed = max(x - gap[m, a, :count].min(), step)

@@ -2,34 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
-from math import ceil
-
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from nvhchain.errors import require
 from nvhchain.gear.deviations.pairs import PairDeviations
 from nvhchain.gear.drawing.pair import BACK, DRIVE, GearPair
+from nvhchain.gear.laws.deviated_pairs import DeviatedPairs, deviated_pairs, mesh_periods, pairs_as_drawn
 from nvhchain.gear.laws.mesh_law import tabulated
-from nvhchain.gear.laws.tooth_pairs import solved_alone
-from nvhchain.handoff import FloatArray, IntArray, MeshLaw, ToothPairs
+from nvhchain.handoff import FloatArray, MeshLaw, ToothPairs
 from nvhchain.kinds import checked
 
 FINER = 3
 """Deflections of the law over those of the law as drawn: flanks that enter the load early or late bend it at more
 places."""
-TILTS = (-1.0, -0.5, 0.0, 0.5, 1.0)
-"""Even tilts over the steepest one at which pairs are solved; their forces are interpolated."""
 _GRADING = 1.25
 """Exponent of the spacing of deflections, densest at first contact."""
 _EXTENSIONS = 20
 """Largest number of extensions of the deflections, by a quarter each."""
-_EVEN = 1e-9
-"""Largest variation of a shape over the face (m) that counts as even."""
-_MOST = 20_000_000
-"""Largest number of gaps of slices held at once (0.2 GB); more are computed twice, in parts."""
 _TOLERANCE = 1e-7
 """Change of the force of a pair, relative to the mesh force, at which the rounds over the pairs end."""
 
@@ -46,8 +36,8 @@ def deviated_mesh_law(pair: GearPair, law: MeshLaw, pairs: ToothPairs, deviation
     deviations the law is that as drawn.
     """
     deviations.check(pair)
-    later = np.arange(deviations.meshes(pair) // pair.meshes_per_body_period) * pair.meshes_per_body_period
-    sides = [_side(pair, pairs, deviations, flank, later) for flank in (DRIVE, BACK)]
+    later = mesh_periods(pair, deviations)
+    sides = [deviated_pairs(pair, pairs, deviations, flank, later) for flank in (DRIVE, BACK)]
     deflection = _grid(pair, law, pairs, sides)
     force = sum(_carried(pair, law, pairs, side, deflection) for side in sides)
     turns = np.arange(len(later))[:, None] * law.period + law.angle
@@ -56,93 +46,13 @@ def deviated_mesh_law(pair: GearPair, law: MeshLaw, pairs: ToothPairs, deviation
     return made if law.tilt_ratio is None else made.replace(tilt_ratio=law.tilt_ratio)
 
 
-@dataclass(frozen=True, eq=False)
-class _Side:
-    """Pairs of one flank with deviations.
-
-    flank : DRIVE or BACK.
-    start : (n_later, n_angle, n_pair) approaches at which the forces begin (m).
-    tilt : (n_later, n_angle, n_pair) tilts of the pairs within ±1.
-    force : (1 or n_tilt, n_angle, n_pair, n_approach) forces of the pairs alone (N), without tilt or at all `TILTS`.
-    """
-
-    flank: int
-    start: FloatArray
-    tilt: FloatArray
-    force: FloatArray
-
-
-def _side(pair: GearPair, pairs: ToothPairs, deviations: PairDeviations, flank: int, later: IntArray) -> _Side:
-    """Return the pairs of one flank: the shape that all teeth share in full, the rest as mean and tilt of each pair.
-
-    Shape and tilt bend the force of a pair where they open a part of the face. The force falls with the tilt's square
-    at first, and in proportion to it once a part is open.
-    """
-    there = pairs.length[flank] > 0
-    parts = np.array_split(later, ceil(len(later) * there.size / _MOST))
-    # all gaps at once where they fit
-    kept = slice_gaps(pair, pairs, deviations, flank, later) if len(parts) == 1 else None
-
-    def gaps() -> Iterator[FloatArray]:
-        for part in parts:
-            yield slice_gaps(pair, pairs, deviations, flank, part) if kept is None else kept
-
-    shape = np.asarray(sum(part.sum(axis=0) for part in gaps()) / len(later))
-    first, force, weight = pairs.first_contact[flank], pairs.force[flank], pairs.weight[flank]
-    mean = (shape * weight).sum(axis=-1)
-    if np.abs(np.where(there, shape - mean[..., None], 0.0)).max(initial=0.0) > _EVEN:
-        (first,), (force,), (weight,) = solved_alone(pair, pairs, flank, (pairs.gap[flank] + shape)[None])
-    else:
-        shape = np.where(there, mean[..., None], 0.0)
-        first = first + mean
-    along = np.where(there, pairs.axial[flank] - (weight * pairs.axial[flank]).sum(axis=-1, keepdims=True), 0.0)
-    along = along / np.maximum(np.abs(along).max(axis=-1, keepdims=True), 1e-12)
-    bent = (weight * along**2).sum(axis=-1)
-    slope = weight * along / np.where(bent > 0, bent, 1.0)[..., None]
-    own, tilt = (
-        np.concatenate([np.einsum("mapi,api->map", part - shape, pattern) for part in gaps()])
-        for pattern in (weight, slope)
-    )
-    steepest = float(np.abs(tilt).max(initial=0.0))
-    if steepest <= _EVEN:
-        return _Side(flank, first + own, np.zeros_like(tilt), force[None])
-    tilted = pairs.gap[flank] + shape + steepest * np.multiply.outer(TILTS, along)
-    begin = np.where(there, tilted, np.inf).min(axis=(0, -1))
-    begin = np.where(there.any(axis=-1), begin, 0.0)
-    return _Side(flank, begin + own, tilt / steepest, solved_alone(pair, pairs, flank, tilted, begin)[1])
-
-
-def slice_gaps(
-    pair: GearPair, pairs: ToothPairs, deviations: PairDeviations, flank: int, later: IntArray
+def _carried(
+    pair: GearPair, law: MeshLaw, pairs: ToothPairs, side: DeviatedPairs, deflection: FloatArray
 ) -> FloatArray:
-    """Return the gap that deviations open at every slice.
-
-    later (n_later,) int array: mesh periods.
-    Returns (n_later, n_angle, n_pair, n_slice): gap (m), 0 for absent slices.
-    """
-    there = pairs.length[flank] > 0
-    shape = there.shape
-    order = np.broadcast_to(pairs.order[flank][..., None], shape)[there]
-    on_back = np.array([[0], [1 if flank == BACK else 0]])
-    gap = np.zeros((len(later), *shape))
-    gap[:, there] = deviations.removed(
-        pair,
-        flank,
-        order + on_back,
-        pairs.radius[:, flank][:, there],
-        pairs.axial[flank][there],
-        np.broadcast_to(pairs.angle[:, None, None], shape)[there],
-        later,
-    )
-    return gap
-
-
-def _carried(pair: GearPair, law: MeshLaw, pairs: ToothPairs, side: _Side, deflection: FloatArray) -> FloatArray:
     """Return the forces of one flank (n_later, n_angle, n_defl) in N, > 0 on the drive flank and < 0 on the back."""
     flank, first = side.flank, pairs.first_contact[side.flank]
     even = np.append(pairs.approach + first.min(), 2.0 * pairs.approach[-1])
-    as_drawn = _Side(flank, first[None], np.zeros_like(first[None]), pairs.force[flank][None])
-    (model,) = _summed(pairs, as_drawn, even)
+    (model,) = _summed(pairs, pairs_as_drawn(pairs, flank), even)
     drawn, drive = _drawn_forces(pair, law, flank, even), flank == DRIVE
     total = _summed(pairs, side, deflection if drive else -(deflection + pair.backlash)[::-1])
     for row in range(len(model)):
@@ -150,7 +60,7 @@ def _carried(pair: GearPair, law: MeshLaw, pairs: ToothPairs, side: _Side, defle
     return total if drive else -total[..., ::-1]
 
 
-def _summed(pairs: ToothPairs, side: _Side, approach: FloatArray) -> FloatArray:
+def _summed(pairs: ToothPairs, side: DeviatedPairs, approach: FloatArray) -> FloatArray:
     """Return the sums (n_later, n_angle, n_approach) of the forces of all pairs of one flank (N)."""
     from nvhchain.gear.laws._pair_forces import mesh_forces  # compiled, or read from its cache, when first needed
 
@@ -171,7 +81,7 @@ def _drawn_forces(pair: GearPair, law: MeshLaw, flank: int, approach: FloatArray
     return np.maximum(force if drive else -force, 0.0)
 
 
-def _grid(pair: GearPair, law: MeshLaw, pairs: ToothPairs, sides: list[_Side]) -> FloatArray:
+def _grid(pair: GearPair, law: MeshLaw, pairs: ToothPairs, sides: list[DeviatedPairs]) -> FloatArray:
     """Return deflections (m) from back to drive flanks, `FINER` times those of the law as drawn.
 
     They reach from the first contact of any pair until all positions carry the largest forces of the law as drawn.

@@ -15,7 +15,6 @@ from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.compliance.analytic import SliceCompliance
 from nvhchain.gear.compliance.flank_compliance import FlankCompliance
 from nvhchain.gear.contact.closing_edges import close_edges
-from nvhchain.gear.contact.contact_lines import ContactLines
 from nvhchain.gear.contact.contact_lines import separation as unloaded_gap
 from nvhchain.gear.contact.engagement import Engagement
 from nvhchain.gear.drawing.pair import GearPair
@@ -131,7 +130,7 @@ def _carried(engagement: Engagement, angles: FloatArray, force: float) -> FloatA
         loaded = loaded_mesh(engagement, float(angle), force, guess=guess)
         guess, lines = loaded.deflection, loaded.lines
         share = loaded.force / loaded.force.sum()
-        sense, distance = _sliding(pair, lines)
+        sense, distance = mean_sliding(pair, lines.position, lines.length)
         lever = cos(pair.base_helix_angle) * lines.axial + pair.sense * sin(pair.base_helix_angle) * (
             lines.position - pair.pitch_point
         )
@@ -152,13 +151,16 @@ def _carried(engagement: Engagement, angles: FloatArray, force: float) -> FloatA
     return np.array(found)
 
 
-def _sliding(pair: GearPair, lines: ContactLines) -> tuple[FloatArray, FloatArray]:
-    """Return the means (n,) of σ and of σ s (m) over every slice.
+def mean_sliding(pair: GearPair, position: FloatArray, length: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the means of the sense of sliding σ and of σ s (m) over every slice, in the shape of the arguments.
+
+    position: distance s of the slices' middles from the pinion's base tangent point (m).
+    length: length of the slices (m).
 
     A slice crossed by the pitch point counts on both sides.
     """
-    along = lines.position - pair.pitch_point
-    half = np.maximum(0.5 * lines.length * abs(sin(pair.base_helix_angle)), 1e-12)
+    along = position - pair.pitch_point
+    half = np.maximum(0.5 * length * abs(sin(pair.base_helix_angle)), 1e-12)
     crossing = np.abs(along) < half
     sense = np.where(crossing, along / half, np.sign(along))
     beyond = np.where(crossing, (along**2 + half**2) / (2.0 * half), np.abs(along))  # mean of |s − s_C|

@@ -15,6 +15,7 @@ from scipy.stats import beta, sobol_indices
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray
 from nvhchain.study.definition import DRAWN, Study
+from nvhchain.study.responses import LOUDEST_ORDER
 from nvhchain.study.rows import Point, Row
 
 POINT = ("speed_rpm", "torque_Nm")
@@ -101,7 +102,7 @@ def main_effects(study: Study, rows: Sequence[Row]) -> list[Effect]:
     used = [row for row in rows if row.refused is None and None not in row.values.values()]
     idle, found = idle_parameters(study, used), []
     confounded = confounded_names(study, rows)
-    names = responses_of(used)
+    names = sized_responses(used)
     for response in names:
         known = [row for row in used if response in row.responses]
         for name, given in _columns(study, known).items():
@@ -180,6 +181,11 @@ def _even(first: Sequence[str], second: Sequence[str]) -> bool:
 def responses_of(rows: Sequence[Row]) -> list[str]:
     """Return the names of all responses, in their order."""
     return list(dict.fromkeys(name for row in rows for name in row.responses))
+
+
+def sized_responses(rows: Sequence[Row]) -> list[str]:
+    """Return the names of the responses that have means and slopes; the loudest order only names a line."""
+    return [name for name in responses_of(rows) if name != LOUDEST_ORDER]
 
 
 def lacking(rows: Sequence[Row], response: str) -> int:
@@ -308,7 +314,7 @@ def sensitivity(study: Study, rows: Sequence[Row]) -> list[SobolIndex]:
     names = [parameter.name for parameter in study.parameters]
     found = []
     worst = sorted(worst_rows(rows), key=lambda row: row.design)
-    for response in responses_of(worst):
+    for response in sized_responses(worst):
         if lacking(worst, response):
             continue
         values = np.array([row.responses[response] for row in worst])

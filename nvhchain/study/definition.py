@@ -11,7 +11,7 @@ from typing import Any, Literal, get_args
 from nvhchain.case.checks.names import nearest
 from nvhchain.case.toml.read import check_texts, read_toml
 from nvhchain.dimensions import without_unit
-from nvhchain.errors import InputError, Mistakes, is_whole, mistakes, require
+from nvhchain.errors import InputError, Mistakes, check_all, is_whole, mistakes, require, require_all, require_each
 from nvhchain.kinds import check_fields
 from nvhchain.names import check_names
 from nvhchain.study.parameter import Parameter, numbers, parameter_from
@@ -131,47 +131,14 @@ class Study:
     def __post_init__(self) -> None:
         check_fields(self)
         require(len(self.parameters) > 0, "a study without parameters has one design: use run, or add [[parameters]]")
-        require(self.plan in get_args(Plan), f"plan: no {self.plan!r}: {nearest(self.plan, get_args(Plan))}")
-        for name, number in (("seed", self.seed), ("designs", self.designs), ("most_designs", self.most_designs)):
-            require(is_whole(number) and number >= 0, f"{name} = {number:g} must be a whole number, 0 or more")
-            object.__setattr__(self, name, int(number))
-        check_names([parameter.name for parameter in self.varied], "parameters")
-        for parameter in self.varied:
-            require(
-                parameter.name not in _COLUMNS and not _RESPONSE.fullmatch(parameter.name),
-                f"{parameter.name} is a column of every table: choose another name"
-                if parameter.name in _COLUMNS
-                else f"{parameter.name} is the name of a response or of its limits: choose another name",
-            )
-        self._check_paths()
-        lengths = {parameter.name: len(parameter.levels) for parameter in self.parameters}
-        if self.plan in ("grid", "list"):
-            for name, length in lengths.items():
-                require(length > 0, f"{name}: plan = '{self.plan}' needs values: give them, or another plan")
-            require(self.designs == 0, f"designs = {self.designs}: plan = '{self.plan}' has those of its values")
-        elif self.plan == "gradient":
-            require(self.designs == 0, f"designs = {self.designs}: plan = 'gradient' has as many as its steps need")
-            for parameter in self.parameters:
-                require(
-                    not parameter.levels and not parameter.draw,
-                    f"{parameter.name}: slopes need a range: give low and high, or mean and deviation",
-                )
-        else:
-            require(self.designs > 0, f"designs = {self.designs}: plan = '{self.plan}' needs a positive number")
-        self._check_goal()
-        if self.plan == "list":
-            require(len(set(lengths.values())) == 1, f"plan = 'list' needs as many values everywhere, not {lengths}")
-        if self.plan in ("sobol", "sensitivity"):
-            require(
-                self.designs & (self.designs - 1) == 0,
-                f"designs = {self.designs}: plan = '{self.plan}' needs a power of two, such as "
-                f"{1 << self.designs.bit_length()}",
-            )
-        for name, values in (("speeds_rpm", self.speeds_rpm), ("torques", self.torques)):
-            require(len(set(values)) == len(values), f"{name} = {list(values)} repeats a value: give each one once")
-        for name in self.responses:
-            require(name in ON_REQUEST, f"responses: no {name!r} on request: choose among {', '.join(ON_REQUEST)}")
-        require(len(self.pareto) in (0, 2), f"pareto = {self.pareto}: name two responses, such as ['level', 'mass_kg']")
+        check_all(
+            self._check_numbers,
+            self._check_names,
+            self._check_paths,
+            self._check_plan,
+            self._check_goal,
+            self._check_points_and_responses,
+        )
 
     @property
     def varied(self) -> tuple[Parameter, ...]:
@@ -209,6 +176,74 @@ class Study:
     def drawn(self) -> str:
         """Word for the designs of a plan of draws."""
         return "gearboxes" if self.is_series else "designs"
+
+    def _check_numbers(self) -> None:
+        whole = (("seed", self.seed), ("designs", self.designs), ("most_designs", self.most_designs))
+        require_each(
+            *(
+                (is_whole(number) and number >= 0, f"{name} = {number:g} must be a whole number, 0 or more")
+                for name, number in whole
+            )
+        )
+        for name, number in whole:
+            object.__setattr__(self, name, int(number))
+
+    def _check_names(self) -> None:
+        check_names([parameter.name for parameter in self.varied], "parameters")
+        require_all(
+            f"{name} is a column of every table: choose another name"
+            if name in _COLUMNS
+            else f"{name} is the name of a response or of its limits: choose another name"
+            for name in (parameter.name for parameter in self.varied)
+            if name in _COLUMNS or _RESPONSE.fullmatch(name)
+        )
+
+    def _check_plan(self) -> None:
+        plan, designs = self.plan, self.designs
+        require(plan in get_args(Plan), f"plan: no {plan!r}: {nearest(plan, get_args(Plan))}")
+        lengths = {parameter.name: len(parameter.levels) for parameter in self.parameters}
+        if plan in ("grid", "list"):
+            require_each(
+                (designs == 0, f"designs = {designs:g}: plan = '{plan}' has those of its values"),
+                *(
+                    (length > 0, f"{name}: plan = '{plan}' needs values: give them, or another plan")
+                    for name, length in lengths.items()
+                ),
+            )
+        elif plan == "gradient":
+            require_each(
+                (designs == 0, f"designs = {designs:g}: plan = 'gradient' has as many as its steps need"),
+                *(
+                    (
+                        not parameter.levels and not parameter.draw,
+                        f"{parameter.name}: slopes need a range: give low and high, or mean and deviation",
+                    )
+                    for parameter in self.parameters
+                ),
+            )
+        else:
+            require(designs > 0, f"designs = {designs:g}: plan = '{plan}' needs a positive number")
+        if plan == "list":
+            require(len(set(lengths.values())) == 1, f"plan = 'list' needs as many values everywhere, not {lengths}")
+        if plan in ("sobol", "sensitivity") and is_whole(designs):
+            power = 1 << int(designs).bit_length()
+            require(
+                2 * int(designs) in (power, 0),
+                f"designs = {designs:g}: plan = '{plan}' needs a power of two, such as {power}",
+            )
+
+    def _check_points_and_responses(self) -> None:
+        require_each(
+            *(
+                (len(set(values)) == len(values), f"{name} = {list(values)} repeats a value: give each one once")
+                for name, values in (("speeds_rpm", self.speeds_rpm), ("torques", self.torques))
+            ),
+            *(
+                (name in ON_REQUEST, f"responses: no {name!r} on request: choose among {', '.join(ON_REQUEST)}")
+                for name in self.responses
+            ),
+            (len(self.pareto) in (0, 2), f"pareto = {self.pareto}: name two responses, such as ['level', 'mass_kg']"),
+        )
 
     def _check_paths(self) -> None:
         """Refuse places of the case that two parameters set, or a parameter and the operating points."""
@@ -267,32 +302,42 @@ def load_study(path: str | Path) -> Study:
     wrong: list[str] = []
     parameters = _parameters(table, "parameters", path, wrong)
     scatter = _parameters(table, "scatter", path, wrong)
+    whole = not wrong
     goal = table.pop("optimise", None)
     require(goal is None or isinstance(goal, dict), f"{path}: optimise must be a table: write [optimise]")
-    require(goal is not None or not scatter, f"{path}: [[scatter]] belongs to [optimise]: use [[parameters]]")
     known = [*Study.__dataclass_fields__.keys() - {"goal"}, "optimise", "scatter"]
-    wrong += [f"unknown field {name!r}: {nearest(name, sorted(known))}" for name in sorted(set(table) - set(known))]
+    unknown = sorted(set(table) - set(known))
     own = set(Goal.__dataclass_fields__) - {"scatter"}
+    wrong += [f"unknown field {name!r}: {nearest(name, sorted(known))}" for name in unknown]
     wrong += [
         f"optimise: unknown field {name!r}: {nearest(name, sorted(own))}" for name in sorted(set(goal or ()) - own)
     ]
-    require(isinstance(table.get("case"), str), f"{path}: case is missing: name the file of the base case")
-    if wrong:
-        raise Mistakes([f"{path}: {text}" for text in wrong])
-    values: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value for name, value in table.items()}
-    for name in ("speeds_rpm", "torques"):
-        if name in values:
-            values[name] = tuple(map(float, numbers(values[name], f"{path}: {name}")))
-    values["case"] = path.parent / values["case"]
-    targets = values.get("targets", {})
-    require(isinstance(targets, dict), f"{path}: targets must be a table of response = largest value")
-    numbers(tuple(targets.values()), f"{path}: targets")
+    if goal is None and scatter:
+        wrong.append("[[scatter]] belongs to [optimise]: use [[parameters]]")
+    if not isinstance(table.get("case"), str):
+        wrong.append("case is missing: name the file of the base case")
+    given = {name: table[name] for name in table.keys() - {*unknown, "case"}}
+    values: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value for name, value in given.items()}
+    for name in ("speeds_rpm", "torques", "targets"):
+        try:
+            if name == "targets":
+                require(isinstance(values.get(name, {}), dict), "targets must be a table of response = largest value")
+                numbers(tuple(values.get(name, {}).values()), name)
+            elif name in values:
+                values[name] = tuple(map(float, numbers(values[name], name)))
+        except InputError as error:
+            wrong += mistakes(error)
+            del values[name]
     try:
-        if goal is not None:
-            values["goal"] = Goal(scatter=scatter, **goal)
-        return Study(parameters=parameters, **values)
+        if whole:
+            if goal is not None:
+                values["goal"] = Goal(scatter=scatter, **{name: goal[name] for name in own.intersection(goal)})
+            study = Study(path.parent / str(table.get("case")), parameters, **values)
     except InputError as error:
-        raise Mistakes([f"{path}: {text}" for text in mistakes(error)]) from None
+        wrong += mistakes(error)
+    if wrong:
+        raise Mistakes([f"{path}: {text}" for text in dict.fromkeys(wrong)])
+    return study
 
 
 def _parameters(table: dict[str, Any], name: str, path: Path, wrong: list[str]) -> tuple[Parameter, ...]:

@@ -37,17 +37,19 @@ class Difference:
         return (low is not None and low > 0) or (high is not None and high < 0)
 
 
-def level_difference(first: Row, second: Row) -> Difference | None:
+def level_difference(first: Row, second: Row, name: str | None = None) -> Difference | None:
     """Return the level of a row less that of another one.
 
+    name: level or sound power; by default the first that both have.
     Returns difference; None where a row has no level.
 
     Both rows with their limits line by line: `nvhchain.error_band.difference_limits`. Otherwise (sound power) the
     distances to the limits add in quadrature. So do those of drawn gearboxes, which have no lines of
     their own.
     """
-    name = next((name for name in LEVELS if name in first.responses and name in second.responses), None)
-    if name is None:
+    known = [one for one in LEVELS if one in first.responses and one in second.responses]
+    name = name or next(iter(known), None)
+    if name not in known:
         return None
     before, after = first.responses[name], second.responses[name]
     (first_low, first_high), (second_low, second_high) = (row.limits.get(name, (None, None)) for row in (first, second))
@@ -71,7 +73,7 @@ def order_doubt(study: Study, worst: Sequence[Row], response: str | None) -> str
     """
     heard = sorted((row for row in worst if response in row.responses), key=lambda row: row.responses[str(response)])
     best = list({row.design: row for row in heard}.values())[:2]
-    difference = level_difference(*best) if study.plan in ("grid", "list") and len(best) == 2 else None
+    difference = level_difference(best[0], best[1]) if study.plan in ("grid", "list") and len(best) == 2 else None
     if difference is None or difference.decided:
         return ""
     low, high = ("none" if end is None else number_text(end) for end in difference.limits)

@@ -22,6 +22,7 @@ from nvhchain.sound import loudness_at, loudness_limits, run_up_sound, steady_so
 from nvhchain.study.orders import MOST_ORDERS, order_levels
 
 ON_REQUEST = ("orders", "loudness", "contact_pressure")
+LOUDEST_ORDER = "loudest order"
 """Responses that a study asks for: they take time, or many columns."""
 
 _DIGITS = 6
@@ -77,7 +78,7 @@ def add_places(
     pressure = result.pressure
     if pressure is not None and pressure.input_speed:
         line = int(levels.decibel(pressure.pressure[:, loudest]).argmax())
-        responses["loudest order"] = round(2 * pi * float(pressure.frequency[line]) / pressure.input_speed, 6)
+        responses[LOUDEST_ORDER] = round(2 * pi * float(pressure.frequency[line]) / pressure.input_speed, 6)
     if "orders" in asked:
         for name, level, ends in order_levels(result, loudest, band):
             responses[name] = level
@@ -141,7 +142,7 @@ def response_names(case: Case, asked: Sequence[str]) -> list[str]:
     if not isinstance(case, GearboxCase):
         return names
     if "pressure" in case.quantities and case.operation.ramp is None:
-        names.append("loudest order")
+        names.append(LOUDEST_ORDER)
     stages = [stage.name for stage in case.stages]
     names += [f"transmission_error_um of {stage}" for stage in stages]
     names += [*(f"root_stress_MPa of {stage}" for stage in stages), "mass_kg", "inertia_kg_m2"]

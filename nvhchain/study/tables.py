@@ -263,7 +263,7 @@ def _csv(records: Iterable[Mapping[str, Any]]) -> str:
 
 def _cell(value: Any) -> Any:
     if isinstance(value, float):
-        return f"{value:.9g}"
+        return f"{value:.9g}" if isfinite(value) else ""
     return "" if value is None else value
 
 

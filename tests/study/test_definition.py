@@ -2,7 +2,7 @@
 
 import pytest
 
-from nvhchain.errors import InputError
+from nvhchain.errors import InputError, Mistakes
 from nvhchain.study import Goal, Parameter, Study, load_study
 
 
@@ -48,3 +48,23 @@ def test_path_and_paths_together_are_refused(tmp_path):
 def test_draws_of_a_search_are_a_whole_number(draws):
     with pytest.raises(InputError, match="must be a whole number, 0 or more"):
         Goal(draws=draws)
+
+
+def test_all_mistakes_of_a_study_are_named_at_once(tmp_path):
+    path = tmp_path / "study.toml"
+    top = (
+        'plan = "sobol"\ndesigns = 5\nseed = -1\nspeeds_rpm = [1000, 1000]\ntorques = ["x"]\ncolor = 3\n'
+        'targets = { level = "a" }\nresponses = ["loud"]\npareto = ["level"]\n[[parameters]]\nname = "level"\n'
+        'path = "a.b"\n'
+    )
+    path.write_text(f"{top}low = 1\nhigh = 2\n")
+    with pytest.raises(Mistakes) as caught:
+        load_study(path)
+    said = ("'color'", "case is missing", "torques =", "targets =", "seed = -1", "level is the name of a response")
+    said += ("needs a power of two, such as 8", "repeats a value", "'loud'", "pareto = ('level',)")
+    assert len(caught.value.each) == len(said)
+    assert all(text in line for text, line in zip(said, caught.value.each, strict=True))
+    path.write_text(f"{top}low = 3\nhigh = 2\n")  # what parameters without range leave open is not judged
+    with pytest.raises(Mistakes, match="low = 3 must be below high = 2") as caught:
+        load_study(path)
+    assert len(caught.value.each) == 5

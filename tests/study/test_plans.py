@@ -235,6 +235,28 @@ def test_robust_scores_are_percentiles_over_draws_at_the_worst_speed():
     assert scores(study, rows)[0].responses["level"] == pytest.approx(2.0 + 9.0)
 
 
+def test_a_share_of_few_gearboxes_is_never_exceeded_by_more():
+    """90 % of three gearboxes are all three: a value between the two loudest would leave one above."""
+    study = Study("c.toml", (AXES[0],), plan="optimise", designs=10, goal=Goal(percent=90.0))
+    rows = [Row(0, {"x": 1.0, "tol": one}, responses={"level": one}) for one in (60.0, 61.0, 65.0)]
+    assert scores(study, rows)[0].responses["level"] == 65.0
+    half = replace(study, goal=Goal(percent=60.0))
+    assert scores(half, rows)[0].responses["level"] == 61.0
+
+
+def test_slopes_of_sound_power_have_limits_and_the_loudest_order_has_no_slope():
+    study = Study("c.toml", (Parameter("x", ("a.x",), low=0.0, high=4.0),), plan="gradient")
+    places = {x: {"sound_power": 70.0 + x, "loudest order": 20.0 * x} for x in (1.0, 3.0, 1.5, 2.5)}
+    rows = [
+        Row(n, {"x": x}, responses=found, limits={"sound_power": (found["sound_power"] - 1, found["sound_power"] + 1)})
+        for n, (x, found) in enumerate(places.items(), 1)
+    ]
+    (found,) = slopes(study, rows)
+    assert found.response == "sound_power"
+    assert found.value == pytest.approx(1.0)
+    assert found.limits == pytest.approx((1.0 - 2**0.5 / 2, 1.0 + 2**0.5 / 2))
+
+
 @pytest.mark.slow
 def test_draws_are_the_same_for_every_design(study_file, tmp_path):
     text = (

@@ -182,6 +182,16 @@ def test_percentiles_name_their_torque_and_the_gearboxes_without_a_result(
     assert "38 of 40" in str(scatter.blocks(Results(study, tuple(rows))))
 
 
+def test_limits_without_an_end_are_empty_cells(tmp_path: Path) -> None:
+    """Three gearboxes: nothing encloses their 95th percentile from above, in percentiles.csv as in study.csv."""
+    study = factory(3)
+    rows = [Row(n, one, responses={"level": 60.0 + n}) for n, one in enumerate(list_designs(study))]
+    write_study(study, rows, tmp_path)
+    text = (tmp_path / "percentiles.csv").read_text()
+    assert "inf" not in text
+    assert ",," in text
+
+
 def test_a_series_of_which_every_gearbox_fails_somewhere_has_no_share(tmp_path: Path) -> None:
     study = factory(40, speeds_rpm=(1500.0, 3000.0), targets={"level": 0.0})
     rows = [

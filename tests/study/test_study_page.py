@@ -3,6 +3,8 @@
 import pytest
 
 from nvhchain.study import Parameter, Row, Study, write_study
+from nvhchain.study.page.answer import over_speed
+from nvhchain.study.page.results import Results
 from scripts.browser import CHROMIUM, Browser
 
 
@@ -36,3 +38,19 @@ def test_the_page_of_a_study_fits_paper_and_phones(tmp_path):
         left = "[...document.querySelectorAll('#answer .ytick text')].map((of) => of.getBoundingClientRect().left)"
         assert browser.run(f"Math.min(...{left})") > 0
         assert browser.errors == []
+
+
+def test_curves_over_speed_are_at_the_torque_by_which_designs_are_ranked():
+    """The loudest torque of every speed: at the first one the louder design would be the quieter."""
+    study = Study("c.toml", (Parameter("x", ("a.x",), (1, 2)),), speeds_rpm=(1.0, 2.0, 3.0), torques=(10.0, 20.0))
+    levels = {(1, 10.0): 50.0, (1, 20.0): 60.0, (2, 10.0): 55.0, (2, 20.0): 52.0}
+    rows = [
+        Row(x - 1, {"x": x}, speed, torque, responses={"level": level + speed})
+        for (x, torque), level in levels.items()
+        for speed in study.speeds_rpm
+    ]
+    figure = over_speed(Results(study, tuple(rows)))
+    assert figure is not None
+    assert "at the worst torque of every speed" in figure.caption
+    curves = {trace["name"][0]: list(trace["y"]) for trace in figure.data}
+    assert curves == {"0": [61.0, 62.0, 63.0], "1": [56.0, 57.0, 58.0]}

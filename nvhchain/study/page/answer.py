@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import inf
 from typing import Any
 
 from nvhchain.report.page.blocks import Figure, Hero, axes, label, significant
@@ -34,7 +35,7 @@ def blocks(results: Results) -> list[Any]:
     doubt = " ".join(filter(None, [order_doubt(results.study, results.worst, results.main), *remarks]))
     figures = [
         figure
-        for figure in (course(results), tornado(results), distribution(results), _pareto(results), _over_speed(results))
+        for figure in (course(results), tornado(results), distribution(results), _pareto(results), over_speed(results))
         if figure is not None
     ]
     first, second = [*figures, _ranked(results), None][:2]
@@ -125,30 +126,30 @@ def _short_name(row: Row) -> str:
     return name
 
 
-def _over_speed(results: Results) -> Figure | None:
+def over_speed(results: Results) -> Figure | None:
     """Return the main response of some designs over the speeds of the study."""
     main = results.main
     speeds = sorted({row.speed_rpm for row in results.rows if row.speed_rpm is not None})
     if main is None or len(speeds) < 3 or results.study.plan not in ("grid", "list"):
         return None
-    torque = results.rows[0].torque
     ranked = sorted((row for row in results.worst if main in row.responses), key=lambda row: row.responses[main])
     shown = ranked[: MOST_CURVES // 2] + ranked[max(MOST_CURVES // 2, len(ranked) - MOST_CURVES // 2) :]
     traces = []
     for row in shown:
-        own = sorted(
-            (one.speed_rpm, one.responses[main])
-            for one in results.rows
-            if one.design == row.design and one.torque == torque and one.speed_rpm is not None and main in one.responses
-        )
+        own: dict[float, float] = {}
+        for one in results.rows:
+            if one.design == row.design and one.speed_rpm is not None and main in one.responses:
+                own[one.speed_rpm] = max(own.get(one.speed_rpm, -inf), one.responses[main])
         traces.append(
             {
                 "type": "scatter",
                 "mode": "lines+markers",
                 "name": label(f"{row.design}: {design_text(results.study, row)}"[:60]),
-                "x": [speed for speed, _ in own],
-                "y": significant(level for _, level in own),
+                "x": sorted(own),
+                "y": significant(own[speed] for speed in sorted(own)),
             }
         )
-    caption = f"Quietest and loudest designs over speed{Point(None, torque).words}."
+    torques = {row.torque for row in results.rows}
+    several = ", at the worst torque of every speed" if len(torques) > 1 else Point(None, *torques).words
+    caption = f"Quietest and loudest designs over speed{several}."
     return Figure(caption, traces, axes("input speed / rpm", unit_of(main)), 300)

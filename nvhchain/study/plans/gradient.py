@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from nvhchain.errors import require
+from nvhchain.study.analysis import sized_responses
 from nvhchain.study.definition import Study
-from nvhchain.study.differences import level_difference
+from nvhchain.study.differences import LEVELS, level_difference
 from nvhchain.study.parameter import Parameter
 from nvhchain.study.plans.designs import STEPS
 from nvhchain.study.rows import Evaluate, Point, Row
@@ -116,15 +117,15 @@ def slopes(study: Study, rows: Sequence[Row]) -> list[Slope]:
 def _slopes(parameter: Parameter, point: Point, pairs: Sequence[tuple[float, Row, Row]]) -> list[Slope]:
     """Return the slopes of all responses from pairs of rows (step, below, above), the widest first."""
     found = []
-    for name in pairs[0][1].responses:
+    for name in sized_responses([pairs[0][1]]):
         if not all(name in row.responses for _, *both in pairs for row in both):
             continue
         quotients = [(more.responses[name] - less.responses[name]) / (2 * step) for step, less, more in pairs]
         value, error = _extrapolated(quotients)
         limits: tuple[float | None, float | None] = (None, None)
-        if name == "level":
+        if name in LEVELS:
             step, less, more = pairs[0]
-            change = level_difference(less, more)
+            change = level_difference(less, more, name)
             if change is not None:
                 low, high = (None if limit is None else limit - change.change for limit in change.limits)
                 limits = (

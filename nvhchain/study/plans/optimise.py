@@ -132,7 +132,7 @@ def _included(rows: Sequence[Row], name: str, percent: float) -> float:
     for row in rows:
         if name in row.responses:
             points.setdefault(row.point, []).append(row.responses[name])
-    return max(float(np.percentile(values, percent)) if len(values) > 1 else values[0] for values in points.values())
+    return max(float(np.percentile(values, percent, method="inverted_cdf")) for values in points.values())
 
 
 def search(study: Study, base: Design, evaluate: Evaluate) -> list[Row]:

@@ -212,7 +212,10 @@ class Operation:
             (
                 self.input_torque != 0 or self.mesh_torque is not None,
                 "input_torque = 0 N m does not state how far the mesh laws of rattling gears must reach: give "
-                "mesh_torque, N m at the input, about that of the hardest impacts",
+                "mesh_torque, N m at the input, about that of the hardest impacts"
+                if self.ramp is not None or self.fluctuation is not None
+                else "input_torque = 0 N m at a constant speed: nothing moves the gears: give input_torque; for rattle "
+                "give a ramp or a fluctuation, and mesh_torque",
             ),
             (
                 self.mesh_torque is None or 0 < self.mesh_torque <= 1e7,

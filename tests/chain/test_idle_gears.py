@@ -49,6 +49,18 @@ def test_gears_that_nothing_moves_are_refused_before_any_work(command, ramp, sma
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize(
+    ("ramp", "said"),
+    [("", "at a constant speed: nothing moves the gears"), (LEVEL, "give mesh_torque, N m at the input")],
+)
+def test_no_torque_at_a_constant_speed_is_refused_as_no_motion(ramp, said, small, tmp_path, capsys):
+    """The reach of mesh laws is asked for only where something may rattle."""
+    file = tmp_path / "idle.toml"
+    file.write_text(f'base = "{small}"\n[operation]\ninput_torque = 0\n{ramp}')
+    assert cli.main(["check", str(file)]) == 2
+    assert said in capsys.readouterr().err
+
+
 def test_idle_gears_run_where_the_speed_changes_or_forces_are_given(small):
     case = nvh.load_case(small)
     idle = replace(case, operation=Operation(case.operation.input_speed, 0.0, mesh_torque=10.0))

@@ -83,7 +83,8 @@ def _field(name: str, hints: Mapping[str, Any], raw: Any, place: str, unit: str 
         close = _nearest(name, hints)
         fits = close and unit and si_unit(hints[close]) == UNITS[unit][0]
         meant = f"{close}_{unit}" if fits else close
-        remedy = f"did you mean {meant!r}?" if close else f"known fields: {', '.join(hints)}"
+        known = f"known fields: {', '.join(hints)}" if hints else "this type has none, choose another `type`"
+        remedy = f"did you mean {meant!r}?" if close else known
         raise InputError(f"{place}: unknown field; {remedy}")
     if unit is None:
         return convert(hints[name], raw, place)

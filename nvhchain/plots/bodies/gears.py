@@ -109,7 +109,7 @@ def gear_pair(
         handles=[
             *(Patch(color=colour, label=name) for colour, name in zip((STEEL, SECOND), names, strict=True)),
             *(Patch(color=c, label=f"{name}, in contact") for c, name in zip(LOADED, names, strict=True)),
-            Line2D([], [], color=CONTACT, linewidth=3.0, label="line of contact"),
+            Line2D([], [], color=CONTACT, linewidth=3.0, label="line of contact, seen through the teeth"),
         ],
         loc="outside lower center",
         ncols=5,

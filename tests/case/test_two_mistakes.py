@@ -103,5 +103,5 @@ def test_proposals_are_made_for_missing_values_alone(monkeypatch: pytest.MonkeyP
 
 
 def test_fields_of_a_type_without_any_are_refused_with_a_remedy():
-    with pytest.raises(InputError, match="blank.web_mm: unknown field; this type has none, choose another `type`"):
+    with pytest.raises(InputError, match=r"blank\.web_mm: unknown field; this type has none, choose another `type`"):
         load_case(SMALL, changes=["gears.wheel.blank.web_mm = 3"])

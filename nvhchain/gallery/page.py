@@ -1,4 +1,4 @@
-"""Pages of a gallery: pictures, our numbers beside the thesis's, verdicts; the table of verdicts alone."""
+"""Pages of a gallery: pictures, our numbers beside the thesis's, verdicts."""
 
 from __future__ import annotations
 
@@ -29,16 +29,20 @@ def write_pages(made: Sequence[Made], out: Path) -> tuple[Path, Path]:
     return out / "index.md", out / "index.html"
 
 
-def verdicts(made: Sequence[Made]) -> str:
-    """Return the table of verdicts (Markdown), with the thesis's numbers beside ours."""
-    lines = ["| number | content | thesis / ours | verdict |", "|---|---|---|---|"]
+def chapters(made: Sequence[Made], pictures: str = "") -> str:
+    """Return all items by chapter (Markdown), each with its verdict, numbers, command and picture.
+
+    pictures: folder of the pictures, with a slash at its end.
+    """
+    lines, chapter = [], ""
     for each in made:
-        claimed = {name.removesuffix(" / yes") for name in each.item.ours}
-        numbers = "; ".join(
-            f"{name}: {theirs or '–'} / {ours}" for name, theirs, ours, _ in _rows(each) if theirs or name in claimed
-        )
-        lines.append(f"| {each.item.number} | {each.item.title} | {numbers or '–'} | {_verdict(each)} |")
-    return "\n".join(lines) + "\n"
+        digits = [letter for letter in each.item.number if letter.isdigit()]
+        if digits[0] != chapter:
+            chapter = digits[0]
+            lines += [f"## Chapter {chapter}", ""]
+        lines += [f"### {each.item.number}: {each.item.title}", "", *_body(each, pictures)]
+        lines += [f'`python -m nvhchain.gallery "{each.item.number}" --out DIR`', ""]
+    return "\n".join(lines)
 
 
 def _verdict(made: Made) -> str:
@@ -73,13 +77,19 @@ def _rows(made: Made) -> list[tuple[str, str, str, str]]:
 def _markdown(made: Sequence[Made]) -> str:
     lines = [f"# {TITLE}", ""]
     for each in made:
-        lines += [f"## {each.item.number}: {each.item.title}", "", _verdict(each), ""]
-        if each.numbers:
-            lines += ["| quantity | thesis | ours | deviation |", "|---|---:|---:|---:|"]
-            lines += [f"| {' | '.join(row)} |" for row in _rows(each)] + [""]
-        if each.picture:
-            lines += [f"![{each.item.title}]({each.picture})", ""]
+        lines += [f"## {each.item.number}: {each.item.title}", "", *_body(each)]
     return "\n".join(lines)
+
+
+def _body(made: Made, pictures: str = "") -> list[str]:
+    """Return verdict, numbers and picture of an item (lines of Markdown)."""
+    lines = [_verdict(made), ""]
+    if made.numbers:
+        lines += ["| quantity | thesis | ours | deviation |", "|---|---:|---:|---:|"]
+        lines += [f"| {' | '.join(row)} |" for row in _rows(made)] + [""]
+    if made.picture:
+        lines += [f"![{made.item.title}]({pictures}{made.picture})", ""]
+    return lines
 
 
 def _html(made: Sequence[Made]) -> str:

@@ -4,6 +4,7 @@ import json
 import shutil
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -254,3 +255,18 @@ def test_number_beyond_the_limits_of_its_verdict_is_named():
         "zero / N",
         "apart / %",
     ]
+
+
+def test_the_documentation_shows_every_item_with_its_picture_and_command():
+    """The page is that of all items; a new one needs `python -m benchmarks gallery OUT`."""
+    docs = Path(__file__).parents[2] / "docs"
+    page = (docs / "measured" / "gallery.md").read_text()
+    headings = [line.removeprefix("### ").partition(": ")[0] for line in page.splitlines() if line.startswith("### ")]
+    assert headings == [item.number for item in ITEMS]
+    for item in ITEMS:
+        picture = docs / "_static" / "gallery" / f"{item.name}.png"
+        assert picture.exists() == item.drawn
+        assert (f"(../_static/gallery/{picture.name})" in page) == item.drawn
+        assert f'`python -m nvhchain.gallery "{item.number}" --out DIR`' in page
+        assert item.verdict in page
+    assert sum(path.stat().st_size for path in (docs / "_static" / "gallery").iterdir()) < 3e6

@@ -14,7 +14,7 @@ import time
 from _thread import interrupt_main, start_new_thread
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from types import FrameType
+from types import FrameType, TracebackType
 from typing import Any
 
 import psutil
@@ -36,7 +36,8 @@ def termination_interrupts() -> Iterator[None]:
     """Let SIGTERM end child processes, which Ctrl-C reaches through the terminal, and raise Terminated.
 
     Neither interrupts functions of `_CALLED_BY_C`. Handlers of Ctrl-C that a program has set remain. Modules in C turn
-    an interruption of what they import into an ImportError of their own: it is raised as the interruption.
+    an interruption of what they import into an ImportError of their own: it is raised as the interruption. Some print
+    it first, which is suppressed.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -44,8 +45,8 @@ def termination_interrupts() -> Iterator[None]:
     numbers = [signal.SIGTERM]
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         numbers.append(signal.SIGINT)
-    before, hook = [signal.signal(number, _interrupt) for number in numbers], sys.unraisablehook
-    sys.unraisablehook = _raised_again
+    before, hooks = [signal.signal(number, _interrupt) for number in numbers], (sys.unraisablehook, sys.excepthook)
+    sys.unraisablehook, sys.excepthook = _raised_again, _without_interruptions
     _raised.clear()
     try:
         yield
@@ -54,7 +55,7 @@ def termination_interrupts() -> Iterator[None]:
             raise _raised[-1] from None
         raise
     finally:
-        sys.unraisablehook = hook
+        sys.unraisablehook, sys.excepthook = hooks
         for number, handler in zip(numbers, before, strict=True):
             signal.signal(number, handler)
 
@@ -76,6 +77,12 @@ def _raised_again(dropped: Any) -> None:
         number = signal.SIGTERM
         signal.signal(number, _interrupt)
     _send_again(number)
+
+
+def _without_interruptions(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+    """Print an exception that C code prints, such as that of NumPy's modules; an interruption ends in a line."""
+    if not issubclass(kind, KeyboardInterrupt):
+        sys.__excepthook__(kind, error, trace)
 
 
 def _send_again(number: signal.Signals) -> None:

@@ -173,6 +173,33 @@ def test_an_import_in_c_that_turns_an_interruption_into_its_own_error_is_interru
         raise ImportError("missing")
 
 
+PRINTED = """
+import os, signal, sys, time
+import numpy as np
+from nvhchain.cli.termination import termination_interrupts
+signal.signal(signal.SIGINT, signal.default_int_handler)  # background jobs ignore it
+class Interrupting:
+    def find_spec(self, name, path, target=None):
+        if name == "numpy._core._multiarray_umath":
+            os.kill(os.getpid(), signal.{name})
+            time.sleep(0.01)
+sys.meta_path.insert(0, Interrupting())
+del sys.modules["numpy._core._multiarray_umath"]
+try:
+    with termination_interrupts():
+        import scipy.spatial._ckdtree
+except KeyboardInterrupt as error:
+    print(type(error).__name__)
+"""
+
+
+@pytest.mark.parametrize(("name", "raised"), [("SIGINT", "KeyboardInterrupt"), ("SIGTERM", "Terminated")])
+def test_an_interruption_that_a_module_in_c_prints_is_not_printed(name, raised):
+    """NumPy's C interface prints what it meets at its import, then raises an ImportError of its own."""
+    done = subprocess.run([sys.executable, "-c", PRINTED.format(name=name)], capture_output=True, text=True)
+    assert (done.stdout, done.stderr) == (f"{raised}\n", "")
+
+
 @pytest.mark.slow
 def test_spheres_survive_random_signals(tmp_path):
     """In a process of its own, as it is copied for every command; until each signal has come before the end."""

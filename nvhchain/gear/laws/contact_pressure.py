@@ -7,12 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from nvhchain.fidelity import GearFidelity
+from nvhchain.gear.contact.closing_edges import close_edges
 from nvhchain.gear.contact.engagement import Engagement
 from nvhchain.gear.deviations.pairs import PairDeviations
 from nvhchain.gear.drawing.pair import DRIVE, GearPair
 from nvhchain.gear.laws.deviated_load import pair_forces, tilted
 from nvhchain.gear.laws.deviated_pairs import deviated_pairs, mesh_periods
-from nvhchain.gear.laws.mesh_law import engaged, mesh_law, pair_compliances
+from nvhchain.gear.laws.mesh_law import mesh_law, pair_compliances
 from nvhchain.gear.laws.tooth_pairs import tooth_pairs
 from nvhchain.gear.laws.transmission_error import loaded_mesh
 from nvhchain.handoff import FloatArray
@@ -33,9 +34,10 @@ def largest_contact_pressure(
     With deviations, tooth pairs as coupled springs find the mesh periods; the contact problem is solved there.
     """
     compliances = pair_compliances(pair, fidelity)
+    contact = Engagement(pair, compliances, fidelity)
     angles = np.arange(float(fidelity.angles_per_mesh)) * (pair.mesh_period / fidelity.angles_per_mesh)
     if deviations is None:
-        return _largest(Engagement(pair, compliances, fidelity), angles, nominal_force)
+        return _largest(contact, angles, nominal_force)
     law = mesh_law(pair, nominal_force=nominal_force, fidelity=fidelity, compliances=compliances)
     pairs = tooth_pairs(pair, law, nominal_force=nominal_force, fidelity=fidelity, compliances=compliances)
     later = mesh_periods(pair, deviations)
@@ -47,7 +49,7 @@ def largest_contact_pressure(
     squared = (pair_forces(pairs, made, nominal_force) * tilted(made, line_load)).max(axis=-1)  # up to a constant
     highest = np.argsort(squared.reshape(-1, fidelity.angles_per_mesh).max(axis=1))[-_SOLVED:]
     angles = (highest[:, None] * pair.mesh_period + angles).ravel()
-    contact = engaged(pair, nominal_force, fidelity, compliances)[0]
+    contact = close_edges(contact, law.deflection[-1], -law.deflection[0] - pair.backlash)
     return _largest(replace(contact, deviations=deviations), angles, nominal_force)
 
 

@@ -68,7 +68,7 @@ def _rows(made: Made) -> list[tuple[str, str, str, str]]:
             continue
         theirs = "" if stated is None else f"{'≤ ' if stated.bound else ''}{stated.value:.4g}"
         compared = stated is not None and stated.value and not stated.bound
-        off = f"{100 * (ours / stated.value - 1):+.1f} %" if stated is not None and compared else ""
+        off = f"{round(100 * (ours / stated.value - 1), 1) + 0.0:+.1f} %" if stated is not None and compared else ""
         shown = "0" if stated is not None and not stated.value and stated.holds(ours) else f"{ours:.4g}"
         rows.append((name, theirs, shown, off))
     return rows

@@ -2,10 +2,15 @@
 
 import numpy as np
 import pytest
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+from matplotlib.image import imread
 
 from nvhchain.cli import main
 from nvhchain.files import hdf5
 from nvhchain.handoff import FieldPressure
+from nvhchain.plots._style import STYLE
+from nvhchain.plots.files import RESOLUTION, save
 
 
 @pytest.fixture
@@ -49,3 +54,28 @@ def test_a_suffix_of_no_figure_is_refused_in_one_line(stored, capsys, name):
     (line,) = capsys.readouterr().err.strip().splitlines()
     assert "end it in .png, .svg, .pdf" in line
     assert not picture.exists()
+
+
+def test_a_figure_is_drawn_once_with_the_layout_that_matplotlib_gives(tmp_path, monkeypatch):
+    """The same pixels as `savefig` of the figure, which draws twice; the figure keeps canvas and resolution."""
+
+    def figure():
+        made = Figure(figsize=(4.0, 3.0), layout="constrained")
+        axes = made.subplots(1, 2)
+        for ax in axes:
+            ax.plot([1, 2, 3], [1e-3, 2e5, 3])
+            ax.set_ylabel("a long\nlabel")
+        return made
+
+    usual, own = figure(), figure()
+    with rc_context(STYLE):
+        usual.savefig(tmp_path / "usual.png", dpi=RESOLUTION)
+    drawn, canvas = [], own.canvas
+    draw = Figure.draw
+    monkeypatch.setattr(Figure, "draw", lambda self, renderer: (drawn.append(1), draw(self, renderer)))
+    save(own.axes, tmp_path / "own.png")
+    assert len(drawn) == 1
+    assert own.canvas is canvas
+    assert own.dpi == usual.dpi
+    first, second = (np.asarray(imread(tmp_path / name)) for name in ("usual.png", "own.png"))
+    assert np.array_equal(first, second)

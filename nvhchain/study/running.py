@@ -360,8 +360,8 @@ class _Runs:
         if scatter and can_be_drawn(case, self.spread.fidelity):
             mean = self._case(row, tuple(parameter for parameter in varied if parameter not in scatter))
         key = fingerprint(case, mean, self.spread.fidelity, self.study.responses, self.study.plan in PAIRED, *code)
-        same = tasks.get(key)
-        tasks[key] = Task(key, case, (*(same.rows if same else ()), index), mean)
+        same, gearbox = tasks.get(key), -1 if mean is None else index // len(operating_points(self.study))
+        tasks[key] = Task(key, case, (*(same.rows if same else ()), index), mean, same.gearbox if same else gearbox)
 
     def _case(self, row: Row, parameters: Sequence[Parameter]) -> Case:
         """Return the base case at the operating point and with the values of some parameters of a row."""

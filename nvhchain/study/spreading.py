@@ -42,12 +42,15 @@ class Task:
         Numbers of its rows.
     mean : Case, optional
         Case with the scatter of the case file, for one of many gearboxes that differ in their scatter alone.
+    gearbox : int
+        Number of such a gearbox: a worker runs all of its speeds, which share mesh law and load distribution.
     """
 
     key: str
     case: Case
     rows: tuple[int, ...]
     mean: Case | None = None
+    gearbox: int = -1
 
     def work(self, *given: Any) -> tuple[Any, ...]:
         """Return the function that runs it and its arguments, of which `given` are the last."""
@@ -108,37 +111,50 @@ class Spread:
     def _spread(self, tasks: Sequence[Task], executor: Executor) -> Iterator[tuple[Task, Outcome]]:
         """Yield tasks from an executor, which never holds more of them than its memory permits."""
         memory = self._memory(tasks[0].case)
-        waiting = list(reversed(tasks))
-        running: dict[Future[Outcome], Task] = {}
+        waiting = list(reversed(_together(tasks)))
+        running: dict[Future[list[Outcome]], tuple[Task, ...]] = {}
         lost: dict[str, int] = {}
         try:
             while waiting or running:
                 space = room(executor, memory)  # workers come and go
                 while waiting and len(running) < space.tasks:
-                    task = waiting.pop()
-                    running[self._submit(executor, task, space)] = task
+                    group = waiting.pop()
+                    running[self._submit(executor, group, space)] = group
                 for future in wait(running, _PATIENCE, FIRST_COMPLETED).done:
-                    task, error = running.pop(future), future.exception()
+                    group, error = running.pop(future), future.exception()
                     if error is None:
-                        yield task, future.result()
+                        yield from zip(group, future.result(), strict=True)
                     elif not worker_lost(error):
                         raise error
-                    elif (count := lost.get(task.key, 0) + 1) < LOSSES:
-                        lost[task.key] = count
-                        waiting.append(task)
+                    elif (count := lost.get(group[0].key, 0) + 1) < LOSSES:
+                        lost[group[0].key] = count
+                        waiting.append(group)
                     else:
-                        yield task, _lost(count)
+                        yield from ((task, _lost(count)) for task in group)
         finally:
             for future in running:
                 future.cancel()
 
-    def _submit(self, executor: Executor, task: Task, space: Room) -> Future[Outcome]:
-        work = task.work(self.fidelity, self.operators, self.asked)
-        return executor.submit(share, os.getpid(), space.neighbours, *work)
+    def _submit(self, executor: Executor, group: Sequence[Task], space: Room) -> Future[list[Outcome]]:
+        work = [task.work(self.fidelity, self.operators, self.asked) for task in group]
+        return executor.submit(share, os.getpid(), space.neighbours, _one_by_one, work)
 
     def _memory(self, case: Case) -> int:
         """Return the estimated memory (bytes) of a run."""
         return int(2**20 * max(step.megabytes for step in plan(case, fidelity=self.fidelity).steps))
+
+
+def _together(tasks: Sequence[Task]) -> list[tuple[Task, ...]]:
+    """Return tasks in groups of one gearbox; tasks of no such gearbox stay alone."""
+    groups: dict[tuple[int, str], list[Task]] = {}
+    for task in tasks:
+        groups.setdefault((task.gearbox, "" if task.gearbox >= 0 else task.key), []).append(task)
+    return [tuple(group) for group in groups.values()]
+
+
+def _one_by_one(work: Sequence[tuple[Any, ...]]) -> list[Outcome]:
+    """Return the outcome of every function with its arguments."""
+    return [function(*given) for function, *given in work]
 
 
 def _lost(count: int) -> Outcome:

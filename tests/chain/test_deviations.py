@@ -11,7 +11,9 @@ import pytest
 
 import nvhchain as nvh
 from benchmarks.gear.deviations import LOOP, in_the_loop
+from nvhchain import gear
 from nvhchain.case import Deviations, GearboxCase
+from nvhchain.chain.steps import gears
 from nvhchain.handoff import BearingForces
 from nvhchain.testing.coarse_runs import SMALL, TINY
 
@@ -84,6 +86,25 @@ def test_friction_and_shuttling_follow_the_flanks_as_made() -> None:
     left_out = run(*both, deviations=Deviations(helix_slope=30e-6), load_distributions=[plain])
     (own, other) = (of.bearing_forces.force - of.bearing_forces.force.mean(axis=0) for of in (made, left_out))
     assert np.abs(own - other).max() > 0.05 * np.abs(own).max()
+
+
+def test_further_speeds_of_one_gearbox_take_its_law(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The law and the load distribution of the latest gearbox are computed once, and are those of a first run."""
+    made = []
+    for name in ("deviated_mesh_law", "deviated_load_distribution"):
+        compute = getattr(gear, name)
+        monkeypatch.setattr(gear, name, lambda *of, c=compute, n=name: (made.append(n), c(*of))[1])
+    monkeypatch.setattr(gears, "_LATEST", {})
+    both = ("options.friction = 0.1", "operation.input_torque = 200", "band.resolution = 100")
+    forces(*both, deviations=Deviations(6, seed=2))
+    second = forces(*both, "operation.input_speed_rpm = 1500", deviations=Deviations(6, seed=2))
+    assert sorted(made) == ["deviated_load_distribution", "deviated_mesh_law"]
+    gears._LATEST.clear()
+    again = forces(*both, "operation.input_speed_rpm = 1500", deviations=Deviations(6, seed=2))
+    assert np.array_equal(again.force, second.force)
+    made.clear()
+    forces(*both, deviations=Deviations(6, seed=3))
+    assert len(made) == 2
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -314,6 +315,31 @@ def test_another_case_file_gives_draws_new_rows(tmp_path: Path, monkeypatch: pyt
         path.write_text(f'base = "{SMALL}"\n[housing]\nmodal_damping = {damping}\n', encoding="utf-8")
         run_study(study, out=tmp_path / "out", fidelity=TINY)
     assert [mean.housing.modal_damping for mean in ran] == [0.01, 0.01, 0.04, 0.04]
+
+
+def test_a_worker_runs_all_speeds_of_a_gearbox(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They share its mesh law.  The first run alone makes the shared operators; rows are those without workers."""
+    speeds: list[list[float]] = []
+
+    def measured(case: GearboxCase, *_: object) -> dict[str, object]:
+        level = case.operation.input_speed + 100.0 * case.housing.modal_damping  # type: ignore[union-attr]
+        return {"responses": {"level": level}, "limits": {}, "band": None, "refused": None, "seconds": 0.0}
+
+    class Recording(ThreadPoolExecutor):
+        def submit(self, *given, **more):  # type: ignore[no-untyped-def]
+            speeds.append([round(30 / np.pi * case.operation.input_speed) for _, case, *_ in given[-1]])
+            return super().submit(*given, **more)
+
+    monkeypatch.setattr(spreading, "measure_drawn", measured)
+    damping = Parameter("x", ("housing.modal_damping",), low=0.02, high=0.03)
+    study = Study(SMALL, (damping,), "monte_carlo", 3, speeds_rpm=(1500.0, 1800.0))
+    with Recording(1) as executor:
+        spread = run_study(study, out=tmp_path / "a", fidelity=TINY, executor=executor)
+    assert speeds[:3] == [[1800], [1500, 1800], [1500, 1800]]
+    alone = run_study(study, out=tmp_path / "b", fidelity=TINY)
+    assert [(row.design, row.speed_rpm, row.responses) for row in spread] == [
+        (row.design, row.speed_rpm, row.responses) for row in alone
+    ]
 
 
 def test_shares_are_stated_inside_their_range_with_the_estimate_beyond():

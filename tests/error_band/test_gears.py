@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 import nvhchain as nvh
+from benchmarks.chain.error_band_cases import far
 from nvhchain.error_band import COVERAGE
 from nvhchain.error_band.gears import (
     AMPLIFICATION,
     FED_MARGIN,
+    LAYER_RIPPLE,
     SLICE_ERROR,
     UNKNOWN,
     _against_compliance,
@@ -18,9 +20,11 @@ from nvhchain.error_band.gears import (
     folded,
     force_error,
     law_error,
+    layer_ripple,
 )
 from nvhchain.fidelity import DRAFT, REFERENCE, STANDARD
 from nvhchain.gear import Flank, MicroGeometry, quasi_static_transmission_error
+from nvhchain.gear import mesh_law as gear_mesh_law
 from nvhchain.testing.hand_offs import mesh_law
 
 
@@ -137,6 +141,42 @@ def test_load_patterns_and_elements_of_the_profile_err_at_the_first_harmonics_an
     few, many = (law_error(wheel, replace(finer, width_layers=count), [1, 8]) ** 2 for count in (4, 8))
     layers = 5e-4 * (wheel.face_width / wheel.normal_module / 4) ** 4
     assert few - many == pytest.approx((1 - 1 / 256) * layers**2)
+
+
+def test_a_contact_line_rises_and_falls_with_the_layers_that_it_passes(case, monkeypatch):
+    """12 layers under 3 axial pitches: 4 of them pass in a mesh period. Spur gears have no such ripple."""
+    wheel = case.gears[1].geometry
+    pitch = np.pi * wheel.normal_module / np.sin(abs(wheel.helix_angle))
+    wide, many = replace(wheel, face_width=3.0 * pitch), replace(DRAFT.gear, width_layers=12)
+    found = layer_ripple(wide, many, 9)
+    assert found[[3, 7]] == pytest.approx(LAYER_RIPPLE / 16 * np.array([1.0, 0.5]))
+    assert not found[[0, 1, 2, 4, 5, 6, 8]].any()
+    between = layer_ripple(wide, replace(many, width_layers=10), 4)  # 3.3 in a period
+    assert between == pytest.approx(LAYER_RIPPLE * 0.09 * np.array([0.0, 0.0, 2 / 3, 1 / 3]))
+    assert not layer_ripple(replace(wide, helix_angle=0.0), many, 9).any()
+    # three layers under a third of a pitch: the ninth harmonic of a law has the ripple, 5e-5 of the deflection
+    laws, order = [mesh_law([1e-7, *(7 * [1e-12]), 1e-8])], np.array([180.0])
+    coarse = replace(REFERENCE.gear, width_layers=3)
+    with_it = force_error(case, laws, coarse, 200.0).relative(order)[0]
+    monkeypatch.setattr("nvhchain.error_band.gears.LAYER_RIPPLE", 0.0)
+    assert with_it > 1.2 * force_error(case, laws, coarse, 200.0).relative(order)[0]
+
+
+@pytest.mark.slow
+def test_the_ripple_of_a_wide_helical_gear_is_where_and_as_large_as_stated():
+    """17 modules wide, overlap 2.9: six layers put the second harmonic off by 20e-4 of the deflection, others less."""
+    (wide,) = (of for of in far() if of.name == "helix 33 wide 30 mm 1700")
+    (pair,), (force,) = wide.pairs, wide.mesh_forces
+    found = []
+    for layers in (6, 12):
+        knobs = replace(DRAFT.gear, width_layers=layers)
+        law = gear_mesh_law(pair, nominal_force=force, fidelity=knobs)
+        error = quasi_static_transmission_error(law, force)[1]
+        found.append(np.fft.rfft(error)[:9] / np.fft.rfft(error)[0].real)
+    off, stated = np.abs(found[0] - found[1])[1:], layer_ripple(pair.wheel.geometry, DRAFT.gear, 8)
+    assert off.argmax() == stated.argmax() == 1
+    assert off[1] == pytest.approx(stated[1], rel=0.3)
+    assert off[1] > 4 * np.delete(off, 1).max()
 
 
 def test_every_second_angle_of_a_law_tells_what_its_angles_leave_open(case):

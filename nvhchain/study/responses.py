@@ -110,10 +110,8 @@ def add_requested(asked: Sequence[str], result: chain.Result, responses: dict[st
         quick = replace(result.fidelity.gear, bodies="analytic")
         of_stages = zip(case.stages, case.pairs, case.mesh_forces, case.deviations, strict=True)
         for stage, pair, force, deviations in of_stages:
-            if force:
-                found = gear.largest_contact_pressure(
-                    pair, nominal_force=abs(force), fidelity=quick, deviations=deviations
-                )
+            if force > 0:
+                found = gear.largest_contact_pressure(pair, nominal_force=force, fidelity=quick, deviations=deviations)
                 responses[f"contact_pressure_MPa of {stage.name}"] = 1e-6 * found
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from nvhchain.study import Parameter, Row, Study, write_study
-from nvhchain.study.page.answer import over_speed
+from nvhchain.study.page.answer import OPEN, blocks, over_speed
 from nvhchain.study.page.results import Results
 from scripts.browser import CHROMIUM, Browser
 
@@ -54,3 +54,20 @@ def test_curves_over_speed_are_at_the_torque_by_which_designs_are_ranked():
     assert "at the worst torque of every speed" in figure.caption
     curves = {trace["name"][0]: list(trace["y"]) for trace in figure.data}
     assert curves == {"0": [61.0, 62.0, 63.0], "1": [56.0, 57.0, 58.0]}
+
+
+def test_an_error_bar_without_an_end_is_long():
+    """A bar of no length would mean that the level is certain downwards."""
+    study = Study("c.toml", (Parameter("x", ("a.x",), (1, 2)),))
+    rows = [
+        Row(x - 1, {"x": x}, responses={"level": 50.0 + x}, limits={"level": (None if x == 1 else 48.0, 55.0)})
+        for x in (1, 2)
+    ]
+    (trace,) = (
+        trace
+        for block in blocks(Results(study, tuple(rows)))
+        for figure in (block.levels, block.where)
+        for trace in (figure.data if figure is not None else ())
+        if "error_x" in trace
+    )
+    assert sorted(trace["error_x"]["arrayminus"]) == [4.0, OPEN]

@@ -55,8 +55,9 @@ def largest_contact_pressure(
 
 def _largest(contact: Engagement, angles: FloatArray, force: float) -> float:
     """Return the largest pressure (Pa) at wheel angles (rad)."""
-    guess, highest = 1e-9 * force, 0.0
+    pressed, highest = 1e-9 * force, 0.0
     for angle in angles:
-        loaded = loaded_mesh(contact, float(angle), force, guess=guess)
-        guess, highest = loaded.deflection, max(highest, float(loaded.pressure.max()))
+        start = contact.first_contact(float(angle))  # below 0 where flanks lie ahead
+        loaded = loaded_mesh(contact, float(angle), force, guess=max(start, 0.0) + pressed)
+        pressed, highest = loaded.deflection - start, max(highest, float(loaded.pressure.max()))
     return highest

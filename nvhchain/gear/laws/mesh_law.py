@@ -20,6 +20,11 @@ from nvhchain.gear.laws.transmission_error import angle_blocks, body_period_angl
 from nvhchain.handoff import FloatArray, MeshLaw
 from nvhchain.kinds import checked
 
+_CARRIED = 1.25
+"""Smallest force on the back flank over the nominal one; angles between those that are tried may carry less."""
+_EXTENSIONS = 12
+"""Largest number of extensions of the back flank's deflections, by a quarter each."""
+
 
 @checked
 def mesh_law(
@@ -213,6 +218,24 @@ def deflection_grid(engagement: Engagement, nominal_force: float, angle: FloatAr
     def grading(n: int, reach: float) -> FloatArray:
         return reach * (np.arange(1, n + 1) / n) ** 1.5
 
-    backwards = behind - grading(back, reach * fidelity.back_reach / fidelity.drive_reach)
+    backwards = behind - grading(back, _reach_behind(engagement, nominal_force, probes, behind, reach))
     gap = [behind] if first - behind > 1e-9 else []
     return np.concatenate([backwards[::-1], gap, [first], first + grading(drive, reach)])
+
+
+def _reach_behind(
+    engagement: Engagement, nominal_force: float, probes: FloatArray, behind: float, reach: float
+) -> float:
+    """Return the reach of deflections on the back flank (m), in proportion to that of the drive flank (m).
+
+    It is longer where the back flank is the softer one, by its relief or crowning, and would not carry the force.
+    """
+    fidelity = engagement.fidelity
+    length = reach * fidelity.back_reach / fidelity.drive_reach
+    wanted = _CARRIED * nominal_force
+    for _ in range(_EXTENSIONS):
+        carried = min(-float(engagement.mesh_force(at, np.array([behind - length]))[0]) for at in probes)
+        if carried >= wanted:
+            break
+        wanted, length = fidelity.back_reach * nominal_force, 1.25 * length
+    return length

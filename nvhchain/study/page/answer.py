@@ -24,6 +24,9 @@ MOST_RANKED = 12
 MOST_LETTERS = 22
 """Length of the name of a design beside a figure, which has to fit on a phone."""
 
+OPEN = 30.0
+"""Length (dB) of an error bar without an end: that of the widest limits that are drawn."""
+
 MOST_CURVES = 8
 """Number of designs with a curve over speed of their own."""
 
@@ -100,8 +103,8 @@ def _points(results: Results, rows: list[Row], name: str, colour: str, *, across
         trace["error_x" if across else "error_y"] = {
             "type": "data",
             "symmetric": False,
-            "array": significant(0.0 if high is None else high - value for value, _, high in limits),
-            "arrayminus": significant(0.0 if low is None else value - low for value, low, _ in limits),
+            "array": significant(OPEN if high is None else high - value for value, _, high in limits),
+            "arrayminus": significant(OPEN if low is None else value - low for value, low, _ in limits),
             "thickness": 1,
             "width": 3,
         }

@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 
+from nvhchain.errors import InputError
 from nvhchain.testing.rexs_units import gear_train, imported
 
 
@@ -279,3 +280,50 @@ def test_a_bearing_that_cannot_carry_its_load_gets_a_constant_stiffness_alone(tm
     assert ratio == pytest.approx(2 * np.tan(np.radians(15)) ** 2, rel=1e-3)
     forces = abs(case.mesh_forces[0])
     assert 0.3 * forces < load < forces, "one of two bearings beside the mesh"
+
+
+@pytest.mark.parametrize(
+    ("stated", "angle"), [({"catalogue_value_e": 0.83}, 28.96), ({"axial_factor_y_2": 0.72}, 29.05), ({}, None)]
+)
+def test_tapered_rollers_have_the_contact_angle_of_the_catalogue(tmp_path, stated, angle):
+    """By e = 1.5 tan α and Y = 0.4 cot α of ISO 281; 31308 has 28.8°, twice that of a usual one."""
+    unit = gear_train((20, 31))
+    for number, bearing in enumerate(unit.of("rolling_bearing_with_catalog_geometry")):
+        unit.attributes(bearing).update(
+            bearing_type=("radial_tapered_roller_bearing", "none"),
+            axial_force_absorption=(("negative", "positive")[number % 2], "none"),
+            **{name: (value, "none") for name, value in stated.items()},
+        )
+    case, page = imported(unit, tmp_path)
+    found = np.degrees([bearing.model.contact_angle for bearing in case.bearings])
+    if angle is None:
+        assert (found < 20.0).all()
+        assert "usual of its type" in page
+    else:
+        assert found == pytest.approx([angle] * 4, abs=0.01)
+        assert "(ISO 281)" in page
+
+
+def test_the_suffix_of_an_angular_contact_bearing_is_its_angle(tmp_path):
+    unit = gear_train((20, 31))
+    for number, bearing in enumerate(unit.of("rolling_bearing_with_catalog_geometry")):
+        unit.attributes(bearing).update(
+            catalogue_designation=("7206-B", "none"),
+            bearing_type=("angular_contact_ball_bearing", "none"),
+            axial_force_absorption=(("negative", "positive")[number % 2], "none"),
+        )
+    case, _ = imported(unit, tmp_path)
+    assert np.degrees([bearing.model.contact_angle for bearing in case.bearings]) == pytest.approx([40.0] * 4)
+
+
+def test_thrust_bearings_are_refused_unless_their_stiffness_is_stated(tmp_path):
+    """As radial bearings they would carry what they cannot, and not what they are for."""
+    unit = gear_train((20, 31))
+    own = unit.attributes(unit.of("rolling_bearing_with_catalog_geometry")[0])
+    own["bearing_type"] = ("axial_roller_bearing", "none")
+    with pytest.raises(InputError, match=r"axial_roller_bearing is a thrust bearing, .* give its axial_stiffness"):
+        imported(unit, tmp_path)
+    own["axial_stiffness"] = (3e8, "N / m")
+    own["radial_stiffness"] = (1e8, "N / m")
+    case, _ = imported(unit, tmp_path)
+    assert (case.bearings[0].model, case.bearings[0].axial_stiffness) == (None, 3e8)

@@ -15,6 +15,7 @@ from nvhchain.case import Ramp, SpeedRecord, SurfaceFile
 from nvhchain.errors import InputError
 from nvhchain.gear import Flank, MicroGeometry, Relief, Slots
 from nvhchain.housing import DampingCurve
+from nvhchain.interop.rexs import read_rexs
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted((ROOT / "cases").glob("*/*.toml"))
@@ -123,3 +124,18 @@ def test_comments_of_a_saved_case_are_said_once_and_have_no_unit_beside_that_of_
             name.endswith(("_mm", "_GPa", "_kg_cm2", "_deg")) and re.search(r"\((m|Pa|kg m²|rad)\)| … ", comment)
         )
     assert "# Cylinders of steel that make the shaft\nsegments" in text
+
+
+def test_a_name_that_ends_in_rexs_writes_rexs(tmp_path):
+    """What the format does not hold is named; a radiator and other formats are refused before a file is there."""
+    case = nvh.load_case(ROOT / "cases" / "small" / "single_stage.toml")
+    with pytest.warns(UserWarning, match=r"unit\.rexs; not in it: housing, microphones"):
+        saved = nvh.save_case(case, tmp_path / "unit.rexs")
+    unit = read_rexs(saved)
+    assert unit.loads[0].torque == pytest.approx(case.operation.input_torque)
+    ball = nvh.load_case(ROOT / "cases" / "sphere" / "on_floor.toml")
+    with pytest.raises(InputError, match="is a radiator, which REXS does not hold"):
+        nvh.save_case(ball, tmp_path / "ball.rexs")
+    with pytest.raises(InputError, match=r"end the name in \.toml or \.rexs"):
+        nvh.save_case(case, tmp_path / "unit.rexsj")
+    assert [path.name for path in tmp_path.iterdir()] == ["unit.rexs"]

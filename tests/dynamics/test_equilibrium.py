@@ -18,7 +18,7 @@ from nvhchain.bearings import (
 from nvhchain.dynamics import bearing_forces, equilibrium, run_up, static_bearing_forces, static_misalignment
 from nvhchain.dynamics.model.assembly import assemble
 from nvhchain.dynamics.model.mesh_rows import flank_normals
-from nvhchain.errors import InputError
+from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.fidelity import DynamicsFidelity
 
 SPEED = 2500 * 2 * pi / 60
@@ -230,3 +230,17 @@ def test_an_overloaded_bearing_is_refused(make_gearbox, make_laws):
 def test_constants_beside_a_model_are_refused(make_gearbox):
     with pytest.raises(InputError, match="belong to a bearing without model"):
         replace(make_gearbox().bearings[0], model=BALLS, radial_stiffness=1e8)
+
+
+def test_a_bearing_without_load_takes_the_stiffness_of_a_usual_one(make_gearbox, make_laws):
+    """Balls with so much play that they touch nothing: the others keep their own stiffness."""
+    gearbox = on(make_gearbox(), "deep groove")
+    loaded = equilibrium(gearbox, make_laws(), None, input_torque=250.0)
+    loose = replace(gearbox.bearings[0], name="loose", model=replace(BALLS, clearance=0.4e-3))
+    with pytest.warns(AccuracyWarning, match=r"no load on 1 bearing \(loose\)"):
+        found = equilibrium(
+            replace(gearbox, bearings=(*gearbox.bearings, loose)), make_laws(), None, input_torque=250.0
+        )
+    assert found.stiffness[:-1] == pytest.approx(loaded.stiffness, rel=1e-6)
+    assert not found.bearing_load[-1].any()
+    assert np.diag(found.stiffness[-1])[:3].min() > 1e4

@@ -163,8 +163,8 @@ def test_torques_without_sign_enter_at_the_fastest_shaft(tmp_path, speed):
     assert read.loads[0].torque == pytest.approx(60.0)
 
 
-def test_a_motor_without_torque_stays_the_input_of_two_consumers(tmp_path):
-    """The torques of both consumers have one sign; that of the motor follows from the balance."""
+def test_a_unit_of_two_consumers_is_refused_by_their_names(tmp_path):
+    """One of them would lose its load, and the stage to it."""
     unit = gear_train((20, 31), (18, 33))
     first, second, _ = unit.of("shaft")
     _, last = unit.of("external_load")
@@ -175,6 +175,9 @@ def test_a_motor_without_torque_stays_the_input_of_two_consumers(tmp_path):
         last: {"torque_around_u_axis": (-100.0, "N m")},
         added: {"torque_around_u_axis": (40.0, "N m")},
     }
+    with pytest.raises(InputError, match="power leaves at shafts S3, S2: a case has one input and one output"):
+        read_rexs(unit.save(tmp_path / "u.rexs"))
+    unit.load_cases[0][added] = {"torque_around_u_axis": (0.0, "N m")}
     read = read_rexs(unit.save(tmp_path / "u.rexs"))
     assert (read.input_shaft, read.output_shaft) == ("S1", "S3")
 

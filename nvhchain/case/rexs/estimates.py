@@ -110,6 +110,11 @@ def estimate(
     return BearingEstimate(bore, outer, width, limited[0], limited[1], source)
 
 
+_SUFFIX = re.compile(r"7\d{3,4}[- ]?(AC|B|C)\b")
+_BY_SUFFIX = {"AC": 25.0, "B": 40.0, "C": 15.0}
+"""Contact angle (degrees) by the suffix of the designation of an angular contact bearing."""
+
+
 def _axial_stiffness(bearing: ImportedBearing, kind: str, angle: float, radial: float) -> tuple[float, str]:
     """Return the axial stiffness (N/m) of a bearing of known radial stiffness, and the rule behind it."""
     if bearing.axial == "no_direction":
@@ -134,6 +139,9 @@ def _contact_angle(bearing: ImportedBearing, kind: str) -> float:
     """Return the contact angle (rad) in the file, or the usual one of the type."""
     if bearing.contact_angle:
         return abs(bearing.contact_angle)
+    suffix = _SUFFIX.match(bearing.catalogue.get("catalogue_designation", "")) if "angular" in kind else None
+    if suffix:
+        return radians(_BY_SUFFIX[suffix[1]])
     return radians(next((angle for word, angle in _ANGLES.items() if word in kind), 0.0))
 
 

@@ -21,7 +21,6 @@ from nvhchain.dimensions import UNITS
 from nvhchain.dynamics import Bearing
 from nvhchain.errors import InputError
 from nvhchain.files.atomic_write import write_output
-from nvhchain.kinds import checked
 
 _UNIT = re.compile(rf" \((?:{'|'.join(sorted({re.escape(unit) for unit, _ in UNITS.values()}))})\)")
 """SI unit in the meaning of a field."""
@@ -39,36 +38,8 @@ _OF_A_BEARING = ("radial_stiffness", "axial_stiffness")
 """Fields that a file must give for a bearing without model, whatever their default."""
 
 
-@checked
-def save_case(case: GearboxCase | RadiatorCase, path: str | Path) -> Path:
-    """Write a case into a commented file that `load_case` reads back to an equal case.
-
-    Parameters
-    ----------
-    case : Case
-        Gearbox or radiator, also one that was built in Python.
-    path : str or Path
-        TOML file; an existing one is replaced.
-
-    Returns
-    -------
-    Path
-        The file.
-
-    Raises
-    ------
-    InputError
-        If a value cannot be written.
-    WriteError
-        If the file cannot be written.
-
-    Notes
-    -----
-    Fields at their default are left out. Lengths, angles and speeds are written in the unit with the shortest digits
-    that read back exactly. Files of the case, such as a mesh, stay where they are. Their paths become relative to the
-    new file. `folder` of the case that is read back is the folder of the new file.
-    """
-    path = Path(path)
+def write_toml(case: GearboxCase | RadiatorCase, path: Path) -> Path:
+    """Write a case as TOML; `save_case` has the words."""
     kind = "gearbox" if isinstance(case, GearboxCase) else "radiator"
     lines = ["# Fields that are not here have their defaults: `nvhchain schema` lists them all.", f'kind = "{kind}"']
     written = "\n".join([*lines, *_Writer(Path(case.folder), path.parent).table(case, "")]) + "\n"

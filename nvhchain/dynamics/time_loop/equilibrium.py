@@ -18,7 +18,7 @@ from nvhchain.dynamics.model.gearbox import Gearbox
 from nvhchain.dynamics.model.parts import Bearing
 from nvhchain.dynamics.model.train import shaft_torques
 from nvhchain.dynamics.time_loop.quasi_static import static_mesh_forces
-from nvhchain.errors import InputError, SolverError
+from nvhchain.errors import InputError, SolverError, counted, warn_caller
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import FloatArray, MeshLaw, ReducedHousing
 from nvhchain.kinds import checked
@@ -140,6 +140,15 @@ def equilibrium(
     loads = bearings.evaluate(seats @ x)[0].reshape(-1, 5)
     place = bearings.displacement.reshape(-1, 5)
     stiffness = np.array([b.evaluate(u)[1] for b, u in zip(supports, place, strict=True)])
+    loose = [number for number, k in enumerate(stiffness) if not k.any()]
+    if loose:
+        names = ", ".join(supports[number].name for number in loose)
+        warn_caller(
+            f"no load on {counted(len(loose), 'bearing')} ({names}), whose rolling elements then have no stiffness: "
+            "that under a usual load takes its place; give a preload, or a stiffness",
+            kind="bearings without load",
+        )
+        stiffness[loose] = _held(usual)[loose]
     for bearing, u in zip(supports, place, strict=True):
         if isinstance(bearing.model, RollingBearing):
             bearing.model.check_load(u, bearing.name)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import atan, degrees, radians
 from typing import Any
 
 from nvhchain.interop.rexs.contents.document import Component
@@ -44,6 +45,9 @@ _KEPT_OF_ROW = [
     "significant_contact_length_inner_ring",
 ]
 _KEPT_OF_ELEMENT = ("diameter_of_rolling_element", "length_of_rolling_element", "roller_angle")
+
+_TAPERS = radians(5.0), radians(45.0)
+"""Smallest and largest contact angle of tapered rollers."""
 
 
 def read_bearings(parts: Parts, lines: Mapping[int, Line]) -> list[ImportedBearing]:
@@ -92,17 +96,29 @@ def _bearing(parts: Parts, component: Component, lines: Mapping[int, Line]) -> I
             "mm: correct one of them"
         )
     radial = _stiffness(parts, component, "radial_stiffness", "v_d_v", "w_d_w")
+    kind, axial = (
+        values.text("bearing_type") or component.type,
+        _stiffness(parts, component, "axial_stiffness", "u_d_u"),
+    )
+    if kind.startswith("axial_") and axial is None:
+        record.refuse(
+            f"{component.label}: {kind} is a thrust bearing, whose rolling elements the chain does not have: give its "
+            "axial_stiffness, or leave it out"
+        )
+        return None
+    if kind.startswith("axial_") and radial is None:
+        radial = 0.0
     return ImportedBearing(
         name=parts.names[component.id],
         shaft=parts.names[parts.rotor[first]],
         outer_shaft="" if other is None else parts.names[other],
         z=place,
-        kind=values.text("bearing_type") or component.type,
+        kind=kind,
         bore=bore,
         outer_diameter=outside,
         width=values.number("width", "m", low=0.0) or None,
         radial_stiffness=radial if values.flag("radial_force_absorption") is not False else 0.0,
-        axial_stiffness=_stiffness(parts, component, "axial_stiffness", "u_d_u"),
+        axial_stiffness=axial,
         axial=_along_z(values.text("axial_force_absorption") or "both_directions", lines.get(first)),
         **_internal(parts, component),
         catalogue=_catalogue(parts, component),
@@ -140,12 +156,26 @@ def _internal(parts: Parts, component: Component) -> dict[str, Any]:
         "row_distance": own.number("distance_between_bearing_rows", "m", low=0.0, high=1.0) or None,
         "element_diameter": element.number("diameter_of_rolling_element", "m", low=0.0, high=1.0) or None,
         "element_length": element.number("length_of_rolling_element", "m", low=0.0, high=1.0) or None,
-        "contact_angle": row.number("pressure_angle", "rad", low=-1.5, high=1.5),
+        "contact_angle": _contact_angle(parts, component, own, row),
         "dynamic_load_rating": own.number("radial_dynamic_load_rating", "N"),
         "static_load_rating": own.number("radial_static_load_rating", "N"),
         "clearance": next((value for value in clearances if value is not None), None),
         "axial_clearance": own.number("operating_axial_bearing_clearance", "m") or -preload,
     }
+
+
+def _contact_angle(parts: Parts, component: Component, own: Values, row: Values) -> float | None:
+    """Return the contact angle (rad) in the file; that of tapered rollers also by e = 1.5 tan α or Y = 0.4 cot α."""
+    stated = row.number("pressure_angle", "rad", low=-1.5, high=1.5)
+    if stated or "tapered" not in (own.text("bearing_type") or component.type):
+        return stated
+    e, y = own.number("catalogue_value_e", low=0.0), own.number("axial_factor_y_2", low=0.0)
+    angle = atan(e / 1.5) if e else atan(0.4 / y) if y else 0.0
+    if not _TAPERS[0] <= angle <= _TAPERS[1]:
+        return None
+    name, source = parts.names[component.id], f"e = {e:g} = 1.5 tan α" if e else f"Y = {y:g} = 0.4 cot α"
+    parts.findings.add("assumed", name, "contact angle", f"{degrees(angle):.3g}°", f"{source} (ISO 281)")
+    return angle
 
 
 def _record_rest(parts: Parts, component: Component) -> None:

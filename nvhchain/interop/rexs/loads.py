@@ -159,6 +159,14 @@ def _ends(parts: Parts, state: _State, turns: Mapping[int, Fraction]) -> tuple[i
     alike = sorted(entering or leaving, key=fastest.index)
     # REXS 1.0 states torques without sign, of all loaded shafts; a motor without one takes the balance
     signed = not (len(alike) > 1 and not (entering and leaving) and set(others) <= set(alike))
+    for shafts, verb in ((entering, "enters"), (leaving, "leaves")):
+        largest = max((abs(powers[shaft]) for shaft in shafts), default=0.0)
+        ends = [parts.names[shaft] for shaft in shafts if abs(powers[shaft]) > 1e-3 * largest]
+        if signed and len(ends) > 1:
+            record.refuse(
+                f"power {verb} at shafts {', '.join(ends)}: a case has one input and one output; leave all of these "
+                "loads but one out, or import each path by itself"
+            )
     if not signed:
         entering, leaving = alike[:1], alike[-1:]
         record.add("assumed", "operation", "input shaft", parts.names[alike[0]], "the fastest; all torques drive")

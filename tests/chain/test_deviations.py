@@ -93,7 +93,7 @@ def test_further_speeds_of_one_gearbox_take_its_law(monkeypatch: pytest.MonkeyPa
     made = []
     for name in ("deviated_mesh_law", "deviated_load_distribution"):
         compute = getattr(gear, name)
-        monkeypatch.setattr(gear, name, lambda *of, c=compute, n=name: (made.append(n), c(*of))[1])
+        monkeypatch.setattr(gear, name, lambda *of, c=compute, n=name, **more: (made.append(n), c(*of, **more))[1])
     monkeypatch.setattr(gears, "_LATEST", {})
     both = ("options.friction = 0.1", "operation.input_torque = 200", "band.resolution = 100")
     forces(*both, deviations=Deviations(6, seed=2))

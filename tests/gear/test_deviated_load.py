@@ -14,6 +14,7 @@ from nvhchain.gear import (
     Flank,
     GearPair,
     MicroGeometry,
+    Misalignment,
     PairDeviations,
     ToothFlanks,
     deviated_load_distribution,
@@ -69,9 +70,18 @@ def exact(pair: GearPair, deviations: PairDeviations, angles: FloatArray) -> Flo
     return np.array(found).T
 
 
-def test_without_deviations_the_load_lies_as_drawn(drawn: Drawn) -> None:
+def as_made(drawn: Drawn, deviations: PairDeviations) -> LoadDistribution:
+    """Load distribution with deviations, of which the contact problem has what all teeth share."""
     pair, plain, springs = drawn
-    made = deviated_load_distribution(pair, plain, springs, PairDeviations(perfect(pair, 0), None))
+    common, shared = deviations.shared(), None
+    if common is not None:
+        shared = load_distribution(pair, nominal_force=FORCE, fidelity=FIDELITY, deviations=common)
+    return deviated_load_distribution(pair, plain, springs, deviations, shared=shared)
+
+
+def test_without_deviations_the_load_lies_as_drawn(drawn: Drawn) -> None:
+    pair, plain, _ = drawn
+    made = as_made(drawn, PairDeviations(perfect(pair, 0), None))
     assert len(made.angle) == TEETH * 12
     for name in ("sliding", "arm", "offset"):
         wanted = np.tile(getattr(plain, name), TEETH)
@@ -81,18 +91,15 @@ def test_without_deviations_the_load_lies_as_drawn(drawn: Drawn) -> None:
 
 @pytest.mark.parametrize("kind", ["pitch", "profile slope", "profile form", "helix slope", "all of a class"])
 def test_the_load_moves_as_in_the_contact_problem(drawn: Drawn, kind: str) -> None:
-    """Class 6, over a turn: within a tenth of the swing, 5 % in the root mean square; as drawn it is off by a fifth.
-
-    Measured over all phases: sliding within 4 %, form of the profile 8 %; centre of the load 3 to 9 %.
-    """
-    pair, plain, springs = drawn
-    made = deviated_load_distribution(pair, plain, springs, of_class(pair, kind))
+    """Class 6, over a turn: within 7 % of the swing, 2 % in the root mean square; as drawn it is off by a fifth."""
+    pair, plain, _ = drawn
+    made = as_made(drawn, of_class(pair, kind))
     every = np.arange(0, len(made.angle), 5)
     wanted = exact(pair, of_class(pair, kind), made.angle[every])
     for name, true in zip(("sliding", "arm", "offset"), wanted, strict=False):
         error = getattr(made, name)[every] - true
-        assert np.abs(error).max() < 0.1 * np.ptp(true)
-        assert np.sqrt((error**2).mean()) < 0.05 * np.ptp(true)
+        assert np.abs(error).max() < 0.07 * np.ptp(true)
+        assert np.sqrt((error**2).mean()) < 0.02 * np.ptp(true)
     as_drawn = np.tile(plain.sliding, TEETH)[every] - wanted[0]
     assert np.abs(as_drawn).max() > 0.2 * np.ptp(wanted[0])
 
@@ -100,16 +107,30 @@ def test_the_load_moves_as_in_the_contact_problem(drawn: Drawn, kind: str) -> No
 def test_a_slope_of_all_teeth_moves_the_load_as_the_same_drawn_slope(drawn: Drawn) -> None:
     """30 µm: one end of the face carries, so that sliding changes its sense as in a spur mesh."""
     pair, plain, springs = drawn
-    made = deviated_load_distribution(pair, plain, springs, sloped(pair, 30e-6))
+    made = as_made(drawn, sloped(pair, 30e-6))
     flank = Flank(lead_slope=-30e-6)
     pinion = replace(pair.pinion, geometry=replace(pair.pinion.geometry, micro=MicroGeometry(flank, flank)))
     wanted = load_distribution(replace(pair, pinion=pinion), nominal_force=FORCE, fidelity=FIDELITY)
     first = slice(len(wanted.angle))
+    for name in ("sliding", "arm", "offset"):
+        assert getattr(made, name)[first] == pytest.approx(getattr(wanted, name), abs=0.005 * np.ptp(wanted.sliding))
     assert np.ptp(wanted.sliding) > 1.5 * np.ptp(plain.sliding)
-    assert np.abs(made.sliding[first] - wanted.sliding).max() < 0.06 * np.ptp(wanted.sliding)
-    assert np.abs(made.arm[first] - wanted.arm).max() < 0.06 * np.ptp(wanted.arm)
     assert (wanted.offset - plain.offset).mean() > 0.2 * pair.face_width
-    assert np.abs(made.offset[first] - wanted.offset).max() < 0.1 * pair.face_width
+    # the springs alone
+    rough = deviated_load_distribution(pair, plain, springs, sloped(pair, 30e-6))
+    assert np.abs(rough.sliding[first] - wanted.sliding).max() < 0.06 * np.ptp(wanted.sliding)
+    assert np.abs(rough.offset[first] - wanted.offset).max() < 0.1 * pair.face_width
+
+
+def test_a_drawn_misalignment_moves_the_load_as_the_same_stated_one(drawn: Drawn) -> None:
+    """0.6 mrad across and 0.03 mrad along: springs alone put the centre of the load off by 30 % of its swing."""
+    pair = drawn[0]
+    angles = Misalignment(0.6e-3, 0.03e-3)
+    wanted = load_distribution(replace(pair, misalignment=angles), nominal_force=FORCE, fidelity=FIDELITY)
+    made = as_made(drawn, PairDeviations(None, None, angles))
+    assert len(made.angle) == len(wanted.angle)
+    assert made.sliding == pytest.approx(wanted.sliding, abs=2e-3)
+    assert made.offset == pytest.approx(wanted.offset, abs=2e-5)
 
 
 @pytest.mark.parametrize("kind", ["pitch", "all of a class"])

@@ -86,14 +86,22 @@ def _deviated_load(run: Run, number: int, drawn: LoadDistribution) -> LoadDistri
     stage, pair, deviations = case.stages[number], case.pairs[number], case.deviations[number]
     if deviations is None:
         return drawn
-    pairs = _tooth_pairs(run, number)
-    return _of_latest(
-        run,
-        f"deviated_load_distribution_{stage.name}",
-        LoadDistribution,
-        (pair, drawn, pairs, deviations),
-        lambda progress: gear.deviated_load_distribution(pair, drawn, pairs, deviations),
-    )
+    pairs, once = _tooth_pairs(run, number), run.compliances[number]
+
+    def compute(progress: Progress) -> LoadDistribution:
+        common, shared = deviations.shared(), None
+        if common is not None:
+            shared = gear.load_distribution(
+                pair,
+                nominal_force=drawn.force,
+                fidelity=run.fidelity.gear,
+                compliances=once(progress),
+                deviations=common,
+            )
+        return gear.deviated_load_distribution(pair, drawn, pairs, deviations, shared=shared)
+
+    name = f"deviated_load_distribution_{stage.name}"
+    return _of_latest(run, name, LoadDistribution, (pair, drawn, pairs, deviations, run.fidelity.gear), compute)
 
 
 _LATEST: dict[str, tuple[str, HandOff]] = {}

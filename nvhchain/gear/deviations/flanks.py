@@ -6,7 +6,7 @@ its mate earlier.  `docs/decisions/0018` has the equations.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -77,6 +77,28 @@ class ToothFlanks:
         """Return flanks without deviations."""
         none = np.zeros(teeth)
         return cls(none, none, none, none, none)
+
+    def shared(self) -> ToothFlanks:
+        """Return flanks that all have the mean of the deviations."""
+
+        def mean(values: FloatArray) -> FloatArray:
+            return np.full(len(values), values.mean())
+
+        return replace(
+            self,
+            pitch=mean(self.pitch),
+            profile_slope=mean(self.profile_slope),
+            profile_form=mean(self.profile_form),
+            helix_slope=mean(self.helix_slope),
+            helix_form=mean(self.helix_form),
+            topography=None if self.topography is None else self.topography.mean(axis=0, keepdims=True),
+        )
+
+    @property
+    def bent(self) -> bool:
+        """True where the gap varies over a flank: deviations beyond those of the pitch."""
+        slopes = (self.profile_slope, self.profile_form, self.helix_slope, self.helix_form, self.topography)
+        return any(values is not None and bool(np.any(values)) for values in slopes)
 
     def added(self, geometry: GearGeometry, tooth: IntArray, radius: FloatArray, axial: FloatArray) -> FloatArray:
         """Return the material added (m) along the normal at contact points.
@@ -174,6 +196,10 @@ class GearDeviations:
             len(self.drive.pitch) == len(self.coast.pitch),
             f"{len(self.drive.pitch)} drive and {len(self.coast.pitch)} coast flanks: give one of each per tooth",
         )
+
+    def shared(self) -> GearDeviations:
+        """Return what all teeth share: no run-out, no ghosts."""
+        return replace(self, drive=self.drive.shared(), coast=self.coast.shared(), eccentricity=0.0, ghosts=())
 
     @property
     def teeth(self) -> int:

@@ -39,6 +39,14 @@ class PairDeviations:
                 f"{geometry.teeth}: give one value per tooth",
             )
 
+    def shared(self) -> PairDeviations | None:
+        """Return the part that all teeth share; None where it leaves the load where it is."""
+        pinion, wheel = (None if gear is None else gear.shared() for gear in (self.pinion, self.wheel))
+        bent = any(gear is not None and gear.drive.bent for gear in (pinion, wheel))
+        if self.misalignment == Misalignment() and not bent:
+            return None
+        return PairDeviations(pinion, wheel, self.misalignment)
+
     def meshes(self, pair: GearPair) -> int:
         """Return the number of mesh periods after which the same flanks meet in the same state.
 

@@ -17,26 +17,34 @@ _TOLERANCE = 1e-5
 
 @checked
 def deviated_load_distribution(
-    pair: GearPair, drawn: LoadDistribution, pairs: ToothPairs, deviations: PairDeviations
+    pair: GearPair,
+    drawn: LoadDistribution,
+    pairs: ToothPairs,
+    deviations: PairDeviations,
+    *,
+    shared: LoadDistribution | None = None,
 ) -> LoadDistribution:
     """Return the load distribution of a pair with deviations, until the same flanks meet again.
 
     drawn: that of the pair without them.
+    shared: that with the deviations that all teeth share, by the contact problem; by default that of the pair as drawn
+    stands for it, and springs make the whole of the change.
     Returns distribution over the least common period of both gears; its resistance to tilt is that as drawn.
 
     All pairs together carry the nominal load: a pair whose flanks lie ahead carries more, and a tilted pair carries at
-    one end of its face. What deviations change of sliding, arm and centre of the load is added to those as drawn.
-    Without deviations the distribution is that as drawn.
+    one end of its face. What deviations beyond the shared ones change of sliding, arm and centre of the load is added
+    to those with these. Without deviations the distribution is that as drawn.
     """
     deviations.check(pair)
-    later = mesh_periods(pair, deviations)
-    drawn_pairs = pairs_as_drawn(pairs, DRIVE)
+    later, begin, base = mesh_periods(pair, deviations), pairs_as_drawn(pairs, DRIVE), drawn
+    common = deviations.shared() if shared is not None else None
+    if shared is not None and common is not None:
+        begin, base = deviated_pairs(pair, pairs, common, DRIVE, later[:1]), shared
     made = _means(pair, pairs, deviated_pairs(pair, pairs, deviations, DRIVE, later), drawn.force)
-    changed = made - _means(pair, pairs, drawn_pairs, drawn.force)
+    changed = made - _means(pair, pairs, begin, drawn.force)
     turns = np.arange(len(later))[:, None] * drawn.period + drawn.angle
     sliding, arm, offset = (
-        (values + change).ravel()
-        for values, change in zip((drawn.sliding, drawn.arm, drawn.offset), changed, strict=True)
+        (values + change).ravel() for values, change in zip((base.sliding, base.arm, base.offset), changed, strict=True)
     )
     half = 0.5 * pair.face_width
     return drawn.replace(

@@ -15,8 +15,8 @@ from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.compliance.analytic import SliceCompliance
 from nvhchain.gear.compliance.flank_compliance import FlankCompliance
 from nvhchain.gear.contact.closing_edges import close_edges
-from nvhchain.gear.contact.contact_lines import separation as unloaded_gap
 from nvhchain.gear.contact.engagement import Engagement
+from nvhchain.gear.deviations.pairs import PairDeviations
 from nvhchain.gear.drawing.pair import GearPair
 from nvhchain.gear.laws.mesh_law import pair_compliances
 from nvhchain.gear.laws.transmission_error import angle_blocks, body_period_angles, compute_blocks, loaded_mesh
@@ -37,6 +37,7 @@ def load_distribution(
     compliances: tuple[FlankCompliance | SliceCompliance, FlankCompliance | SliceCompliance] | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
+    deviations: PairDeviations | None = None,
 ) -> LoadDistribution:
     """Compute sliding, arm and centre of the load over a body period, and the stiffness against tilt.
 
@@ -44,12 +45,13 @@ def load_distribution(
     fidelity: `angles_per_mesh` angles per mesh period, slices and residual.
     compliances: as in `mesh_law`; computed if not supplied.
     progress: called with (blocks done, blocks in all).
+    deviations: those that all teeth share (`PairDeviations.shared`).
 
     Friction would change the load in second order of its coefficient.
     """
     require(0 < nominal_force < inf, f"nominal_force = {nominal_force:g} N must be positive and finite")
     angle = body_period_angles(pair, fidelity)
-    engagement = Engagement(pair, compliances or pair_compliances(pair, fidelity), fidelity)
+    engagement = Engagement(pair, compliances or pair_compliances(pair, fidelity), fidelity, deviations)
     work = partial(
         compute_blocks,
         _carried,
@@ -59,7 +61,7 @@ def load_distribution(
         progress=progress,
     )
     rows = work(engagement)
-    closing = close_edges(engagement, rows[:, -1].max())
+    closing = engagement if deviations is not None else close_edges(engagement, rows[:, -1].max())
     sliding, arm, offset, tilt, slices, _ = (rows if closing is engagement else work(closing)).T
     return LoadDistribution(
         angle=angle,
@@ -136,7 +138,7 @@ def _carried(engagement: Engagement, angles: FloatArray, force: float) -> FloatA
         )
         width = pair.face_width * cos(pair.base_helix_angle)
         tilt = 2.0 * PROBE * guess / width
-        pressed = guess - unloaded_gap(pair, lines) + np.array([[-tilt], [tilt]]) * lever
+        pressed = guess - engagement.gap(lines) + np.array([[-tilt], [tilt]]) * lever
         less, more = engagement.forces_on(lines, pressed)
         found.append(
             [

@@ -17,6 +17,7 @@ from nvhchain.case.operation import RADIATED
 from nvhchain.error_band import ErrorBand, RunUpBand, difference_limits, shared_inputs, shared_sources
 from nvhchain.error_band.files import finite
 from nvhchain.errors import InputError
+from nvhchain.files.result_cache import fingerprint
 from nvhchain.handoff import FloatArray
 from nvhchain.sound import loudness_at, loudness_limits, run_up_sound, steady_sound
 from nvhchain.study.orders import MOST_ORDERS, order_levels
@@ -111,8 +112,17 @@ def add_requested(asked: Sequence[str], result: chain.Result, responses: dict[st
         of_stages = zip(case.stages, case.pairs, case.mesh_forces, case.deviations, strict=True)
         for stage, pair, force, deviations in of_stages:
             if force > 0:
-                found = gear.largest_contact_pressure(pair, nominal_force=force, fidelity=quick, deviations=deviations)
-                responses[f"contact_pressure_MPa of {stage.name}"] = 1e-6 * found
+                key = fingerprint(pair, force, quick, deviations)
+                if _LATEST.get(stage.name, ("", 0.0))[0] != key:
+                    found = gear.largest_contact_pressure(
+                        pair, nominal_force=force, fidelity=quick, deviations=deviations
+                    )
+                    _LATEST[stage.name] = key, found
+                responses[f"contact_pressure_MPa of {stage.name}"] = 1e-6 * _LATEST[stage.name][1]
+
+
+_LATEST: dict[str, tuple[str, float]] = {}
+"""Name of a stage → fingerprint of the latest gears and load with their largest pressure (Pa), for further speeds."""
 
 
 def check_requested(asked: Sequence[str], case: Case) -> None:

@@ -476,3 +476,20 @@ def test_bad_searches_are_refused(study_file, tmp_path, text, said, capsys):
     error = capsys.readouterr().err
     assert re.search(said, error), error
     assert "Traceback" not in error
+
+
+def test_the_plan_counts_the_contact_pressure_of_every_gearbox():
+    """It took 1.4 s over 60 meshes of the single stage, and 0.12 s as drawn."""
+    seed = Parameter("seed", ("gears.pinion.deviations.seed",), draw=True)
+    of = {
+        name: Study(
+            SMALL.with_name(f"{name}.toml"), (seed,), plan="monte_carlo", designs=7, speeds_rpm=(1500.0, 1800.0)
+        )
+        for name in ("class_6", "single_stage")
+    }
+    assert not [cost for cost in costs(of["class_6"], nvh.DRAFT) if "pressure stage" in cost.name]
+    for name, seconds in (("class_6", 1.4), ("single_stage", 0.12)):
+        found = costs(replace(of[name], responses=("contact_pressure",)), nvh.DRAFT)
+        (cost,) = (cost for cost in found if cost.name == "contact pressure stage")
+        assert cost.times == 7
+        assert cost.seconds == pytest.approx(seconds, rel=0.3)

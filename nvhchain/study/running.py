@@ -179,10 +179,11 @@ def check_parameters(study: Study) -> None:
 
 
 def remarks(study: Study, fidelity: Fidelity) -> list[str]:
-    """Return lines on responses that runs of the base case lack, and on options that it leaves out by hand."""
+    """Return lines on what the base case assumes, on responses that its runs lack, and on options it leaves out."""
     cases = [load_case(study.case, changes=point.changes) for point in operating_points(study)]
     gearboxes = [case for case in cases if isinstance(case, GearboxCase)]
-    lines = [brief_orders(case) for case in gearboxes] if "orders" in study.responses else []
+    lines = [f"{case.name}: {text.rstrip('.')}" for case in gearboxes[:1] for text in case.assumptions]
+    lines += [brief_orders(case) for case in gearboxes] if "orders" in study.responses else []
     with suppress(InputError, SolverError):  # a run states its reason
         for case in gearboxes[:1]:
             made = modelled(case, fidelity)

@@ -106,7 +106,9 @@ def test_a_tip_that_reaches_below_the_undercut_is_refused_with_numbers(tmp_path)
         imported(gear_train((12, 31), helix=0.0), tmp_path)
 
 
-def test_chamfers_and_protuberances_of_a_file_are_drawn(tmp_path):
+@pytest.mark.parametrize("version", ["1.7", "1.1"])
+def test_chamfers_and_protuberances_of_a_file_are_drawn(tmp_path, version):
+    """Up to 1.6 gears refer to their tools in order; later a manufacturing step joins them."""
     unit = gear_train((25, 31))
     for flank in unit.of("cylindrical_gear_flank")[:2]:
         unit.attributes(flank)["tooth_tip_chamfer"] = (0.2, "mm")
@@ -120,14 +122,16 @@ def test_chamfers_and_protuberances_of_a_file_are_drawn(tmp_path):
         protuberance_angle=(8.0, "deg"),
     )
     settings = unit.add("cylindrical_gear_manufacturing_settings", machining_allowance=(0.1, "mm"))
-    unit.relate(
-        "manufacturing_step",
-        workpiece=unit.of("cylindrical_gear_flank")[0],
-        tool=tool,
-        manufacturing_settings=settings,
-    )
+    if version == "1.7":
+        flank = unit.of("cylindrical_gear_flank")[0]
+        unit.relate("manufacturing_step", workpiece=flank, tool=tool, manufacturing_settings=settings)
+    else:
+        pinion = unit.of("cylindrical_gear")[0]
+        unit.relate("ordered_reference", origin=pinion, referenced=tool)
+        unit.relate("ordered_reference", origin=pinion, referenced=settings)
     case, page = imported(unit, tmp_path)
     drawn = case.gears[0].geometry
+    assert drawn.dedendum == pytest.approx(1.4)
     assert drawn.tip_chamfer == pytest.approx(0.2e-3, abs=1e-12)
     assert drawn.tip_circle_radius == pytest.approx(0.5e-3 * tip)
     assert drawn.protuberance.remaining == pytest.approx(0.02e-3, abs=1e-12)

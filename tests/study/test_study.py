@@ -28,6 +28,7 @@ from nvhchain.study import (
     records_of,
     rows_csv,
     run_study,
+    running,
     spreading,
     write_study,
 )
@@ -478,3 +479,14 @@ def test_lines_and_page_of_a_study_state_units(sphere, tmp_path):
     assert "level / dB(A)" in page
     assert '"error_x"' in page  # levels of both designs on the first screen
     assert (tmp_path / "out" / "effects.csv").read_text().splitlines()[1].startswith("level,radius_mm,mm,")
+
+
+def test_a_study_states_what_its_case_assumes():
+    """A housing drawn by rule, as a run says beside its level."""
+    case = nvh.load_case(SMALL)
+    assumed = replace(case, assumptions=("The housing is drawn by rule.",))
+    study = Study("case.toml", (Parameter("x", ("operation.input_torque",), (50, 60)),))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(running, "load_case", lambda *_, **__: assumed)
+        found = running.remarks(study, nvh.DRAFT)
+    assert found[0] == f"{case.name}: The housing is drawn by rule"

@@ -154,9 +154,11 @@ def _tools(parts: Parts, component: Component, flanks: list[Values]) -> list[Val
     """Return the readers of tools and manufacturing settings, the first step first."""
     pieces = {component.id, *(flank.component.id for flank in flanks)}
     found = []
-    for relation in parts.document.relations:
-        if relation.type == "manufacturing_step" and relation.end("workpiece") in pieces:
-            ends = [parts.document.components[end] for role, end in relation.refs if role != "workpiece"]
+    for relation in sorted(parts.document.relations, key=lambda relation: relation.order):
+        work = {"manufacturing_step": "workpiece", "ordered_reference": "origin", "reference": "origin"}  # up to 1.6
+        role = work.get(relation.type)
+        if role is not None and relation.end(role) in pieces:
+            ends = [parts.document.components[end] for of, end in relation.refs if of != role]
             found += [parts.values(end) for end in ends if end.type in TOOLS or end.type.endswith("_settings")]
     return found
 

@@ -32,7 +32,7 @@ from nvhchain.handoff import (
 )
 from nvhchain.runtime.threads import one_blas_thread
 from nvhchain.scene import Modelling, Scene, modelled
-from nvhchain.scene.inputs import input_effects
+from nvhchain.scene.inputs import unknown_effects
 from nvhchain.scene.order_error import OrderError
 
 OPTIONS_LEFT_OUT = "options left out"
@@ -164,8 +164,8 @@ class Result:
         found, left, case = dict[str, OrderError](), self.decision, self.case
         if left is not None and left.left_out_distance_db > 0.0:
             found[OPTIONS_LEFT_OUT] = left.left_out_error
-        if isinstance(case, GearboxCase) and case.spread is not None and self.modelling is not None:
-            found |= {f"input: {each.name}": each.error.over(COVERAGE) for each in input_effects(case)}
+        if isinstance(case, GearboxCase) and self.modelling is not None:
+            found |= {f"input: {each.name}": each.error.over(COVERAGE) for each in unknown_effects(case)}
         return found
 
     @cached_property

@@ -14,6 +14,9 @@ from nvhchain.levels import number_text
 from nvhchain.scene.linear_level import LinearGearbox, level_change
 from nvhchain.scene.order_error import OrderError
 
+LOWEST_USUAL_DAMPING = 5.0
+"""Damping of bearings that have none in the case, over the lowest of its range: 1.25e-5 over 0.25e-5 s (E. Krämer)."""
+
 
 @dataclass(frozen=True)
 class InputEffect:
@@ -23,8 +26,8 @@ class InputEffect:
     ----------
     name : str
         Input.
-    factor : float
-        Range: from the value over this factor to the value times it.
+    factor, divisor : float
+        Range: from the value over the divisor to the value times the factor.
     low_db, high_db : float
         Changes of the overall level at the lower and the upper end of the range (dB).
     error : OrderError
@@ -36,12 +39,14 @@ class InputEffect:
     low_db: float
     high_db: float
     error: OrderError
+    divisor: float
 
     @property
     def line(self) -> str:
         """Effect in words."""
         ends = f"{number_text(self.low_db, '+.1f')} and {number_text(self.high_db, '+.1f')} dB"
-        return f"{self.name} ÷ and × {self.factor:g}: {ends}"
+        reach = f"÷ {self.divisor:g} and " if self.divisor != self.factor else "÷ and "
+        return f"{self.name} {reach}× {self.factor:g}: {ends}"
 
     @property
     def largest_db(self) -> float:
@@ -56,6 +61,13 @@ def input_effects(case: GearboxCase) -> tuple[InputEffect, ...]:
     Returns effects; none where the gearbox has no mean load or no order in the band.
     """
     return _effects(case, case.spread or Spread())
+
+
+def unknown_effects(case: GearboxCase) -> tuple[InputEffect, ...]:
+    """Return the effects that belong to the limits: those of a stated spread, else of damping that the case lacks."""
+    if case.spread is None and not case.undamped:
+        return ()
+    return tuple(effect for effect in input_effects(case) if case.spread is not None or effect.name == "damping")
 
 
 @lru_cache(maxsize=64)
@@ -84,9 +96,11 @@ def _effects(case: GearboxCase, spread: Spread) -> tuple[InputEffect, ...]:
     found = []
     for name, (factor, power) in ends.items():
         if factor > 1.0:
-            low, high = power(1.0 / factor), power(factor)
+            divisor = max(factor, LOWEST_USUAL_DAMPING) if name == "damping" and case.undamped else factor
+            low, high = power(1.0 / divisor), power(factor)
             down, up = (round(level_change(nominal, each), 3) for each in (low, high))
-            found.append(InputEffect(name, factor, down, up, _half_range(linear.orders, nominal, low, high)))
+            error = _half_range(linear.orders, nominal, low, high)
+            found.append(InputEffect(name, factor, down, up, error, divisor))
     return tuple(sorted(found, key=lambda effect: -effect.largest_db))
 
 

@@ -9,7 +9,7 @@ import nvhchain as nvh
 from nvhchain.case import PLAIN, Spread
 from nvhchain.error_band import COVERAGE, ErrorBand
 from nvhchain.errors import InputError
-from nvhchain.scene.inputs import input_effects
+from nvhchain.scene.inputs import input_effects, unknown_effects
 from nvhchain.scene.linear_level import LinearGearbox, level_change
 
 BENT = replace(PLAIN, flexible_shafts=True, friction=0.05)
@@ -49,6 +49,16 @@ def test_a_known_input_has_no_effect_and_an_absurd_spread_is_refused(small):
     assert "friction" not in {each.name for each in input_effects(replace(small, options=PLAIN))}
     with pytest.raises(InputError, match=r"spread damping = 0\.5 is outside 1…10"):
         Spread(damping=0.5)
+
+
+def test_damping_that_a_case_lacks_is_in_the_limits_over_its_stated_range(small):
+    """0.25 to 2.5e-5 s about the 1.25e-5 s that bearings without damping take; nothing else without a spread."""
+    bare = replace(small, bearings=tuple(replace(b, radial_damping=0.0, axial_damping=0.0) for b in small.bearings))
+    assert unknown_effects(small) == ()
+    (only,) = unknown_effects(bare)
+    assert (only.name, only.divisor, only.factor) == ("damping", 5.0, 2.0)
+    assert only.line.startswith("damping ÷ 5 and × 2: +")
+    assert len(unknown_effects(replace(bare, spread=Spread()))) == 3
 
 
 def test_a_source_more_widens_the_limits_by_its_share():

@@ -29,9 +29,8 @@ from nvhchain.case.operation import (
 )
 from nvhchain.case.options import AUTO, DECIDABLE, OFF, ON, PLAIN, Options, Spread
 from nvhchain.case.radiator import RadiatorCase
-from nvhchain.case.saving import save_case
 from nvhchain.case.sound import BackgroundLevels, RecordedBackground, Target
-from nvhchain.case.toml import case_schema
+from nvhchain.case.toml import case_schema, save_case
 
 __all__ = [
     "PLAIN",

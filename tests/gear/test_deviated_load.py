@@ -27,6 +27,8 @@ from nvhchain.gear import (
     pair_compliances,
     tooth_pairs,
 )
+from nvhchain.gear.laws.deviated_load import pair_forces
+from nvhchain.gear.laws.deviated_pairs import pairs_as_drawn
 from nvhchain.gear.laws.load_distribution import mean_sliding
 from nvhchain.handoff import FloatArray, LoadDistribution, ToothPairs
 from tests.gear.conftest import stage_pair
@@ -162,3 +164,12 @@ def test_flanks_that_lie_ahead_by_more_than_the_deflection_have_a_pressure(drawn
             pair, nominal_force=force, fidelity=FIDELITY, deviations=PairDeviations(made, None)
         )
         assert found > plain
+
+
+@pytest.mark.parametrize("load", [10.0, FORCE, 3.0 * FORCE, 6.0 * FORCE])
+def test_the_pairs_carry_any_load_of_the_law_together(drawn: Drawn, load: float) -> None:
+    """Also at the first position, which no neighbour helps to find the approach."""
+    springs = drawn[2]
+    forces = pair_forces(springs, pairs_as_drawn(springs, 0), load)
+    assert forces.sum(axis=-1) == pytest.approx(load, rel=1e-4)
+    assert (forces >= 0.0).all()

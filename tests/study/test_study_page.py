@@ -70,4 +70,4 @@ def test_an_error_bar_without_an_end_is_long():
         for trace in (figure.data if figure is not None else ())
         if "error_x" in trace
     )
-    assert sorted(trace["error_x"]["arrayminus"]) == [4.0, OPEN]
+    assert sorted(trace["error_x"]["arrayminus"]) == [4.0, 4.0 * OPEN]

@@ -132,6 +132,7 @@ def shared_load(
             F = carried[m, a]
             low = gap[m, a, :count].min()
             below, high, above, x, side = -load, low, 0.0, low + pressed, 0
+            stride = pressed  # until the load is bracketed
             for _ in range(SECANTS):
                 for p in range(count):
                     own[p] = x - gap[m, a, p]
@@ -148,5 +149,9 @@ def shared_load(
                     if side > 0:
                         below *= 0.5
                     side = 1
-                x = (low * above - high * below) / (above - below) if above > 0.0 else low + 2.0 * (x - low + step)
+                if above > 0.0:
+                    x = (low * above - high * below) / (above - below)
+                else:
+                    stride *= 2.0
+                    x = low + stride
             pressed = max(x - gap[m, a, :count].min(), step)

@@ -24,8 +24,8 @@ MOST_RANKED = 12
 MOST_LETTERS = 22
 """Length of the name of a design beside a figure, which has to fit on a phone."""
 
-OPEN = 30.0
-"""Length (dB) of an error bar without an end: that of the widest limits that are drawn."""
+OPEN = 2.0
+"""Length of an error bar without an end, over that of the longest other one."""
 
 MOST_CURVES = 8
 """Number of designs with a curve over speed of their own."""
@@ -99,12 +99,16 @@ def _points(results: Results, rows: list[Row], name: str, colour: str, *, across
         "hovertemplate": "%{customdata}<br>" + ("%{x:.4g}" if across else "%{x:.4g}, %{y:.4g}") + "<extra></extra>",
     }
     if _has_limits(rows, y):
-        limits = [(row.responses[y], *row.limits.get(y, (None, None))) for row in rows]
+        lengths = [
+            [None if end is None else abs(end - row.responses[y]) for end in row.limits.get(y, (row.responses[y],) * 2)]
+            for row in rows
+        ]
+        longest = OPEN * max((each for both in lengths for each in both if each is not None), default=0.0)
         trace["error_x" if across else "error_y"] = {
             "type": "data",
             "symmetric": False,
-            "array": significant(OPEN if high is None else high - value for value, _, high in limits),
-            "arrayminus": significant(OPEN if low is None else value - low for value, low, _ in limits),
+            "array": significant(longest if high is None else high for _, high in lengths),
+            "arrayminus": significant(longest if low is None else low for low, _ in lengths),
             "thickness": 1,
             "width": 3,
         }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import asin, cos, log, pi
+from math import asin, cos, log, pi, sin
 
 import numpy as np
 
@@ -169,6 +169,13 @@ def ball_geometry(given: Given) -> Internal:
     else:
         counts = range(4, 61) if given.count is None else [given.count]
         made_of = [(count, from_rating(count)) for count in counts]
+        if given.count is None:
+            largest = max(made(z, min(0.85 * section, sin(pi / z) * pitch)).static_rating for z in counts)
+            require(
+                static <= largest,
+                f"{given.owner}: static_load_rating = {static:.4g} N is more than {largest:.4g} N, the largest of balls "
+                f"that fit bore, outer_diameter and pitch diameter {1e3 * pitch:.4g} mm: correct one of them",
+            )
     best = _closest(given, section, 0.6, [made(*each) for each in made_of])
     if given.count is None:
         derived.append(f"{best.count} balls")
@@ -260,8 +267,10 @@ def _checked(given: Given, made: Internal) -> Internal:
     if given.width is not None and made.length > 0.0:
         require(
             made.rows * made.length * cos(made.angle) <= given.width,
-            f"{given.owner}: rollers of {1e3 * made.length:.4g} mm in {made.rows} row(s) are longer than the width of "
-            f"{1e3 * given.width:.4g} mm: correct element_length, width or static_load_rating",
+            f"{given.owner}: rollers of {1e3 * made.length:.4g} mm"
+            + (f", which static_load_rating = {given.static_rating:.4g} N needs," if given.length is None else "")
+            + f" in {made.rows} row(s) are longer than the width of {1e3 * given.width:.4g} mm: correct "
+            + ("width or static_load_rating" if given.length is None else "element_length or width"),
         )
     compared: tuple[tuple[str, str, float | None, Callable[[Internal], float]], ...] = (
         ("static_load_rating", "ISO 76", given.static_rating, lambda one: one.static_rating),

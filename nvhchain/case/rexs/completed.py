@@ -11,7 +11,7 @@ import numpy as np
 from nvhchain.case.rexs.arranged import Arrangement
 from nvhchain.case.rexs.backlash import set_backlash
 from nvhchain.case.rexs.flanks import micro_geometry
-from nvhchain.case.rexs.measured import measured_thickness, tool_fields
+from nvhchain.case.rexs.measured import ball_allowance, measured_thickness, tool_fields
 from nvhchain.errors import InputError
 from nvhchain.gear import GearGeometry, GearPair
 from nvhchain.gear.drawing.body import GearBody
@@ -217,6 +217,8 @@ def _fields(unit: GearUnit, gear: ImportedGear, arrangement: Arrangement, bore: 
         fields["thickness_allowance"] = nominal - gear.thickness
     elif gear.allowance is not None:
         fields["thickness_allowance"] = gear.allowance
+    elif gear.ball_deviation is not None and (allowance := ball_allowance(unit, gear, x)) is not None:
+        fields["thickness_allowance"] = allowance
     elif (found := measured_thickness(unit, gear)) is not None:
         fields["thickness"] = found[0]
     return fields

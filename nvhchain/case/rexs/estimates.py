@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import re
-from bisect import bisect_left
 from dataclasses import dataclass
 from math import atan, cos, degrees, hypot, pi, radians, sin, tan
 
 import numpy as np
 
+from nvhchain.bearings.springs import StiffnessMatrix
 from nvhchain.case.rexs.arranged import Arrangement
+from nvhchain.case.rexs.designation import Sizes, light_sizes, named_sizes
 from nvhchain.case.rexs.rolling import RIBS, Elements, RollingModel, rolling_model
+from nvhchain.errors import InputError
 from nvhchain.gear import GearGeometry
 from nvhchain.gear.drawing.pair import common_face
 from nvhchain.interop.rexs import GearUnit, ImportedBearing
@@ -20,21 +22,6 @@ RIGID = 1e10
 
 FREE = 1e4
 """Axial stiffness (N/m) of a bearing that does not hold its shaft along z."""
-
-# fmt: off
-_BORES = (
-    10, 12, 15, 17, 20, 25, 30, 35, 40, 45, 50, 55, 60, 65, 70, 75, 80, 85, 90, 95, 100, 105, 110, 120, 130, 140, 150,
-)
-_OUTER = {
-    0: (26, 28, 32, 35, 42, 47, 55, 62, 68, 75, 80, 90, 95, 100,
-        110, 115, 125, 130, 140, 145, 150, 160, 170, 180, 200, 210, 225),
-    2: (30, 32, 35, 40, 47, 52, 62, 72, 80, 85, 90, 100, 110, 120,
-        125, 130, 140, 150, 160, 170, 180, 190, 200, 215, 230, 250, 270),
-    3: (35, 37, 42, 47, 52, 62, 72, 80, 90, 100, 110, 120, 130, 140,
-        150, 160, 170, 180, 190, 200, 215, 225, 240, 260, 280, 300, 320),
-}
-# fmt: on
-"""Outer diameters (mm) by bore (mm) of the diameter series 0, 2 and 3 (ISO 15)."""
 
 _ANGLES = {
     "tapered": 14.0,
@@ -61,7 +48,12 @@ class BearingEstimate:
     radial_stiffness: float
     axial_stiffness: float
     source: str
-    model: RollingModel | None = None
+    model: RollingModel | StiffnessMatrix | None = None
+
+    @property
+    def rolling(self) -> RollingModel | None:
+        """Rolling elements; None for springs and a matrix."""
+        return None if isinstance(self.model, StiffnessMatrix) else self.model
 
 
 def estimate(
@@ -105,9 +97,17 @@ def estimate(
             "assumed", bearing.name, "axial support", f"{bearing.axial} only", "linear, in both directions"
         )
     limited = [min(max(value or FREE, FREE), RIGID) for value in (radial, axial)]
+    matrix = None
+    if bearing.matrix is not None and rolling:
+        try:
+            matrix = StiffnessMatrix(bearing.matrix)
+            unit.findings.add("taken", bearing.name, "stiffness", "5 × 5 matrix", "operating point in the file")
+        except InputError as error:
+            text = f"not used: {error}"
+            unit.findings.add("differs", bearing.name, "stiffness at the operating point", text, "means taken")
     if any((value or 0.0) > RIGID for value in (radial, axial)):
         unit.findings.add("assumed", bearing.name, "stiffness", f"{RIGID:g} N/m at most", "rigid in the file")
-    return BearingEstimate(bore, outer, width, limited[0], limited[1], source)
+    return BearingEstimate(bore, outer, width, limited[0], limited[1], source, matrix)
 
 
 _SUFFIX = re.compile(r"7\d{3,4}[- ]?(AC|B|C)\b")
@@ -150,46 +150,30 @@ def _dimensions(unit: GearUnit, bearing: ImportedBearing, shaft_diameter: float)
     bore, outer, width = bearing.bore, bearing.outer_diameter, bearing.width
     if bore and outer and width and bore < outer:
         return bore, outer, width
-    named, source = _named(bearing.catalogue.get("catalogue_designation", "")), "by its designation and ISO 15"
+    named, source = named_sizes(bearing.catalogue.get("catalogue_designation", "")), "by its designation and ISO 15"
     if named is None:
         named, source = _in_name(bearing, bore or shaft_diameter), "by its name in the file and ISO 15"
     if named is None or (shaft_diameter and abs(named[0] - shaft_diameter) > 0.2 * shaft_diameter):
-        size = 1e3 * (bore or shaft_diameter or 0.02)
-        at = min(bisect_left(_BORES, size - 0.01), len(_BORES) - 1)
-        ratio = _OUTER[2][at] / _BORES[at]
-        named = 1e-3 * size, 1e-3 * size * ratio, None
-        source = "diameter series 2 of ISO 15 on its shaft"
+        named, source = light_sizes(bore or shaft_diameter or 0.02), "dimension series 02 of ISO 15 on its shaft"
     bore = bore or named[0]
     outer = outer if outer and outer > bore else max(named[1], 1.15 * bore)
+    if not width and named[2] is None:
+        source += "; width half of D - d"
     width = width or named[2] or 0.5 * (outer - bore)
     text = f"{1e3 * bore:.4g} x {1e3 * outer:.4g} x {1e3 * width:.4g} mm"
     unit.findings.add("assumed", bearing.name, "bore, outer diameter, width", text, source)
     return bore, outer, width
 
 
-def _in_name(bearing: ImportedBearing, bore: float) -> tuple[float, float, float | None] | None:
+def _in_name(bearing: ImportedBearing, bore: float) -> Sizes | None:
     """Return the dimensions (m) of a designation in a bearing's name whose bore is that of its shaft."""
-    for word in re.findall(r"\d+\s*[xX×]\s*\d+\s*[xX×]\s*\d+|\b\d{4,5}\b", bearing.catalogue.get("name", "")):
-        found = _named(word)
+    for word in re.findall(
+        r"\d+\s*[xX×]\s*\d+\s*[xX×]\s*\d+|\b[A-Z]{0,3}[ -]?\d{3,5}\b", bearing.catalogue.get("name", "")
+    ):
+        found = named_sizes(word)
         if found is not None and abs(found[0] - bore) < 1e-3:
             return found
     return None
-
-
-def _named(designation: str) -> tuple[float, float, float | None] | None:
-    """Return bore, outer diameter and perhaps width (m) of a designation such as 6210, 33014 or 50x58x25."""
-    sizes = re.search(r"(\d+)\s*[xX×]\s*(\d+)\s*[xX×]\s*(\d+)", designation)
-    if sizes:
-        bore, outer, width = (1e-3 * float(size) for size in sizes.groups())
-        return (bore, outer, width) if bore < outer else None
-    digits = re.search(r"\d{3,5}", designation)
-    if digits is None:
-        return None
-    series, code = int(digits[0][-3]), int(digits[0][-2:])
-    size = {0: 10, 1: 12, 2: 15, 3: 17}.get(code, 5 * code)
-    if series not in _OUTER or size not in _BORES:
-        return None
-    return 1e-3 * size, 1e-3 * _OUTER[series][_BORES.index(size)], None
 
 
 def _elements(bearing: ImportedBearing, kind: str, bore: float, outer: float, width: float) -> Elements:

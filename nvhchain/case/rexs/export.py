@@ -19,6 +19,7 @@ from nvhchain.conventions import STEEL, Material
 from nvhchain.dynamics import Bearing, Shaft, ShaftBearing
 from nvhchain.gear import GearPair, Solid
 from nvhchain.gear.drawing.micro_geometry import Flank
+from nvhchain.handoff import FloatArray
 from nvhchain.interop.rexs.contents.write import Draft, Value, write_draft
 
 _NO_UNIT = "none"
@@ -57,7 +58,6 @@ def _not_held(case: GearboxCase) -> list[str]:
     found += [f"lead slope of gear {name}" for name in slopes]
     found += ["damping of bearings and shafts"]
     found += [f"coupled inertia of shaft {shaft.name}" for shaft in case.shafts if shaft.coupled_inertia]
-    found += [f"bodies of shaft {shaft.name}" for shaft in case.shafts if shaft.bodies]
     if case.operation.ramp is not None or case.operation.fluctuation is not None:
         found.append("ramp and fluctuation of the operation")
     return found
@@ -111,6 +111,18 @@ def _shaft(draft: Draft, unit: int, shaft: Shaft) -> int:
             },
         )
         draft.relate("assembly", assembly=number, part=section)
+    for body in shaft.bodies:
+        mass = draft.add(
+            "additional_mass",
+            "",
+            {
+                "u_coordinate_on_shaft": _mm(body.z - start),
+                "mass_of_component": (body.mass, "kg"),
+                "moment_of_inertia_u_axis": (body.polar_inertia, "kg m^2"),
+                **{f"moment_of_inertia_{axis}_axis": (body.transverse_inertia, "kg m^2") for axis in "vw"},
+            },
+        )
+        draft.relate("assembly", assembly=number, part=mass)
     if shaft.segments:
         first = shaft.segments[0]
         _material(draft, number, first.young, first.poisson, first.density)
@@ -239,7 +251,8 @@ def _bearing(
             for one, (z, model) in enumerate(_singles(bearing.model))
         ]
     else:
-        stiffness = np.diag(bearing.evaluate(np.zeros(5))[1])  # constant, or at the load
+        whole = bearing.evaluate(np.zeros(5))[1]  # constant, or at the load
+        stiffness = np.diag(whole)
         number = draft.add(
             "concept_bearing",
             bearing.name,
@@ -248,12 +261,31 @@ def _bearing(
                 "axial_force_absorption": ("both_directions", _NO_UNIT),
                 "radial_stiffness": (float(stiffness[:2].mean()), "N / m"),
                 "axial_stiffness": (float(stiffness[2]), "N / m"),
+                **_operating(whole),
             },
         )
         numbers = [number]
     outer = shafts[bearing.outer_shaft] if isinstance(bearing, ShaftBearing) else casing
     for number in numbers:
         draft.relate("side", assembly=number, inner_part=shafts[bearing.shaft], outer_part=outer)
+
+
+def _operating(stiffness: FloatArray) -> dict[str, Value]:
+    """Return a stiffness (5, 5) at the operating point in the words of REXS, where it is more than two springs."""
+    if not (stiffness - np.diag(np.diag(stiffness))).any() and not np.diag(stiffness)[3:].any():
+        return {}
+    found: dict[str, Value] = {}
+    for i, force in _OF_CASE.items():
+        for j, motion in _OF_CASE.items():
+            value, tilts = float(stiffness[i, j]), (i > 2) + (j > 2)
+            unit = "N mm / rad" if tilts > 1 else "N / m" if not tilts else "N / rad" if j > 2 else "N"
+            name = f"operating_point_stiffness_{'m' if i > 2 else 'f'}_{force}_{'rot' if j > 2 else 'd'}_{motion}"
+            found[name] = (1e3 * value if tilts > 1 else value, unit)
+    return found
+
+
+_OF_CASE = {0: "v", 1: "w", 2: "u", 3: "v", 4: "w"}
+"""Axes of REXS of the motions x, y, z, θx, θy of a bearing."""
 
 
 def _where(place: float) -> dict[str, Value]:
@@ -317,7 +349,15 @@ def _rolling(draft: Draft, name: str, model: RollingBearing, where: Mapping[str,
         }
         | {key: _mm(value) for key, value in given.items() if value},
     )
-    row = {"number_of_rolling_elements": (inside.count, _NO_UNIT), "pressure_angle": (degrees(inside.angle), "deg")}
+    row = {
+        "number_of_rolling_elements": (inside.count, _NO_UNIT),
+        "pressure_angle": (degrees(inside.angle), "deg"),
+        "reference_diameter": _mm(inside.pitch_diameter),
+    }
+    for ring in ("inner", "outer"):
+        radius = getattr(model, f"{ring}_groove_radius", None)
+        row |= {f"raceway_radius_of_{ring}_ring": _mm(radius)} if radius else {}
+        row |= {f"significant_contact_length_{ring}_ring": _mm(inside.length)} if inside.length else {}
     element = {"diameter_of_rolling_element": _mm(inside.diameter)}
     if inside.length:
         element["length_of_rolling_element"] = _mm(inside.length)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from nvhchain.errors import InputError
+from nvhchain.errors import InputError, require
 from nvhchain.gear import GearGeometry, MeasuredThickness, Protuberance
+from nvhchain.gear.drawing.measures import dimension_over_balls
 from nvhchain.interop.rexs import GearUnit, ImportedGear
 
 _SMALL_BORE = 1e-4
@@ -23,21 +24,45 @@ def measured_thickness(unit: GearUnit, gear: ImportedGear) -> tuple[MeasuredThic
     given: dict[str, Any] = {} if gear.profile_shift is None else {"profile_shift": gear.profile_shift}
     try:
         measured = MeasuredThickness(length, teeth, size, ball, over)  # type: ignore[arg-type]
-        drawn = GearGeometry(
-            teeth=gear.teeth,
-            normal_module=gear.module,
-            normal_pressure_angle=gear.pressure_angle,
-            helix_angle=gear.helix_angle,
-            face_width=gear.face_width,
-            bore_radius=_SMALL_BORE,
-            thickness=measured,
-            **given,
-        )
+        drawn = _plain(gear, thickness=measured, **given)
     except InputError as error:
         unit.findings.add("differs", gear.name, "tooth thickness", " and ".join(shown), f"not used: {error}")
         return None
     unit.findings.add("taken", gear.name, "tooth thickness", " and ".join(shown), "measure in the file")
     return measured, drawn
+
+
+def ball_allowance(unit: GearUnit, gear: ImportedGear, shift: float) -> float | None:
+    """Return the reduction of the normal tooth thickness (m) by the mean deviation of the dimension over balls.
+
+    shift : profile shift (normal modules).
+    """
+    deviation = gear.ball_deviation or 0.0
+    try:
+        require(gear.ball is not None, "the diameter of the ball is missing")
+        ball = gear.ball or 0.0
+        nominal = _plain(gear, profile_shift=shift)
+        measured = MeasuredThickness(None, None, dimension_over_balls(nominal, ball) + deviation, ball)
+        allowance = _plain(gear, profile_shift=shift, thickness=measured).thickness_allowance
+    except InputError as error:
+        unit.findings.add("left out", gear.name, "deviation over balls", f"{1e6 * deviation:.4g} µm", str(error))
+        return None
+    source = f"mean deviation over balls of {1e3 * ball:.4g} mm"
+    unit.findings.add("taken", gear.name, "thickness allowance", f"{1e6 * allowance:.4g} µm", source)
+    return allowance
+
+
+def _plain(gear: ImportedGear, **fields: Any) -> GearGeometry:
+    """Return the teeth of a gear without what does not bear on their thickness."""
+    return GearGeometry(
+        teeth=gear.teeth,
+        normal_module=gear.module,
+        normal_pressure_angle=gear.pressure_angle,
+        helix_angle=gear.helix_angle,
+        face_width=gear.face_width,
+        bore_radius=_SMALL_BORE,
+        **fields,
+    )
 
 
 def tool_fields(unit: GearUnit, gear: ImportedGear) -> dict[str, Any]:

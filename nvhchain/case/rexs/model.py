@@ -215,14 +215,14 @@ def _together(unit: GearUnit, beside: Sequence[Support]) -> Support:
     names = ", ".join(support.bearing.name for support in beside[1:])
     held = {support.bearing.axial for support in beside} - {"no_direction"}
     axial = held.pop() if len(held) == 1 else "both_directions" if held else "no_direction"
-    model = paired(each[0].model, each[1].model, last.z - first.z) if len(beside) == 2 else None
+    model = paired(each[0].rolling, each[1].rolling, last.z - first.z) if len(beside) == 2 else None
     radial = sum(one.radial_stiffness for one in each)
     if model is not None:
         centre, seat, source = 0.5 * (first.z + last.z), f": {model.arrangement}", each[0].source
         reason = "alike bearings beside each other are a pair"
     else:
         for support, of in zip(beside, each, strict=True):
-            if of.model is not None:
+            if of.rolling is not None:
                 text = f"{of.radial_stiffness:.3g} and {of.axial_stiffness:.3g} N/m"
                 unit.findings.add("assumed", support.bearing.name, "radial and axial stiffness", text, of.source)
         centre = sum(support.estimate.radial_stiffness * support.z for support in beside) / radial

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from math import degrees, pi
 
+from nvhchain.bearings.springs import StiffnessMatrix
 from nvhchain.case.gearbox import USUAL_DAMPING
 from nvhchain.case.rexs.model import ImportedCase, Support
 from nvhchain.errors import counted
@@ -145,6 +146,8 @@ def _findings(case: ImportedCase, kind: str) -> list[str]:
 def _stiffness(support: Support) -> tuple[str, str]:
     """Return radial and axial stiffness (N/m) of a bearing; that of rolling elements follows the load."""
     of = support.estimate
+    if isinstance(of.model, StiffnessMatrix):
+        return "matrix at the operating point", f"{of.axial_stiffness:.3g}"
     if of.model is not None:
         return of.model.title, "by load"
     return f"{of.radial_stiffness:.3g}", f"{of.axial_stiffness:.3g}"

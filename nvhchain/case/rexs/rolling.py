@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from math import degrees, radians
 from typing import Any
 
@@ -21,6 +21,9 @@ RIBS = 0.1
 
 _ROW_DISTANCE = 0.5
 """Distance of the rows of a double-row angular contact bearing over its width; that of a 3208 is 0.5."""
+
+_CIRCLES = ("pitch_diameter", "inner_groove_radius", "outer_groove_radius")
+"""Internal geometry beside the elements."""
 
 _MOUNTED = ("operating_radial_bearing_clearance", "mounted_radial_bearing_clearance")
 
@@ -88,13 +91,17 @@ def rolling_model(
     ratings: dict[str, Any] = {"static_load_rating": static, "dynamic_load_rating": dynamic}
     detailed = bearing.elements is not None and bearing.element_diameter is not None
     choices = [inside | ratings, inside] if detailed else [ratings, inside] if bearing.static_load_rating else [inside]
-    for each in choices:
+    known = {field.name for field in fields(kind)}
+    circles = {name: value for name in _CIRCLES if name in known and (value := getattr(bearing, name)) is not None}
+    for each, beside in [*((each, circles) for each in choices if circles), *((each, {}) for each in choices)]:
         try:
-            made = kind(**own, **{key: value for key, value in each.items() if value is not None})
+            made = kind(**own, **beside, **{key: value for key, value in each.items() if value is not None})
         except InputError as error:
             unit.findings.add("differs", bearing.name, "internal geometry", "not used", str(error))
             continue
         _record(unit, bearing, made, elements, angle, rated=each is ratings, detailed=detailed)
+        for name, value in beside.items():
+            unit.findings.add("taken", bearing.name, name.replace("_", " "), f"{1e3 * value:.6g} mm", "file")
         return made
     return None
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import fields
 from math import degrees, pi
 
+from nvhchain.bearings.springs import StiffnessMatrix
 from nvhchain.case.gearbox import USUAL_DAMPING
 from nvhchain.case.options import DECIDABLE
 from nvhchain.case.rexs.model import ImportedCase, Support, microphone
@@ -207,6 +208,13 @@ def _shaft(case: ImportedCase, name: str) -> str:
             fields += [f"{name} = {getattr(piece, name):.6g}" for name in ("poisson", "density")]
         lines.append(f"    {{ {', '.join(fields)} }},")
     lines.append("]")
+    masses = next(shaft.masses for shaft in case.unit.shafts if shaft.name == name)
+    if masses:
+        lines.append("bodies = [ # additional masses of the file")
+        for body in masses:
+            inertia = ", ".join(f"{key} = {getattr(body, key):.9g}" for key in _INERTIA)
+            lines.append(f"    {{ z_mm = {_mm(body.z + case.arrangement.shifts[name] + shift)}, {inertia} }},")
+        lines.append("]")
     loads = [load for load in case.unit.side_loads if load.shaft == name]
     if loads:
         lines.append("loads = [ # N and N m, from outside")
@@ -217,6 +225,9 @@ def _shaft(case: ImportedCase, name: str) -> str:
             lines.append(f"    {{ z_mm = {_mm(load.z + shift)}, force = [{force}], moment = [{moment}] }},")
         lines.append("]")
     return "\n".join([*lines, ""])
+
+
+_INERTIA = ("mass", "polar_inertia", "transverse_inertia")
 
 
 def _bearing(table: str, support: Support, z: float) -> str:
@@ -232,10 +243,23 @@ def _bearing(table: str, support: Support, z: float) -> str:
             f"radial_stiffness = {own.radial_stiffness:.4g} # N/m; {_comment(own.source)}",
             f"axial_stiffness = {own.axial_stiffness:.4g}",
         ]
+    if isinstance(own.model, StiffnessMatrix):
+        lines += [
+            'model.type = "stiffness_matrix"',
+            "model.matrix = [ # x, y, z, θx, θy: N/m, N, N m; at the operating point of the file",
+            *(f"    [{', '.join(f'{value + 0.0:.6g}' for value in row)}]," for row in own.model.matrix),
+            "]",
+        ]
     lines.append(f"# stiffness_damping = {USUAL_DAMPING:g} # s, the default; E. Krämer 1993: (0.25…2.5)e-5 s")
-    if own.model is not None:
+    if own.model is not None and not isinstance(own.model, StiffnessMatrix):
         lines += [f"[{table}.model]", *_model(own.model)]
     return "\n".join([*lines, ""])
+
+
+_LENGTHS = (
+    *("bore", "outer_diameter", "width", "element_diameter", "element_length", "row_distance"),
+    *("pitch_diameter", "inner_groove_radius", "outer_groove_radius"),
+)
 
 
 def _model(model: RollingModel) -> list[str]:
@@ -249,7 +273,7 @@ def _model(model: RollingModel) -> list[str]:
             lines.append(f"contact_angle_deg = {degrees(value):.10g}")
         elif field.name == "clearance":
             lines.append(f"clearance_um = {1e6 * value:.6g} # in operation")
-        elif field.name in ("bore", "outer_diameter", "width", "element_diameter", "element_length", "row_distance"):
+        elif field.name in _LENGTHS:
             lines += _lengths(model, field.name)
         elif isinstance(value, bool | str):
             lines.append(f"{field.name} = {json.dumps(value)}")

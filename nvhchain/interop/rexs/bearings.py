@@ -6,10 +6,12 @@ from collections.abc import Mapping
 from math import atan, degrees, radians
 from typing import Any
 
+import numpy as np
+
 from nvhchain.interop.rexs.contents.document import Component
 from nvhchain.interop.rexs.contents.values import Values
 from nvhchain.interop.rexs.parts import BEARINGS, Parts
-from nvhchain.interop.rexs.places import Line
+from nvhchain.interop.rexs.places import Line, frame_of
 from nvhchain.interop.rexs.shafts import place_on_shaft
 from nvhchain.interop.rexs.unit import ImportedBearing
 
@@ -43,8 +45,23 @@ _KEPT_OF_ROW = [
     "raceway_radius_of_inner_ring",
     "raceway_radius_of_outer_ring",
     "significant_contact_length_inner_ring",
+    "significant_contact_length_outer_ring",
 ]
-_KEPT_OF_ELEMENT = ("diameter_of_rolling_element", "length_of_rolling_element", "roller_angle")
+_KEPT_OF_ELEMENT = (
+    "diameter_of_rolling_element",
+    "length_of_rolling_element",
+    "roller_angle",
+    "roller_crowning_radius",
+)
+
+_FORCES, _MOTIONS = ("f_u", "f_v", "f_w", "m_v", "m_w"), ("d_u", "d_v", "d_w", "rot_v", "rot_w")
+_TO_CASE = [1, 2, 0, 4, 5]
+"""Motions x, y, z, θx, θy of the case in u, v, w and the rotations about them."""
+
+_UNLIKE = 0.01
+"""Largest difference of a matrix from its transpose, relative to its largest entry with a lever of 0.1 m."""
+
+_RINGS = ("inner", "outer")
 
 _TAPERS = radians(5.0), radians(45.0)
 """Smallest and largest contact angle of tapered rollers."""
@@ -96,6 +113,7 @@ def _bearing(parts: Parts, component: Component, lines: Mapping[int, Line]) -> I
             "mm: correct one of them"
         )
     radial = _stiffness(parts, component, "radial_stiffness", "v_d_v", "w_d_w")
+    absorbs = values.flag("radial_force_absorption") is not False
     kind, axial = (
         values.text("bearing_type") or component.type,
         _stiffness(parts, component, "axial_stiffness", "u_d_u"),
@@ -117,8 +135,9 @@ def _bearing(parts: Parts, component: Component, lines: Mapping[int, Line]) -> I
         bore=bore,
         outer_diameter=outside,
         width=values.number("width", "m", low=0.0) or None,
-        radial_stiffness=radial if values.flag("radial_force_absorption") is not False else 0.0,
+        radial_stiffness=radial if absorbs else 0.0,
         axial_stiffness=axial,
+        matrix=_operating_matrix(parts, component, first, lines) if absorbs else None,
         axial=_along_z(values.text("axial_force_absorption") or "both_directions", lines.get(first)),
         **_internal(parts, component),
         catalogue=_catalogue(parts, component),
@@ -148,6 +167,12 @@ def _internal(parts: Parts, component: Component) -> dict[str, Any]:
     inside = parts.document.parts(rows[0].id, "rolling_element") if rows else []
     element = parts.values(inside[0]) if inside else row
     count, lines = row.number("number_of_rolling_elements"), own.number("number_of_bearing_rows")
+    lengths = [row.number(f"significant_contact_length_{ring}_ring", "m", low=0.0, high=1.0) for ring in _RINGS]
+    lengths.append(element.number("length_of_rolling_element", "m", low=0.0, high=1.0))
+    grooves = {
+        f"{ring}_groove_radius": row.number(f"raceway_radius_of_{ring}_ring", "m", low=0.0, high=1e3) or None
+        for ring in _RINGS
+    }
     preload = own.number("preload_distance", "m", low=-1e-3, high=1e-3) or 0.0
     clearances = (own.number(f"{state}radial_bearing_clearance", "m") for state in ("operating_", "mounted_", ""))
     return {
@@ -155,7 +180,9 @@ def _internal(parts: Parts, component: Component) -> dict[str, Any]:
         "rows": round(lines) if lines is not None and 1 <= lines <= 8 else len(rows) or None,
         "row_distance": own.number("distance_between_bearing_rows", "m", low=0.0, high=1.0) or None,
         "element_diameter": element.number("diameter_of_rolling_element", "m", low=0.0, high=1.0) or None,
-        "element_length": element.number("length_of_rolling_element", "m", low=0.0, high=1.0) or None,
+        "element_length": min((length for length in lengths if length), default=None),
+        "pitch_diameter": row.number("reference_diameter_rolling_bearing", "m", low=0.0, high=10.0) or None,
+        **grooves,
         "contact_angle": _contact_angle(parts, component, own, row),
         "dynamic_load_rating": own.number("radial_dynamic_load_rating", "N"),
         "static_load_rating": own.number("radial_static_load_rating", "N"),
@@ -206,6 +233,46 @@ def _stiffness(parts: Parts, component: Component, name: str, *operating: str) -
         return sum(given) / len(given)
     stated = values.number(name, "N/m")
     return stated if stated is not None and stated > 0 else None
+
+
+def _operating_matrix(
+    parts: Parts, component: Component, shaft: int, lines: Mapping[int, Line]
+) -> tuple[tuple[float, ...], ...] | None:
+    """Return the stiffness at the operating point for x, y, z, θx, θy; None where it is that of two springs.
+
+    An entry that the file leaves out is that across the diagonal, or zero.
+    """
+    values = parts.values(component)
+    given: dict[tuple[int, int], float] = {}
+    for i, force in enumerate(_FORCES):
+        for j, motion in enumerate(_MOTIONS):
+            unit = ("N/m", "N")[j > 2] if i < 3 else ("N", "N m/rad")[j > 2]
+            value = values.number(f"operating_point_stiffness_{force}_{motion}", unit)
+            if value is not None:
+                given[i, j] = value
+    if any((i, i) not in given for i in range(3)):
+        return None
+    whole = np.array([[given.get((i, j), given.get((j, i), 0.0)) for j in range(5)] for i in range(5)])
+    lever = np.array([1.0, 1.0, 1.0, 10.0, 10.0])
+    scaled = whole * np.outer(lever, lever)
+    rest = scaled - np.diag(np.diag(scaled))
+    if not rest.any() and whole[1, 1] == whole[2, 2] and not np.diag(whole)[3:].any():
+        return None
+    name, scale = parts.names[component.id], float(np.abs(scaled).max())
+    unlike = float(np.abs(scaled - scaled.T).max())
+    if unlike > _UNLIKE * scale:
+        text = f"differs from its transpose by {100 * unlike / scale:.3g} % of its largest entry"
+        parts.findings.add("differs", name, "stiffness at the operating point", text, "radial and axial means taken")
+        return None
+    base = frame_of(parts, parts.document.components[min(lines)]) if lines else None
+    own = frame_of(parts, component) or frame_of(parts, parts.document.components[shaft])
+    turn = np.eye(6)
+    if base is not None and own is not None:
+        turn[:3, :3] = turn[3:, 3:] = base.axes @ own.axes.T  # u, v, w of the bearing to those of the case
+    six = np.zeros((6, 6))
+    six[np.ix_([0, 1, 2, 4, 5], [0, 1, 2, 4, 5])] = 0.5 * (whole + whole.T)
+    moved = (turn @ six @ turn.T)[np.ix_(_TO_CASE, _TO_CASE)]
+    return tuple(map(tuple, moved.tolist()))
 
 
 def _catalogue(parts: Parts, component: Component) -> dict[str, str]:

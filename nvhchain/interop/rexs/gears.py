@@ -7,6 +7,7 @@ from math import atan, cos, pi, sin, tan
 from nvhchain.interop.rexs.contents.document import Component
 from nvhchain.interop.rexs.contents.values import Values
 from nvhchain.interop.rexs.parts import TOOLS, Parts
+from nvhchain.interop.rexs.thickness import thickness_of
 from nvhchain.interop.rexs.unit import FlankShape, ImportedGear, ImportedRelief
 
 _LARGEST_CHAMFER = 0.3
@@ -70,14 +71,10 @@ def read_gear(parts: Parts, component: Component, mate: Component | None, z: flo
         tip_chamfer=chamfer,
         root_radius=_circle(parts, component, "root_diameter", pitch - 6 * module, pitch + 4 * module),
         bore_radius=_circle(parts, component, "inner_diameter", 1e-3, pitch - 2 * module),
-        allowance=_allowance(parts, component, angle),
-        thickness=_thickness(values, helix),
-        span=_span(values),
-        ball_size=_ball_size(values),
         protuberance=_protuberance(parts, name, flanks, tools, module),
         flanks=_shapes(parts, name, flanks, pitch, angle, helix),
         driving_flank=_loaded_flank(parts, component),
-        **material_of(parts, component),
+        **(thickness_of(parts, component, angle, helix, pitch) | material_of(parts, component)),
     )
 
 
@@ -282,58 +279,6 @@ def _tip(
         return form, 0.0
     parts.findings.add("taken", gear, "tip chamfer", f"{1e3 * (tip - form):.4g} mm", source)
     return tip, tip - form
-
-
-def _span(values: Values) -> tuple[float, int] | None:
-    """Return the base tangent length (m) and the teeth that it spans."""
-    length = values.number("span_measurement", "m", low=0.0, high=20.0)
-    teeth = values.number("number_of_teeth_for_span_measurement")
-    return (length, round(teeth)) if length and teeth and teeth >= 1 else None
-
-
-def _ball_size(values: Values) -> tuple[float, float, str] | None:
-    """Return the dimension over balls or pins (m), their diameter (m) and their kind."""
-    ball = values.number("diameter_of_measuring_ball_or_pin", "m", low=0.0, high=1.0)
-    for name, over in (("size_over_balls", "balls"), ("size_over_pins", "pins"), ("diametral_measurement", "balls")):
-        size = values.number(name, "m", low=0.0, high=20.0)
-        if size and ball:
-            return size, ball, over
-    return None
-
-
-def _allowance(parts: Parts, component: Component, angle: float) -> float | None:
-    """Return the mean reduction of the normal tooth thickness (m) by its deviations."""
-    values = parts.values(component)
-    for upper, lower, factor, source in (
-        (
-            "upper_backlash_allowance_referenced_to_span",
-            "lower_backlash_allowance_referenced_to_span",
-            1.0 / cos(angle),
-            "mean deviation of the base tangent length",
-        ),
-        (
-            "chordal_tooth_thickness_upper_deviation",
-            "chordal_tooth_thickness_lower_deviation",
-            1.0,
-            "mean deviation of the tooth thickness",
-        ),
-    ):
-        both = values.number(upper, "m", low=-0.02, high=0.02), values.number(lower, "m", low=-0.02, high=0.02)
-        given = [value for value in both if value is not None]
-        if given:
-            allowance = -factor * sum(given) / len(given)
-            parts.findings.add(
-                "taken", parts.names[component.id], "thickness allowance", f"{1e6 * allowance:.4g} µm", source
-            )
-            return allowance
-    return None
-
-
-def _thickness(values: Values, helix: float) -> float | None:
-    """Return the normal tooth thickness at the reference circle (m)."""
-    normal = values.number("normal_tooth_thickness_at_reference_diameter", "m", low=1e-5)
-    transverse = values.number("transverse_tooth_thickness_at_reference_diameter", "m", low=1e-5)
-    return normal if normal is not None else transverse * cos(helix) if transverse is not None else None
 
 
 def _loaded_flank(parts: Parts, component: Component) -> str:

@@ -100,7 +100,7 @@ def _state(parts: Parts, case: LoadCase | None, turns: Mapping[int, Fraction], l
             torques[rotor] = torques.get(rotor, 0.0) + sign * torque
     units = parts.document.typed("gear_unit")
     share = reader(units[0]).number("operating_time_fraction") if units else None
-    return _State(str(case.id) if case else "", speeds, torques, share)
+    return _State(case.name if case else "", speeds, torques, share)
 
 
 def read_side_loads(parts: Parts, lines: Mapping[int, Line], chosen: str) -> tuple[ImportedSideLoad, ...]:
@@ -108,7 +108,7 @@ def read_side_loads(parts: Parts, lines: Mapping[int, Line], chosen: str) -> tup
 
     chosen : load case, by its number.
     """
-    cases = {str(case.id): case.components for case in parts.document.load_cases}
+    cases = {case.name: case.components for case in parts.document.load_cases}
     frames = {shaft: frame_of(parts, parts.document.components[shaft]) for shaft in lines}
     base = frames[min(frames)] if frames else None
     found = []

@@ -43,6 +43,7 @@ READ = frozenset(
         "rolling_bearing_row",
         "rolling_element",
         "external_load",
+        "additional_mass",
         "coupling",
         "switchable_coupling",
         "material",

@@ -10,7 +10,10 @@ from nvhchain.interop.rexs.contents.document import Component
 from nvhchain.interop.rexs.gears import material_of
 from nvhchain.interop.rexs.parts import Parts
 from nvhchain.interop.rexs.places import Line, frame_of
-from nvhchain.interop.rexs.unit import ImportedShaft, Section
+from nvhchain.interop.rexs.unit import ImportedMass, ImportedShaft, Section
+
+_SAME_PLACE = 1e-5
+"""Largest distance (m) of two statements of one place that counts as rounding."""
 
 _SHORTEST = 1e-5
 """Shortest section (m) that counts; programs write ones of length 0 for steps."""
@@ -25,12 +28,15 @@ def place_on_shaft(
     """
     along = parts.values(component).number(name, "m", low=-10.0, high=10.0)
     line = lines.get(shaft)
-    if along is not None:
-        return along if line is None else line.start + line.direction * along
     frame, base = frame_of(parts, component), frame_of(parts, parts.document.components[min(lines)]) if lines else None
-    if frame is None or base is None:
-        return None
-    return float(base.axes[0] @ frame.origin)
+    own = None if frame is None or base is None else float(base.axes[0] @ frame.origin)
+    if along is None:
+        return own
+    place = along if line is None else line.start + line.direction * along
+    if own is not None and line is not None and abs(own - place) > _SAME_PLACE:
+        text = f"{name} {1e3 * along:.6g} mm, support_vector {1e3 * line.direction * (own - line.start):.6g} mm"
+        parts.findings.add("differs", component.label, "place on the shaft", text, "the first one taken")
+    return place
 
 
 def read_shafts(parts: Parts, lines: Mapping[int, Line]) -> list[ImportedShaft]:
@@ -46,8 +52,36 @@ def read_shafts(parts: Parts, lines: Mapping[int, Line]) -> list[ImportedShaft]:
                     "its support_vector"
                 )
         pieces = [piece for member in members for piece in _sections(parts, member, lines.get(member))]
+        masses = [mass for member in members for mass in _masses(parts, member, lines)]
         axis = None if line is None else (float(line.axis[0]), float(line.axis[1]))
-        found.append(ImportedShaft(parts.names[shaft], axis, tuple(sorted(pieces, key=lambda piece: piece.start))))
+        found.append(
+            ImportedShaft(parts.names[shaft], axis, tuple(sorted(pieces, key=lambda piece: piece.start)), tuple(masses))
+        )
+    return found
+
+
+def _masses(parts: Parts, shaft: int, lines: Mapping[int, Line]) -> list[ImportedMass]:
+    """Return the additional masses on a shaft; an inertia that is missing is that of a thin disc."""
+    found = []
+    for part in parts.document.parts(shaft, "additional_mass"):
+        values = parts.values(part)
+        mass = values.number("mass_of_component", "kg", low=0.0, high=1e4)
+        polar, *across = (values.number(f"moment_of_inertia_{axis}_axis", "kg m²", low=0.0, high=1e4) for axis in "uvw")
+        given = [value for value in across if value]
+        z = place_on_shaft(parts, part, shaft, lines)
+        if not mass and not polar:
+            parts.findings.add("left out", part.label, "additional mass", "0 kg", "neither mass nor inertia")
+            continue
+        if z is None:
+            parts.findings.refuse(f"{part.label}: its place is missing: add u_coordinate_on_shaft")
+            continue
+        transverse = max(sum(given) / len(given) if given else 0.0, 0.5 * (polar or 0.0))
+        found.append(ImportedMass(z, mass or 0.0, polar or 0.0, transverse))
+        text = f"{mass or 0.0:.5g} kg, {polar or 0.0:.4g} kg m²"
+        parts.findings.add("taken", part.label, "additional mass", text, f"on {parts.names[parts.rotor[shaft]]}")
+        eccentric = values.vector("eccentricity_vector", "m")
+        if eccentric and any(eccentric):
+            parts.findings.add("left out", part.label, "eccentricity", "not used", "masses of the case lie on the axis")
     return found
 
 

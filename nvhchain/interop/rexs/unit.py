@@ -56,6 +56,24 @@ class ImportedSideLoad:
 
 
 @dataclass(frozen=True)
+class ImportedMass:
+    """Mass on a shaft: a flange, a coupling half, a rotor.
+
+    Parameters
+    ----------
+    z : float
+        Centre of mass (m).
+    mass, polar_inertia, transverse_inertia : float
+        Mass (kg) and moments of inertia about the axis and across it (kg m²).
+    """
+
+    z: float
+    mass: float
+    polar_inertia: float
+    transverse_inertia: float
+
+
+@dataclass(frozen=True)
 class ImportedShaft:
     """Shaft.
 
@@ -67,11 +85,14 @@ class ImportedShaft:
         Place of the axis x, y (m).
     sections : tuple of Section
         Pieces.
+    masses : tuple of ImportedMass
+        Additional masses.
     """
 
     name: str
     axis: tuple[float, float] | None
     sections: tuple[Section, ...]
+    masses: tuple[ImportedMass, ...] = ()
 
     def diameter_at(self, z: float) -> float:
         """Return the outer diameter (m) at a plane, or that of the nearest piece.
@@ -158,6 +179,8 @@ class ImportedGear:
         Base tangent length (m) and the teeth that it spans.
     ball_size : tuple of (float, float, str), optional
         Dimension over balls or pins (m), their diameter (m), and `balls` or `pins`.
+    ball_deviation, ball : float, optional
+        Mean deviation of the dimension over balls or pins, and their diameter (m).
     tip_chamfer : float
         Radial height of the tip chamfer (m).
     protuberance : tuple of (float, float, float or None), optional
@@ -189,6 +212,8 @@ class ImportedGear:
     thickness: float | None = None
     span: tuple[float, int] | None = None
     ball_size: tuple[float, float, str] | None = None
+    ball_deviation: float | None = None
+    ball: float | None = None
     tip_chamfer: float = 0.0
     protuberance: tuple[float, float, float | None] | None = None
     flanks: tuple[FlankShape, FlankShape] = (FlankShape(), FlankShape())
@@ -250,6 +275,8 @@ class ImportedBearing:
         Boundary dimensions (m).
     radial_stiffness, axial_stiffness : float, optional
         Stiffness in the file (N/m).
+    matrix : tuple of 5 tuples of 5 float, optional
+        Stiffness at the operating point for x, y, z, θx, θy (N/m, N, N m), where it is more than these two.
     axial : str
         Axial support along z, `both_directions`, `positive`, `negative` or `no_direction`.
     elements, rows : int, optional
@@ -257,7 +284,9 @@ class ImportedBearing:
     row_distance : float, optional
         Distance of neighbouring rows (m).
     element_diameter, element_length : float, optional
-        Sizes of the rolling elements (m).
+        Sizes of the rolling elements (m); of rollers the length in contact, where the file has it.
+    pitch_diameter, inner_groove_radius, outer_groove_radius : float, optional
+        Circle of element centres, and radii of the grooves of a ball bearing (m).
     contact_angle : float, optional
         Contact angle (rad).
     dynamic_load_rating, static_load_rating : float, optional
@@ -280,12 +309,16 @@ class ImportedBearing:
     width: float | None = None
     radial_stiffness: float | None = None
     axial_stiffness: float | None = None
+    matrix: tuple[tuple[float, ...], ...] | None = None
     axial: str = "both_directions"
     elements: int | None = None
     rows: int | None = None
     row_distance: float | None = None
     element_diameter: float | None = None
     element_length: float | None = None
+    pitch_diameter: float | None = None
+    inner_groove_radius: float | None = None
+    outer_groove_radius: float | None = None
     contact_angle: float | None = None
     dynamic_load_rating: float | None = None
     static_load_rating: float | None = None

@@ -86,13 +86,13 @@ class LoadCase:
 
     Parameters
     ----------
-    id : int
-        Number.
+    name : str
+        Number, after that of its spectrum where the file has several.
     components : dict
         Attributes by component.
     """
 
-    id: int
+    name: str
     components: dict[int, dict[str, Attribute]]
 
 

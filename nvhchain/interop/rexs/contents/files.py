@@ -111,8 +111,13 @@ def _of_xml(root: Element, path: str) -> Document:
         (e.get("id"), e.get("type"), e.get("name"), attributes(e)) for e in root.iterfind("components/component")
     ]
     cases = [
-        (case.get("id"), [(e.get("id"), e.get("type"), attributes(e)) for e in case.iterfind("component")])
-        for case in root.iter("load_case")
+        (
+            spectrum.get("id"),
+            case.get("id"),
+            [(e.get("id"), e.get("type"), attributes(e)) for e in case.iterfind("component")],
+        )
+        for spectrum in root.iter("load_spectrum")
+        for case in spectrum.iter("load_case")
     ]
     return _document(path, root.get("version"), root.get("applicationId"), components, relations, cases)
 
@@ -128,7 +133,11 @@ def _of_json(data: bytes, path: str) -> Document:
             (c.get("id"), c.get("type"), c.get("name"), _json_attributes(c)) for c in model.get("components") or ()
         ]
         cases = [
-            (case.get("id"), [(c.get("id"), c.get("type"), _json_attributes(c)) for c in case.get("components") or ()])
+            (
+                spectrum.get("id"),
+                case.get("id"),
+                [(c.get("id"), c.get("type"), _json_attributes(c)) for c in case.get("components") or ()],
+            )
             for key, spectra in model.items()
             if key.startswith("load_spectr")
             for spectrum in _listed(spectra)
@@ -196,13 +205,19 @@ def _document(
         found.append(Relation(number, str(kind), whole(order or 0, "order of a relation", path), ends))
     check_size(len(found), "relations", path)
     loads: list[LoadCase] = []
-    for key, entries in cases:
+    listed = list(cases)
+    several = len({str(spectrum) for spectrum, *_ in listed}) > 1
+    for spectrum, key, entries in listed:
         of = {}
         for number, _, attributes in entries:
             end = whole(number, "id of a component", path)
             if end in parts:
                 of[end] = named(parts[end].type, attributes)
-        loads.append(LoadCase(whole(key or len(loads) + 1, "id of a load case", path), of))
+        name = str(whole(key or len(loads) + 1, "id of a load case", path))
+        name = f"{whole(spectrum or 1, 'id of a load spectrum', path)}.{name}" if several else name
+        if any(load.name == name for load in loads):
+            raise FileFormatError(f"{path}: load case {name} is there twice: give each its own id")
+        loads.append(LoadCase(name, of))
     return Document(
         f"{numbers[0]}.{numbers[1]}",
         str(application or "an unnamed program"),

@@ -24,6 +24,7 @@ ATTRIBUTES = {
     "operating_point_stiffness_dF_u_d_u": "operating_point_stiffness_f_u_d_u",
     "operating_point_stiffness_dF_v_d_v": "operating_point_stiffness_f_v_d_v",
     "operating_point_stiffness_dF_w_d_w": "operating_point_stiffness_f_w_d_w",
+    "din_3967_deviation_tolerance_series": "tooth_thickness_deviation_tolerance_series_din_3967_1978",
     # 1.1 → 1.2
     "bottom_clearance_factor": "tip_clearance_factor",
     # 1.2 → 1.3

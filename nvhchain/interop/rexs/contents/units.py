@@ -32,6 +32,7 @@ UNITS: dict[str, tuple[str, float]] = {
     "N/m": ("N/m", 1.0),
     "N/mm": ("N/m", 1e3),
     "N/mum": ("N/m", 1e6),
+    "N/rad": ("N", 1.0),
     "Nmm/rad": ("N m/rad", 1e-3),
     "Nm/rad": ("N m/rad", 1.0),
     "N/mm2": ("Pa", 1e6),

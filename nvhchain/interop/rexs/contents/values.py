@@ -14,8 +14,11 @@ from nvhchain.interop.rexs.contents.findings import Findings
 from nvhchain.interop.rexs.contents.names import VALUES
 from nvhchain.interop.rexs.contents.units import UNITS, plain
 
-_USUAL = {"m": 1e-3, "rad": pi / 180, "rad/s": 2 * pi / 60, "Pa": 1e6, "kg/m³": 1e3, "m²/s": 1e-6}
+_USUAL = {"m": 1e-3, "rad": pi / 180, "rad/s": 2 * pi / 60, "Pa": 1e6, "kg/m³": 1e3, "W": 1e3, "N m/rad": 1e-3}
 """Factor to SI of the unit that the specification gives, for attributes without unit."""
+
+_SMALL = ("clearance", "preload_distance", "misalignment_in", "allowance_referenced_to_span")
+"""Parts of the names of lengths that the specification gives in micrometres."""
 
 _CODES = {"float32": "f", "float64": "d", "int32": "i"}
 
@@ -101,10 +104,10 @@ class Values:
     def _factor(self, name: str, attribute: Attribute, unit: str) -> float | None:
         """Return the factor to SI, or None, with a mistake, for a unit that does not fit."""
         given = plain(attribute.unit)
-        if given in ("", "none") and unit in _USUAL:
-            return _USUAL[unit]
         if given in ("", "none"):
-            return 1.0
+            if unit == "m" and any(part in name for part in _SMALL):
+                return 1e-6
+            return 1e3 if name.endswith("load_rating") else _USUAL.get(unit, 1.0)
         if given not in UNITS:
             text = f"the unit {attribute.unit!r} is none of REXS: correct it, first at"
             if not any(mistake.startswith(text) for mistake in self._findings.mistakes):

@@ -173,8 +173,8 @@ def ball_geometry(given: Given) -> Internal:
             largest = max(made(z, min(0.85 * section, sin(pi / z) * pitch)).static_rating for z in counts)
             require(
                 static <= largest,
-                f"{given.owner}: static_load_rating = {static:.4g} N is more than {largest:.4g} N, the largest of balls "
-                f"that fit bore, outer_diameter and pitch diameter {1e3 * pitch:.4g} mm: correct one of them",
+                f"{given.owner}: static_load_rating = {static:.4g} N is more than {largest:.4g} N, that of the "
+                f"largest balls that fit bore and outer_diameter (pitch diameter {1e3 * pitch:.4g} mm): correct one of them",
             )
     best = _closest(given, section, 0.6, [made(*each) for each in made_of])
     if given.count is None:

@@ -78,7 +78,7 @@ def test_the_factor_e_gives_the_contact_angle():
     [
         (lambda: DeepGroove(**metres((40, 80, 18))), "neither internal geometry nor ratings: .*static_load_rating"),
         (lambda: DeepGroove(elements=9, element_diameter=12e-3), "give pitch_diameter, or bore and outer_diameter"),
-        (lambda: DeepGroove(**metres((40, 80, 18)), **rated((32.5, 119.0))), "largest of balls that fit"),
+        (lambda: DeepGroove(**metres((40, 80, 18)), **rated((32.5, 119.0))), "largest balls that fit"),
         (
             lambda: DeepGroove(**metres((40, 80, 18)), **rated((32.5, 19.0)), elements=9, element_diameter=9e-3),
             "static_load_rating = 1.9e.04 N contradicts its geometry: 9 balls of 9 mm have",

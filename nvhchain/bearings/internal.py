@@ -174,7 +174,7 @@ def ball_geometry(given: Given) -> Internal:
             require(
                 static <= largest,
                 f"{given.owner}: static_load_rating = {static:.4g} N is more than {largest:.4g} N, that of the "
-                f"largest balls that fit bore and outer_diameter (pitch diameter {1e3 * pitch:.4g} mm): correct one of them",
+                f"largest balls that fit bore and outer_diameter: correct one of them",
             )
     best = _closest(given, section, 0.6, [made(*each) for each in made_of])
     if given.count is None:

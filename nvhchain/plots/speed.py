@@ -74,17 +74,38 @@ def campbell(
     for name, rate in orders.items():
         line, dashes = MARK_LINES[list(_stages(orders)).index(name.rsplit(" ", 2)[0]) % len(MARK_LINES)]
         ax.plot(ends, ends * np.pi / 30.0 * rate, color=line, linestyle=dashes, linewidth=1.2)
-        end = min(rpm[-1], top / (rate * np.pi / 30.0))
-        ax.annotate(name, (end, end * np.pi / 30.0 * rate), fontsize=9.0, ha="right", va="bottom")
+    _name_orders(ax, orders, (rpm[0], rpm[-1]), 1.05 * top)
     if nominal is not None:
         ax.axvline(60.0 / (2.0 * np.pi) * nominal, color=colour(1), linewidth=1.2, label="speed of the case")
-        ax.legend(loc="lower right")
+        ax.legend(loc="upper left")
     ax.set_xlim(rpm[0], rpm[-1])
     ax.set_ylim(0.0, 1.05 * top)
     ax.set_xlabel("input speed / rpm")
     ax.set_ylabel("frequency / Hz")
-    ax.set_title("Natural frequencies; dark: modes that strain the meshes", loc="left")
+    leaving = [name for name, rate in orders.items() if rate * np.pi / 30.0 * rpm[-1] > 1.05 * top]
+    raised = 6.0 + 5.5 * max(map(len, leaving), default=0)
+    ax.set_title("Natural frequencies; dark: modes that strain the meshes", loc="left", pad=raised)
     return ax
+
+
+def _name_orders(ax: Axes, orders: Mapping[str, float], speeds: tuple[float, float], top: float) -> None:
+    """Write the names of orders outside the axes, where their lines leave it, at least a line of text apart.
+
+    speeds : smallest and largest speed (rpm). top : largest frequency (Hz).
+    """
+    ends = {name: rate * np.pi / 30.0 for name, rate in orders.items()}  # Hz at 1 rpm
+    slowest, fastest = speeds
+    right = {name: slope * fastest / top for name, slope in ends.items() if slope * fastest <= top}
+    above = {name: (top / slope - slowest) / (fastest - slowest) for name, slope in ends.items() if name not in right}
+    for places, gap in ((right, 0.04), (above, 0.025)):
+        at = -np.inf
+        for name in sorted(places, key=lambda one: places[one]):
+            at = max(places[name], at + gap)
+            place = (1.01, at) if places is right else (at, 1.01)
+            label = ax.annotate(name, place, xycoords="axes fraction", fontsize=9.0, annotation_clip=False)
+            label.set_horizontalalignment("left" if places is right else "center")
+            label.set_verticalalignment("center" if places is right else "bottom")
+            label.set_rotation(0.0 if places is right else 90.0)
 
 
 _MODE = (0.0, 0.447, 0.698)

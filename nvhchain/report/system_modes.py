@@ -112,16 +112,22 @@ def _lines(modes: SystemModes, rates: dict[str, float]) -> list[str]:
     in_meshes = mesh_share(modes)
     shown = np.sort(np.argsort(-in_meshes, kind="stable")[:SHOWN])
     lines = [
-        f"{modes.frequency[i]:8.1f} Hz  damping {100 * modes.damping[i]:5.2f} %  strain {_largest(modes, i, 'strain')}"
-        f"; moves {_largest(modes, i, 'kinetic')}"
+        f"{modes.frequency[i]:8.1f} Hz  damping {round(100 * modes.damping[i], 2) + 0.0:5.2f} %"
+        f"  strain {_largest(modes, i, 'strain')}; moves {_largest(modes, i, 'kinetic')}"
         for i in shown
     ]
     candidates = np.flatnonzero(in_meshes >= _WORTH)
+    if not len(candidates):
+        return [
+            *lines,
+            f"No mode strains the meshes by {100 * _WORTH:.0f} % or more: none is compared with their orders",
+        ]
     for name, rate in rates.items():
         for k in range(1, HARMONICS + 1):
             excited = k * rate * modes.input_speed
-            if not len(candidates) or excited > modes.frequency[-1]:
-                continue
+            if excited > modes.frequency[-1]:
+                lines.append(f"{name} × {k} at {excited:.1f} Hz and above: beyond all these modes (--highest)")
+                break
             near = candidates[np.argmin(np.abs(modes.frequency[candidates] - excited))]
             away = 100.0 * (modes.frequency[near] / excited - 1.0)
             meets = modes.frequency[near] / (k * rate) * 30.0 / pi

@@ -25,6 +25,17 @@ def test_first_screen_names_the_quieter_design_by_how_much_and_why(pair):
     assert levels[0]["error_x"]["array"] == [3.0]
 
 
+def test_a_level_without_a_lower_limit_is_written_inside_its_figure(pair):
+    """The axis then reaches 25 dB below the level: "71.4 (below 79.2)" on its right was cut after "below"."""
+    told = summary({"plain": 60.0, "holed": 61.0})
+    for of in told["configurations"].values():
+        of["error_band_dBA"] = [None, of["overall_dBA"] + 8.0]
+    (pair / "summary.json").write_text(json.dumps(told))
+    figures = read(write_page(pair)).figures
+    (levels,) = (of["data"] for name, of in figures.items() if name.endswith("levels"))
+    assert {of["textposition"] for of in levels} == {"top left"}
+
+
 def test_limits_that_overlap_are_said_not_to_decide(pair):
     (pair / "summary.json").write_text(json.dumps(summary({"plain": 60.0, "holed": 61.0})))
     assert "Not decided: within the confidence limits either may be the louder." in read(write_page(pair)).texts

@@ -272,9 +272,8 @@ def _levels(stored: Stored) -> Figure | None:
         return None
     lowest = min(run.summary["overall_dBA"] for _, run, _ in heard) - 25.0
     ends = [end for _, run, _ in heard for end in (run.summary["overall_dBA"], *run.summary.get("error_band_dBA", ()))]
-    middle = 0.5 * (
-        min(lowest + 25.0 if end is None else end for end in ends) + max(end for end in ends if end is not None)
-    )
+    drawn = [lowest if end is None else end for end in ends]
+    middle = 0.5 * (min(drawn) + max(drawn))
     traces = []
     for number, run, _ in heard:
         level = float(run.summary["overall_dBA"])

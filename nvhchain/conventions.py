@@ -98,7 +98,7 @@ class Material:
             value = getattr(self, name)
             require(
                 isfinite(value) and low <= value <= high,
-                f"material {name} = {value} {unit} is outside {low:g}…{high:g} {unit}: give it in SI units",
+                f"material {name} = {value:.6g} {unit} is outside {low:g}…{high:g} {unit}: give it in SI units",
             )
 
 

@@ -251,7 +251,12 @@ def test_unit_systems_give_steel_its_handbook_values(name, young, density):
         (210e3, 0.0, "mm-t-s", "without mass nothing vibrates: give the density"),
         (30e6, 0.283, "in-lbf-s", r"as weight per volume it makes 783\d kg/m³: divide it by g = 386.089"),
         (210e6, 7.85e-6, "mm-t-s", "the file may be in mm-kg-s$"),
-        (210.0, 7850.0, "m-kg-s", "no unit system makes sense of both"),
+        (210.0, 785.0, "m-kg-s", "no unit system makes sense of both"),
+        (210e3, 7.7e-5, "mm-t-s", r"as weight per volume it makes 785\d kg/m³: divide it by g = 9806"),
+        (70e3, 2.65e-5, "mm-t-s", r"as weight per volume it makes 270\d kg/m³"),
+        (210e3, 7.85e-6, "mm-t-s", "E fits mm-t-s, the density is that of mm-kg-ms or mm-kg-s: correct it"),
+        (2.5e9, 1.2e-9, "mm-t-s", "no unit system"),
+        (2500.0, 1.2e3, "mm-t-s", "no unit system"),
     ],
 )
 def test_a_material_that_makes_no_sense_is_named_for_its_fault(young, density, units, message):

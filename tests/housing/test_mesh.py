@@ -10,7 +10,9 @@ import pytest
 from benchmarks.housing.random_castings import COARSE, random_casting
 from nvhchain.errors import InputError, SolverError
 from nvhchain.fem import mesher, stiffness_and_mass
+from nvhchain.housing import InnerWall
 from nvhchain.housing.casting import _gmsh
+from nvhchain.housing.casting import mesh as mesh_module
 from nvhchain.housing.casting.mesh import (
     boundary_faces,
     mesh_casting,
@@ -161,3 +163,19 @@ def test_random_castings_are_meshed(seed):
     """
     made = random_casting(seed)
     assert len(mesh_casting(made, COARSE).seats) == len(made.bores)
+
+
+@pytest.mark.parametrize(("wrong", "message"), [("spokes", "spokes = 6"), ("inner_walls", "inner_walls")])
+def test_a_casting_that_has_no_mesh_is_refused_by_the_field_to_change(casting, fidelity, monkeypatch, wrong, message):
+    """Which castings these are depends on the last digit of a length: "use another element size" helped nobody."""
+    made = replace(casting, spokes=6, inner_walls=(InnerWall(0.08, 0.006),))
+
+    def meshed(tried, knobs):
+        if getattr(tried, wrong):
+            raise SolverError("the casting falls apart into 5 pieces")
+        return "a mesh"
+
+    monkeypatch.setattr(mesh_module, "_meshed", meshed)
+    with pytest.raises(InputError, match=rf"no mesh with {message}, .*: change {wrong}"):
+        mesh_casting(made, fidelity)
+    assert mesh_casting(replace(made, **{wrong: type(getattr(made, wrong))()}), fidelity) == "a mesh"

@@ -23,8 +23,8 @@ _NAMED_TOLERANCE = 1e-3
 _SAME_RADIUS = 2e-5
 """Largest difference (m) of two radii that count as one."""
 
-_HALF, _FULL = 0.98 * np.pi, 1.9 * np.pi
-"""Angles (rad) that a cylinder must cover to be a seat, and to be a whole one."""
+_HALF, _BROKEN, _FULL = 0.98 * np.pi, 1.1 * np.pi, 1.9 * np.pi
+"""Angles (rad) that a cylinder must cover to be a seat, a bolt hole that breaks through an edge, and a whole one."""
 
 _GROOVE = 0.5
 """Longest gap over the radius between two parts of one cylinder, such as a groove for a ring or for oil."""
@@ -232,7 +232,7 @@ def find_bolts(part: CadPart, found: Sequence[Cylinder], seats: Iterable[Cylinde
     if part.bolt_diameter is None:
         return tuple(bolts.values())
     of_seats = {seat.faces for seat in seats}
-    possible = [c for c in found if c.faces not in of_seats and c.angle > _FULL and _at_plane(part, c)]
+    possible = [c for c in found if c.faces not in of_seats and c.angle > _BROKEN and _at_plane(part, c)]
     fitting = [c for c in possible if abs(2 * c.radius - part.bolt_diameter) < 2 * AXIS_TOLERANCE]
     where = "at the mounting plane" if part.mounting_plane else "in the part"
     sizes, counts = np.unique(np.round([2e3 * c.radius for c in possible], 3), return_counts=True)

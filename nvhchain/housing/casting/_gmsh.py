@@ -41,7 +41,7 @@ def mesh(recipe: dict[str, Any]) -> dict[str, np.ndarray]:
         json.dumps(recipe).encode(),
         time_limit=_TIME_LIMIT,
         failure="gmsh could not mesh the housing",
-        remedy="use another element size, of which a larger one is quicker",
+        remedy="use another element size",
     )
 
 

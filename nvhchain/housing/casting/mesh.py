@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -49,7 +50,44 @@ class HousingMesh:
 
 
 def mesh_casting(casting: Casting, fidelity: HousingFidelity) -> HousingMesh:
-    """Mesh the casting and find seats, bolts and outside. Raises InputError if a seat has too few elements."""
+    """Mesh the casting and find seats, bolts and outside.
+
+    Raises InputError if a seat has too few elements, and for features in each other's way, by their fields.
+    """
+    try:
+        return _meshed(casting, fidelity)
+    except (SolverError, InputError) as error:
+        if str(error).startswith("seat"):  # too few elements
+            raise
+        for fields, others in _FEATURES:
+            plain: dict[str, Any] = {name: type(getattr(casting, name))() for name in fields}
+            if all(getattr(casting, name) == value for name, value in plain.items()):
+                continue
+            try:
+                _meshed(replace(casting, **plain), fidelity)
+            except (SolverError, InputError):
+                continue
+            stated = " and ".join(f"{name} = {getattr(casting, name):g}" for name in fields if name != "inner_walls")
+            raise InputError(
+                f"housing: no mesh with {stated or 'inner_walls'}, which meet other parts at a sharp edge: change "
+                f"{', '.join((*fields, *others))}"
+            ) from error
+        raise
+
+
+_FEATURES = (
+    (("side_ribs",), ("rib_height", "rib_thickness")),
+    (("spokes",), ("rib_height", "rib_thickness")),
+    (("spokes", "side_ribs"), ("rib_height", "rib_thickness")),
+    (("chamfer",), ("draft",)),
+    (("bolts",), ("bolt_radius", "lug_radius")),
+    (("inner_walls",), ()),
+)
+"""Features of a casting that may be in the way of others, and further fields that move them."""
+
+
+def _meshed(casting: Casting, fidelity: HousingFidelity) -> HousingMesh:
+    """Return the mesh of a casting, as it is."""
     raw = _gmsh.mesh(casting_recipe(casting, fidelity.element_size, fidelity.elements_per_turn))
     elements = raw["elements"]
     nodes = straightened(raw["nodes"], elements)

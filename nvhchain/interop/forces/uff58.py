@@ -229,7 +229,8 @@ def _obstacle(function: dict[str, Any], name: str) -> str:
     """Return the reason why a time response is no force, speed or displacement over time; empty if it may be."""
     time, values = function["x"], function["data"]
     if "num_pts" in function and int(function["num_pts"]) != len(values):
-        return f"holds {len(values)} values of {int(function['num_pts'])} that it declares: it is truncated"
+        fault = "truncated" if len(values) < int(function["num_pts"]) else "damaged, or its count is wrong"
+        return f"holds {len(values)} values of {int(function['num_pts'])} that it declares: it is {fault}"
     if len(time) != len(values):
         return f"has {len(values)} values at {len(time)} times: it is truncated"
     if np.iscomplexobj(values):

@@ -39,35 +39,46 @@ class UnitSystem:
         try:
             return Material(young * self.stress, poisson, density * self.density)
         except InputError as error:
-            fault = str(error)
+            fault = str(error).removesuffix(": give it in SI units")
         stated = f"{place}: E = {young:g}, density {density:g} read in {self.name}"
         if density == 0:
             raise InputError(f"{stated}: without mass nothing vibrates: give the density")
-        others = [
-            other.name
-            for other in UNIT_SYSTEMS.values()
-            if other is not self and _plausible(young * other.stress, density * other.density)
-        ]
-        weight = density * self.density / (_GRAVITY / (self.length / self.time**2))
-        if others:
-            remedy = f"; the file may be in {', '.join(others)}"
-        elif _plausible(young * self.stress, weight):
+        own, gravity = (young * self.stress, density * self.density), _GRAVITY / (self.length / self.time**2)
+        others = {name: (young * of.stress, density * of.density) for name, of in UNIT_SYSTEMS.items() if of != self}
+        heavy = [name for name, of in UNIT_SYSTEMS.items() if _metal(own[0], density * of.density)]
+        remedy = "; no unit system makes sense of both: correct one"
+        if metals := [name for name, of in others.items() if _metal(*of)]:
+            remedy = f"; the file may be in {', '.join(metals)}"
+        elif _metal(own[0], own[1] / gravity):
             remedy = (
-                f"; as weight per volume it makes {weight:.4g} kg/m³: divide it by g = "
-                f"{_GRAVITY / (self.length / self.time**2):g}, or in Nastran state PARAM, WTMASS"
+                f"; as weight per volume it makes {own[1] / gravity:.4g} kg/m³: divide it by g = {gravity:g}, or in "
+                "Nastran state PARAM, WTMASS"
             )
-        else:
-            remedy = "; no unit system makes sense of both: correct one"
+        elif heavy:
+            remedy = f"; E fits {self.name}, the density is that of {' or '.join(heavy)}: correct it"
+        elif plastics := [name for name, of in others.items() if _plastic(*of)]:
+            remedy = f"; the file may be in {', '.join(plastics)}"
         raise InputError(f"{stated}: {fault}{remedy}")
 
 
 _GRAVITY = 9.80665
 """Standard gravity (m/s²)."""
 
+_METALS = (
+    *((210e9, 7850.0), (110e9, 7200.0), (170e9, 7100.0), (70e9, 2700.0), (45e9, 1800.0)),
+    *((85e9, 6600.0), (110e9, 4500.0), (110e9, 8700.0)),
+)
+"""E (Pa) and density (kg/m³) of steel, grey and ductile iron, aluminium, magnesium, zinc, titanium and brass."""
 
-def _plausible(young: float, density: float) -> bool:
-    """Return True for values (Pa, kg/m³) of a solid that carries loads, from plastics to hard metal."""
-    return 5e7 <= young <= 1e12 and 200.0 <= density <= 2.5e4
+
+def _metal(young: float, density: float) -> bool:
+    """Return True for values (Pa, kg/m³) near those of a metal of castings."""
+    return any(abs(young / e - 1.0) < 0.3 and abs(density / rho - 1.0) < 0.15 for e, rho in _METALS)
+
+
+def _plastic(young: float, density: float) -> bool:
+    """Return True for values (Pa, kg/m³) of plastics, plain or with fibres."""
+    return 1e9 <= young <= 6e10 and 800.0 <= density <= 2200.0
 
 
 UNIT_SYSTEMS: Mapping[str, UnitSystem] = MappingProxyType(

@@ -55,7 +55,7 @@ _UNITSYS = {
     "MN-MM": "mm-kg-s", "MN_MM": "mm-kg-s", "N-MM": "mm-t-s", "N_MM": "mm-t-s", "M-N": "m-kg-s", "N-M": "m-kg-s",
     "N_M": "m-kg-s", "METRIC": "m-kg-s", "SI": "m-kg-s", "MKS": "m-kg-s", "LBF-IN": "in-lbf-s", "IN-LBF": "in-lbf-s",
 }  # fmt: skip
-"""Value of PARAM UNITSYS → unit system; others are not judged."""
+"""Value of PARAM UNITSYS → unit system."""
 
 
 def read_nastran(path: str | Path, *, units: str, spc: int | None = None) -> SolidModel:
@@ -87,7 +87,7 @@ def read_nastran(path: str | Path, *, units: str, spc: int | None = None) -> Sol
         listed = ", ".join(f"{count} {name}" for name, count in idle.items())
         parts.notes.append(f"{listed} left out: they change neither stiffness nor mass")
     with damaged(path, lambda error: f"not Nastran bulk data: {named(error)}"):
-        scale = _parameters(named_cards, path, system)
+        scale = _parameters(named_cards, parts, system)
         frames = read_grids(named_cards, parts)
         read_solids(named_cards, parts)
         material = _material_reader(named_cards, parts, system, scale)
@@ -197,8 +197,8 @@ def _check_once(numbers: list[str], subject: str, parts: Parts) -> None:
         raise FileFormatError(f"{parts.source}: {subject} {twice[0]} is defined twice")
 
 
-def _parameters(named_cards: dict[str, list[list[str]]], path: Path, system: UnitSystem) -> float:
-    """Return PARAM WTMASS; InputError where PARAM UNITSYS states other units."""
+def _parameters(named_cards: dict[str, list[list[str]]], parts: Parts, system: UnitSystem) -> float:
+    """Return PARAM WTMASS; InputError where PARAM UNITSYS states other units, a note where it is unknown."""
     scale = 1.0
     for card in named_cards.get("PARAM", []):
         name = card[1].upper()
@@ -206,8 +206,12 @@ def _parameters(named_cards: dict[str, list[list[str]]], path: Path, system: Uni
             scale = real(card[2])
         elif name == "UNITSYS" and len(card) > 2:
             stated = _UNITSYS.get(card[2].upper())
-            if stated not in (None, system.name):
-                raise InputError(f"{path}: PARAM UNITSYS {card[2]} states {stated}, read in {system.name}: set units")
+            if stated is None:
+                parts.notes.append(f"PARAM UNITSYS {card[2]} is unknown: read in {system.name}, as units says")
+            elif stated != system.name:
+                raise InputError(
+                    f"{parts.source}: PARAM UNITSYS {card[2]} states {stated}, read in {system.name}: set units"
+                )
     return scale
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, partial
 from math import ceil, hypot
 from typing import Literal, TypeVar
 
@@ -37,6 +37,7 @@ from nvhchain.conventions import Air
 from nvhchain.dynamics import Bearing, Equilibrium, Gearbox, LooseGear, Mesh, Shaft, ShaftBearing
 from nvhchain.dynamics import equilibrium as balanced
 from nvhchain.dynamics.model.rigid_train import input_inertia
+from nvhchain.dynamics.model.shaft_beam import covered_places
 from nvhchain.dynamics.runs.ramp import Ramp as SpeedRamp
 from nvhchain.errors import InputError, check_all, require, require_all
 from nvhchain.fidelity import STANDARD, Fidelity
@@ -156,6 +157,7 @@ class GearboxCase:
         )
         object.__setattr__(self, "gears", set_backlashes(self.gears, self.stages))
         check_all(
+            *(partial(self._check_reach, shaft) for shaft in self.shafts),
             lambda: self.housing.check(self),
             self._check_load,
             self._check_train,
@@ -175,6 +177,14 @@ class GearboxCase:
             require(len(getattr(self, kind)) > 0, f"{kind}: at least one is needed")
             check_names([item.name for item in getattr(self, kind)], kind)
         require_all(unknown_names(self))
+
+    def _check_reach(self, shaft: Shaft) -> None:
+        """Refuse a drawn shaft with a gap, or that ends before what stands on it; one that is stated rigid may."""
+        if shaft.segments and self.options.flexible_shafts is not False:
+            bearings = [b.z for b in self.bearings if b.shaft == shaft.name]
+            between = [b.z for b in self.shaft_bearings if shaft.name in (b.shaft, b.outer_shaft)]
+            gears = [gear.z for gear in self.gears if gear.shaft == shaft.name and not gear.loose]
+            covered_places(shaft, [*bearings, *between, *gears, *(load.z for load in shaft.loads)])
 
     def _check_load(self) -> None:
         """Refuse torques that do not fit the options or idle gears."""

@@ -51,7 +51,7 @@ def load_case(path: str | Path, *, changes: Sequence[str] = ()) -> Case:
         TOML file.
     changes : sequence of str
         Values that replace those of the file, such as "operation.input_speed_rpm = 1800" or
-        "gears.wheel.face_width_mm = 30"; entries of a list have their name in the path.
+        "gears.wheel.geometry.face_width_mm = 30"; entries of a list have their name in the path.
 
     Returns
     -------

@@ -6,13 +6,18 @@ neither much.
 
 from __future__ import annotations
 
+import os
 import pickle
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from signal import SIGINT, SIGTERM, default_int_handler, signal
+from tempfile import TemporaryFile
 from threading import Thread
+from time import perf_counter
+from typing import IO
 
 from nvhchain.case import Case, GearboxCase
 from nvhchain.chain import steps
@@ -20,7 +25,7 @@ from nvhchain.chain.running import Run
 from nvhchain.errors import concerning
 from nvhchain.fidelity import Fidelity
 from nvhchain.files.hdf5 import writable_folder
-from nvhchain.files.result_cache import ResultCache, Unwatched, Watcher
+from nvhchain.files.result_cache import AheadWatcher, ResultCache, Unwatched, Watcher
 from nvhchain.runtime import processes
 from nvhchain.runtime.memory import free_memory
 from nvhchain.runtime.threads import blas_threads, cores
@@ -72,7 +77,7 @@ def operators_ahead(
     for case in cases:
         preflight(case, fidelity, {})
     writable_folder(operators, "operators")
-    with _mesh_law_process(gearboxes, fidelity, operators):
+    with _mesh_law_process(gearboxes, fidelity, operators, watcher):
         runs = [Run(Scene(case, fidelity), shared=ResultCache(operators, _OnlyComputed(watcher))) for case in gearboxes]
         with blas_threads(1):
             for run in runs:
@@ -86,11 +91,18 @@ def operators_ahead(
 
 
 @contextmanager
-def _mesh_law_process(cases: Sequence[GearboxCase], fidelity: Fidelity, operators: Path) -> Iterator[None]:
+def _mesh_law_process(
+    cases: Sequence[GearboxCase], fidelity: Fidelity, operators: Path, watcher: Watcher | None
+) -> Iterator[None]:
     """Compute the mesh laws in another process; errors there are silent and recur where the law is needed."""
-    with processes.start_python(
-        "-m", "nvhchain.chain.prefetch", stdin=processes.PIPE, environment=_ONE_THREAD
-    ) as process:
+    with (
+        TemporaryFile() as told,
+        processes.start_python(
+            "-m", "nvhchain.chain.prefetch", stdin=processes.PIPE, stderr=told, environment=_ONE_THREAD
+        ) as process,
+    ):
+        if isinstance(watcher, AheadWatcher):
+            watcher.ahead(partial(_finished, told))
         assert process.stdin is not None
         try:
             with suppress(BrokenPipeError):
@@ -100,6 +112,41 @@ def _mesh_law_process(cases: Sequence[GearboxCase], fidelity: Fidelity, operator
         finally:
             with suppress(BrokenPipeError):
                 process.stdin.close()  # this ends the process
+
+
+def _finished(told: IO[bytes]) -> dict[tuple[str, str], float]:
+    """Return (case, step) → seconds of the steps that the other process has told of in its standard error."""
+    if told.closed:
+        return {}
+    text = os.pread(told.fileno(), 1 << 20, 0) if hasattr(os, "pread") else b""
+    lines = [line.split("\t") for line in text.decode(errors="replace").splitlines()]
+    return {(line[1], line[2]): float(line[3]) for line in lines if len(line) == 4 and line[0] == _COMPUTED}
+
+
+_COMPUTED = "computed"
+"""First word of a line of the other process about a step."""
+
+
+class _Telling(Unwatched):
+    """Watcher of the other process: it tells of every step that it has computed."""
+
+    def __init__(self, case: str) -> None:
+        self._case, self._began = case, 0.0
+
+    def begin(self, step: str) -> None:
+        self._began = perf_counter()
+
+    def end(self, step: str, outcome: str) -> None:
+        if outcome == "computed":
+            print(
+                _COMPUTED,
+                self._case,
+                step,
+                f"{perf_counter() - self._began:.3f}",
+                sep="\t",
+                file=sys.stderr,
+                flush=True,
+            )
 
 
 def _laws_need_gears_alone(case: GearboxCase) -> bool:
@@ -132,7 +179,7 @@ def main() -> None:
     with suppress(KeyboardInterrupt):
         Thread(target=_end_with_caller, daemon=True).start()
         for case in cases:
-            steps.mesh_laws(Run(Scene(case, fidelity), shared=ResultCache(operators)))
+            steps.mesh_laws(Run(Scene(case, fidelity), shared=ResultCache(operators, _Telling(case.name))))
 
 
 if __name__ == "__main__":

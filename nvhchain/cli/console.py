@@ -6,7 +6,7 @@ import codecs
 import os
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from typing import Any, TextIO, cast
 
@@ -104,12 +104,17 @@ class Console:
     def __init__(self) -> None:
         self._bar: Any = None
         self._started = 0.0
-        self._indent = ""
+        self._indent = self._case = ""
+        self._ahead: Callable[[], Mapping[tuple[str, str], float]] = dict
 
     def begin_case(self, name: str) -> None:
         """Print the name of the case that is run."""
         show(f"{name}:", error=True)
-        self._indent = "  "
+        self._indent, self._case = "  ", name
+
+    def ahead(self, finished: Callable[[], Mapping[tuple[str, str], float]]) -> None:
+        """Receive a function that returns (case, step) → seconds of the steps that another process has computed."""
+        self._ahead = finished
 
     def begin(self, step: str) -> None:
         """Begin a step."""
@@ -137,5 +142,8 @@ class Console:
         if self._bar is not None:
             self._bar.close()
             self._bar = None
+        beside = self._ahead().get((self._case, step)) if outcome == "cached" else None
         seconds = f" in {time.perf_counter() - self._started:.1f} s" if outcome == "computed" else ""
+        if beside is not None:
+            outcome, seconds = "computed", f" in {beside:.1f} s, beside the housing"
         show(f"{self._indent}{step}: {outcome}{seconds}", error=True)

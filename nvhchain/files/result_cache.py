@@ -189,6 +189,15 @@ class CaseWatcher(Watcher, Protocol):
         ...
 
 
+@runtime_checkable
+class AheadWatcher(Watcher, Protocol):
+    """Watcher that also learns what another process has computed for this run."""
+
+    def ahead(self, finished: Callable[[], Mapping[tuple[str, str], float]]) -> None:
+        """Receive a function that returns (case, step) → seconds of the steps that are finished."""
+        ...
+
+
 class Unwatched:
     """Watcher without effect."""
 

@@ -21,16 +21,22 @@ _DRAWING_UNITS = {UNITS[unit][0]: unit for unit in ("mm", "deg", "rpm", "kg_cm2"
 """SI unit → suffix of the keys that state it as on drawings."""
 
 
+_DERIVED = ("summary.json", "report.html", "error_bands.json")
+"""Files made from the hand-offs of a folder, which a comparison does not write for each case."""
+
+
 @contextmanager
 def recorded_case(case: Case, fidelity: Fidelity, folder: Path) -> Iterator[None]:
-    """Write case.json before a run and remove an earlier summary.
+    """Write case.json before a run, and remove summary, page, limits and sounds of an earlier one.
 
     The file holds values of the case, its orders, outlines of its gears, and the fidelity. A run that ends before its
     first hand-off leaves nothing.
 
     folder: folder of the run; made if it is missing.
     """
-    (writable_folder(folder, "out") / "summary.json").unlink(missing_ok=True)
+    writable_folder(folder, "out")
+    for path in [*(folder / name for name in _DERIVED), *folder.glob("sound-*.wav")]:
+        path.unlink(missing_ok=True)
     write_text(folder / "case.json", _record(case, fidelity))
     try:
         yield

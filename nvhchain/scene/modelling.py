@@ -24,6 +24,9 @@ from nvhchain.scene.order_error import NO_ERROR, OrderError
 DECIMALS = 3
 """Decimal digits of estimates (dB). Rounding of another machine then decides alike."""
 
+IMPOSSIBLE = "cannot be modelled"
+"""Begin of the note of an option that the case does not allow."""
+
 _LOADED = ("friction", "shuttling")
 """Options of drive flanks under load."""
 
@@ -123,9 +126,11 @@ class Modelling:
         found = []
         if auto:
             on = ", ".join(f"{each.option} {number_text(each.level_db, '+.1f')} dB" for each in auto if each.modelled)
-            off = ", ".join(each.option for each in auto if not each.modelled)
+            never = [each.option for each in auto if each.note.startswith(IMPOSSIBLE)]
+            off = ", ".join(each.option for each in auto if not each.modelled and each.option not in never)
             parts = [f"modelled: {on or 'no option'}"]
             parts += [f"left out: {off}, in all {number_text(self.left_out_db, '+.1f')} dB"] if off else []
+            parts += [f"{IMPOSSIBLE}: {', '.join(never)} (see plan)"] if never else []
             found.append("; ".join(parts))
         return (*found, *(each.line(self.tolerance_db) for each in self.against_estimate))
 
@@ -256,7 +261,7 @@ def _described(
             try:
                 level, distance = linear.change(without, with_it), linear.distance(without, with_it)
             except InputError as error:  # of an option that the case leaves out, beside those chosen
-                note = f"cannot be modelled: {error}"
+                note = f"{IMPOSSIBLE}: {error}"
         found.append(OptionEstimate(name, asked.get(name, stated), on, level, distance, note))
     case = replace(linear.case, options=chosen) if linear.case.options != chosen else linear.case
     left, far = linear.change(chosen, full), linear.distance(chosen, full)
@@ -320,7 +325,7 @@ class _Estimates:
                 beside = [each for each in open_ones if not self.refusal(each)]
                 self.power(self.plain(**_switched_on([*beside, name])))
         except InputError as error:
-            return f"cannot be modelled: {error}"
+            return f"{IMPOSSIBLE}: {error}"
         return "" if float(np.sum(power)) > 0.0 else "no estimate, since no mesh order lies in the band"
 
     def change(self, before: Options, after: Options) -> float:

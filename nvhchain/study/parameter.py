@@ -52,7 +52,7 @@ class Parameter:
     name : str
         Name in tables and figures.
     paths : tuple of str
-        Places of the case that get the value, such as "gears.wheel.face_width_mm"; entries of a list by name.
+        Places of the case that get the value, such as "gears.wheel.geometry.face_width_mm"; entries of a list by name.
     values : tuple
         Values in the unit of the path.
     variants : tuple of (str, dict)

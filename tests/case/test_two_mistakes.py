@@ -105,3 +105,31 @@ def test_proposals_are_made_for_missing_values_alone(monkeypatch: pytest.MonkeyP
 def test_fields_of_a_type_without_any_are_refused_with_a_remedy():
     with pytest.raises(InputError, match=r"blank\.web_mm: unknown field; this type has none, choose another `type`"):
         load_case(SMALL, changes=["gears.wheel.blank.web_mm = 3"])
+
+
+def test_six_mistakes_that_do_not_depend_on_each_other_are_refused_together(tmp_path: Path) -> None:
+    """An unknown shaft that is like no other, and gears of one hand, hid the torque, the gear space and the rest."""
+    save_case(load_case(SMALL), tmp_path / "whole.toml")
+    case = tomllib.loads((tmp_path / "whole.toml").read_text())
+    case["operation"]["input_torque"] = 60000
+    case["bearings"][3]["shaft"] = "Q7"
+    wheel = case["gears"][1]["geometry"]
+    wheel["helix_angle_deg"] = -wheel["helix_angle_deg"]
+    case["gears"][0]["geometry"]["bore_radius_mm"] = 11
+    case["housing"]["gear_spaces"][1]["radius_mm"] = 43
+    lines = refused(case, tmp_path / "case.toml")
+    for text in ("shaft 'Q7' is unknown", "breaks the teeth", "do not mesh", "bore_radius = 11 mm", "reaches into the"):
+        assert sum(text in line for line in lines) == 1, lines
+    assert len(lines) == 5, lines
+
+
+def test_a_shaft_that_ends_before_what_stands_on_it_is_refused_unless_it_is_stated_rigid(tmp_path: Path) -> None:
+    """`auto` took it as rigid without a word: 9 dB too loud, outside the limits."""
+    save_case(load_case(SMALL), tmp_path / "whole.toml")
+    case = tomllib.loads((tmp_path / "whole.toml").read_text())
+    case["options"]["flexible_shafts"] = "auto"
+    case["shafts"][0]["segments"][-1]["end_mm"] = 100
+    (line,) = refused(case, tmp_path / "case.toml")
+    assert "shaft A: its segments span" in line
+    case["options"]["flexible_shafts"] = False
+    assert not refused(case, tmp_path / "case.toml")

@@ -5,6 +5,7 @@ import shlex
 import subprocess
 import sys
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ import nvhchain as nvh
 from nvhchain.chain import prefetch as ahead
 from nvhchain.chain.steps import kernels
 from nvhchain.cli import main
+from nvhchain.cli.console import Console
 from nvhchain.errors import InputError
 from nvhchain.files.result_cache import ResultCache
 
@@ -46,6 +48,22 @@ def test_laws_are_found_or_made_here_where_the_process_failed(case, coarse, tmp_
         alone = nvh.run(case, fidelity=coarse, out=tmp_path / "one", watcher=record).force_spectrum.force
     assert [how for stage, how in record.ended if stage.startswith("mesh_law")] == ["cached", "computed"]
     assert np.abs(found - alone).max() < 1e-6 * np.abs(alone).max()
+
+
+def test_steps_of_the_other_process_are_printed_with_their_time(tmp_path, capsys):
+    """They were called cached, though they had just been computed; a line that tells of none is passed over."""
+    console = Console()
+    with (tmp_path / "told").open("w+b") as told:
+        told.write(b"a warning\ncomputed\tholed\tmesh_law_stage\t12.345\n")
+        told.flush()
+        console.ahead(partial(ahead._finished, told))
+        for name in ("plain", "holed"):
+            console.begin_case(name)
+            console.end("mesh_law_stage", "cached")
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[1] == "  mesh_law_stage: cached"
+    assert lines[3] == "  mesh_law_stage: computed in 12.3 s, beside the housing"
+    assert ahead._finished(told) == {}
 
 
 def test_the_other_process_ends_with_its_caller_and_leaves_nothing_half_written(case, tmp_path):

@@ -50,9 +50,23 @@ def mended(table: Mapping[str, Any], wrong: Sequence[str], path: str) -> dict[st
             right.pop(str(steps[0]), None)
     for name, value in _STAND_INS.items():
         right.setdefault(name, value)
-    for part, field, known, _ in unknown_references(right):
-        part[field] = next(iter(get_close_matches(part[field], known, 1)), part[field])
+    for part, field, known, place in unknown_references(right):
+        kind = f"{place.split()[0]}s"
+        taken = [other.get(field) for other in right.get(kind, ()) if isinstance(other, dict)]
+        rarest = min(known, key=taken.count)
+        part[field] = next(iter(get_close_matches(part[field], known, 1)), rarest)
+    if any("give them opposite hands" in text for text in wrong):
+        _oppose_hands(right)
     return right
+
+
+def _oppose_hands(table: Mapping[str, Any]) -> None:
+    """Give the wheel of every stage the helix angle of its pinion, of the other hand."""
+    drawn = {gear["name"]: gear["geometry"] for gear in table["gears"]}
+    for stage in table["stages"]:
+        pinion, wheel = drawn.get(stage["pinion"], {}), drawn.get(stage["wheel"], {})
+        for key in [key for key in wheel if without_unit(key) == "helix_angle"]:
+            wheel[key] = -pinion.get(key, -wheel[key])
 
 
 def _rename(table: Any, steps: Sequence[str | int], meant: str | None) -> None:

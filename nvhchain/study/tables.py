@@ -245,7 +245,7 @@ def _search_lines(study: Study, rows: Sequence[Row]) -> list[str]:
     if base.responses and base.design != best.design:
         change = best.responses[name] - base.responses[name]
         missed = ", which misses a target" if base.excess > 0 else ""
-        lines.append(f"Less design 0, the base case{missed}: {change:+{form}}")
+        lines.append(f"Difference from design 0, the base case{missed}: {change:+{form}}")
     return lines + lies
 
 

@@ -207,7 +207,7 @@ def test_a_base_case_outside_the_ranges_is_stated_and_is_not_the_best_design(stu
     assert best.design > 0
     assert best.values["radius"] >= 5.0
     lines = write_study(study, rows, tmp_path / "out")
-    assert lines[1].startswith("Less design 0, the base case: +")
+    assert lines[1].startswith("Difference from design 0, the base case: +")
     assert lines[2] == "Design 0, the base case, lies outside the search: radius = 4 mm"
 
 

@@ -3,6 +3,10 @@
 import importlib.util
 from pathlib import Path
 
+import pytest
+
+from nvhchain.cli import main
+
 ROOT = Path(__file__).parents[2]
 SPEC = importlib.util.spec_from_file_location("examples", ROOT / "docs" / "_ext" / "examples.py")
 examples = importlib.util.module_from_spec(SPEC)
@@ -30,6 +34,16 @@ def test_an_example_uses_the_name_of_its_package():
     names = {"nvhchain.gear.Slots", "nvhchain.plots.pressure_spectrum", "nvhchain.run"}
     assert names <= examples.used(script)
     assert "nvhchain.gear.Slots" not in examples.used("from nvhchain.dynamics import Slots")
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")
+def test_example_from_plan_to_verdict_runs(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "single-stage", "mine"]) == 0
+    page = (ROOT / "docs" / "howto" / "python.md").read_text(encoding="utf-8")
+    exec(examples.blocks(page)[0], {})
+    assert "light is 10.0 dB quieter than single-stage" in capsys.readouterr().out
 
 
 def test_examples_of_single_steps_run(tmp_path, monkeypatch, capsys):

@@ -120,11 +120,11 @@ def _finished(told: IO[bytes]) -> dict[tuple[str, str], float]:
         return {}
     text = os.pread(told.fileno(), 1 << 20, 0) if hasattr(os, "pread") else b""
     lines = [line.split("\t") for line in text.decode(errors="replace").splitlines()]
-    return {(line[1], line[2]): float(line[3]) for line in lines if len(line) == 4 and line[0] == _COMPUTED}
+    return {(line[1], line[2]): float(line[3]) for line in lines if len(line) == 5 and line[0] == line[4] == _COMPUTED}
 
 
 _COMPUTED = "computed"
-"""First word of a line of the other process about a step."""
+"""First and last word of a line of the other process about a step."""
 
 
 class _Telling(Unwatched):
@@ -138,15 +138,8 @@ class _Telling(Unwatched):
 
     def end(self, step: str, outcome: str) -> None:
         if outcome == "computed":
-            print(
-                _COMPUTED,
-                self._case,
-                step,
-                f"{perf_counter() - self._began:.3f}",
-                sep="\t",
-                file=sys.stderr,
-                flush=True,
-            )
+            told = (_COMPUTED, self._case, step, f"{perf_counter() - self._began:.3f}", _COMPUTED)
+            print("\t".join(told), file=sys.stderr, flush=True)
 
 
 def _laws_need_gears_alone(case: GearboxCase) -> bool:

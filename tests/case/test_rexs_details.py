@@ -1,5 +1,6 @@
 """What a gear unit states in detail: inside of bearings, stiffness at the operating point, masses, tooth thickness."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -31,6 +32,7 @@ CASES = Path(__file__).parents[2] / "cases"
         ("3208", (40, 80, 30.2)),
         ("7208-B", (40, 80, 18)),
         ("NA4908", (40, 62, 22)),
+        ("NSK 6205", (25, 52, 15)),
         ("50x58x25", (50, 58, 25)),
         ("16008", (40, 68, None)),
         ("T2ED045", None),
@@ -201,6 +203,83 @@ def test_a_chord_is_the_thickness_of_the_teeth(tmp_path):
     chord = virtual * np.sin(4.5 / virtual)
     (found, _), _ = thinned(tmp_path, normal_chordal_tooth_thickness=(chord, "mm"))
     assert found == pytest.approx(1e-3 * (3 * np.pi / 2 - 4.5), rel=1e-6)
+
+
+def test_deviations_count_beside_a_nominal_chord(tmp_path):
+    """The chord of a gear without allowance stands beside its deviations; it made them 0."""
+    virtual = 60.0 / np.cos(np.radians(15)) ** 3
+    nominal = virtual * np.sin(1.5 * np.pi / virtual)
+    deviations = {
+        f"chordal_tooth_thickness_{end}_deviation": (x, "mm") for end, x in (("upper", -0.08), ("lower", -0.12))
+    }
+    (found, _), _ = thinned(tmp_path, normal_chordal_tooth_thickness=(nominal, "mm"), **deviations)
+    assert found == pytest.approx(100e-6)
+
+
+def test_a_measure_counts_more_than_a_series(tmp_path):
+    measured, _ = thinned(
+        tmp_path / "one", span_measurement=(23.1, "mm"), number_of_teeth_for_span_measurement=(3, "none")
+    )
+    series = {"tooth_thickness_deviation_tolerance_series_din_3967_1978": ("c25", "none")}
+    both, page = thinned(
+        tmp_path / "two", span_measurement=(23.1, "mm"), number_of_teeth_for_span_measurement=(3, "none"), **series
+    )
+    assert both == measured
+    assert "the measured thickness is taken" in page
+
+
+@pytest.mark.parametrize("kind", ["mass", "load"])
+def test_shafts_reach_overhung_masses_and_loads(tmp_path, kind):
+    """A coupling half or a pulley beyond the last bearing: the drawn piece is lengthened to it."""
+    unit = gear_train((20, 31))
+    if kind == "mass":
+        place, made = (
+            -30.0,
+            unit.add("additional_mass", mass_of_component=(2.0, "kg"), moment_of_inertia_u_axis=(1e-3, "kg m^2")),
+        )
+    else:
+        place, made = -15.0, unit.add("external_load", transmits_torque=(False, "none"), force_v_direction=(500.0, "N"))
+    unit.attributes(made)["u_coordinate_on_shaft"] = (place, "mm")
+    unit.relate("assembly", assembly=unit.of("shaft")[0], part=made)
+    case, _ = imported(unit, tmp_path)
+    (there,) = case.shafts[0].bodies if kind == "mass" else case.shafts[0].loads
+    assert case.shafts[0].segments[0].start <= there.z + 1e-6
+
+
+def test_a_matrix_of_two_unlike_springs_returns_from_the_file(tmp_path):
+    case, _ = imported(gear_train((20, 31)), tmp_path / "first")
+    springs = StiffnessMatrix(np.diag([3e8, 1e8, 5e7, 0.0, 0.0]).tolist())
+    case = replace(case, bearings=(replace(case.bearings[0], model=springs), *case.bearings[1:]))
+    export_rexs(case, tmp_path / "back.rexs")
+    back = load_case(import_rexs(tmp_path / "back.rexs", tmp_path / "back").case).bearings[0].model
+    assert np.diag(back.stiffness)[:3] == pytest.approx([3e8, 1e8, 5e7])
+
+
+def test_a_wrong_reference_of_a_place_that_is_not_needed_is_no_mistake(tmp_path):
+    unit = gear_train((20, 31))
+    bearing = unit.attributes(unit.of("rolling_bearing_with_catalog_geometry")[0])
+    bearing.update(support_vector=([0.0, 0.0, 0.0], "mm"), reference_component_for_position=(999, "none"))
+    assert len(imported(unit, tmp_path)[0].bearings) == 4
+
+
+def test_a_mass_on_no_shaft_is_named(tmp_path):
+    unit = gear_train((20, 31))
+    mass = unit.add("additional_mass", "ring", mass_of_component=(2.0, "kg"))
+    unit.relate("assembly", assembly=unit.of("gear_casing")[0], part=mass)
+    case, page = imported(unit, tmp_path)
+    assert not case.shafts[0].bodies
+    assert "additional mass | on no shaft" in page
+
+
+@pytest.mark.parametrize("ids", [(0, 1), (1, None)])
+def test_load_cases_keep_numbers_from_zero_and_get_missing_ones(tmp_path, ids):
+    unit = gear_train((20, 31))
+    unit.load_cases.append(dict(unit.load_cases[0]))
+    model = json.loads(unit.json())
+    for case, number in zip(model["model"]["load_spectrum"]["load_cases"], ids, strict=True):
+        case["id"] = number
+    (tmp_path / "u.rexsj").write_text(json.dumps(model))
+    assert [load.name for load in read_rexs(tmp_path / "u.rexsj").loads] == [str(ids[0]), str(ids[0] + 1)]
 
 
 def test_numbers_without_a_unit_have_that_of_the_specification(tmp_path):

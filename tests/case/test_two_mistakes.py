@@ -123,6 +123,18 @@ def test_six_mistakes_that_do_not_depend_on_each_other_are_refused_together(tmp_
     assert len(lines) == 5, lines
 
 
+def test_a_name_that_is_like_no_other_is_one_mistake(tmp_path: Path) -> None:
+    """A stand-in for a gear or an end of the train would make mistakes of its own."""
+    save_case(load_case(SMALL), tmp_path / "whole.toml")
+    for change in (("stages", 0, "wheel"), ("output_shaft",), *(("bearings", n, "shaft") for n in range(4))):
+        case = tomllib.loads((tmp_path / "whole.toml").read_text())
+        part: Any = case
+        for step in change[:-1]:
+            part = part[step]
+        part[change[-1]] = "qqqqq"
+        assert len(refused(case, tmp_path / "case.toml")) == 1
+
+
 def test_a_shaft_that_ends_before_what_stands_on_it_is_refused_unless_it_is_stated_rigid(tmp_path: Path) -> None:
     """`auto` took it as rigid without a word: 9 dB too loud, outside the limits."""
     save_case(load_case(SMALL), tmp_path / "whole.toml")

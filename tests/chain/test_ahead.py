@@ -54,7 +54,7 @@ def test_steps_of_the_other_process_are_printed_with_their_time(tmp_path, capsys
     """They were called cached, though they had just been computed; a line that tells of none is passed over."""
     console = Console()
     with (tmp_path / "told").open("w+b") as told:
-        told.write(b"a warning\ncomputed\tholed\tmesh_law_stage\t12.345\n")
+        told.write(b"a warning\ncomputed\tholed\tmesh_law_stage\t12.345\tcomputed\ncomputed\tplain\tmesh_law_stage\t")
         told.flush()
         console.ahead(partial(ahead._finished, told))
         for name in ("plain", "holed"):

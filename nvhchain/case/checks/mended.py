@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from dataclasses import MISSING, fields
 from difflib import get_close_matches
+from math import dist
 from typing import Any
 
 from nvhchain.case.checks.names import unknown_references
@@ -50,14 +51,28 @@ def mended(table: Mapping[str, Any], wrong: Sequence[str], path: str) -> dict[st
             right.pop(str(steps[0]), None)
     for name, value in _STAND_INS.items():
         right.setdefault(name, value)
-    for part, field, known, place in unknown_references(right):
-        kind = f"{place.split()[0]}s"
-        taken = [other.get(field) for other in right.get(kind, ()) if isinstance(other, dict)]
-        rarest = min(known, key=taken.count)
-        part[field] = next(iter(get_close_matches(part[field], known, 1)), rarest)
+    for part, field, known, _ in unknown_references(right):
+        close = get_close_matches(part[field], known, 1)
+        part[field] = close[0] if close else _around(right, part) or part[field]
     if any("give them opposite hands" in text for text in wrong):
         _oppose_hands(right)
     return right
+
+
+def _around(table: Mapping[str, Any], bearing: Mapping[str, Any]) -> str:
+    """Return the shaft whose axis goes through the bore of a bearing in a drawn casting; empty without one."""
+    housing = table.get("housing")
+    bores = housing.get("bores", ()) if isinstance(housing, dict) else ()
+    try:
+        (centre,) = [_point(bore, "centre") for bore in bores if bore["name"] == bearing["name"]]
+        return next(str(shaft["name"]) for shaft in table["shafts"] if dist(_point(shaft, "axis"), centre) < 1e-4)
+    except (KeyError, TypeError, ValueError, StopIteration):
+        return ""
+
+
+def _point(part: Mapping[str, Any], field: str) -> list[float]:
+    """Return x and y (m) of a point by its key in m or mm."""
+    return list(part[field][:2]) if field in part else [1e-3 * x for x in part[f"{field}_mm"][:2]]
 
 
 def _oppose_hands(table: Mapping[str, Any]) -> None:

@@ -79,6 +79,8 @@ def _by_measure(unit: GearUnit, gear: ImportedGear) -> ImportedGear:
         return gear
     shift = found[1].profile_shift
     unit.findings.add("assumed", gear.name, "profile shift x", f"{shift:.6g}", "measured tooth thickness, no allowance")
+    if gear.ball_deviation is not None:  # of a nominal dimension
+        return replace(gear, profile_shift=shift)
     return replace(gear, profile_shift=shift, thickness=found[1].normal_thickness)
 
 

@@ -54,6 +54,9 @@ _SERIES = {
 }
 """Dimension series by type and series of a designation; rollers and four-point bearings as N."""
 
+_ROLLERS = frozenset(["N", "NU", "NJ", "NUP", "NF", "NH", "NN", "NNU", "NCF", "NA", "RN", "RNU", "RNA", "QJ"])
+"""Letters before the series of roller bearings and of four-point bearings; others name a maker or a material."""
+
 Sizes = tuple[float, float, float | None]
 
 
@@ -77,7 +80,7 @@ def named_sizes(designation: str) -> Sizes | None:
     letters, digits = found.groups()
     code = int(digits[-2:])
     row = _table().get({0: 10, 1: 12, 2: 15, 3: 17}.get(code, 5 * code))
-    rollers = letters.startswith(("N", "RN", "QJ"))
+    rollers = letters in _ROLLERS
     series = digits[:-2] if rollers else digits[1:-2]
     known = _SERIES["N"] if rollers else _SERIES.get(digits[0], {})
     if row is None or f"D{series[-1:]}" not in row:

@@ -68,6 +68,8 @@ def estimate(
     kind = _kind(unit, bearing)
     angle = _contact_angle(bearing, kind)
     radial, axial, source = bearing.radial_stiffness, bearing.axial_stiffness, "stiffness in the file"
+    if rolling and (matrix := _operating(unit, bearing)) is not None:
+        return BearingEstimate(bore, outer, width, radial or FREE, axial or FREE, "operating point in the file", matrix)
     if radial is None or (axial is None and bearing.axial != "no_direction"):
         inside = _elements(bearing, kind, bore, outer, width)
         count = inside.count * (bearing.rows or 1)
@@ -97,17 +99,27 @@ def estimate(
             "assumed", bearing.name, "axial support", f"{bearing.axial} only", "linear, in both directions"
         )
     limited = [min(max(value or FREE, FREE), RIGID) for value in (radial, axial)]
-    matrix = None
-    if bearing.matrix is not None and rolling:
-        try:
-            matrix = StiffnessMatrix(bearing.matrix)
-            unit.findings.add("taken", bearing.name, "stiffness", "5 × 5 matrix", "operating point in the file")
-        except InputError as error:
-            text = f"not used: {error}"
-            unit.findings.add("differs", bearing.name, "stiffness at the operating point", text, "means taken")
-    if any((value or 0.0) > RIGID for value in (radial, axial)):
-        unit.findings.add("assumed", bearing.name, "stiffness", f"{RIGID:g} N/m at most", "rigid in the file")
-    return BearingEstimate(bore, outer, width, limited[0], limited[1], source, matrix)
+    return BearingEstimate(bore, outer, width, limited[0], limited[1], source)
+
+
+def _operating(unit: GearUnit, bearing: ImportedBearing) -> StiffnessMatrix | None:
+    """Return the stiffness of a bearing at the operating point of the file; None without one that a case can have.
+
+    A bearing that holds its shaft radially only has no axial stiffness.
+    """
+    if bearing.matrix is None:
+        return None
+    values = np.array(bearing.matrix)
+    if bearing.axial == "no_direction":
+        values[2], values[:, 2] = 0.0, 0.0
+    try:
+        matrix = StiffnessMatrix(tuple(map(tuple, values.tolist())))
+    except InputError as error:
+        text = f"not used: {error}"
+        unit.findings.add("differs", bearing.name, "stiffness at the operating point", text, "means taken")
+        return None
+    unit.findings.add("taken", bearing.name, "stiffness", "5 × 5 matrix", "operating point in the file")
+    return matrix
 
 
 _SUFFIX = re.compile(r"7\d{3,4}[- ]?(AC|B|C)\b")

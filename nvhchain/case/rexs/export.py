@@ -272,7 +272,8 @@ def _bearing(
 
 def _operating(stiffness: FloatArray) -> dict[str, Value]:
     """Return a stiffness (5, 5) at the operating point in the words of REXS, where it is more than two springs."""
-    if not (stiffness - np.diag(np.diag(stiffness))).any() and not np.diag(stiffness)[3:].any():
+    coupled = (stiffness - np.diag(np.diag(stiffness))).any() or np.diag(stiffness)[3:].any()
+    if not coupled and stiffness[0, 0] == stiffness[1, 1]:
         return {}
     found: dict[str, Value] = {}
     for i, force in _OF_CASE.items():

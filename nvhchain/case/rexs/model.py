@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from math import ceil, cos, dist, pi
 
 from nvhchain.bearings.loaded import holds_tilt
+from nvhchain.bearings.springs import StiffnessMatrix
 from nvhchain.case.rexs.arranged import Arrangement, arranged
 from nvhchain.case.rexs.completed import Comparison, complete_gears, nominal_distances, shared_data
 from nvhchain.case.rexs.estimates import BearingEstimate, bearing_loads, estimate
@@ -137,10 +138,12 @@ def _faces(
 
 
 def _planes(unit: GearUnit, places: Arrangement, shaft: str) -> list[float]:
-    """Return the planes (m) of gears and bearings on a shaft, bearings around it included."""
+    """Return the planes (m) of all that stands on a shaft or pulls at it, bearings around it included."""
     gears = [places.planes[gear.name] for gear in unit.gears if gear.shaft == shaft]
     bearings = [b.z + places.shifts[b.shaft] for b in unit.bearings if shaft in (b.shaft, b.outer_shaft)]
-    return gears + bearings
+    masses = [mass.z for item in unit.shafts if item.name == shaft for mass in item.masses]
+    pulls = [load.z for load in unit.side_loads if load.shaft == shaft]
+    return gears + bearings + [z + places.shifts[shaft] for z in (*masses, *pulls)]
 
 
 def _operation(unit: GearUnit, places: Arrangement, gears: dict[str, GearGeometry]) -> tuple[float, float]:
@@ -222,6 +225,9 @@ def _together(unit: GearUnit, beside: Sequence[Support]) -> Support:
         reason = "alike bearings beside each other are a pair"
     else:
         for support, of in zip(beside, each, strict=True):
+            if isinstance(of.model, StiffnessMatrix):
+                text = f"{of.radial_stiffness:.3g} and {of.axial_stiffness:.3g} N/m radially and axially instead"
+                unit.findings.add("left out", support.bearing.name, "5 × 5 matrix", text, "another bearing beside it")
             if of.rolling is not None:
                 text = f"{of.radial_stiffness:.3g} and {of.axial_stiffness:.3g} N/m"
                 unit.findings.add("assumed", support.bearing.name, "radial and axial stiffness", text, of.source)

@@ -78,7 +78,7 @@ def _tried(source: Path, name: str, load: str | None, *, rigid: bool) -> tuple[I
     while True:
         case = imported_case(read_rexs(source, load_case=load), str(source), constant=constant)
         for bearing, why in reasons.items():
-            case.unit.findings.add("assumed", bearing, "rolling elements", "constant stiffness in place of them", why)
+            case.unit.findings.add("assumed", bearing, "elements or matrix", "constant stiffness in place of them", why)
         text = case_text(case, Path(name).stem, source.name, rigid=rigid)
         refusal = _refused(text, name, source)
         if refusal is None:

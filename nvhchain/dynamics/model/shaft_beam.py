@@ -111,8 +111,8 @@ def covered_places(shaft: Shaft, places: Sequence[float]) -> list[float]:
     for z in fixed:
         require(
             ends[0][0] - ALIKE <= z <= reached + ALIKE,
-            f"shaft {shaft.name}: its segments span z = {1e3 * ends[0][0]:g}…{1e3 * reached:g} mm, but a bearing, gear "
-            f"or body sits at {1e3 * z:g} mm: lengthen the shaft, or take it as rigid (flexible_shafts = false)",
+            f"shaft {shaft.name}: its segments span z = {1e3 * ends[0][0]:g}…{1e3 * reached:g} mm, but "
+            f"something stands at {1e3 * z:g} mm: lengthen the shaft, or take it as rigid (flexible_shafts = false)",
         )
     return fixed
 

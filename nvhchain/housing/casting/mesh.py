@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -57,7 +58,7 @@ def mesh_casting(casting: Casting, fidelity: HousingFidelity) -> HousingMesh:
     try:
         return _meshed(casting, fidelity)
     except (SolverError, InputError) as error:
-        if str(error).startswith("seat"):  # too few elements
+        if not _IN_THE_WAY.search(str(error)):  # too few elements at a seat, or no time
             raise
         for fields, others in _FEATURES:
             plain: dict[str, Any] = {name: type(getattr(casting, name))() for name in fields}
@@ -74,6 +75,9 @@ def mesh_casting(casting: Casting, fidelity: HousingFidelity) -> HousingMesh:
             ) from error
         raise
 
+
+_IN_THE_WAY = re.compile(r"falls apart|not closed|periodic|intersect|^bolt")
+"""Failures of the mesher where faces nearly touch or pieces hang in the air."""
 
 _FEATURES = (
     (("side_ribs",), ("rib_height", "rib_thickness")),

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from nvhchain.interop.rexs.contents.document import Component
+from nvhchain.interop.rexs.contents.findings import Findings
 from nvhchain.interop.rexs.gears import material_of
 from nvhchain.interop.rexs.parts import Parts
 from nvhchain.interop.rexs.places import Line, frame_of
@@ -28,7 +30,8 @@ def place_on_shaft(
     """
     along = parts.values(component).number(name, "m", low=-10.0, high=10.0)
     line = lines.get(shaft)
-    frame, base = frame_of(parts, component), frame_of(parts, parts.document.components[min(lines)]) if lines else None
+    heard = parts if along is None else replace(parts, findings=Findings())  # mistakes of a frame that is not needed
+    frame, base = frame_of(heard, component), frame_of(heard, parts.document.components[min(lines)]) if lines else None
     own = None if frame is None or base is None else float(base.axes[0] @ frame.origin)
     if along is None:
         return own
@@ -57,6 +60,9 @@ def read_shafts(parts: Parts, lines: Mapping[int, Line]) -> list[ImportedShaft]:
         found.append(
             ImportedShaft(parts.names[shaft], axis, tuple(sorted(pieces, key=lambda piece: piece.start)), tuple(masses))
         )
+    for mass in parts.document.typed("additional_mass"):
+        if parts.document.owner(mass.id, "shaft") is None:
+            parts.findings.add("left out", mass.label, "additional mass", "on no shaft", "stands on another component")
     return found
 
 

@@ -56,11 +56,17 @@ def thickness_of(parts: Parts, component: Component, angle: float, helix: float,
         for end in ("upper", "lower")
     )
     given = [value for value in (upper, lower) if value is not None]
+    span, size, allowance = _span(values), _ball_size(values), _allowance(parts, component, angle)
+    thickness = _thickness(values, helix)
+    if allowance is None and thickness is None and not given:
+        allowance = _by_series(parts, component, pitch, measured=span is not None or size is not None)
+        if allowance is None:
+            thickness = _by_chord(values, helix, pitch)
     return {
-        "allowance": _allowance(parts, component, angle, pitch, over_balls=bool(given)),
-        "thickness": _thickness(values, helix, pitch),
-        "span": _span(values),
-        "ball_size": _ball_size(values),
+        "allowance": allowance,
+        "thickness": thickness,
+        "span": span,
+        "ball_size": size,
         "ball_deviation": sum(given) / len(given) if given else None,
         "ball": values.number("diameter_of_measuring_ball_or_pin", "m", low=0.0, high=1.0) or None,
     }
@@ -83,8 +89,8 @@ def _ball_size(values: Values) -> tuple[float, float, str] | None:
     return None
 
 
-def _allowance(parts: Parts, component: Component, angle: float, pitch: float, *, over_balls: bool) -> float | None:
-    """Return the mean reduction of the normal tooth thickness (m) by its deviations, or by the series of DIN 3967."""
+def _allowance(parts: Parts, component: Component, angle: float) -> float | None:
+    """Return the mean reduction of the normal tooth thickness (m) by its deviations."""
     values, name = parts.values(component), parts.names[component.id]
     for ends, factor, source in (
         ("{}_backlash_allowance_referenced_to_span", 1.0 / cos(angle), "mean deviation of the base tangent length"),
@@ -96,13 +102,21 @@ def _allowance(parts: Parts, component: Component, angle: float, pitch: float, *
             allowance = -factor * sum(given) / len(given)
             parts.findings.add("taken", name, "thickness allowance", f"{1e6 * allowance:.4g} µm", source)
             return allowance
-    series = re.fullmatch(r"([a-h]{1,2})\s*(\d\d)|(\d\d)\s*([a-h]{1,2})", values.text(_SERIES).strip().lower())
-    if over_balls or series is None:
+    return None
+
+
+def _by_series(parts: Parts, component: Component, pitch: float, *, measured: bool) -> float | None:
+    """Return the mean reduction of the normal tooth thickness (m) by the series of DIN 3967; a measure counts more."""
+    name, text = parts.names[component.id], parts.values(component).text(_SERIES).strip().lower()
+    series = re.fullmatch(r"([a-h]{1,2})\s*(\d\d)|(\d\d)\s*([a-h]{1,2})", text)
+    if series is None:
         return None
     letters, number = series[1] or series[4], int(series[2] or series[3])
     row = bisect_left(_DIAMETERS, 1e3 * pitch)
-    if letters not in _UPPER or number not in _TOLERANCE or row == len(_DIAMETERS):
-        parts.findings.add("left out", name, "thickness allowance", series[0], "not a series of DIN 3967")
+    known = letters in _UPPER and number in _TOLERANCE and row < len(_DIAMETERS)
+    if measured or not known:
+        why = "the measured thickness is taken" if known else "not a series of DIN 3967"
+        parts.findings.add("left out", name, "thickness allowance", text, why)
         return None
     allowance = 1e-6 * (_UPPER[letters][row] + 0.5 * _TOLERANCE[number][row])
     text = f"DIN 3967 {letters} {number} at {1e3 * pitch:.5g} mm, middle of the tolerance"
@@ -110,11 +124,14 @@ def _allowance(parts: Parts, component: Component, angle: float, pitch: float, *
     return allowance
 
 
-def _thickness(values: Values, helix: float, pitch: float) -> float | None:
-    """Return the normal tooth thickness at the reference circle (m), from its chord where the file has that only."""
+def _thickness(values: Values, helix: float) -> float | None:
+    """Return the normal tooth thickness at the reference circle (m)."""
     normal = values.number("normal_tooth_thickness_at_reference_diameter", "m", low=1e-5)
     transverse = values.number("transverse_tooth_thickness_at_reference_diameter", "m", low=1e-5)
-    if normal is not None or transverse is not None:
-        return normal if normal is not None else (transverse or 0.0) * cos(helix)
+    return normal if normal is not None else transverse * cos(helix) if transverse is not None else None
+
+
+def _by_chord(values: Values, helix: float, pitch: float) -> float | None:
+    """Return the normal tooth thickness at the reference circle (m) by its chord."""
     chord, virtual = values.number("normal_chordal_tooth_thickness", "m", low=1e-5), pitch / cos(helix) ** 2
     return virtual * asin(chord / virtual) if chord is not None and chord < virtual else None

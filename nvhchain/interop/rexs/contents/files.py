@@ -112,11 +112,11 @@ def _of_xml(root: Element, path: str) -> Document:
     ]
     cases = [
         (
-            spectrum.get("id"),
+            spectrum.get("id", place),
             case.get("id"),
             [(e.get("id"), e.get("type"), attributes(e)) for e in case.iterfind("component")],
         )
-        for spectrum in root.iter("load_spectrum")
+        for place, spectrum in enumerate(root.iter("load_spectrum"), start=1)
         for case in spectrum.iter("load_case")
     ]
     return _document(path, root.get("version"), root.get("applicationId"), components, relations, cases)
@@ -134,13 +134,13 @@ def _of_json(data: bytes, path: str) -> Document:
         ]
         cases = [
             (
-                spectrum.get("id"),
+                spectrum.get("id", place),
                 case.get("id"),
                 [(c.get("id"), c.get("type"), _json_attributes(c)) for c in case.get("components") or ()],
             )
             for key, spectra in model.items()
             if key.startswith("load_spectr")
-            for spectrum in _listed(spectra)
+            for place, spectrum in enumerate(_listed(spectra), start=1)
             for case in spectrum.get("load_cases") or ()
         ]
         return _document(path, model.get("version"), model.get("applicationId"), components, found, cases)
@@ -213,10 +213,10 @@ def _document(
             end = whole(number, "id of a component", path)
             if end in parts:
                 of[end] = named(parts[end].type, attributes)
-        name = str(whole(key or len(loads) + 1, "id of a load case", path))
-        name = f"{whole(spectrum or 1, 'id of a load spectrum', path)}.{name}" if several else name
+        name = str(whole(len(loads) + 1 if key is None else key, "id of a load case", path))
+        name = f"{spectrum}.{name}" if several else name
         if any(load.name == name for load in loads):
-            raise FileFormatError(f"{path}: load case {name} is there twice: give each its own id")
+            raise FileFormatError(f"{path}: load case {name} is there twice: give each case, or spectrum, its own id")
         loads.append(LoadCase(name, of))
     return Document(
         f"{numbers[0]}.{numbers[1]}",

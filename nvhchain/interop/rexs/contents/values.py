@@ -107,7 +107,8 @@ class Values:
         if given in ("", "none"):
             if unit == "m" and any(part in name for part in _SMALL):
                 return 1e-6
-            return 1e3 if name.endswith("load_rating") else _USUAL.get(unit, 1.0)
+            named = {"load_rating": 1e3, "time_fraction": 0.01}
+            return next((by for end, by in named.items() if name.endswith(end)), _USUAL.get(unit, 1.0))
         if given not in UNITS:
             text = f"the unit {attribute.unit!r} is none of REXS: correct it, first at"
             if not any(mistake.startswith(text) for mistake in self._findings.mistakes):

@@ -92,7 +92,7 @@ def operators_ahead(
 
 @contextmanager
 def _mesh_law_process(
-    cases: Sequence[GearboxCase], fidelity: Fidelity, operators: Path, watcher: Watcher | None
+    cases: Sequence[GearboxCase], fidelity: Fidelity, operators: Path, watcher: Watcher | None = None
 ) -> Iterator[None]:
     """Compute the mesh laws in another process; errors there are silent and recur where the law is needed."""
     with (

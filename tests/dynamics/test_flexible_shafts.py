@@ -251,7 +251,7 @@ def test_shafts_with_gaps_and_gears_beside_them_are_refused(make_gearbox, make_l
     gearbox = _flexible(make_gearbox())
     for segments, message in (
         ((Cylinder(-0.115, 0.0, 0.03), Cylinder(0.01, 0.135, 0.03)), r"no segment covers z = 0…10 mm"),
-        ((Cylinder(-0.115, 0.1, 0.03),), r"sits at 105 mm: lengthen the shaft"),
+        ((Cylinder(-0.115, 0.1, 0.03),), r"stands at 105 mm: lengthen the shaft"),
         ((), "needs segments"),
     ):
         changed = replace(gearbox, shafts=(replace(gearbox.shafts[0], segments=segments), *gearbox.shafts[1:]))

@@ -181,14 +181,24 @@ def test_what_fans_of_needles_cost_is_said_and_true(air, monkeypatch):
         list(systems(surface, batch, knobs))
         return (time.process_time() - start) / len(batch)
 
-    processor_seconds(body, KNOBS, alone)  # kernels and rules are ready
-    taken, without, ball = (
-        min(processor_seconds(*of) for _ in range(3))
-        for of in ((body, KNOBS, alone), (body, plain, alone), (sphere(0.1, 3), plain, four))
+    def needle_seconds(surface):
+        return processor_seconds(surface, KNOBS, alone) - processor_seconds(surface, plain, alone)
+
+    needle_seconds(fan(30))  # kernels and rules are ready
+    small, taken, ball = (
+        min(of(surface) for _ in range(3))
+        for of, surface in (
+            (needle_seconds, fan(30)),
+            (needle_seconds, body),
+            (lambda surface: processor_seconds(surface, plain, four), sphere(0.1, 3)),
+        )
     )
-    slow = ball / (_SECONDS_PER_PAIR * 1280**2)  # this machine, against the one that seconds are said for
     *_, seconds, once = gap_cost(body, KNOBS)
-    assert (taken - without) / 2 < slow * seconds < 2 * (taken - without)
+    assert taken / small == pytest.approx(seconds / gap_cost(fan(30), KNOBS)[3], rel=0.5)
+    # This machine against the one that seconds are said for: by a ball, which waits for memory where needles do not.
+    # Needles took 0.7 to 1.0 of what is said on one machine, 0.47 on another with memory half as fast.
+    slow = ball / (_SECONDS_PER_PAIR * 1280**2)
+    assert taken / 4 < slow * seconds < 4 * taken
     assert seconds / 2 < once <= seconds
     monkeypatch.setattr(accuracy, "SLOW_SECONDS", 0.5 * seconds)
     with pytest.warns(RuntimeWarning, match=r"120 triangles are more than 5 times .* fans of needles"):

@@ -13,7 +13,7 @@ from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, HousingAccuracy, IntArray, ReducedHousing
 from nvhchain.housing.imported.repair import check_extent
-from nvhchain.housing.imported.seats import seat_rows
+from nvhchain.housing.imported.seats import at_rest, held_holes, seat_rows, seat_walls
 from nvhchain.housing.imported.solid_model import warn
 from nvhchain.housing.modes.seat_modes import moving_vectors
 from nvhchain.housing.modes.truncation import Vectors, truncation_report
@@ -33,9 +33,6 @@ Rounding is 1e-16 of the highest eigenvalue of a mesh. It gives free bodies natu
 
 _ROUNDED = 0.5
 """Largest frequency (Hz) of a rigid mode due to rounding."""
-
-_AT_REST = 1e-9
-"""Largest displacement of a node at rest over the largest of all."""
 
 _SPACINGS = 3.0
 """Largest gap between the last mode and f_max without a missing mode, in mean spacings of natural frequencies."""
@@ -100,16 +97,17 @@ def housing_from_modes(
     seats = seat_rows(model, positions, labels)
     skin, shells, repairs = modal_skin(model)
     warn(f"{model.source}: {note}" for note in repairs)
+    on_skin = np.unique(skin.facets[skin.facets < len(model.nodes)])
+    plugs = [*seat_walls(model, seats, on_skin), *held_holes(model, skin.facets)]
     envelope = outer_envelope(
         skin,
-        [],
+        plugs,
         faces,
         voxels_per_face=fidelity.voxels_per_face,
         shells=shells,
     )
     facets = skin.facets[envelope.exposed]
-    moves = np.abs(model.shapes).max(axis=(0, 2)) > _AT_REST * np.abs(model.shapes).max()
-    moving = facets[moves[facets[:, :3]].any(axis=1)]  # walls of bolt holes do not move, and no bolt is named
+    moving = facets[~at_rest(model)[facets[:, :3]].all(axis=1)]
     motion = skin.restrict(
         normal_motion(skin.nodes, moving, envelope.surface, envelope.silent, fidelity.samples_per_face)
     )

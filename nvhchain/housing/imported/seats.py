@@ -6,14 +6,29 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
 
 from nvhchain.errors import InputError, require
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fem.solid_model import RigidSet, SolidModel
 from nvhchain.handoff import FloatArray, IntArray
+from nvhchain.housing.skin.surface_nets import BoolArray
 
 SEAT_TOLERANCE = 1e-4
 """Largest distance (m) between a rigid set's reference point and a bearing."""
+
+_FEWEST = 6
+"""Least number of nodes in the wall of a rigid seat, and of modes that show it."""
+
+_RIGID = 3e-5
+"""Largest distance of a wall from rigid motion over the largest displacement of a mode: files have five digits."""
+
+_AT_REST = 1e-9
+"""Largest displacement of a node at rest over the largest of all."""
+
+_SEVERAL = 50
+"""Largest number of nodes that tell the rotation of a seat."""
 
 
 def bearing_seats(
@@ -69,6 +84,62 @@ def seat_rows(
             "at it, or name a node of the seat that has them",
         )
     return rows
+
+
+def seat_walls(model: ModalModel, seats: IntArray, skin: IntArray) -> list[IntArray]:
+    """Return the nodes of the skin that move with each rigid seat, such as the wall of its bore.
+
+    seats: (n_bearing,) rows of the nodes that move as the seats.
+    skin: (n,) rows of nodes of the skin.
+    Returns rows of at least `_FEWEST` nodes for every rigid seat; a seat whose surroundings bend has none.
+
+    u_i = u_seat + θ × (x_i − x_seat) in every mode. Nodes that keep their distance from the seat tell θ.
+    """
+    largest = np.abs(model.shapes).max(axis=(1, 2))
+    bending = (model.frequency > 0) & (largest > 0)
+    shapes = model.shapes[bending] / largest[bending][:, None, None]
+    others = np.setdiff1d(skin, seats)
+    found = []
+    for seat in seats if bending.sum() >= _FEWEST else ():
+        arm, moved = model.nodes[others] - model.nodes[seat], shapes[:, others] - shapes[:, [seat]]
+        length = np.linalg.norm(arm, axis=1)
+        stretched = np.abs(np.einsum("mni,ni->mn", moved, arm)).max(axis=0) / length
+        kept = np.flatnonzero(stretched < _RIGID)
+        kept = kept[np.argsort(length[kept])][:_SEVERAL]
+        turning = np.cross(np.eye(3), arm[:, None]).transpose(0, 2, 1)  # (n, 3, 3): turning @ θ = θ × arm
+        right = moved[:, kept].reshape(len(moved), -1).T
+        angles = np.linalg.lstsq(turning[kept].reshape(-1, 3), right)[0]
+        apart = np.abs(moved - np.einsum("nij,jm->mni", turning, angles)).max(axis=(0, 2))
+        if (apart < _RIGID).sum() >= _FEWEST:
+            found.append(others[apart < _RIGID])
+    return found
+
+
+def at_rest(model: ModalModel) -> BoolArray:
+    """Return a mask (n,) of the nodes that move in no mode."""
+    largest = np.abs(model.shapes).max(axis=(0, 2))
+    return np.asarray(largest <= _AT_REST * largest.max())
+
+
+def held_holes(model: ModalModel, facets: IntArray) -> list[IntArray]:
+    """Return the nodes of every hole, such as that of a bolt, whose wall moves in no mode.
+
+    facets: (k, 6) nodes of the skin's facets, outward; middles of edges may lie beyond the model's nodes.
+    """
+    held = facets[at_rest(model)[facets[:, :3]].all(axis=1)]
+    edges = held[:, [0, 1, 2]].ravel(), held[:, [1, 2, 0]].ravel()
+    graph = sp.coo_matrix((np.ones(len(edges[0])), edges), shape=(len(model.nodes),) * 2)
+    patches = connected_components(graph, directed=False)[1][held[:, 0]]
+    holes = []
+    for number in np.unique(patches):
+        patch = held[patches == number]
+        a, b, c = model.nodes[patch[:, :3]].transpose(1, 0, 2)
+        normal, extent = np.cross(b - a, c - a), np.ptp(a, axis=0)
+        inward = np.einsum("ka,ka->k", normal, a.min(axis=0) + extent / 2 - a)
+        if (inward > 0.1 * extent.max() * np.linalg.norm(normal, axis=1)).all():
+            nodes = np.unique(patch)
+            holes.append(nodes[nodes < len(model.nodes)])
+    return holes
 
 
 def _check_names(names: Iterable[str], positions: Mapping[str, Sequence[float]]) -> None:

@@ -95,7 +95,7 @@ BLOCK = [
 MASS = 0.1 * 0.06 * 0.04 * 8000.0
 
 
-@pytest.mark.parametrize("kind", ["CBUSH", "CELAS1", "CELAS2", "CBUSH between"])
+@pytest.mark.parametrize("kind", ["CBUSH", "CELAS1", "CELAS2", "CBUSH between", "turned", "CBUSH elsewhere"])
 def test_elastic_mounts_to_ground_hold_a_block(tmp_path, kind):
     """Bounce along z on four springs of 2 N/mm, which meet no other motion; stiff ones hold x and y."""
     springs = []
@@ -105,12 +105,58 @@ def test_elastic_mounts_to_ground_hold_a_block(tmp_path, kind):
         elif kind == "CBUSH between":
             springs += [f"GRID,{100 + i},,{100.0 * (i in (2, 3))},{60.0 * (i > 2)},0.,,123456"]
             springs += [f"CBUSH,{10 + i},2,{i},{100 + i},,,,0"]
+        elif kind == "CBUSH elsewhere":
+            springs += [f"CBUSH,{10 + i},2,{i},,,,,0", f"+,,9,{100.0 * (i in (2, 3))},{60.0 * (i > 2)},-9."]
         else:
-            last = ["2.", "900.", "900."] if kind == "CELAS2" else ["3", "4", "4"]
-            springs += [f"{kind},{10 * i + c},{last[c]},{i},{'321'[c]}" for c in range(3)]
+            last = ["2.", "900.", "900."] if kind != "CELAS1" else ["3", "4", "4"]
+            card, order = ("CELAS2", "132") if kind == "turned" else (kind, "321")
+            springs += [f"{card},{10 * i + c},{last[c]},{i},{order[c]}" for c in range(3)]
+    block = [line + ",8" if kind == "turned" and line[:4] == "GRID" else line for line in BLOCK]
+    springs += ["CORD2R,8,,0.,0.,0.,3.,4.,0.", "+,0.,0.,1.", "CORD2R,9,,0.,0.,9.,0.,0.,10.", "+,1.,0.,9."]
     laws = ["PBUSH,2,K,900.,900.,2.", "PELAS,3,2.,,,4,900."]
-    found = frequencies(deck(tmp_path, [*BLOCK, *springs, *laws]), 2000.0)
+    found = frequencies(deck(tmp_path, [*block, *springs, *laws]), 2000.0)
     assert found[0] == pytest.approx(np.sqrt(4 * 2000.0 / MASS) / (2 * np.pi), rel=1e-3)
+
+
+def test_a_rigid_set_of_one_component_slides_in_the_others(tmp_path):
+    """Bounce of a block on one spring of 8 N/mm below a plate that it slides on; stiff springs hold it across."""
+    across = [f"CELAS2,{10 * i + c},900.,{i},{c}" for i in range(1, 5) for c in (1, 2)]
+    lines = [*BLOCK, "GRID,20,,50.,30.,-10.,,12456", "CELAS2,9,8.,20,3", "RBE2,5,20,3,1,2,3,4", *across]
+    model = deck(tmp_path, lines)
+    assert "RBE2 5 couples components 3 only: it slides, and is no bearing seat" in model.notes
+    found = frequencies(model, 2000.0)
+    assert found[0] == pytest.approx(np.sqrt(8000.0 / MASS) / (2 * np.pi), rel=1e-3)
+    stiff = np.sqrt(4 * 900e3 / MASS) / (2 * np.pi)
+    assert found[1:3] == pytest.approx([stiff, stiff], rel=5e-3)
+
+
+def test_a_mass_along_a_turned_axis_swings_with_what_it_weighs_there(tmp_path):
+    """A node on two springs; the mass counts along (3, 4, 0)/5 alone."""
+    lines = [
+        "GRID,1,,0.,0.,0.,8,3456",
+        "CELAS2,1,2.,1,1,2,1",
+        "CMASS2,3,1.-3,1,1",
+        "CELAS2,2,900.,1,2",
+        "CMASS2,4,2.-3,1,2",
+    ]
+    lines += [
+        "CORD2R,8,,0.,0.,0.,0.,0.,1.",
+        "+,3.,4.,0.",
+        *(f"GRID,{i},,{10 * i}.,{9 * (i % 2)}.,0.,,123456" for i in (2, 3, 4)),
+    ]
+    lines += ["CTRIA3,9,1,2,3,4", "PSHELL,1,1,1.,1,,1"]
+    found = frequencies(deck(tmp_path, lines), 2000.0)
+    assert found == pytest.approx(np.sqrt([2e3 / 1.0, 900e3 / 2.0]) / (2 * np.pi), rel=1e-9)
+
+
+def test_bars_take_what_they_lack_from_baror(tmp_path):
+    given = ["CBAR,6,2,20,21,0.,1.,0.", "CBAR,7,2,21,22,0.,1.,0.", "CBEAM,8,3,22,23,0.,1.,0."]
+    usual = ["BAROR,,2,,,0.,1.,0.", "BEAMOR,,3,,,0.,1.,0.", "CBAR,6,,20,21", "CBAR,7,2,21,22", "CBEAM,8,,22,23"]
+    grids = [f"GRID,{i},,{50.0 * (i - 20)},0.,0." for i in range(20, 24)] + ["SPC1,1,123456,20"]
+    laws = ["PBARL,2,1,,BAR", "+,10.,30.", "PBEAML,3,1,,BAR", "+,10.,20.", "CONM2,90,22,,1.-4"]
+    laws += ["CTRIA3,91,9,23,24,25", "PSHELL,9,1,.01,1,,1", "GRID,24,,160.,1.,0.", "GRID,25,,160.,0.,0."]
+    both = [frequencies(deck(tmp_path, [*grids, *bars, *laws]), 5000.0)[:4] for bars in (given, usual)]
+    assert both[1] == pytest.approx(both[0], rel=1e-9)
 
 
 def test_masses_beside_their_node_and_beams_of_any_section_move_as_one_body(tmp_path):
@@ -209,6 +255,7 @@ def test_multi_point_constraints_and_bars_join_two_plates(tmp_path):
         (["DESVAR,1,A,1.", "BCTSET,1,2,3,0."], "1 BCTSET, 1 DESVAR left out"),
         (["DEQATN  7       F(A,B) = A", "        + B", "PDAMP,1,2."], "1 DEQATN, 1 PDAMP left out"),
         (["MPC,4,1,1,1.,2,1,-1."], "MPC 4 left out"),
+        (["NSM1,5,PSOLID,1.,1"], "1 NSM1 left out: case control selects none"),
     ],
 )
 def test_leftovers_are_noted(tmp_path, lines, message):
@@ -231,6 +278,11 @@ def test_leftovers_are_noted(tmp_path, lines, message):
 def test_what_cannot_be_read_is_named(tmp_path, lines, message):
     with pytest.raises(InputError, match=message):
         constrained(sound_mesh(deck(tmp_path, [*BLOCK, *lines]))[0])
+
+
+def test_mass_that_case_control_selects_is_not_lost(tmp_path):
+    with pytest.raises(InputError, match=r"carries 1 NSML, .*the first is NSML, 5"):
+        deck(tmp_path, [*BLOCK, "NSML,5,PSOLID,1,1."], "NSM = 5")
 
 
 def test_a_model_of_shells_is_not_written_without_them(tmp_path):

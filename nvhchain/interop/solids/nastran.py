@@ -22,7 +22,15 @@ from nvhchain.interop.notation.units import UnitSystem, unit_system
 from nvhchain.interop.solids._model_parts import TRANSLATIONS, Parts, Rigid
 from nvhchain.interop.solids.nastran_cards import cards, numbers, real, split_deck
 from nvhchain.interop.solids.nastran_frames import BASIC, Frame, basic_components, frames_and_grids
-from nvhchain.interop.solids.nastran_structure import BEAMS, OTHERS, SECTIONS, SHELLS, Deck, read_structure
+from nvhchain.interop.solids.nastran_structure import (
+    BEAMS,
+    OTHERS,
+    SECTIONS,
+    SHELLS,
+    Deck,
+    read_structure,
+    rigid_members,
+)
 
 SOLIDS: dict[str, tuple[str, str, tuple[int, ...]]] = {
     "CTETRA": ("tet4", "tet10", tuple(range(10))),
@@ -73,7 +81,10 @@ def read_nastran(path: str | Path, *, units: str, spc: int | None = None) -> Sol
     if direct:
         raise InputError(f"{path}: case control adds matrices, {direct[0]}, which are not read: remove them")
     idle = {name: len(found) for name, found in sorted(named_cards.items()) if _NO_EFFECT.match(name)}
-    known = _READ | idle.keys()
+    nonstructural = [name for name in sorted(named_cards) if re.match(r"NSM(L?1?|ADD)$", name)]
+    if _selected(control, path, "NSM") is not None:
+        nonstructural = []
+    known = _READ | idle.keys() | set(nonstructural)
     refused = [name for name in sorted(named_cards) if name not in known and not _PASSED_OVER.match(name)]
     if refused:
         listed = ", ".join(f"{len(named_cards[name])} {name}" for name in refused)
@@ -86,6 +97,9 @@ def read_nastran(path: str | Path, *, units: str, spc: int | None = None) -> Sol
     if idle:
         listed = ", ".join(f"{count} {name}" for name, count in idle.items())
         parts.notes.append(f"{listed} left out: they change neither stiffness nor mass")
+    if nonstructural:
+        listed = ", ".join(f"{len(named_cards[name])} {name}" for name in nonstructural)
+        parts.notes.append(f"{listed} left out: case control selects none")
     with damaged(path, lambda error: f"not Nastran bulk data: {named(error)}"):
         scale = _parameters(named_cards, parts, system)
         frames = read_grids(named_cards, parts)
@@ -217,12 +231,8 @@ def _parameters(named_cards: dict[str, list[list[str]]], parts: Parts, system: U
 
 def _rigid_sets(named_cards: dict[str, list[list[str]]], parts: Parts) -> None:
     for card in named_cards.get("RBE2", []):
-        members = [x for x in card[4:] if x and "." not in x]  # the last field may be a thermal expansion
-        if not set(card[3]) >= TRANSLATIONS:
-            raise InputError(
-                f"{parts.source}: RBE2 {card[1]} couples components {card[3]} only: 123 (or 123456) are needed"
-            )
-        parts.rigid.append(Rigid(card[1], int(card[2]), numbers(members), set(card[3]) >= set("456")))
+        if set(card[3]) >= TRANSLATIONS:
+            parts.rigid.append(Rigid(card[1], int(card[2]), rigid_members(card), set(card[3]) >= set("456")))
 
 
 def _selected(control: list[str], path: Path, name: str) -> int | None:

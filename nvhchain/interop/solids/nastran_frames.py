@@ -67,9 +67,15 @@ def basic_component(component: int, axes: FloatArray) -> tuple[int, float] | Non
 
 
 def basic_components(components: Iterable[str], axes: FloatArray) -> set[str] | None:
-    """Return the components `1` … `6` of the basic system that are those of `axes`; None if any is mixed."""
-    found = [basic_component(int(c) - 1, axes) for c in components if c in "123456"]
-    return None if None in found else {str(one[0] + 1) for one in found if one is not None}
+    """Return the components `1` … `6` of the basic system that make the same space; None if there are none such."""
+    held = set()
+    for first in (1, 4):
+        own = [int(c) - first for c in components if c in "123456" and first <= int(c) < first + 3]
+        share = (axes[:, own] ** 2).sum(axis=1)  # of each basic axis within the space
+        if (np.minimum(share, 1.0 - share) > 4 * _AXIS**2).any():
+            return None
+        held |= {str(first + axis) for axis in np.flatnonzero(share > 0.5)}
+    return held
 
 
 def frames_and_grids(named_cards: Cards, source: str) -> tuple[dict[int, Frame], dict[int, Place]]:

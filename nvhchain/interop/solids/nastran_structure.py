@@ -14,7 +14,7 @@ from nvhchain.fem.structural.relations import rigid_motion
 from nvhchain.fem.structural.sections import KINDS, section
 from nvhchain.handoff import FloatArray
 from nvhchain.interop.notation.units import UnitSystem
-from nvhchain.interop.solids._model_parts import Parts, Rigid
+from nvhchain.interop.solids._model_parts import TRANSLATIONS, Parts, Rigid
 from nvhchain.interop.solids._structure_parts import ShellSection
 from nvhchain.interop.solids.nastran_cards import numbers, real
 from nvhchain.interop.solids.nastran_frames import BASIC, Cards, Frame, basic_component
@@ -32,7 +32,8 @@ SHELLS: Mapping[str, tuple[int, int | None, int, int | None]] = {
 BEAMS = ("CBAR", "CBEAM", "CROD", "CONROD", "CTUBE")
 SECTIONS = ("PSHELL", "PBAR", "PBARL", "PBEAM", "PBEAML", "PROD", "PTUBE", "PBUSH", "PELAS", "PMASS")
 OTHERS = (
-    "CONM2", "CONM1", "CMASS1", "CMASS2", "CELAS1", "CELAS2", "CBUSH", "RBE3", "RBAR", "MPC", "MPCADD", "SPOINT",
+    "BAROR", "BEAMOR", "CONM2", "CONM1", "CMASS1", "CMASS2", "CELAS1", "CELAS2", "CBUSH", "RBE3", "RBAR", "MPC",
+    "MPCADD", "SPOINT",
 )  # fmt: skip
 
 
@@ -73,6 +74,12 @@ class Deck:
         require(node in self.parts.nodes, f"{self.parts.source}: node {node} is not defined")
         return self.system.length * np.array(self.parts.nodes[node])
 
+    def motion(self, node: int, component: int) -> FloatArray:
+        """Return the row (6,) by which motions of the basic system give a component 1 … 6 of a node's own axes."""
+        row = np.zeros((2, 3))
+        row[(component - 1) // 3] = self.axes(node)[:, (component - 1) % 3]
+        return row.ravel()
+
     def component(self, node: int, component: int, where: str) -> tuple[int, float]:
         """Return the motion 0 … 5 of the basic system, and its sign, behind a component 1 … 6 of a node."""
         found = basic_component(component - 1, self.axes(node))
@@ -98,6 +105,7 @@ def read_structure(deck: Deck, chosen_mpc: int | None) -> None:
     _bushes(deck)
     _means(deck)
     _bars(deck)
+    _sliding(deck)
     _relations(deck, chosen_mpc)
 
 
@@ -218,8 +226,11 @@ def _tapered(deck: Deck, where: str, card: list[str]) -> BeamSection:
 
 
 def _beams(deck: Deck) -> None:
+    usual = {f"C{name.removesuffix('OR')}": card for name in ("BAROR", "BEAMOR") for _, card in deck.fields(name)}
     for name in BEAMS:
         for where, card in deck.fields(name):
+            if name in usual:
+                card = _with_defaults(card, usual[name])
             if name in ("CROD", "CTUBE"):
                 ends = int(card[3]), int(card[4])
                 _append_beam(deck, card[2] or card[1], int(card[1]), ends, across(_axis(deck, ends)), [""] * 8)
@@ -236,6 +247,16 @@ def _beams(deck: Deck) -> None:
                 _append_beam(
                     deck, card[2] or card[1], int(card[1]), ends, _direction(deck, where, card, ends), card[9:17]
                 )
+
+
+def _with_defaults(card: list[str], usual: list[str]) -> list[str]:
+    """Return a bar with section, direction and flag of BAROR or BEAMOR where it has none of its own."""
+    whole = list(card)
+    whole[2] = card[2] or usual[2]
+    if not any(card[5:8]):
+        whole[5:8] = usual[5:8]
+    whole[8] = card[8] or usual[8]
+    return whole
 
 
 def _axis(deck: Deck, ends: tuple[int, int]) -> FloatArray:
@@ -305,12 +326,11 @@ def _masses(deck: Deck) -> None:
         for where, card in deck.fields(name):
             require(not card[5], f"{where} joins two nodes: only masses at one node are read")
             node = int(card[3])
-            component, _ = deck.component(node, int(card[4] or 1), where)
+            component = int(card[4] or 1)
             require(name == "CMASS2" or card[2] in values, f"{where}: PMASS {card[2]} is not defined")
             value = real(card[2]) if name == "CMASS2" else values[card[2]]
-            table = np.zeros((6, 6))
-            table[component, component] = mass * value * (L**2 if component > 2 else 1.0)
-            deck.parts.structure.masses.append((int(card[1]), node, table))
+            row = deck.motion(node, component) * (L if component > 3 else 1.0)
+            deck.parts.structure.masses.append((int(card[1]), node, mass * value * np.outer(row, row)))
 
 
 def _springs(deck: Deck) -> None:
@@ -323,20 +343,17 @@ def _springs(deck: Deck) -> None:
         for where, card in deck.fields(name):
             require(name == "CELAS2" or card[2] in values, f"{where}: PELAS {card[2]} is not defined")
             value = real(card[2]) if name == "CELAS2" else values[card[2]]
-            unknowns: list[tuple[int | None, int, float]] = []
-            for node, component in ((card[3], card[4]), (card[5], card[6])):
+            ends: list[int | None] = []
+            row = np.zeros(12)
+            for first, sign, node, component in ((0, 1.0, card[3], card[4]), (6, -1.0, card[5], card[6])):
                 if not node or node == "0":
-                    unknowns.append((None, 0, 0.0))
+                    ends.append(None)
                     continue
                 require(component not in ("", "0"), f"{where} has no component at node {node}")
-                unknowns.append((int(node), *deck.component(int(node), int(component), where)))
-            (a, first, sign), (b, second, other) = unknowns
-            scale = [deck.system.length if c > 2 else 1.0 for c in (first, second)]
-            row = np.zeros(12)
-            if a is not None:
-                row[first] = sign * scale[0]
-            if b is not None:
-                row[6 + second] = -other * scale[1]
+                scale = sign * (deck.system.length if int(component) > 3 else 1.0)
+                row[first : first + 6] = scale * deck.motion(int(node), int(component))
+                ends.append(int(node))
+            a, b = ends
             require(a is not None or b is not None, f"{where} has no node")
             stiffness = value * deck.system.force / deck.system.length * np.outer(row, row)
             deck.parts.structure.springs.append((int(card[1]), a, b, stiffness))
@@ -355,10 +372,10 @@ def _bushes(deck: Deck) -> None:
         a, b = int(card[3]), int(card[4]) if card[4] else None
         place = deck.place(a)
         other = place if b is None else deck.place(b)
-        require(
-            not card[10] or card[10] == "-1", f"{where} places its spring by a coordinate system (OCID): leave it out"
-        )
         middle = place + _number(card[9], 0.5) * (other - place)
+        if card[10] and card[10] != "-1":
+            require(int(card[10]) in deck.frames, f"{where} is in coordinate system {card[10]}, which is not defined")
+            middle = L * deck.frames[int(card[10])].place(np.array([_number(x) for x in card[11:14]]))
         axes = _bush_axes(deck, where, card, other - place)
         turn = np.kron(np.eye(2), axes)
         local = turn @ np.diag(np.array(laws.get(card[2] or card[1], [0.0] * 6)) * units) @ turn.T
@@ -441,6 +458,26 @@ def _bars(deck: Deck) -> None:
         carried = set(card[7] if whole[0] else card[6]) or set("123456")
         require(carried >= set("123"), f"{where} couples components {sorted(carried)}: 123 at least are needed")
         deck.parts.rigid.append(Rigid(card[1], int(reference), [int(other)], carried >= set("456")))
+
+
+def _sliding(deck: Deck) -> None:
+    """Read RBE2 of some components: they follow the reference node, the others of their nodes are free."""
+    for where, card in deck.fields("RBE2"):
+        if set(card[3]) >= TRANSLATIONS:
+            continue
+        reference = int(card[2])
+        deck.parts.notes.append(f"RBE2 {card[1]} couples components {card[3]} only: it slides, and is no bearing seat")
+        for node in rigid_members(card):
+            follow = rigid_motion((deck.place(node) - deck.place(reference))[None])[0]
+            for own in sorted(set(card[3]) & set("123456")):
+                component, _ = deck.component(node, int(own), where)
+                others = [(reference, c, float(x)) for c, x in enumerate(follow[component]) if x]
+                deck.parts.structure.relations.append((where.split(": ")[-1], node, component, others))
+
+
+def rigid_members(card: list[str]) -> list[int]:
+    """Return the dependent nodes of RBE2, whose last field may be a thermal expansion."""
+    return numbers([x for x in card[4:] if x and "." not in x])
 
 
 def _relations(deck: Deck, chosen: int | None) -> None:

@@ -36,6 +36,10 @@ def gear(teeth=17, helix=0.0, **changes):
     return GearGeometry(**(data | changes))
 
 
+def tool(angle):
+    return Protuberance(0.15e-3, 0.1e-3, np.radians(angle))
+
+
 def tool_half_width(g, above_tip):
     """Half width of the rack tooth in the transverse section (m) at heights above its tip (m), finished flank."""
     alpha, rho = g.normal_pressure_angle, g.rack_tip_radius_in_use * MODULE
@@ -73,6 +77,12 @@ def deepest_cut(g, radius, angle, rolls):
         (14, 25.0, {"profile_shift": -0.1}),
         (40, 0.0, {"protuberance": Protuberance(0.25e-3, 0.1e-3)}),
         (15, 12.0, {"protuberance": Protuberance(0.06e-3), "dedendum": 1.4, "rack_tip_radius": 0.3}),
+        # the protuberance's line undercuts itself at 5 and 10.5°, ends above the flank's end at 13.6°, cuts at 18°
+        *(
+            (teeth, helix, {"protuberance": tool(angle), "dedendum": 1.4, "rack_tip_radius": 0.35, "profile_shift": x})
+            for teeth, helix, x in ((47, 0.0, 0.0), (47, 20.0, 0.0), (80, 15.0, 0.2), (25, 15.0, 0.2))
+            for angle in (5.0, 10.5, 13.6, 18.0)
+        ),
     ],
 )
 def test_outline_is_the_envelope_of_the_rolling_tool(teeth, helix, changes):

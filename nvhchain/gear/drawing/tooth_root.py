@@ -132,6 +132,9 @@ class ToothRoot:
         gear = self._gear
         if not self._out and gear.undercut <= 0:
             return 0.0
+        if self._second and (end := self._line_end) > self._second.base:
+            if float(self._second.angle(end)) <= float(gear.half_tooth_angle(end)):
+                return 0.0  # the line cuts the flank, and the arc goes on from its end
         place = np.linspace(0.0, pi / 2 - self._last, _POINTS)
         for base in {gear.base_radius, *([self._second.base] if self._second else [])}:
             below = np.flatnonzero(self._arc(place)[0] < base)
@@ -148,8 +151,20 @@ class ToothRoot:
     def _clearance(self, place: ArrayLike) -> FloatArray:
         """Return the angle (rad) by which the arc's curve lies outside both involutes; negative where it cuts in."""
         radius, angle = self._arc(place)
-        involute = self._gear.half_tooth_angle(radius)
-        return angle - (np.minimum(involute, self._second.angle(radius)) if self._second else involute)
+        involute, second = self._gear.half_tooth_angle(radius), self._second
+        if second is None:
+            return angle - involute
+        return angle - np.where(radius >= self._line_end, np.minimum(involute, second.angle(radius)), involute)
+
+    @cached_property
+    def _line_end(self) -> float:
+        """Radius (m) below which the protuberance's line cuts nothing: where the arc begins, or its base circle."""
+        gear, second = self._gear, self._second
+        if second is None:
+            return 0.0
+        depth = gear.normal_module * (gear.dedendum - gear.profile_shift - self._rho * (1 - sin(self._last)))
+        undercut = depth > gear.pitch_radius * (1 - (second.base / gear.pitch_radius) ** 2)
+        return second.base if undercut else float(self._arc(0.0)[0])
 
     @cached_property
     def _line(self) -> tuple[float, float] | None:
@@ -157,7 +172,7 @@ class ToothRoot:
         gear, second = self._gear, self._second
         if second is None:
             return None
-        low, high = max(float(self._arc(self._arc_start)[0]), second.base), gear.tip_circle_radius
+        low, high = max(float(self._arc(self._arc_start)[0]), self._line_end), gear.tip_circle_radius
 
         def deeper(radius: float) -> float:
             return float(gear.half_tooth_angle(radius) - second.angle(radius))

@@ -132,9 +132,9 @@ class ToothRoot:
         gear = self._gear
         if not self._out and gear.undercut <= 0:
             return 0.0
-        if self._second and (end := self._line_end) > self._second.base:
-            if float(self._second.angle(end)) <= float(gear.half_tooth_angle(end)):
-                return 0.0  # the line cuts the flank, and the arc goes on from its end
+        end, second = self._line_end, self._second
+        if second and end > second.base and float(second.angle(end)) <= float(gear.half_tooth_angle(end)):
+            return 0.0  # the line cuts the flank, and the arc goes on from its end
         place = np.linspace(0.0, pi / 2 - self._last, _POINTS)
         for base in {gear.base_radius, *([self._second.base] if self._second else [])}:
             below = np.flatnonzero(self._arc(place)[0] < base)

@@ -3,6 +3,7 @@
 import re
 import resource
 import warnings
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -80,6 +81,46 @@ def test_backlash_is_that_of_the_file_or_the_recommended_one(tmp_path):
     (tmp_path / "other").mkdir()
     case, _ = imported(unit, tmp_path / "other")
     assert case.pairs[0].backlash == pytest.approx(2 * 70e-6, rel=1e-3)  # along the base tangent
+
+
+@pytest.mark.parametrize(("stated", "narrow"), [((200.0, 200.0), None), ((200.0, 80.0), None), ((), None), ((), 60e-6)])
+def test_an_idler_leaves_both_its_stages_their_backlash(tmp_path, stated, narrow):
+    """It shares its allowance with both mates; with one of known thickness too."""
+    unit = idler_unit()
+    for stage, backlash in zip(unit.of("cylindrical_stage"), stated, strict=False):
+        unit.attributes(stage).update({f"{end}imum_normal_backlash": (backlash, "mum") for end in ("min", "max")})
+    first = unit.attributes(unit.of("cylindrical_gear")[0])
+    if narrow:
+        first.update({f"chordal_tooth_thickness_{end}_deviation": (-1e3 * narrow, "mm") for end in ("upper", "lower")})
+    case, _ = imported(unit, tmp_path)
+    least = [recommended_backlash(0.003, stage.centre_distance) for stage in case.stages]
+    wanted = [1e-6 * backlash for backlash in stated] or least
+    assert [pair.backlash for pair in case.pairs] == pytest.approx(wanted, rel=1e-5)
+    assert not narrow or case.gears[0].geometry.thickness_allowance == pytest.approx(narrow)
+
+
+def test_deviations_over_balls_are_kept_beside_a_recommended_backlash(tmp_path):
+    unit = gear_train((20, 31))
+    for gear, deviation in zip(unit.of("cylindrical_gear"), (-0.03, -0.05), strict=True):
+        unit.attributes(gear).update(
+            diameter_of_measuring_ball_or_pin=(5.25, "mm"),
+            upper_backlash_allowance_balls_or_pins=(deviation, "mm"),
+            lower_backlash_allowance_balls_or_pins=(deviation, "mm"),
+        )
+    case, page = imported(unit, tmp_path)
+    for gear, deviation in zip(case.gears, (-0.03e-3, -0.05e-3), strict=True):
+        full = dimension_over_balls(replace(gear.geometry, thickness_allowance=0.0), 5.25e-3)
+        assert dimension_over_balls(gear.geometry, 5.25e-3) - full == pytest.approx(deviation, abs=1e-9)
+    assert "no tooth thickness given" not in page
+
+
+def test_a_backlash_far_from_the_tooth_thickness_beside_it_is_named(tmp_path):
+    unit = gear_train((20, 31))
+    for gear in unit.of("cylindrical_gear"):
+        unit.attributes(gear)["chordal_tooth_thickness_upper_deviation"] = (-0.03, "mm")
+    unit.attributes(unit.of("cylindrical_stage")[0])["minimum_normal_backlash"] = (0.3, "mm")
+    _, page = imported(unit, tmp_path)
+    assert re.search(r"backlash \| 300 µm stated, 56.\d* µm by the tooth thickness", page)
 
 
 @pytest.mark.parametrize(("thicker", "kind"), [(0.4e-3, "Assumed"), (20e-3, "Contradictions")])

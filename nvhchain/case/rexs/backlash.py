@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from math import cos
+
+import numpy as np
+from scipy.optimize import nnls
 
 from nvhchain.gear import GearGeometry, normal_backlash
 from nvhchain.gear.drawing.backlash import working_angle
 from nvhchain.gear.drawing.thickness import ROUNDING
-from nvhchain.interop.rexs import GearUnit, ImportedGear, ImportedStage
+from nvhchain.interop.rexs import GearUnit, ImportedStage
+
+_EVEN = 1e-6
+"""Weight of small allowances against the backlash; of all that give it, they choose those alike."""
+
+_DISAGREE = 0.25
+"""Relative difference of backlash and tooth thickness of a file that is named: both are middles of wide tolerances."""
 
 
 def recommended_backlash(module: float, distance: float) -> float:
@@ -20,37 +30,69 @@ def recommended_backlash(module: float, distance: float) -> float:
     return 2e-3 / 3 * (0.06 + 0.0005 * 1e3 * distance + 0.03 * 1e3 * module)
 
 
-def set_backlash(
+def set_backlashes(
     unit: GearUnit,
-    stage: ImportedStage,
-    gears: dict[str, ImportedGear],
+    stages: Sequence[ImportedStage],
     drawn: dict[str, GearGeometry],
-    distance: float,
+    distances: Mapping[str, float],
+    open_: Collection[str],
 ) -> None:
-    """Give gears of unknown tooth thickness their allowances, and take a jam by rounding for none."""
-    pair = [stage.pinion, stage.wheel]
-    found = normal_backlash(drawn[pair[0]], drawn[pair[1]], distance)
-    cosine = cos(drawn[pair[0]].normal_pressure_angle)
-    open_ = [n for n in pair if gears[n].thickness is None and gears[n].allowance is None and not drawn[n].thickness]
-    wanted, source = stage.backlash, "backlash of the stage in the file"
-    if wanted is None and stage.circumferential_backlash is not None:
-        working = working_angle(drawn[pair[0]], drawn[pair[1]], distance)
-        wanted = stage.circumferential_backlash * cos(working) * cos(drawn[pair[0]].base_helix_angle)
-    if wanted is None:
-        wanted = recommended_backlash(drawn[pair[0]].normal_module, distance)
-        source = "smallest backlash of ISO/TR 10064-2; no tooth thickness given"
-    if open_:
-        each = max(wanted - found, 0.0) / cosine / len(open_)
-        for name in open_:
-            already = drawn[name].thickness_allowance
-            drawn[name] = replace(drawn[name], thickness_allowance=max(already, each))
-            text = f"{1e6 * max(already, each):.4g} µm"
-            unit.findings.add("assumed", name, "thickness allowance", text, source)
-    found = normal_backlash(drawn[pair[0]], drawn[pair[1]], distance)
+    """Give gears of unknown tooth thickness (`open_`) their allowances, and take a jam by rounding for none.
+
+    distances : centre distance (m) of every stage.
+
+    An allowance a of the normal tooth thickness makes j_bn larger by a cos α_n. The smallest allowances are taken that
+    give every stage its backlash; those of a pair are alike.
+    """
+    names = [name for name in drawn if name in open_]
+    wanted = {stage.name: _wanted(stage, drawn, distances[stage.name]) for stage in stages}
+
+    def found(stage: ImportedStage) -> float:
+        return normal_backlash(drawn[stage.pinion], drawn[stage.wheel], distances[stage.name])
+
+    rows, missing, sources = [], [], dict.fromkeys(names, "")
+    for stage in stages:
+        backlash, source = wanted[stage.name]
+        own = [name for name in (stage.pinion, stage.wheel) if name in open_]
+        sources |= dict.fromkeys(own, source)
+        rows.append([float(name in own) for name in names])
+        missing.append(max(backlash - found(stage), 0.0) / cos(drawn[stage.pinion].normal_pressure_angle))
+    if names:
+        matrix = np.vstack([rows, _EVEN * np.eye(len(names))])
+        allowances, _ = nnls(matrix, np.append(missing, np.zeros(len(names))))
+        for name, allowance in zip(names, allowances.tolist(), strict=True):
+            drawn[name] = replace(drawn[name], thickness_allowance=allowance)
+            unit.findings.add("assumed", name, "thickness allowance", f"{1e6 * allowance:.4g} µm", sources[name])
+    for stage in stages:
+        backlash, source = wanted[stage.name]
+        if source == _STATED and abs(found(stage) - backlash) > _DISAGREE * backlash:
+            text = f"{1e6 * backlash:.4g} µm stated, {1e6 * found(stage):.4g} µm by the tooth thickness"
+            unit.findings.add("differs", stage.name, "backlash", text, "the tooth thickness is taken")
+        _mend_jam(unit, stage, drawn, distances[stage.name])
+
+
+_STATED = "backlash of the stage in the file"
+
+
+def _wanted(stage: ImportedStage, drawn: Mapping[str, GearGeometry], distance: float) -> tuple[float, str]:
+    """Return the normal backlash (m) of a stage and its source."""
+    pinion = drawn[stage.pinion]
+    if stage.backlash is not None:
+        return stage.backlash, _STATED
+    if stage.circumferential_backlash is not None:
+        working = working_angle(pinion, drawn[stage.wheel], distance)
+        return stage.circumferential_backlash * cos(working) * cos(pinion.base_helix_angle), _STATED
+    smallest = "smallest backlash of ISO/TR 10064-2; no tooth thickness given"
+    return recommended_backlash(pinion.normal_module, distance), smallest
+
+
+def _mend_jam(unit: GearUnit, stage: ImportedStage, drawn: dict[str, GearGeometry], distance: float) -> None:
+    """Take a jam of the flanks for none, by a thinner wheel."""
+    pinion, wheel = drawn[stage.pinion], drawn[stage.wheel]
+    found = normal_backlash(pinion, wheel, distance)
     if found < 0:
         kind, why = ("assumed", "rounding of a drawing") if found >= -ROUNDING else ("differs", "the flanks jam")
         text = f"0 instead of {1e6 * found:.4g} µm"
-        unit.findings.add(kind, stage.name, "backlash", text, f"{why}; {pair[1]} made thinner")  # type: ignore[arg-type]
-        wheel = drawn[pair[1]]
-        allowance = wheel.thickness_allowance - found / cosine + 1e-12
-        drawn[pair[1]] = replace(wheel, thickness_allowance=allowance, thickness=None)
+        unit.findings.add(kind, stage.name, "backlash", text, f"{why}; {stage.wheel} made thinner")  # type: ignore[arg-type]
+        allowance = wheel.thickness_allowance - found / cos(pinion.normal_pressure_angle) + 1e-12
+        drawn[stage.wheel] = replace(wheel, thickness_allowance=allowance, thickness=None)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from nvhchain.case.rexs.arranged import Arrangement
-from nvhchain.case.rexs.backlash import set_backlash
+from nvhchain.case.rexs.backlash import set_backlashes
 from nvhchain.case.rexs.flanks import micro_geometry
 from nvhchain.case.rexs.measured import ball_allowance, measured_thickness, tool_fields
 from nvhchain.errors import InputError
@@ -163,8 +163,8 @@ def complete_gears(
         except InputError as error:
             unit.findings.refuse(f"gear {name}: {error}")
     stages = [stage for stage in unit.stages if stage.pinion in drawn and stage.wheel in drawn]
-    for stage in stages:
-        set_backlash(unit, stage, gears, drawn, arrangement.distances[stage.name])
+    open_ = [name for name in drawn if not fields[name].keys() & {"thickness", "thickness_allowance"}]
+    set_backlashes(unit, stages, drawn, arrangement.distances, open_)
     for name, gear in gears.items():
         if name in drawn:
             try:

@@ -317,12 +317,14 @@ class GearboxCase:
     @cached_property
     def pairs(self) -> tuple[GearPair, ...]:
         """Gear pair of every stage."""
-        gears = {gear.name: gear for gear in self.gears}
+        gears, driven = {gear.name: gear for gear in self.gears}, {stage.wheel for stage in self.stages}
         try:
             return tuple(
                 GearPair(
                     *offset_bodies(
-                        gears[stage.pinion].body, gears[stage.wheel].body, (gears[stage.pinion].z, gears[stage.wheel].z)
+                        gears[stage.pinion].idler_body if stage.pinion in driven else gears[stage.pinion].body,
+                        gears[stage.wheel].body,
+                        (gears[stage.pinion].z, gears[stage.wheel].z),
                     ),
                     stage.drawn_axes[0],
                     sense=self.rotations[gears[stage.pinion].rotor],

@@ -17,6 +17,7 @@ from nvhchain.gear import (
     GearBody,
     GearGeometry,
     Holes,
+    MicroGeometry,
     Misalignment,
     Slots,
     Solid,
@@ -117,6 +118,15 @@ class Gear:
         """Gear body for the contact problem."""
         blank = self.blank.read() if isinstance(self.blank, BlankMesh) else self.blank
         return GearBody(self.geometry, blank, self.material)
+
+    @property
+    def idler_body(self) -> GearBody:
+        """Gear body where the gear drives another: an idler does so with its coast flanks."""
+        micro = self.geometry.micro
+        if micro.drive == micro.coast:
+            return self.body
+        turned = replace(self.geometry, micro=MicroGeometry(micro.coast, micro.drive))
+        return replace(self.body, geometry=turned)
 
 
 @dataclass(frozen=True)

@@ -304,16 +304,37 @@ def test_tapered_rollers_have_the_contact_angle_of_the_catalogue(tmp_path, state
         assert "(ISO 281)" in page
 
 
-def test_the_suffix_of_an_angular_contact_bearing_is_its_angle(tmp_path):
+@pytest.mark.parametrize(("stated", "angle"), [({"catalogue_value_e": 0.24}, 9.09), ({"axial_factor_y_2": 4.2}, 9.06)])
+def test_spherical_rollers_have_the_contact_angle_of_the_catalogue(tmp_path, stated, angle):
+    """By e = 1.5 tan α and Y₂ = 0.67 cot α of ISO 281; both are those of 22212 E, SKF."""
+    unit = gear_train((20, 31))
+    for bearing in unit.of("rolling_bearing_with_catalog_geometry"):
+        unit.attributes(bearing).update(
+            bearing_type=("radial_self_aligning_roller_bearing", "none"),
+            **{name: (value, "none") for name, value in stated.items()},
+        )
+    case, page = imported(unit, tmp_path)
+    assert np.degrees([b.model.internal.angle for b in case.bearings]) == pytest.approx([angle] * 4, abs=0.05)
+    assert "(ISO 281)" in page
+
+
+@pytest.mark.parametrize(
+    ("designation", "angle"),
+    [
+        ("7206-B", 40.0), ("7206 BECBP", 40.0), ("7206-B-XL-TVP", 40.0), ("7206 ACD/P4A", 25.0), ("7206 CD/P4A", 15.0),
+        ("B7206-C-T-P4S", 15.0), ("B7206-E-T-P4S", 25.0), ("7206A", 30.0), ("7206A5TR", 25.0), ("7206", 25.0),
+    ],
+)  # fmt: skip
+def test_the_suffix_of_an_angular_contact_bearing_is_its_angle(tmp_path, designation, angle):
     unit = gear_train((20, 31))
     for number, bearing in enumerate(unit.of("rolling_bearing_with_catalog_geometry")):
         unit.attributes(bearing).update(
-            catalogue_designation=("7206-B", "none"),
+            catalogue_designation=(designation, "none"),
             bearing_type=("angular_contact_ball_bearing", "none"),
             axial_force_absorption=(("negative", "positive")[number % 2], "none"),
         )
     case, _ = imported(unit, tmp_path)
-    assert np.degrees([bearing.model.contact_angle for bearing in case.bearings]) == pytest.approx([40.0] * 4)
+    assert np.degrees([bearing.model.contact_angle for bearing in case.bearings]) == pytest.approx([angle] * 4)
 
 
 def test_thrust_bearings_are_refused_unless_their_stiffness_is_stated(tmp_path):

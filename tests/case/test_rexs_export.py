@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 
 from nvhchain.bearings import AngularContact, Cylindrical
-from nvhchain.case import load_case
+from nvhchain.case import Deviations, load_case
 from nvhchain.case.rexs import export_rexs, import_rexs
 from nvhchain.cli import main
 from nvhchain.dynamics import SideLoad
+from nvhchain.gear import Misalignment
 from nvhchain.gear.drawing.micro_geometry import Flank, MicroGeometry, Relief
-from nvhchain.testing.rexs_units import coaxial_unit
+from nvhchain.testing.rexs_units import coaxial_unit, idler_unit
 
 CASES = Path(__file__).parents[2] / "cases"
 
@@ -127,6 +128,31 @@ def test_flank_modifications_return_from_the_file(tmp_path):
             )
 
 
+def test_a_driven_pinion_keeps_its_loaded_flank(tmp_path):
+    """Under a negative torque the coast flanks carry; in the file power comes from the other side, on the same ones."""
+    case = load_case(CASES / "small/single_stage.toml")
+    relieved = MicroGeometry(drive=Flank(tip_relief=Relief(30e-6, 1.5e-3, "linear")))
+    pinion = replace(case.gears[0], geometry=replace(case.gears[0].geometry, micro=relieved))
+    coasting = replace(case, gears=(pinion, case.gears[1]), operation=replace(case.operation, input_torque=-50.0))
+    back = returned(coasting, tmp_path)
+    assert (back.input_shaft, back.operation.input_torque) == ("B", pytest.approx(75.0))
+    micro = next(gear for gear in back.gears if gear.name == "pinion").geometry.micro
+    assert (micro.drive.tip_relief, micro.coast.tip_relief.amount) == (None, pytest.approx(30e-6))
+
+
+def test_an_idler_is_driven_on_one_flank_and_drives_with_the_other(tmp_path):
+    idler_unit().save(tmp_path / "idler.rexs")
+    case = load_case(import_rexs(tmp_path / "idler.rexs", tmp_path / "first").case)
+    idler = next(gear for gear in case.gears if gear.name == case.stages[0].wheel == case.stages[1].pinion)
+    relieved = MicroGeometry(drive=Flank(tip_relief=Relief(30e-6, 1.5e-3, "linear")))
+    changed = replace(idler, geometry=replace(idler.geometry, micro=relieved))
+    case = replace(case, gears=tuple(changed if gear is idler else gear for gear in case.gears))
+    (tmp_path / "again").mkdir()
+    for one in (case, returned(case, tmp_path / "again")):
+        reliefs = [pair.geometry.micro.drive.tip_relief for pair in (one.pairs[0].wheel, one.pairs[1].pinion)]
+        assert [relief and relief.amount for relief in reliefs] == [pytest.approx(30e-6), None]
+
+
 def test_what_the_format_does_not_hold_is_named(tmp_path, capsys):
     out = tmp_path / "slotted.rexs"
     assert main(["export", str(CASES / "gearbox/slotted.toml"), "--out", str(out)]) == 0
@@ -136,3 +162,30 @@ def test_what_the_format_does_not_hold_is_named(tmp_path, capsys):
     assert "end it in .rexs" in capsys.readouterr().err
     assert main(["export", str(CASES / "sphere/pulsating.toml"), "--out", str(out)]) == 2
     assert "is a radiator" in capsys.readouterr().err
+
+
+def test_values_of_shafts_bearings_and_stages_that_are_lost_are_named(tmp_path):
+    case = load_case(CASES / "small/single_stage.toml")
+    first, second = case.shafts[0].segments[0], replace(case.shafts[0].segments[0], start=0.0, young=70e9)
+    shaft = replace(case.shafts[0], segments=(replace(first, end=0.0), second))
+    more = {"dynamic_load_rating": 3e4, "axial_stiffness": 2e8, "misalignment": (1e-3, 0.0)}
+    rows = Cylindrical(bore=24e-3, outer_diameter=52e-3, width=15e-3, static_load_rating=3e4, **more)
+    bearing = replace(case.bearings[0], model=rows)
+    gear, stage = replace(case.gears[0], deviations=Deviations(tolerance_class=6)), case.stages[0]
+    stage = replace(stage, misalignment=Misalignment(in_plane=1e-4))
+    case = replace(
+        case,
+        shafts=(shaft, case.shafts[1]),
+        bearings=(bearing, *case.bearings[1:]),
+        gears=(gear, case.gears[1]),
+        stages=(stage,),
+    )
+    lost = export_rexs(case, tmp_path / "unit.rexs")
+    for text in (
+        "deviations of gear pinion",
+        "misalignment and tolerances of stage stage",
+        "materials of shaft A but that of its first segment",
+        "misalignment of bearing A1",
+        "axial stiffness of the ribs of bearing A1",
+    ):
+        assert text in lost

@@ -122,9 +122,12 @@ def _operating(unit: GearUnit, bearing: ImportedBearing) -> StiffnessMatrix | No
     return matrix
 
 
-_SUFFIX = re.compile(r"7\d{3,4}[- ]?(AC|B|C)\b")
-_BY_SUFFIX = {"AC": 25.0, "B": 40.0, "C": 15.0}
-"""Contact angle (degrees) by the suffix of the designation of an angular contact bearing."""
+_SUFFIX = re.compile(r"(?<!\d)(B?)7\d{2,4}[- ]?(A5|AC|A|B|C|(?<=[- ])E)[A-Z]{0,6}\b")
+_BY_SUFFIX = {"A5": 25.0, "AC": 25.0, "A": 30.0, "B": 40.0, "C": 15.0, "BE": 25.0}
+"""Contact angle (degrees) by the first letters after the number of an angular contact bearing.
+
+As in catalogues of SKF, Schaeffler (E after B7…: 25°) and NSK (A: 30°, A5: 25°).
+"""
 
 
 def _axial_stiffness(bearing: ImportedBearing, kind: str, angle: float, radial: float) -> tuple[float, str]:
@@ -151,9 +154,11 @@ def _contact_angle(bearing: ImportedBearing, kind: str) -> float:
     """Return the contact angle (rad) in the file, or the usual one of the type."""
     if bearing.contact_angle:
         return abs(bearing.contact_angle)
-    suffix = _SUFFIX.match(bearing.catalogue.get("catalogue_designation", "")) if "angular" in kind else None
-    if suffix:
-        return radians(_BY_SUFFIX[suffix[1]])
+    words = " ".join(bearing.catalogue.get(key, "") for key in ("catalogue_designation", "name")).upper()
+    suffix = _SUFFIX.search(words) if "angular" in kind else None
+    letters = "" if suffix is None else suffix[1] + suffix[2] if suffix[2] == "E" else suffix[2]
+    if letters in _BY_SUFFIX:
+        return radians(_BY_SUFFIX[letters])
     return radians(next((angle for word, angle in _ANGLES.items() if word in kind), 0.0))
 
 
@@ -165,7 +170,11 @@ def _dimensions(unit: GearUnit, bearing: ImportedBearing, shaft_diameter: float)
     named, source = named_sizes(bearing.catalogue.get("catalogue_designation", "")), "by its designation and ISO 15"
     if named is None:
         named, source = _in_name(bearing, bore or shaft_diameter), "by its name in the file and ISO 15"
-    if named is None or (shaft_diameter and abs(named[0] - shaft_diameter) > 0.2 * shaft_diameter):
+    if named is not None and shaft_diameter and abs(named[0] - shaft_diameter) > 0.2 * shaft_diameter:
+        text = f"bore {1e3 * named[0]:.4g} mm by its designation, shaft {1e3 * shaft_diameter:.4g} mm"
+        unit.findings.add("differs", bearing.name, "designation", text, "not used; is a sleeve missing in the file?")
+        named = None
+    if named is None:
         named, source = light_sizes(bore or shaft_diameter or 0.02), "dimension series 02 of ISO 15 on its shaft"
     bore = bore or named[0]
     outer = outer if outer and outer > bore else max(named[1], 1.15 * bore)

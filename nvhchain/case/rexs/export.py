@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from datetime import UTC, datetime
 from math import degrees, pi, tan
@@ -17,7 +17,7 @@ from nvhchain.case.gearbox import GearboxCase
 from nvhchain.case.gears import Gear, Stage
 from nvhchain.conventions import STEEL, Material
 from nvhchain.dynamics import Bearing, Shaft, ShaftBearing
-from nvhchain.gear import GearPair, Solid
+from nvhchain.gear import GearPair, Misalignment, Solid
 from nvhchain.gear.drawing.micro_geometry import Flank
 from nvhchain.handoff import FloatArray
 from nvhchain.interop.rexs.contents.write import Draft, Value, write_draft
@@ -38,7 +38,7 @@ def export_rexs(case: GearboxCase, path: str | Path) -> tuple[str, ...]:
     starts = {shaft.name: _start(shaft) for shaft in case.shafts}
     gears = {gear.name: _gear(draft, case, gear, shafts[gear.shaft], starts[gear.shaft]) for gear in case.gears}
     for stage, pair in zip(case.stages, case.pairs, strict=True):
-        _stage(draft, unit, stage, pair, gears)
+        _stage(draft, case, unit, stage, pair, gears)
     for bearing, loaded in zip(case.gearbox_with_gears.bearings, case.gearbox_on_rigid_seats.bearings, strict=True):
         _bearing(draft, bearing if isinstance(bearing.model, RollingBearing) else loaded, shafts, starts, casing)
     for link in case.shaft_bearings:
@@ -56,11 +56,30 @@ def _not_held(case: GearboxCase) -> list[str]:
     found += [f"looseness of gear {gear.name}" for gear in case.gears if gear.loose]
     slopes = [g.name for g in case.gears if g.geometry.micro.drive.lead_slope or g.geometry.micro.coast.lead_slope]
     found += [f"lead slope of gear {name}" for name in slopes]
+    for gear in case.gears:
+        if gear.deviations is not None:
+            found.append(f"deviations of gear {gear.name}")
+    for stage in case.stages:
+        if stage.tolerances is not None or stage.misalignment != Misalignment():
+            found.append(f"misalignment and tolerances of stage {stage.name}")
+    for shaft in case.shafts:
+        if len({(segment.young, segment.poisson, segment.density) for segment in shaft.segments}) > 1:
+            found.append(f"materials of shaft {shaft.name} but that of its first segment")
+    for bearing in (*case.bearings, *case.shaft_bearings):
+        found += [f"{what} of bearing {bearing.name}" for what in _not_held_of(bearing.model)]
     found += ["damping of bearings and shafts"]
     found += [f"coupled inertia of shaft {shaft.name}" for shaft in case.shafts if shaft.coupled_inertia]
     if case.operation.ramp is not None or case.operation.fluctuation is not None:
         found.append("ramp and fluctuation of the operation")
     return found
+
+
+def _not_held_of(model: object) -> Iterator[str]:
+    """Yield the values of a bearing's model that REXS does not hold."""
+    if isinstance(model, RollingBearing) and any(model.misalignment):
+        yield "misalignment"
+    if isinstance(model, Cylindrical) and model.axial_stiffness:
+        yield "axial stiffness of the ribs"
 
 
 def _mm(value: float) -> Value:
@@ -214,7 +233,10 @@ def _flank(draft: Draft, gear: Gear, flank: Flank) -> int:
     return number
 
 
-def _stage(draft: Draft, unit: int, stage: Stage, pair: GearPair, gears: Mapping[str, int]) -> None:
+def _stage(draft: Draft, case: GearboxCase, unit: int, stage: Stage, pair: GearPair, gears: Mapping[str, int]) -> None:
+    """Add a stage; the pinion drives with its left flanks, an idler with its right ones, under a torque above zero."""
+    forward = case.operation.input_torque >= 0
+    idles = any(stage.pinion == other.wheel for other in case.stages)
     number = draft.add(
         "cylindrical_stage",
         stage.name,
@@ -228,14 +250,14 @@ def _stage(draft: Draft, unit: int, stage: Stage, pair: GearPair, gears: Mapping
     )
     draft.relate("assembly", assembly=unit, part=number)
     draft.relate("stage", stage=number, gear_1=gears[stage.pinion], gear_2=gears[stage.wheel])
-    for gear, driving in ((stage.pinion, True), (stage.wheel, False)):
+    for gear, driving, left in ((stage.pinion, forward, forward is not idles), (stage.wheel, not forward, forward)):
         data = draft.add(
             "cylindrical_stage_gear_data",
             "",
             {
                 "operating_pressure_angle_in_the_transverse_section": (degrees(pair.working_pressure_angle), "deg"),
                 "is_driving_gear": (driving, _NO_UNIT),
-                "loaded_tooth_flank": ("left", _NO_UNIT),
+                "loaded_tooth_flank": ("left" if left else "right", _NO_UNIT),
             },
         )
         draft.relate("stage_gear_data", stage=number, gear=gears[gear], stage_gear_data=data)

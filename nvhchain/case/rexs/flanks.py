@@ -8,13 +8,21 @@ from nvhchain.interop.rexs import FlankShape, GearUnit, ImportedGear, ImportedRe
 
 
 def micro_geometry(unit: GearUnit, gear: ImportedGear, drawn: GearGeometry) -> MicroGeometry:
-    """Return the flanks of a gear; the left one drives where the file names none as loaded."""
+    """Return the flanks of a gear; the left one drives where the file names none as loaded.
+
+    An idler is driven on its drive flank and drives with the other.
+    """
     left, right = gear.flanks
-    if left != right and not gear.driving_flank:
+    driven = [gear.loaded_flanks[s.name] for s in unit.stages if s.wheel == gear.name and s.name in gear.loaded_flanks]
+    drives = [gear.loaded_flanks[s.name] for s in unit.stages if s.pinion == gear.name and s.name in gear.loaded_flanks]
+    loaded = (driven or drives or [""])[0]
+    if not driven and loaded and any(stage.wheel == gear.name for stage in unit.stages):
+        loaded = "left" if loaded == "right" else "right"
+    if left != right and not loaded:
         unit.findings.add(
             "assumed", gear.name, "driving flank", "left", "both flanks differ; the file names none as loaded"
         )
-    drive, coast = (right, left) if gear.driving_flank == "right" else (left, right)
+    drive, coast = (right, left) if loaded == "right" else (left, right)
     return MicroGeometry(_flank(unit, gear, drive, drawn), _flank(unit, gear, coast, drawn))
 
 

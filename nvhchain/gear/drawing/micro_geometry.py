@@ -120,6 +120,11 @@ class MicroGeometry:
         Flank that transmits while the pinion drives.
     coast : Flank
         Back of the tooth.
+
+    Notes
+    -----
+    A gear that one stage drives and that drives another (an idler) is loaded on both: the first stage loads `drive`,
+    the other one `coast`.
     """
 
     drive: Flank = Flank()

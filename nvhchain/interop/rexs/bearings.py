@@ -192,15 +192,21 @@ def _internal(parts: Parts, component: Component) -> dict[str, Any]:
 
 
 def _contact_angle(parts: Parts, component: Component, own: Values, row: Values) -> float | None:
-    """Return the contact angle (rad) in the file; that of tapered rollers also by e = 1.5 tan α or Y = 0.4 cot α."""
+    """Return the contact angle (rad) in the file, or that by e = 1.5 tan α or Y of ISO 281.
+
+    Tapered rollers and self-aligning bearings have e. Y = 0.4 cot α for one row, Y₂ = 0.67 cot α for two.
+    """
     stated = row.number("pressure_angle", "rad", low=-1.5, high=1.5)
-    if stated or "tapered" not in (own.text("bearing_type") or component.type):
+    kind = own.text("bearing_type") or component.type
+    two = "self_aligning" in kind or "spherical" in kind
+    if stated or not (two or "tapered" in kind):
         return stated
     e, y = own.number("catalogue_value_e", low=0.0), own.number("axial_factor_y_2", low=0.0)
-    angle = atan(e / 1.5) if e else atan(0.4 / y) if y else 0.0
+    share = 0.67 if two or (own.number("number_of_bearing_rows") or 1) > 1 else 0.4
+    angle = atan(e / 1.5) if e else atan(share / y) if y else 0.0
     if not _TAPERS[0] <= angle <= _TAPERS[1]:
         return None
-    name, source = parts.names[component.id], f"e = {e:g} = 1.5 tan α" if e else f"Y = {y:g} = 0.4 cot α"
+    name, source = parts.names[component.id], f"e = {e:g} = 1.5 tan α" if e else f"Y = {y:g} = {share:g} cot α"
     parts.findings.add("assumed", name, "contact angle", f"{degrees(angle):.3g}°", f"{source} (ISO 281)")
     return angle
 

@@ -6,25 +6,12 @@ from math import atan, cos, pi, sin, tan
 
 from nvhchain.interop.rexs.contents.document import Component
 from nvhchain.interop.rexs.contents.values import Values
-from nvhchain.interop.rexs.parts import TOOLS, Parts
+from nvhchain.interop.rexs.parts import MODIFICATIONS, TOOLS, Parts
 from nvhchain.interop.rexs.thickness import thickness_of
 from nvhchain.interop.rexs.unit import FlankShape, ImportedGear, ImportedRelief
 
 _LARGEST_CHAMFER = 0.3
 """Largest height of a tip chamfer (normal modules); a flank that ends further below counts as a lower tip."""
-
-_MODIFICATIONS = [
-    "helix_slope",
-    "profile_slope",
-    "end_relief_datum_face",
-    "end_relief_non_datum_face",
-    "profile_twist",
-    "topographical_modification",
-    "triangular_tip_relief",
-    "triangular_root_relief",
-    "profile_deviation",
-    "helix_deviation",
-]
 
 
 def read_gear(parts: Parts, component: Component, mate: Component | None, z: float | None) -> ImportedGear | None:
@@ -73,7 +60,7 @@ def read_gear(parts: Parts, component: Component, mate: Component | None, z: flo
         bore_radius=_circle(parts, component, "inner_diameter", 1e-3, pitch - 2 * module),
         protuberance=_protuberance(parts, name, flanks, tools, module),
         flanks=_shapes(parts, name, flanks, pitch, angle, helix),
-        driving_flank=_loaded_flank(parts, component),
+        loaded_flanks=_loaded_flanks(parts, component),
         **(thickness_of(parts, component, angle, helix, pitch) | material_of(parts, component)),
     )
 
@@ -281,13 +268,15 @@ def _tip(
     return tip, tip - form
 
 
-def _loaded_flank(parts: Parts, component: Component) -> str:
+def _loaded_flanks(parts: Parts, component: Component) -> dict[str, str]:
+    """Return the loaded flank, `left` or `right`, in every stage that names one."""
+    found = {}
     for relation in parts.document.related("stage_gear_data", "gear", component.id):
-        end = relation.end("stage_gear_data")
+        end, stage = relation.end("stage_gear_data"), relation.end("stage")
         flank = parts.values(parts.document.components[end]).text("loaded_tooth_flank") if end is not None else ""
-        if flank in ("left", "right"):
-            return flank
-    return ""
+        if flank in ("left", "right") and stage in parts.names:
+            found[parts.names[stage]] = flank
+    return found
 
 
 def _shapes(
@@ -301,9 +290,12 @@ def _shapes(
 def _shape(parts: Parts, name: str, flank: Values, pitch: float, angle: float, helix: float) -> FlankShape:
     found = {kind: None for kind in ("tip_relief", "root_relief", "profile_crowning", "helix_crowning")}
     readers: dict[str, Values | None] = dict(found)
-    for part in parts.document.parts(flank.component.id, *found, *_MODIFICATIONS):
-        if part.type in _MODIFICATIONS:
-            parts.findings.add("left out", name, part.type, part.label, "no such modification in the chain")
+    for part in parts.document.parts(flank.component.id, *found, *MODIFICATIONS):
+        if part.type in MODIFICATIONS:
+            why = "no such modification in the chain"
+            if part.type == "helix_slope":
+                why = "REXS does not say which way it turns: add lead_slope to the gear"
+            parts.findings.add("left out", name, part.type, part.label, why)
         elif readers[part.type] is None:
             readers[part.type] = parts.values(part)
         else:

@@ -57,6 +57,20 @@ READ = frozenset(
 """Components that are read; others are listed as left out."""
 
 BEARINGS = ("rolling_bearing_with_catalog_geometry", "rolling_bearing_with_detailed_geometry", "concept_bearing")
+MODIFICATIONS = (
+    "helix_slope",
+    "profile_slope",
+    "end_relief_datum_face",
+    "end_relief_non_datum_face",
+    "profile_twist",
+    "topographical_modification",
+    "triangular_tip_relief",
+    "triangular_root_relief",
+    "profile_deviation",
+    "helix_deviation",
+)
+"""Modifications of flanks that are listed as left out with their gear."""
+
 TOOLS = ("rack_shaped_tool", "cutter_wheel_tool", "profile_tool")
 
 _LONGEST_NAME = 28
@@ -121,14 +135,14 @@ def find_parts(document: Document, findings: Findings) -> Parts:
         named = ", ".join(c.label for c in found[:4]) + (f" and {len(found) - 4} more" if len(found) > 4 else "")
         findings.refuse(
             f"{' and '.join(kinds)} are not modelled: {named}: leave {'it' if len(found) == 1 else 'them'} "
-            "out with the shafts they need, and export the external cylindrical gears on parallel shafts"
+            "out with their shafts, and export the external cylindrical gears on parallel shafts"
         )
         return Parts(document, findings, {}, {})
     if not document.typed("cylindrical_stage"):
         findings.refuse("no cylindrical_stage is in the file: export a gear unit with a stage of cylindrical gears")
     others: dict[str, int] = {}
     for component in document.components.values():
-        if component.type not in READ and component.type not in REFUSED:
+        if component.type not in {*READ, *REFUSED, *MODIFICATIONS}:
             others[component.type] = others.get(component.type, 0) + 1
     for kind, count in sorted(others.items()):
         findings.add("left out", kind, "component", f"{count} of them", "not used by the chain")

@@ -187,8 +187,8 @@ class ImportedGear:
         Amount and machining allowance (m), and angle (rad, None where the file has none) of the tool's protuberance.
     flanks : tuple of 2 FlankShape
         Left and right flank.
-    driving_flank : str
-        `left` or `right` where the file names the loaded flank, else empty.
+    loaded_flanks : dict
+        Stage → `left` or `right`, where the file names the loaded flank.
     young, poisson, density : float
         Material (Pa; kg/m³).
     """
@@ -217,7 +217,7 @@ class ImportedGear:
     tip_chamfer: float = 0.0
     protuberance: tuple[float, float, float | None] | None = None
     flanks: tuple[FlankShape, FlankShape] = (FlankShape(), FlankShape())
-    driving_flank: str = ""
+    loaded_flanks: dict[str, str] = field(default_factory=dict)
     young: float = 210e9
     poisson: float = 0.3
     density: float = 7850.0

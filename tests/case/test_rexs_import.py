@@ -278,6 +278,37 @@ def test_an_idler_on_needles_keeps_its_pin(tmp_path):
     assert case.equilibrium.unbalance < 1e-8
 
 
+def in_a_row(helix, version="1.4"):
+    """Three gears in a row; the middle one turns on its shaft, as all do."""
+    unit = gear_train((20, 31), (31, 25), helix=helix, version=version)
+    _, second, third, fourth = unit.of("cylindrical_gear")
+    for gear in (third, fourth):
+        unit.attributes(gear)["u_coordinate_on_shaft"] = (42.0, "mm")
+    swap = {("gear_1", third): ("gear_1", second)}
+    unit.relations = [(kind, [swap.get(end, end) for end in ends]) for kind, ends in unit.relations]
+    return unit
+
+
+def test_power_leaves_at_the_end_of_the_train_though_its_idler_is_slower(tmp_path):
+    unit = in_a_row(0.0)
+    loads = unit.of("external_load")
+    unit.relations = [(kind, ends) for kind, ends in unit.relations if ("part", loads[-1]) not in ends]
+    unit.components = {number: one for number, one in unit.components.items() if number != loads[-1]}
+    case, page = imported(unit, tmp_path)
+    assert (case.input_shaft, case.output_shaft) == ("S1", "S3")
+    assert "the slowest end; no load names it" in page
+
+
+def test_helical_gears_in_a_row_without_stated_hands_turn_every_other_way(tmp_path):
+    unit = in_a_row(10.0, version="1.2")
+    for gear in unit.of("cylindrical_gear"):
+        unit.attributes(gear)["helix_angle_reference_diameter"] = (10.0, "deg")
+    case, page = imported(unit, tmp_path)
+    hands = [np.sign(case.gears[i].geometry.helix_angle) for i in (0, 1, 2)]
+    assert hands == [1.0, -1.0, 1.0]
+    assert "REXS before 1.3 states no hand" in page
+
+
 def test_a_bearing_whose_side_is_a_gear_holds_the_shaft_of_the_gear(tmp_path):
     unit = idler_unit()
     ring, gear = unit.of("shaft")[1], unit.of("cylindrical_gear")[1]

@@ -14,17 +14,21 @@ _LARGEST_CHAMFER = 0.3
 """Largest height of a tip chamfer (normal modules); a flank that ends further below counts as a lower tip."""
 
 
-def read_gear(parts: Parts, component: Component, mate: Component | None, z: float | None) -> ImportedGear | None:
+def read_gear(
+    parts: Parts, component: Component, mate: Component | None, z: float | None, *, opposite: bool
+) -> ImportedGear | None:
     """Return a gear; mistakes go into the record.
 
     mate: gear that meshes with it, for data that both share.
+    opposite: True for a gear of the other hand than the first of its train, where hands are not stated.
     z: mid-plane (m).
     Returns gear; None if teeth, module or face width are missing.
     """
     record, values = parts.findings, parts.values(component)
     shaft = parts.shaft_of(component)
     teeth = values.number("number_of_teeth")
-    helix, module = _helix(parts, component, mate), _module(parts, component, mate)
+    helix = _helix(parts, component, mate, opposite=opposite)
+    module = _module(parts, component, mate, helix)
     width = values.number("face_width", "m", low=1e-5)
     if teeth is not None and teeth < 0:
         record.refuse(f"internal gears are not modelled: {component.label} with {teeth:g} teeth: leave it out")
@@ -89,7 +93,7 @@ def material_of(parts: Parts, component: Component) -> dict[str, float]:
     return found
 
 
-def _helix(parts: Parts, component: Component, mate: Component | None) -> float:
+def _helix(parts: Parts, component: Component, mate: Component | None, *, opposite: bool) -> float:
     """Return the helix angle (rad): its own, or that of its mate with the opposite hand; 0 without any."""
     name, record = parts.names[component.id], parts.findings
     own = parts.values(component).number("helix_angle_reference_diameter", "rad", low=-1.5, high=1.5)
@@ -99,15 +103,15 @@ def _helix(parts: Parts, component: Component, mate: Component | None) -> float:
             record.add("assumed", name, "helix angle", "0°", "none given")
         return -other if other is not None else 0.0
     unsigned = tuple(map(int, parts.document.version.split("."))) < (1, 3)
-    if mate is not None and other is not None and own * other > 0 and unsigned and component.id > mate.id:
+    if mate is not None and other is not None and own * other > 0 and unsigned and opposite:
         record.add("assumed", name, "hand of the helix", "opposite to its mate", "REXS before 1.3 states no hand")
         return -own
     return own
 
 
-def _module(parts: Parts, component: Component, mate: Component | None) -> float | None:
+def _module(parts: Parts, component: Component, mate: Component | None, helix: float) -> float | None:
     """Return the normal module (m): its own, by its reference circle, or that of its mate."""
-    values, helix = parts.values(component), _helix(parts, component, mate)
+    values = parts.values(component)
     module = values.number("normal_module", "m", low=1e-5, high=0.2)
     if module is None and (transverse := values.number("transverse_module", "m", low=1e-5, high=0.2)):
         module = transverse * cos(helix)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -46,11 +46,18 @@ class _State:
     share: float | None
 
 
-def read_power(parts: Parts, turns: Mapping[int, Fraction], lines: Mapping[int, Line], chosen: str | None) -> Power:
+def read_power(
+    parts: Parts,
+    turns: Mapping[int, Fraction],
+    lines: Mapping[int, Line],
+    chosen: str | None,
+    passed: Collection[int] = (),
+) -> Power:
     """Return input, output and load cases.
 
     turns: turns of every shaft about +z, for one turn of the first.
     chosen: load case, by its number; the first by default.
+    passed: shafts that pass power on; without a load they are neither input nor output.
     """
     cases: list[LoadCase | None] = [*parts.document.load_cases] or [None]
     states = [_state(parts, case, turns, lines) for case in cases]
@@ -58,7 +65,7 @@ def read_power(parts: Parts, turns: Mapping[int, Fraction], lines: Mapping[int, 
     if chosen is not None and chosen not in known:
         parts.findings.refuse(f"load case {chosen!r} is not in the file: choose one of {', '.join(known)}")
     states.sort(key=lambda state: state.name != chosen if chosen is not None else False)
-    into, out, rotation, signed = _ends(parts, states[0], turns)
+    into, out, rotation, signed = _ends(parts, states[0], turns, passed)
     loads = tuple(_load(state, states[0], turns, (into, out), signed=signed) for state in states)
     return Power(into, out, rotation if rotation else 1, loads)
 
@@ -139,7 +146,9 @@ def _spin(speeds: Mapping[int, float], turns: Mapping[int, Fraction]) -> float:
     return next((speed / float(turns[shaft]) for shaft, speed in speeds.items() if turns.get(shaft)), 0.0)
 
 
-def _ends(parts: Parts, state: _State, turns: Mapping[int, Fraction]) -> tuple[int, int, int, bool]:
+def _ends(
+    parts: Parts, state: _State, turns: Mapping[int, Fraction], passed: Collection[int]
+) -> tuple[int, int, int, bool]:
     """Return input, output, rotation of the input, and True for torques with sign; record what is assumed."""
     record, document = parts.findings, parts.document
     rotors = [shaft for shaft in parts.shafts() if shaft in turns] or parts.shafts()
@@ -156,15 +165,16 @@ def _ends(parts: Parts, state: _State, turns: Mapping[int, Fraction]) -> tuple[i
     leaving = [shaft for shaft, power in powers.items() if power < 0]
     others = [shaft for shaft in dict.fromkeys(loaded)]
     fastest = sorted(rotors, key=lambda shaft: -abs(turns.get(shaft, Fraction(0))))
+    ends = [shaft for shaft in fastest if shaft not in passed] or fastest
     alike = sorted(entering or leaving, key=fastest.index)
     # REXS 1.0 states torques without sign, of all loaded shafts; a motor without one takes the balance
     signed = not (len(alike) > 1 and not (entering and leaving) and set(others) <= set(alike))
     for shafts, verb in ((entering, "enters"), (leaving, "leaves")):
         largest = max((abs(powers[shaft]) for shaft in shafts), default=0.0)
-        ends = [parts.names[shaft] for shaft in shafts if abs(powers[shaft]) > 1e-3 * largest]
-        if signed and len(ends) > 1:
+        named = [parts.names[shaft] for shaft in shafts if abs(powers[shaft]) > 1e-3 * largest]
+        if signed and len(named) > 1:
             record.refuse(
-                f"power {verb} at shafts {', '.join(ends)}: a case has one input and one output; leave all of these "
+                f"power {verb} at shafts {', '.join(named)}: a case has one input and one output; leave all of these "
                 "loads but one out, or import each path by itself"
             )
     if not signed:
@@ -172,12 +182,12 @@ def _ends(parts: Parts, state: _State, turns: Mapping[int, Fraction]) -> tuple[i
         record.add("assumed", "operation", "input shaft", parts.names[alike[0]], "the fastest; all torques drive")
     into = entering[0] if entering else next((s for s in others if s not in leaving), None)
     if into is None:
-        into = next(shaft for shaft in fastest if shaft not in leaving[:1]) if len(fastest) > 1 else fastest[0]
-        record.add("assumed", "operation", "input shaft", parts.names[into], "the fastest; no load names it")
+        into = next((shaft for shaft in (*ends, *fastest) if shaft not in leaving[:1]), fastest[0])
+        record.add("assumed", "operation", "input shaft", parts.names[into], "the fastest end; no load names it")
     out = leaving[0] if leaving else next((shaft for shaft in others if shaft != into), into)
     if out == into:
-        out = next(shaft for shaft in (*reversed(fastest), into) if shaft != into or len(fastest) == 1)
-        record.add("assumed", "operation", "output shaft", parts.names[out], "the slowest; no load names it")
+        out = next((shaft for shaft in (*reversed(ends), *reversed(fastest)) if shaft != into), into)
+        record.add("assumed", "operation", "output shaft", parts.names[out], "the slowest end; no load names it")
     sense = spin * float(turns.get(into, 0))
     if not sense:
         record.add("assumed", "operation", "rotation of the input", "+1 about its axis", "no speed in the file")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
@@ -55,13 +56,19 @@ def read_rexs(path: str | Path, *, load_case: str | None = None) -> GearUnit:
     pairs = _pairs(parts)
     lines = shaft_lines(parts)
     turns = _turns(parts, pairs)
-    power = read_power(parts, turns, lines, load_case)
+    power = read_power(parts, turns, lines, load_case, _passed(parts, pairs))
     side_loads = read_side_loads(parts, lines, power.loads[0].name)
     for lubricant in document.typed("lubricant"):
         findings.add("left out", lubricant.label, "lubricant", "not used", "friction and damping do not follow from it")
-    mates = {gear.id: mate for _, one, other in pairs for gear, mate in ((one, other), (other, one))}
+    mates = _mates(pairs)
     gears = {
-        component.id: read_gear(parts, component, mates[component.id], _gear_place(parts, component, lines))
+        component.id: read_gear(
+            parts,
+            component,
+            mates[component.id][0],
+            _gear_place(parts, component, lines),
+            opposite=mates[component.id][1],
+        )
         for component in document.typed("cylindrical_gear")
         if component.id in mates
     }
@@ -121,6 +128,25 @@ def _pairs(parts: Parts) -> list[tuple[Component, Component, Component]]:
     return found
 
 
+def _mates(pairs: list[tuple[Component, Component, Component]]) -> dict[int, tuple[Component, bool]]:
+    """Return a mate of every gear in mesh, and True for gears of the other hand than the first of their train."""
+    beside: dict[int, list[Component]] = {}
+    for _, one, other in pairs:
+        beside.setdefault(one.id, []).append(other)
+        beside.setdefault(other.id, []).append(one)
+    found: dict[int, tuple[Component, bool]] = {}
+    for first in sorted(beside):
+        reached = [first] if first not in found else []
+        for gear in reached:
+            found.setdefault(gear, (beside[gear][0], False))
+            for mate in beside[gear]:
+                if mate.id not in found:
+                    own = next(one for one in beside[mate.id] if one.id == gear)
+                    found[mate.id] = own, not found[gear][1]
+                    reached.append(mate.id)
+    return found
+
+
 def _turns(parts: Parts, pairs: list[tuple[Component, Component, Component]]) -> dict[int, Fraction]:
     """Return turns about +z of every shaft in mesh for one turn of the first; loops of power are mistakes."""
     links = []
@@ -156,6 +182,13 @@ def _turns(parts: Parts, pairs: list[tuple[Component, Component, Component]]) ->
         if first not in turns:
             parts.findings.refuse(f"{stage.label}: is not driven by the other stages: leave it out")
     return turns
+
+
+def _passed(parts: Parts, pairs: list[tuple[Component, Component, Component]]) -> set[int]:
+    """Return the shafts of several stages, which pass power on."""
+    shafts = [parts.shaft_of(gear) for _, one, other in pairs for gear in (one, other)]
+    counts = Counter(parts.rotor[shaft] for shaft in shafts if shaft is not None)
+    return {shaft for shaft, count in counts.items() if count > 1}
 
 
 def _gear_place(parts: Parts, component: Component, lines: Mapping[int, Line]) -> float | None:

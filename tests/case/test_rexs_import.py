@@ -278,6 +278,61 @@ def test_an_idler_on_needles_keeps_its_pin(tmp_path):
     assert case.equilibrium.unbalance < 1e-8
 
 
+def without_places(unit):
+    """The unit with shafts whose places follow from their stages, bearings and couplings."""
+    for shaft in unit.of("shaft"):
+        for name in ("support_vector", "u_axis_vector", "w_axis_vector", "reference_component_for_position"):
+            unit.attributes(shaft).pop(name, None)
+    return unit
+
+
+@pytest.mark.parametrize("placed", [True, False])
+def test_needles_stand_at_both_their_coordinates(tmp_path, placed):
+    """42 mm on the ring and 80 mm on its pin, which begins 38 mm before the ring, whether places are stated or not."""
+    unit = idler_unit()
+    needles = unit.attributes(unit.of("rolling_bearing_with_catalog_geometry")[-1])
+    needles["u_coordinate_on_shaft_inner_side"] = (80.0, "mm")
+    needles["u_coordinate_on_shaft_outer_side"] = (42.0, "mm")
+    ring, pin = unit.of("shaft")[1], unit.of("shaft")[3]
+    held = {ends[0][1] for kind, ends in unit.relations if kind == "side" and ("inner_part", pin) in ends}
+    for bearing in held & set(unit.of("rolling_bearing_with_catalog_geometry")[:-1]):
+        own = unit.attributes(bearing)
+        own["u_coordinate_on_shaft_inner_side"] = (own["u_coordinate_on_shaft_inner_side"][0] + 38.0, "mm")
+    unit.attributes(unit.of("shaft_section")[-1])["u_coordinate_on_shaft"] = (38.0, "mm")
+    if placed:
+        unit.attributes(pin)["support_vector"] = (list(unit.attributes(ring)["support_vector"][0]), "mm")
+        unit.attributes(pin)["support_vector"][0][0] -= 38.0
+    else:
+        without_places(unit)
+    case, _ = imported(unit, tmp_path)
+    (needle,) = case.shaft_bearings
+    idler = next(gear for gear in case.gears if gear.shaft == "S2")
+    assert needle.z == pytest.approx(idler.z, abs=1e-9)
+
+
+def test_a_coupled_shaft_without_a_place_begins_where_its_coupling_says(tmp_path):
+    unit = gear_train((20, 31))
+    stub = unit.add("shaft", "Stub")
+    section = unit.add(
+        "shaft_section", length=(100.0, "mm"), outer_diameter_begin=(20.0, "mm"), outer_diameter_end=(20.0, "mm")
+    )
+    unit.relate("assembly", assembly=unit.of("gear_unit")[0], part=stub)
+    unit.relate("assembly", assembly=stub, part=section)
+    coupling = unit.add(
+        "coupling",
+        "Flange",
+        u_coordinate_on_shaft_inner_side=(84.0, "mm"),
+        u_coordinate_on_shaft_outer_side=(10.0, "mm"),
+    )
+    first = unit.of("shaft")[0]
+    unit.relate("side", assembly=coupling, inner_part=first, outer_part=stub)
+    alone, _ = imported(gear_train((20, 31)), tmp_path / "alone")
+    case, _ = imported(unit, tmp_path)
+    start = [min(segment.start for segment in one.shafts[0].segments) for one in (alone, case)]
+    end = max(segment.end for segment in case.shafts[0].segments)
+    assert end - start[1] == pytest.approx(84e-3 - 10e-3 + 100e-3, abs=1e-6)
+
+
 def in_a_row(helix, version="1.4"):
     """Three gears in a row; the middle one turns on its shaft, as all do."""
     unit = gear_train((20, 31), (31, 25), helix=helix, version=version)

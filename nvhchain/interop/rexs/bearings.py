@@ -11,7 +11,7 @@ import numpy as np
 from nvhchain.interop.rexs.contents.document import Component
 from nvhchain.interop.rexs.contents.values import Values
 from nvhchain.interop.rexs.parts import BEARINGS, Parts
-from nvhchain.interop.rexs.places import Line, frame_of
+from nvhchain.interop.rexs.places import Line, base_frame, frame_of
 from nvhchain.interop.rexs.shafts import place_on_shaft
 from nvhchain.interop.rexs.unit import ImportedBearing
 
@@ -270,7 +270,7 @@ def _operating_matrix(
         text = f"differs from its transpose by {100 * unlike / scale:.3g} % of its largest entry"
         parts.findings.add("differs", name, "stiffness at the operating point", text, "radial and axial means taken")
         return None
-    base = frame_of(parts, parts.document.components[min(lines)]) if lines else None
+    base = base_frame(parts, lines)
     own = frame_of(parts, component) or frame_of(parts, parts.document.components[shaft])
     turn = np.eye(6)
     if base is not None and own is not None:

@@ -11,7 +11,7 @@ import numpy as np
 from nvhchain.interop.rexs.contents.document import Attribute, Component, LoadCase
 from nvhchain.interop.rexs.contents.values import Values
 from nvhchain.interop.rexs.parts import Parts
-from nvhchain.interop.rexs.places import Line, frame_of
+from nvhchain.interop.rexs.places import Line, base_frame, frame_of
 from nvhchain.interop.rexs.shafts import place_on_shaft
 from nvhchain.interop.rexs.unit import ImportedLoad, ImportedSideLoad
 
@@ -117,7 +117,7 @@ def read_side_loads(parts: Parts, lines: Mapping[int, Line], chosen: str) -> tup
     """
     cases = {case.name: case.components for case in parts.document.load_cases}
     frames = {shaft: frame_of(parts, parts.document.components[shaft]) for shaft in lines}
-    base = frames[min(frames)] if frames else None
+    base = base_frame(parts, lines)
     found = []
     for load in parts.document.typed("external_load"):
         values = Values(load, parts.findings, dict(load.attributes) | cases.get(chosen, {}).get(load.id, {}))

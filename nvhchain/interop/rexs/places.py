@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from nvhchain.handoff import FloatArray
 from nvhchain.interop.rexs.contents.document import Component
-from nvhchain.interop.rexs.parts import Parts
+from nvhchain.interop.rexs.parts import BEARINGS, Parts
 
 _PARALLEL = 1e-4
 """Largest sine of the angle between axes that count as parallel."""
@@ -90,21 +91,65 @@ class Line:
 
     Parameters
     ----------
-    axis : ndarray of float, shape (2,)
-        Place x, y (m).
+    axis : ndarray of float, shape (2,), optional
+        Place x, y (m); None where it follows from the stages.
     start : float
         z of the shaft's origin (m).
     direction : int
         +1 where its u axis points along +z, else −1.
+    placed : bool
+        False where the line follows from a coupling or bearing.
     """
 
-    axis: FloatArray
+    axis: FloatArray | None
     start: float
     direction: int
+    placed: bool = True
+
+
+def base_frame(parts: Parts, lines: Mapping[int, Line]) -> Frame | None:
+    """Return the frame of the first shaft that the file places, which is that of all lines."""
+    placed = [shaft for shaft, line in lines.items() if line.placed]
+    return frame_of(parts, parts.document.components[min(placed)]) if placed else None
 
 
 def shaft_lines(parts: Parts) -> dict[int, Line]:
-    """Return the axes of all shafts that the file places; those that are not parallel are mistakes."""
+    """Return the lines of all shafts that the file places, and of those that couplings or bearings join with others."""
+    lines = _placed_lines(parts)
+    joints = [way for one, at, other, its in _joints(parts) for way in ((one, at, other, its), (other, its, one, at))]
+    reached = list(lines)
+    for first in (None, *sorted({joint[0] for joint in joints})):
+        if first is not None and first not in lines:
+            lines[first] = Line(None, 0.0, 1, placed=False)
+            reached = [first]
+        for known in reached:
+            line = lines[known]
+            for near, along, far, its in joints:
+                if near == known and far not in lines:
+                    start = line.start + line.direction * (along - its)
+                    lines[far] = Line(line.axis, start, line.direction, placed=False)
+                    reached.append(far)
+    return lines
+
+
+def _joints(parts: Parts) -> list[tuple[int, float, int, float]]:
+    """Return couplings and bearings between two shafts: one shaft with its coordinate (m), the other with its own."""
+    found = []
+    for joint in parts.document.typed("coupling", "switchable_coupling", *BEARINGS):
+        values, ends = parts.values(joint), {}
+        for relation in parts.document.related("side", "assembly", joint.id):
+            for side in ("inner", "outer"):
+                end = relation.end(f"{side}_part")
+                along = values.number(f"u_coordinate_on_shaft_{side}_side", "m", low=-10.0, high=10.0)
+                if end in parts.rotor and along is not None:
+                    ends[side] = end, along
+        if len(ends) == 2 and ends["inner"][0] != ends["outer"][0]:
+            found.append((*ends["inner"], *ends["outer"]))
+    return found
+
+
+def _placed_lines(parts: Parts) -> dict[int, Line]:
+    """Return the lines of all shafts that the file places; those that are not parallel are mistakes."""
     frames = {
         shaft: frame
         for shaft in parts.rotor

@@ -11,7 +11,7 @@ from nvhchain.interop.rexs.contents.document import Component
 from nvhchain.interop.rexs.contents.findings import Findings
 from nvhchain.interop.rexs.gears import material_of
 from nvhchain.interop.rexs.parts import Parts
-from nvhchain.interop.rexs.places import Line, frame_of
+from nvhchain.interop.rexs.places import Line, base_frame, frame_of
 from nvhchain.interop.rexs.unit import ImportedMass, ImportedShaft, Section
 
 _SAME_PLACE = 1e-5
@@ -31,7 +31,7 @@ def place_on_shaft(
     along = parts.values(component).number(name, "m", low=-10.0, high=10.0)
     line = lines.get(shaft)
     heard = parts if along is None else replace(parts, findings=Findings())  # mistakes of a frame that is not needed
-    frame, base = frame_of(heard, component), frame_of(heard, parts.document.components[min(lines)]) if lines else None
+    frame, base = frame_of(heard, component), base_frame(heard, lines)
     own = None if frame is None or base is None else float(base.axes[0] @ frame.origin)
     if along is None:
         return own
@@ -49,14 +49,15 @@ def read_shafts(parts: Parts, lines: Mapping[int, Line]) -> list[ImportedShaft]:
         members = [other for other, of in sorted(parts.rotor.items()) if of == shaft]
         line = next((lines[member] for member in members if member in lines), None)
         for member in members:
-            if line is not None and member in lines and np.hypot(*(lines[member].axis - line.axis)) > 1e-5:
+            own = lines[member].axis if member in lines else None
+            if line is not None and line.axis is not None and own is not None and np.hypot(*(own - line.axis)) > 1e-5:
                 parts.findings.refuse(
                     f"{parts.document.components[member].label}: is coupled to a shaft that is not coaxial: correct "
                     "its support_vector"
                 )
         pieces = [piece for member in members for piece in _sections(parts, member, lines.get(member))]
         masses = [mass for member in members for mass in _masses(parts, member, lines)]
-        axis = None if line is None else (float(line.axis[0]), float(line.axis[1]))
+        axis = None if line is None or line.axis is None else (float(line.axis[0]), float(line.axis[1]))
         found.append(
             ImportedShaft(parts.names[shaft], axis, tuple(sorted(pieces, key=lambda piece: piece.start)), tuple(masses))
         )

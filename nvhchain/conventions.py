@@ -90,15 +90,15 @@ class Material:
     density: float
 
     def __post_init__(self) -> None:
-        for name, low, high, unit in (
-            ("young", 1e6, 2e12, "Pa"),
-            ("poisson", 0.0, 0.499, ""),
-            ("density", 10.0, 3e4, "kg/m³"),
+        for name, low, high, unit, remedy in (
+            ("young", 1e6, 2e12, " Pa", "steel has 2.1e11 Pa, which is young_GPa = 210"),
+            ("poisson", 0.0, 0.499, "", "metals have about 0.3"),
+            ("density", 10.0, 3e4, " kg/m³", "steel has 7850 kg/m³, 1000 times its g/cm³"),
         ):
             value = getattr(self, name)
             require(
                 isfinite(value) and low <= value <= high,
-                f"material {name} = {value:.6g} {unit} is outside {low:g}…{high:g} {unit}: give it in SI units",
+                f"material {name} = {value:.6g}{unit} is outside {low:g}…{high:g}{unit}: {remedy}",
             )
 
 

@@ -13,7 +13,7 @@ from nvhchain.case.bodies import Extent
 from nvhchain.case.checks.fit import radius_at
 from nvhchain.case.checks.names import nearest
 from nvhchain.case.housing import Housing, lowest_wall_frequency
-from nvhchain.errors import InputError, require, require_all
+from nvhchain.errors import InputError, check_all, require, require_all
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import ReducedHousing
 from nvhchain.housing.reduction import bending_wavelength, check_bending_resolution, check_thin_walls
@@ -42,22 +42,26 @@ class Casting(housing.Casting, Housing):
     def check(self, case: GearboxCase) -> None:
         """Raise `InputError` for field points inside, bearings outside their bores and walls behind the floor."""
         places = np.array([point.position for point in case.field_points], dtype=float).reshape(-1, 3)
-        require_all(
+        inside = (
             f"field point {point.name!r} at {point.position} m lies inside the housing: move it out"
-            for point, inside in zip(case.field_points, housing.encloses(self, places), strict=True)
-            if inside
+            for point, within in zip(case.field_points, housing.encloses(self, places), strict=True)
+            if within
         )
-        self._check_floor(case)
+        check_all(
+            lambda: require_all(inside), lambda: self._check_floor(case), lambda: require_all(self._misplaced(case))
+        )
+
+    def _misplaced(self, case: GearboxCase) -> Iterator[str]:
+        """Yield bearings without a bore or beside it, and bores without a bearing."""
         bores = {bore.name: bore.centre for bore in self.bores}
         for name, seat in case.seats.items():
-            require(name in bores, f"bearing {name!r}: the housing has no such bore; {nearest(name, list(bores))}")
-            gap = dist(seat, bores[name])
-            require(
-                gap < SEAT_TOLERANCE,
-                f"bearing {name} is {1e3 * gap:.3f} mm away from the centre of its bore: move one of them",
-            )
+            if name not in bores:
+                yield f"bearing {name!r}: the housing has no such bore; {nearest(name, list(bores))}"
+            elif (gap := dist(seat, bores[name])) >= SEAT_TOLERANCE:
+                yield f"bearing {name} is {1e3 * gap:.3f} mm away from the centre of its bore: move one of them"
         unused = sorted(set(bores) - set(case.seats))
-        require(not unused, f"housing.bores: {', '.join(unused)} carry no bearing: remove them or add the bearing")
+        if unused:
+            yield f"housing.bores: {', '.join(unused)} carry no bearing: remove them or add the bearing"
 
     def _check_floor(self, case: GearboxCase) -> None:
         """Refuse gear spaces that reach through the reflecting plane; the rest is checked on the surface."""
@@ -80,10 +84,11 @@ class Casting(housing.Casting, Housing):
         for gear in case.gears:
             tip, face = gear.geometry.tip_circle_radius, 0.5 * gear.geometry.face_width
             room = housing.room_around(self, shafts[gear.shaft].axis)
+            wall = f"{1e3 * room:.5g} mm from shaft {gear.shaft}" if room > 0 else f"shaft {gear.shaft} lies outside"
             yield (
                 tip - room,
-                f"gear {gear.name}: its tip radius of {1e3 * tip:.5g} mm reaches into the wall, {1e3 * room:.5g} mm "
-                f"from shaft {gear.shaft}: enlarge the housing's gear_spaces or make it smaller",
+                f"gear {gear.name}: its tip radius of {1e3 * tip:.5g} mm reaches into the wall, {wall}: enlarge the "
+                "housing's gear_spaces or make it smaller",
             )
             yield (
                 max(low - (gear.z - face), gear.z + face - high),

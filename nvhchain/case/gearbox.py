@@ -15,6 +15,7 @@ from nvhchain import acoustics
 from nvhchain.case.bodies import Extent
 from nvhchain.case.cad import Cad
 from nvhchain.case.casting import Casting
+from nvhchain.case.checks.doubts import doubtful_places, yielding_bearings
 from nvhchain.case.checks.fit import check_fit
 from nvhchain.case.checks.names import unknown_names
 from nvhchain.case.checks.root_stress import breaking_teeth
@@ -39,7 +40,7 @@ from nvhchain.dynamics import equilibrium as balanced
 from nvhchain.dynamics.model.rigid_train import input_inertia
 from nvhchain.dynamics.model.shaft_beam import covered_places
 from nvhchain.dynamics.runs.ramp import Ramp as SpeedRamp
-from nvhchain.errors import InputError, check_all, require, require_all
+from nvhchain.errors import InputError, check_all, require, require_all, warn_caller
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.gear import (
     GearPair,
@@ -163,6 +164,8 @@ class GearboxCase:
             self._check_train,
             lambda: check_fit(self),
         )
+        for text in doubtful_places(self):
+            warn_caller(text)
 
     def _check_run_up(self) -> None:
         require(
@@ -181,10 +184,11 @@ class GearboxCase:
     def _check_reach(self, shaft: Shaft) -> None:
         """Refuse a drawn shaft with a gap, or that ends before what stands on it; one that is stated rigid may."""
         if shaft.segments and self.options.flexible_shafts is not False:
-            bearings = [b.z for b in self.bearings if b.shaft == shaft.name]
-            between = [b.z for b in self.shaft_bearings if shaft.name in (b.shaft, b.outer_shaft)]
-            gears = [gear.z for gear in self.gears if gear.shaft == shaft.name and not gear.loose]
-            covered_places(shaft, [*bearings, *between, *gears, *(load.z for load in shaft.loads)])
+            on = {f"bearing {b.name}": b.z for b in self.bearings if b.shaft == shaft.name}
+            on |= {f"bearing {b.name}": b.z for b in self.shaft_bearings if shaft.name in (b.shaft, b.outer_shaft)}
+            on |= {f"gear {g.name}": g.z for g in self.gears if g.shaft == shaft.name and not g.loose}
+            on |= {f"load {number}": load.z for number, load in enumerate(shaft.loads)}
+            covered_places(shaft, list(on.values()), list(on))
 
     def _check_load(self) -> None:
         """Refuse torques that do not fit the options or idle gears."""
@@ -207,7 +211,9 @@ class GearboxCase:
 
     def _check_train(self) -> None:
         """Refuse gears that cannot mesh, teeth that break, and a train that does not turn as asked."""
-        check_all(lambda: require_all(self._apart()), self._check_teeth)
+        apart = list(self._apart())
+        without_mesh = any("write centre_distance_mm" in text for text in apart)
+        check_all(lambda: require_all(apart), *([] if without_mesh else [self._check_teeth]))
         if self.ramp is not None:
             self.band.check_record(self.ramp.duration)
         self._check_fluctuation()
@@ -216,6 +222,7 @@ class GearboxCase:
         """Refuse gears that do not mesh, and teeth that break."""
         _ = self.pairs, self.gearbox
         require_all(breaking_teeth(self))
+        require_all(yielding_bearings(self))
 
     def _apart(self) -> Iterator[str]:
         """Yield the mistakes in places of gears that mesh."""
@@ -234,9 +241,11 @@ class GearboxCase:
             (x1, y1), (x2, y2) = axes[pinion.shaft], axes[wheel.shaft]
             distance = hypot(x2 - x1, y2 - y1)
             if abs(distance - stage.centre_distance) >= _CENTRE_TOLERANCE:
+                in_mm = abs(1e-3 * stage.centre_distance - distance) < 0.1 * distance
                 yield (
                     f"stage {stage.name}: centre_distance = {1e3 * stage.centre_distance:.3f} mm, but its shafts are "
-                    f"{1e3 * distance:.3f} mm apart: move a shaft axis"
+                    f"{1e3 * distance:.3f} mm apart: "
+                    + (f"write centre_distance_mm = {stage.centre_distance:g}" if in_mm else "move a shaft axis")
                 )
 
     states_velocity = False
@@ -436,9 +445,11 @@ class GearboxCase:
                     ratio = Fraction(pinion.geometry.teeth, wheel.geometry.teeth)
                     turns[wheel.rotor] = -turns[pinion.rotor] * ratio
         for stage in self.stages:
+            swapped = gears[stage.wheel].rotor in turns
             require(
                 gears[stage.pinion].rotor in turns,
-                f"stage {stage.name}: its pinion {stage.pinion} is not driven by the input: add the stage between",
+                f"stage {stage.name}: its pinion {stage.pinion} is not driven by the input: "
+                + ("swap pinion and wheel, or input_shaft and output_shaft" if swapped else "add the stage between"),
             )
         return turns
 

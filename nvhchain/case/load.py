@@ -7,6 +7,7 @@ import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -78,7 +79,7 @@ def load_case(path: str | Path, *, changes: Sequence[str] = ()) -> Case:
 def _built(table: Table, path: Path, changes: Sequence[str]) -> Case:
     """Return the case of a table."""
     for change in changes:
-        table = _merge(table, _by_name(parse_change(change), table, change), f"{change}: ", replace=True)
+        table = _merge(table, _by_name(parse_change(change), table, change), f"{change}: ")
     table = Table(table, table.places, table.place)
     kind = table.pop("kind", None)
     kinds: dict[str, type[GearboxCase] | type[RadiatorCase]] = {"gearbox": GearboxCase, "radiator": RadiatorCase}
@@ -103,10 +104,30 @@ def _built(table: Table, path: Path, changes: Sequence[str]) -> Case:
         if kind == "gearbox":
             wrong += [*missing, *(f"{path}: {text}" for text in unknown_names(table))]
             wrong += _hidden(table, wrong, str(path))
+            wrong = _misnamed(table, wrong, str(path))
         raise Mistakes(list(dict.fromkeys(text for text in wrong if not _MISSING.search(text)))) from None
     if missing:
         raise Mistakes(missing)
     return case
+
+
+def _misnamed(table: Table, wrong: Sequence[str], path: str) -> list[str]:
+    """Return the mistakes, with one line for a part that the base has by a similar name and that lacks fields."""
+    found = list(wrong)
+    for key, items in table.items():
+        for number, item in enumerate(items if _named(items) else ()):
+            others = [
+                one["name"] for one in items if any(file != path for file, _ in getattr(one, "places", {}).values())
+            ]
+            place = f"{path}.{key}[{number}]"
+            lost = [text for text in found if text.startswith(place) and "required field" in text]
+            close = get_close_matches(item["name"], others, n=1)
+            if len(lost) > 1 and close and item["name"] not in others:
+                said = f"{place} ({item['name']}): the base has no {key[:-1]} of this name, did you mean {close[0]!r}?"
+                fields = ", ".join(re.findall(r"required field '(\w+)'", " ".join(lost)))
+                found = [text for text in found if text not in lost]
+                found.append(f"{said} A new one needs {fields}")
+    return found
 
 
 def _hidden(table: Table, wrong: Sequence[str], path: str) -> list[str]:
@@ -203,29 +224,31 @@ def _read(path: Path, open_files: tuple[Path, ...]) -> Table:
     if base is None:
         return table
     require(isinstance(base, str), f"{path}: base = {base!r} must be the path of a case file")
-    return _merge(_read(path.parent / base, (*open_files, path.resolve())), table, f"{path}: ")
+    where, file = f"{path}:{table.places['base'][1]}: base = {base!r}", path.parent / base
+    if not file.is_file():
+        known = sorted(other.name for other in file.parent.glob("*.toml") if other.name != path.name)
+        raise InputError(f"{where}: no such file: {nearest(file.name, known)}")
+    return _merge(_read(file, (*open_files, path.resolve())), table, f"{path}: ")
 
 
-def _merge(base: Mapping[str, Any], change: Mapping[str, Any], place: str, *, replace: bool = False) -> Table:
+def _merge(base: Mapping[str, Any], change: Mapping[str, Any], place: str) -> Table:
     """Return `base` with `change` merged into it; a table with another `type` replaces that of the base.
 
-    With `replace`, a value also replaces one that the base gives in another unit.
+    A value also replaces one that the base gives in another unit.
     """
     merged = Table(base, merged_places(base, change), getattr(change, "place", None) or getattr(base, "place", None))
     for key, value in change.items():
-        for other in [
-            other for other in merged if replace and other != key and without_unit(other) == without_unit(key)
-        ]:
+        for other in [one for one in merged if one not in change and without_unit(one) == without_unit(key)]:
             del merged[other]
         old = merged.get(key)
         if isinstance(value, Mapping) and isinstance(old, Mapping) and value.get("type") == old.get("type"):
-            merged[key] = _merge(old, value, f"{place}{key}.", replace=replace)
+            merged[key] = _merge(old, value, f"{place}{key}.")
         elif _named(value) and _named(old):
             for items in (old, value):
                 check_names([item["name"] for item in items], f"{place}{key}")  # type: ignore[union-attr]
             by_name = {item["name"]: item for item in old}  # type: ignore[union-attr]
             for item in value:
-                by_name[item["name"]] = _merge(by_name.get(item["name"], {}), item, f"{place}{key}.", replace=replace)
+                by_name[item["name"]] = _merge(by_name.get(item["name"], {}), item, f"{place}{key}.")
             merged[key] = list(by_name.values())
         else:
             merged[key] = value

@@ -45,6 +45,11 @@ class Band:
             f"band {self.low:g}…{self.high:g} Hz: needs 0 < low < high ≤ 20000 Hz",
         )
         require(
+            not 0 < self.low < self.high < self.resolution or self.high >= 20.0,
+            f"band {self.low:g}…{self.high:g} Hz holds no line, lines are {self.resolution:g} Hz apart (resolution): "
+            f"give it in Hz; if it is in kHz, write low = {1e3 * self.low:g}, high = {1e3 * self.high:g}",
+        )
+        require(
             0 < self.resolution <= 20e3,
             f"band resolution = {self.resolution:g} Hz is outside 0…20000 Hz: give it in Hz",
         )

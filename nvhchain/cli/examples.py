@@ -94,7 +94,7 @@ def _opened(text: str) -> str:
     from nvhchain.case.options import DECIDABLE  # with numba, which the command line begins without
 
     values = "".join(f'{name} = "auto"\n' for name in DECIDABLE)
-    title = "[options] # true, false, a value, or `auto`: modelled where `nvhchain plan` finds that it matters\n"
+    title = "[options] # true or false, friction a number; `auto`: modelled where `plan` finds that it matters\n"
     return block.sub(f"{title}{values}\n", text)
 
 

@@ -146,6 +146,7 @@ def test_bearings_of_the_file_keep_their_rolling_elements(tmp_path):
     assert "0.3 (D - d), 60 % filled" in page
 
 
+@pytest.mark.filterwarnings("ignore:stage .* the faces share")
 @pytest.mark.parametrize("along", [1, -1])
 def test_a_tapered_bearing_carries_the_direction_of_its_shaft(tmp_path, along):
     """The file gives it along the axis of the shaft, the case along z."""

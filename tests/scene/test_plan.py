@@ -45,6 +45,7 @@ def test_plan_knows_that_thin_webs_take_more_elements(request):
     assert planned[2e-3].megabytes > 1.3 * planned[15e-3].megabytes
 
 
+@pytest.mark.filterwarnings("ignore:field point .* away from the gearbox")
 def test_a_run_up_takes_memory_by_its_record_and_not_by_its_steps(request, monkeypatch):
     """A step is not stored: 200 s in steps of 5 µs, 40 million, are 1.2 GB."""
     case = nvh.load_case(request.config.rootpath / "cases/small/single_stage.toml")

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from dataclasses import MISSING, fields
 from difflib import get_close_matches
-from math import dist
+from math import cos, dist, radians
 from typing import Any
 
 from nvhchain.case.checks.names import unknown_references
@@ -17,6 +17,12 @@ from nvhchain.housing import Casting
 
 _defaults = (field.name for field in fields(Casting) if field.default is not MISSING)
 _UNKNOWN = re.compile(r": unknown field; (?:did you mean '(?P<meant>\w+)')?")
+
+_PROPOSED = re.compile(r"if it is in [^,]+, write (?P<key>\w+) = (?P<value>(?:(?<=_deg = )-)?\d[-+.\de]*)")
+"""Remedy of a value in another unit."""
+
+_FIELD = re.compile(r"(\w+) = ")
+_BEARING = {"radial_stiffness": 1e8, "axial_stiffness": 1e8}
 
 _OPTIONAL = re.compile(rf"\bCasting (?P<field>{'|'.join(_defaults)}) = ")
 """Mistake in a field of a casting that has a default."""
@@ -43,6 +49,15 @@ def mended(table: Mapping[str, Any], wrong: Sequence[str], path: str) -> dict[st
         unknown = _UNKNOWN.match(text.removeprefix(path), end)
         if unknown and steps:
             _rename(right, steps, unknown["meant"])
+        elif steps and steps[0] != "band" and (proposed := _PROPOSED.search(text)):
+            part = _part(right, steps)
+            if isinstance(part, dict):
+                _without(part, without_unit(proposed["key"]))
+                part[proposed["key"]] = float(proposed["value"])
+        elif len(steps) > 2 and steps[0] == "gears" and steps[2] == "geometry":
+            _fit_gear(right, steps[1], text)
+        elif len(steps) > 1 and steps[0] in ("bearings", "shafts"):
+            _replace_support(right, steps, text)
         elif steps and steps[0] == "operation":
             _replace_operation(right.get("operation"), text)
         elif (named := _OPTIONAL.search(text)) and isinstance(right.get("housing"), dict):
@@ -57,6 +72,63 @@ def mended(table: Mapping[str, Any], wrong: Sequence[str], path: str) -> dict[st
     if any("give them opposite hands" in text for text in wrong):
         _oppose_hands(right)
     return right
+
+
+def _part(table: Any, steps: Sequence[str | int]) -> Any:
+    """Return the part of a table at a path; None where it is absent."""
+    try:
+        for step in steps:
+            table = table[step]
+    except (LookupError, TypeError):
+        return None
+    return table
+
+
+def _fit_gear(table: Mapping[str, Any], number: str | int, text: str) -> None:
+    """Replace the values of a gear that a message names by those with which it meshes with its mate."""
+    try:
+        gear = table["gears"][number]
+        stage = next(one for one in table["stages"] if gear["name"] in (one["pinion"], one["wheel"]))
+        other = stage["wheel"] if stage["pinion"] == gear["name"] else stage["pinion"]
+        own, mate = gear["geometry"], next(one["geometry"] for one in table["gears"] if one["name"] == other)
+    except (LookupError, TypeError, StopIteration):
+        return
+    if not isinstance(own, dict) or not isinstance(mate, dict):
+        return
+    for field in set(_FIELD.findall(text)):
+        _without(own, field)
+        for key in [key for key in mate if without_unit(key) == field]:
+            if field in ("normal_module", "normal_pressure_angle", "helix_angle", "face_width", "bore_radius"):
+                own[key] = -mate[key] if field == "helix_angle" else mate[key]
+        if field == "teeth":
+            distance, module = (
+                _metres(part, name) for part, name in ((stage, "centre_distance"), (mate, "normal_module"))
+            )
+            if distance and module and isinstance(mate.get("teeth"), int):
+                slant = cos(radians(float(mate.get("helix_angle_deg", 0.0))))
+                own["teeth"] = max(5, round(2 * distance * slant / module - mate["teeth"]))
+
+
+def _metres(part: Mapping[str, Any], field: str) -> float:
+    """Return a length (m) by its key in m or mm; 0 without it."""
+    for key, factor in ((field, 1.0), (f"{field}_mm", 1e-3)):
+        if isinstance(part.get(key), int | float):
+            return factor * float(part[key])
+    return 0.0
+
+
+def _replace_support(table: Mapping[str, Any], steps: Sequence[str | int], text: str) -> None:
+    """Replace mistaken values of a bearing; a shaft with mistaken segments has none, as a rigid one."""
+    part = _part(table, steps[:2])
+    if not isinstance(part, dict):
+        return
+    for field in set(_FIELD.findall(text)):
+        _without(part, field)
+    if steps[0] == "shafts" and "segment" in text:
+        part.pop("segments", None)
+    for field in _BEARING if steps[0] == "bearings" else ():
+        if not any(without_unit(key) == field for key in part) and "model" not in part:
+            part[field] = _BEARING[field]
 
 
 def _around(table: Mapping[str, Any], bearing: Mapping[str, Any]) -> str:

@@ -114,6 +114,7 @@ def _subject(
 
 def _field_place(said: str, here: Mapping[str, Any], *, every_word: bool) -> tuple[str, int] | None:
     """Return the place of the first field of a table, or of a table in it, that a message names."""
+    said = said.partition("; did you mean")[0]
     words = re.findall(r"\b[a-z]\w*\b", said) if every_word else []
     for word in (*re.findall(r"\b([a-z]\w*)(?= = | ')", said), *re.findall(r"\b[a-z]+_\w+\b", said), *words):
         for found in _places(word, here):

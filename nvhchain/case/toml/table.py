@@ -156,6 +156,9 @@ def _convert_union(choices: list[Any], raw: Any, place: str, factor: float) -> A
 
 def _convert_word_or_value(word: Any, other: Any, raw: Any, place: str, factor: float) -> Any:
     """Convert one of some words, or a value of another type."""
+    if isinstance(raw, bool) and other is float:
+        words = ", ".join(map(repr, typing.get_args(word)))
+        raise InputError(f"{place} = {str(raw).lower()}: give a number, 0 for none, or {words}")
     if not isinstance(raw, str):
         return convert(other, raw, place, factor)
     try:

@@ -92,8 +92,10 @@ def _residual_vectors(squared: FloatArray, share: FloatArray) -> tuple[FloatArra
     return found, base @ turned
 
 
-def covered_places(shaft: Shaft, places: Sequence[float]) -> list[float]:
+def covered_places(shaft: Shaft, places: Sequence[float], names: Sequence[str] = ()) -> list[float]:
     """Return z of the ends of segments, of `places` and of bodies (m) of a flexible shaft.
+
+    names: what stands at the places, for messages.
 
     Raises InputError if its segments leave a gap or do not reach one of them.
     """
@@ -108,11 +110,12 @@ def covered_places(shaft: Shaft, places: Sequence[float]) -> list[float]:
         )
         reached = max(reached, end)
     fixed = [z for pair in ends for z in pair] + list(places) + [body.z for body in shaft.bodies]
-    for z in fixed:
+    for number, z in enumerate(fixed, start=-2 * len(ends)):
+        what = names[number] if 0 <= number < len(names) else "something"
         require(
             ends[0][0] - ALIKE <= z <= reached + ALIKE,
             f"shaft {shaft.name}: its segments span z = {1e3 * ends[0][0]:g}…{1e3 * reached:g} mm, but "
-            f"something stands at {1e3 * z:g} mm: lengthen the shaft, or take it as rigid (flexible_shafts = false)",
+            f"{what} stands at {1e3 * z:g} mm: lengthen the shaft, or take it as rigid (flexible_shafts = false)",
         )
     return fixed
 

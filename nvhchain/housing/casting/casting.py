@@ -292,7 +292,7 @@ class Casting:
             require(
                 room >= bore.radius,
                 f"Casting bore {bore.name} of radius {bore.radius:g} m does not fit inside a gear space "
-                f"(room for {room:g} m): enlarge the gear space",
+                + (f"(room for {room:g} m): enlarge the gear space" if room > 0 else "(its axis is in none): add one"),
             )
             for other in self.bores:
                 if other is bore or self.wall_of(other) != number:

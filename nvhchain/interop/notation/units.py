@@ -39,7 +39,7 @@ class UnitSystem:
         try:
             return Material(young * self.stress, poisson, density * self.density)
         except InputError as error:
-            fault = str(error).removesuffix(": give it in SI units")
+            fault = str(error).rpartition(": ")[0]
         stated = f"{place}: E = {young:g}, density {density:g} read in {self.name}"
         if density == 0:
             raise InputError(f"{stated}: without mass nothing vibrates: give the density")

@@ -408,7 +408,7 @@ def plan(options: argparse.Namespace) -> int:
     planned = plan(case, fidelity=fidelity)
     out, compared = _out(options, case), Path(options.out or "out")
     operators = out
-    if (out / OPERATORS).is_dir() or (not out.is_dir() and (compared / OPERATORS).is_dir()):  # of `compare`
+    if (compared / OPERATORS).is_dir() and not (out / "error_bands.json").is_file():  # of `compare`
         out, operators = compared / case.name, compared / OPERATORS
     cached = cached_results(case, fidelity=fidelity, out=out, operators=operators)
     planned = replace(planned, cached=frozenset(cached))

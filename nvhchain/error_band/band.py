@@ -10,7 +10,7 @@ import numpy as np
 
 from nvhchain import levels
 from nvhchain.conventions import REFERENCE_PRESSURE
-from nvhchain.errors import InputError
+from nvhchain.errors import InputError, counted
 from nvhchain.handoff import FloatArray
 
 COVERAGE = 2.0
@@ -46,6 +46,10 @@ class ErrorBand:
     sources: Mapping[str, FloatArray]
     reference: float = REFERENCE_PRESSURE
     weighted: bool = True
+
+    def __repr__(self) -> str:
+        lines, places = np.shape(self.amplitude)
+        return f"ErrorBand({counted(lines, 'line')}, {counted(places, 'place')}; sources: {', '.join(self.sources)})"
 
     def widened(self, source: str, relative: FloatArray | float) -> ErrorBand:
         """Return the band with one more source of error.

@@ -15,6 +15,7 @@ from nvhchain.error_band.band import COVERAGE, SILENT_LEVEL, ErrorBand
 from nvhchain.error_band.quantities import MASTER_MARGIN, Origin, force_band, force_sources, times
 from nvhchain.error_band.radiation import radiation_error
 from nvhchain.error_band.resonances import force_change
+from nvhchain.errors import counted
 from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import BearingForces, FloatArray, ForceSpectrum, PressureHistory, ReducedHousing, TransferVectors
 from nvhchain.handoff.forces import force_and_moment
@@ -51,6 +52,10 @@ class RunUpBand:
     speed_levels: FloatArray
     limits: FloatArray
     bands: tuple[ErrorBand, ...]
+
+    def __repr__(self) -> str:
+        parts, places = self.speed_levels.shape
+        return f"RunUpBand({parts} parts of the speed, {counted(places, 'place')})"
 
     def order_offsets(
         self, order: float, time: FloatArray, input_speed: FloatArray, *, place: int, width: float

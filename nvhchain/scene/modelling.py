@@ -107,6 +107,9 @@ class Modelling:
     left_out_distance_db: float = 0.0
     left_out_error: OrderError = NO_ERROR
 
+    def __repr__(self) -> str:
+        return f"Modelling({self.case.name}; {'; '.join(self.lines)})"
+
     @property
     def lines(self) -> tuple[str, ...]:
         """Every option with its estimate, in words."""

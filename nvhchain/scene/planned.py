@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from nvhchain.errors import counted
 from nvhchain.scene.steps import Step
 
 BASE_MEGABYTES = 390.0
@@ -87,6 +88,10 @@ class Plan:
     deviations: tuple[str, ...] = ()
     inputs: tuple[str, ...] = ()
     cached: frozenset[str] = frozenset()
+
+    def __repr__(self) -> str:
+        open_ = f"{len(self.remaining)} of {counted(len(self.steps), 'step')} to be computed"
+        return f"Plan({self.case} at {self.fidelity}; {open_}, {self.seconds:.3g} s, {self.megabytes:.4g} MB)"
 
     @property
     def remaining(self) -> tuple[PlannedStep, ...]:

@@ -159,6 +159,19 @@ def test_bars_take_what_they_lack_from_baror(tmp_path):
     assert both[1] == pytest.approx(both[0], rel=1e-9)
 
 
+def test_large_cards_with_the_star_in_their_last_column_are_read(tmp_path):
+    """As Nastran writes them in its superelement punch."""
+    lines = [*plate(4)[25:], "PSHELL,1,1,5.,1,,1"]
+    grids = [line.split(",") for line in plate(4)[:25]]
+    large = [
+        text
+        for _, label, _, x, y, z in grids
+        for text in (f"GRID   *{label:>16}{'':16}{float(x):16.6f}{float(y):16.6f}", f"*       {float(z):16.6f}")
+    ]
+    found, known = (frequencies(deck(tmp_path, [*some, *lines]), 70.0) for some in (large, plate(4)[:25]))
+    assert found == pytest.approx(known, rel=1e-12)
+
+
 def test_masses_beside_their_node_and_beams_of_any_section_move_as_one_body(tmp_path):
     """Total mass, centre and inertia of a block with CONM2 on arms, on a stiff bar."""
     lines = [

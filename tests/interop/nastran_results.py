@@ -33,7 +33,7 @@ def write_h5(path, labels, modes, geometry=None, subcase=1):
         if geometry is None:
             return path
         places, cards, frames = geometry
-        grid = np.array([(n, 0, p, 7 if frames else 0) for n, p in zip(labels, places, strict=True)], dtype=GRID)
+        grid = np.array([(n, 0, p, 7 if frames else 0) for n, p in zip(labels, places, strict=False)], dtype=GRID)
         file["NASTRAN/INPUT/NODE/GRID"] = grid
         for name, members in cards.items():
             kind = [("EID", "<i8"), ("PID", "<i8"), ("G", "<i8", (len(members[0]),)), ("DOMAIN_ID", "<i8")]

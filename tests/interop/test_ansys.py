@@ -169,6 +169,9 @@ def test_shells_with_offset_beams_masses_and_springs_are_those_of_nastran(kind, 
         ("/GO", "CE,R5.0,DEFI,2,1,0.\nCE,R5.0,NODE,1,UX,1.0", "lacks 1 terms"),
         ("/GO", "CP,1,UX,1,99999", "node 99999 is not defined"),
         ("EBLOCK,19,SOLID", "EBLOCK,10", "CDWRITE"),
+        ("/GO", "DBLOCK,1\n(i9,a6,2(pg16.9))", "constraints as DBLOCK: write them as D"),
+        ("/GO", "SECCONTROLS,0,0,0,0.4,1,1,1", "SECCONTROLS states added mass"),
+        ("ET,        1,186", "ET,        1,179", "6 of type 179"),
         ("EBLOCK,19,SOLID,        40,        40", "EBLOCK,19,SOLID,        40,        900", "declares 40|holds"),
     ],
 )
@@ -183,6 +186,40 @@ def test_archives_that_would_change_the_answer_are_refused(old, new, message, tm
     with pytest.raises(InputError, match=message) as caught:
         read_solid_model(path, units="mm-t-s")
     assert "\n" not in str(caught.value)
+
+
+def plate_archive(path, types, constants, turned=0.0):
+    """Archive of a plate of shells with a mass at its last corner, whose axes are turned (degrees) about z."""
+    labels, points, cells, held = plate()
+    rows = [(1 + i, 1, 1, 1, 1, cell) for i, cell in enumerate(cells)] + [(900, 2, 1, 2, 1, [labels[-1]])]
+    lines = [*types, "/UNITS,MPA", *nodes_block(labels, points), *elements_block(rows), *STEEL, *constants]
+    at = next(i for i, line in enumerate(lines) if line.startswith(f"{labels[-1]:9d}") and "E" in line)
+    lines[at] += "".join(f"{angle:20.13E}".replace("E+", "E+0") for angle in (turned, 0.0, 0.0))
+    lines += [f"D,{n:8d},{one},0.,0." for n in held for one in FREEDOMS]
+    path.write_text("\n".join([*lines, ""]))
+    return read_solid_model(path, units="mm-t-s")
+
+
+def test_types_in_blocks_and_corner_thickness_are_read(tmp_path):
+    """Key options of ETBLOCK; shells whose four corners have a mean of 5 mm; blocks that end as of late."""
+    mass = "R,2,1.E-3,1.E-3,1.E-3"
+    plain = plate_archive(tmp_path / "a.cdb", ["ET,1,181", "ET,2,21", "KEYOP,2,3,2"], ["R,1,5.0", mass])
+    block = ["ETBLOCK,2,2", "(2i9,19a9)", f"{1:9d}{181:9d}" + 19 * f"{0:9d}"]
+    block += [f"{2:9d}{21:9d}{0:9d}{0:9d}{2:9d}" + 16 * f"{0:9d}", f"{-1:9d}"]
+    found = plate_archive(tmp_path / "b.cdb", block, ["R,1,7.0,6.0,4.0,3.0", mass, "N,UNBL,LOC,-1"])
+    assert frequencies(found, 60.0) == pytest.approx(frequencies(plain, 60.0), rel=1e-9)
+    with pytest.raises(InputError, match=r"SHELL181\) has ADMSUA among its real constants"):
+        plate_archive(tmp_path / "c.cdb", ["ET,1,181", "ET,2,21"], ["R,1,5.0,0,0,0,0,1.E-9", mass])
+    with pytest.raises(InputError, match=r"SURF154\) has foundation stiffness \(EFS\), not read"):
+        plate_archive(tmp_path / "d.cdb", ["ET,1,181", "ET,2,154"], ["R,1,5.0", "R,2,0,0,0,3.5"])
+
+
+@pytest.mark.parametrize(("key", "inertia"), [(0, (4.0, 1.0, 2.0)), (1, (1.0, 4.0, 2.0))])
+def test_inertias_of_a_mass_lie_along_the_axes_of_its_node_where_its_key_option_says_so(key, inertia, tmp_path):
+    values = ["R,1,5.0", "R,2,1.E-3,1.E-3,1.E-3,4.,1.,2."]
+    model = plate_archive(tmp_path / "a.cdb", ["ET,1,181", "ET,2,21", f"KEYOP,2,2,{key}"], values, turned=90.0)
+    found = np.diag(model.structure.masses.matrix[0])[3:]
+    assert found == pytest.approx(1e-3 * np.array(inertia), abs=1e-12)  # t mm² = 1e-3 kg m²
 
 
 def test_bonded_contact_ties_and_other_contact_is_noted(tmp_path):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nvhchain.errors import InputError
+from nvhchain.errors import FileFormatError, InputError
 from nvhchain.fem import lowest_modes
 from nvhchain.housing.imported.repair import sound_mesh
 from nvhchain.housing.imported.solid_model import constrained
@@ -41,7 +41,8 @@ def test_results_of_nastran_make_the_same_housing(body, kind, tmp_path):
     deck = write_nastran(model, tmp_path / "box.bdf", units="mm-t-s")
     normal = {"units": "mm-t-s"}
     if kind == "h5":
-        path = write_h5(tmp_path / "box.h5", labels, modes, (places, cards(model), ()))
+        lone = [(f, m, np.vstack([at, np.zeros(3)])) for f, m, at in modes]  # a scalar point, which has no place
+        path = write_h5(tmp_path / "box.h5", [*labels, 900001], lone, (places, cards(model), ()))
     elif kind == "turned h5":
         radius = np.hypot(*places[:, :2].T)
         out = np.where(radius[:, None] > 0, places[:, :2] / np.maximum(radius, 1e-9)[:, None], [1.0, 0.0])
@@ -87,3 +88,13 @@ def test_what_is_missing_is_named(body, tmp_path):
     (tmp_path / "two.pch").write_text(text + text.replace("$SUBCASE ID =           1", "$SUBCASE ID =           2"))
     with pytest.raises(InputError, match="subcases 1, 2"):
         read_modal_model(tmp_path / "two.pch", units="mm-t-s", deck=deck, mass_normalized=True)
+
+
+def test_a_punch_file_that_ends_within_a_mode_is_refused(body, tmp_path):
+    model, modes, _ = body
+    path = write_punch(tmp_path / "box.pch", model.labels.tolist(), [(f, 1.0, at) for f, _, at in modes])
+    lines = path.read_text().splitlines(keepends=True)
+    path.write_text("".join(lines[:-6]))
+    deck = write_nastran(model, tmp_path / "box.bdf", units="mm-t-s")
+    with pytest.raises(FileFormatError, match=r"has \d+ nodes, the first \d+: the file is cut off"):
+        read_modal_model(path, units="mm-t-s", deck=deck, mass_normalized=True)

@@ -129,6 +129,19 @@ def test_mdf4_with_times_and_units(tmp_path):
         read_record(tmp_path / "b.mf4")
 
 
+def test_samples_of_mdf4_that_are_marked_invalid_are_left_out(tmp_path):
+    asammdf = pytest.importorskip("asammdf")
+    wrong, bad = FORCE.copy(), np.zeros(len(FORCE), dtype=bool)
+    wrong[5], bad[5] = 9999.0, True
+    with asammdf.MDF(version="4.10") as file:
+        file.append([asammdf.Signal(wrong, TIME, name="Kraft Fx", unit="kN", invalidation_bits=bad)])
+        file.append([asammdf.Signal(SPEED, TIME, name="Drehzahl", unit="1/min")])
+        file.save(tmp_path / "a.mf4", overwrite=True)
+    record = read_record(tmp_path / "a.mf4")
+    force = next(channel for name, channel in record.channels.items() if name.endswith("Kraft Fx"))
+    assert np.abs(force).max() < 2 * np.abs(FORCE).max()
+
+
 def uff(kind, values, declared=None):
     none = f"{0:10d}{0:5d}{0:5d}{0:5d} {'NONE':20} {'NONE':20}"
     head = [f"{-1:6d}", f"{58:6d}", *[f"{'NONE':80}"] * 5]

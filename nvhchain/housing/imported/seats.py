@@ -103,8 +103,8 @@ def seat_walls(model: ModalModel, seats: IntArray, skin: IntArray) -> list[IntAr
     for seat in seats if bending.sum() >= _FEWEST else ():
         arm, moved = model.nodes[others] - model.nodes[seat], shapes[:, others] - shapes[:, [seat]]
         length = np.linalg.norm(arm, axis=1)
-        stretched = np.abs(np.einsum("mni,ni->mn", moved, arm)).max(axis=0) / length
-        kept = np.flatnonzero(stretched < _RIGID)
+        stretched = np.abs(np.einsum("mni,ni->mn", moved, arm)).max(axis=0)
+        kept = np.flatnonzero(stretched < _RIGID * length)
         kept = kept[np.argsort(length[kept])][:_SEVERAL]
         turning = np.cross(np.eye(3), arm[:, None]).transpose(0, 2, 1)  # (n, 3, 3): turning @ θ = θ × arm
         right = moved[:, kept].reshape(len(moved), -1).T

@@ -49,8 +49,8 @@ def reduce_model(
     modal_damping: fraction of critical damping of every mode, or a curve over the natural frequency.
     fidelity: fidelity; modes up to mode_ratio · f_max, as in `reduce_housing`.
     Returns reduced housing; its provenance lists repairs. Its accuracy states the errors (dB) of truncation and of the
-    mapping onto the faces. A model of quadratic tetrahedra alone states the error of its natural frequencies, which
-    fidelity.corrected_frequencies lowers.
+    mapping onto the faces. A model of quadratic tetrahedra without shells and beams states the error of its natural
+    frequencies, which fidelity.corrected_frequencies lowers.
 
     Warnings concern repairs, a mesh too coarse for f_max, rigid motions that held freedoms leave, and a mapping error
     above fidelity.mapping_tolerance_db.
@@ -79,7 +79,9 @@ def reduce_model(
     K, M, T = constrained(model)
     tell(3, _STEPS)
     to_faces, to_flux = (sp.csr_matrix(skin.restrict(operator) @ T) for operator in (motion, flux))
-    known = model.structure.empty and all(block.kind == "tet10" for block in model.blocks)
+    # springs, masses and means have no such error
+    known = not (model.structure.shells or model.structure.beams)
+    known = known and all(block.kind == "tet10" for block in model.blocks)
     ratio = longest_for_their_wall(model, skin, wall_thickness(skin)) if known else None
     modes = seat_modes(K, M, len(seats), f_max * fidelity.mode_ratio, max(seat.motions for seat in seats))
     wrong = None

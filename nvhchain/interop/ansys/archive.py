@@ -11,7 +11,7 @@ from nvhchain.interop.notation._texts import text_lines
 
 _NUMBERS = re.compile(r"\s*[-+.\d]")
 _GROUP = re.compile(r"(\d{1,2})([iefg])(\d{1,2})", re.IGNORECASE)
-_TAGS = re.compile(r"R\d+\.\d+$")
+_TAGS = re.compile(r"(R\d+\.\d+|UNBL)$")
 
 
 @dataclass

@@ -17,7 +17,7 @@ from nvhchain.interop.solids.nastran_frames import basic_component
 
 _FREEDOMS = ("UX", "UY", "UZ", "ROTX", "ROTY", "ROTZ")
 RIGID_BEAMS, TARGETS, CONTACTS = (184,), (170,), (173, 174, 175, 177)
-_BONDED = (5, 6)
+_BONDED = (3, 5, 6)
 _SAME_ARM = 1e-4
 """Largest difference of a coefficient from that of a rigid motion, over the arm, for equations that make a body."""
 

@@ -177,6 +177,15 @@ def _type(base: Database, command: Command) -> None:
     base.types[int(command.get(0))] = int(digits), keys
 
 
+def _types(base: Database, command: Command) -> None:
+    """Read lines of number, element and key options."""
+    for cells in command.cells():
+        if cells[0] == "-1":
+            break
+        number, kind, *keys = (int(cell or 0) for cell in cells)
+        base.types[number] = kind, {place: key for place, key in enumerate(keys, start=1) if key}
+
+
 def _key(base: Database, command: Command) -> None:
     number = int(command.get(0))
     require(number in base.types, f"{base.source}: line {command.line}: key option of element type {number}, no ET")
@@ -261,6 +270,7 @@ _READERS = {
     "NBLOCK": _nodes,
     "EBLOCK": _elements,
     "ET": _type,
+    "ETBLOCK": _types,
     "KEYOP": _key,
     "KEYOPT": _key,
     "R": _constants,

@@ -93,12 +93,26 @@ def _shell(base: Database, element: Element) -> None:
     else:
         values = base.constants.get(element.constants, [])
         require(bool(values) and values[0] > 0, f"{where} has no section (SECTYPE) and no thickness (R)")
-        thickness, material, offset = length * values[0], element.material, 0.0
+        _only_thickness(values, where, number)
+        at_corners = [value for value in values[1 : len(corners)] if value]
+        thickness = length * float(np.mean([values[0], *at_corners])) if at_corners else length * values[0]
+        material, offset = element.material, 0.0
     group = f"section {element.section} R {element.constants} material {material}"
     if group not in base.parts.structure.shell_sections:
         law = base.material(material, f"SHELL{number} {element.label}")
         base.parts.structure.shell_sections[group] = ShellSection(law, thickness, offset=offset)
     base.parts.structure.shells[group].add(element.label, [*corners, *middles])
+
+
+def _only_thickness(values: list[float], where: str, number: int) -> None:
+    """Refuse real constants of a shell that change its stiffness or mass beside the thickness at its corners."""
+    places = {4: "EFS", 17: "ADMSUA"} if number == 63 else {5: "ADMSUA"}
+    given = [word for place, word in places.items() if place < len(values) and values[place]]
+    if number == 63 and len(values) > 6 and values[6] not in (0.0, 1.0):
+        given.append("RMI")
+    require(
+        not given, f"{where} has {', '.join(given)} among its real constants, not read: use COMBIN14, MASS21, density"
+    )
 
 
 def _beam(base: Database, element: Element) -> None:
@@ -182,7 +196,8 @@ def _mass(base: Database, element: Element) -> None:
         own = ([*values, 0.0, 0.0, 0.0, 0.0, 0.0])[:6]
         table += np.diag(own) * mass * np.repeat([1.0, base.system.length**2], 3)
     node = element.nodes[0]
-    turn = np.kron(np.eye(2), base.axes.get(node, np.eye(3)))
+    own_axes = base.axes.get(node, np.eye(3)) if base.key(element, 2) else np.eye(3)
+    turn = np.kron(np.eye(2), own_axes)
     base.parts.structure.masses.append((element.label, node, turn @ table @ turn.T))
 
 

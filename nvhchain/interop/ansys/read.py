@@ -22,14 +22,17 @@ _READ = frozenset(
         *couplings.CONTACTS,
     )
 )  # fmt: skip
-_IDLE_ELEMENTS = frozenset((39, 37, 151, 152, 153, 154, 155, 156, 159, 200, 201, 179))
+_IDLE_ELEMENTS = frozenset((39, 37, 151, 152, 153, 154, 155, 156, 159, 200, 201))
 """Faces, followers and mesh facets, without stiffness and mass of their own."""
+
+_SURFACES = frozenset((153, 154, 156))
+"""Elements of faces that may have stiffness or mass by real constants."""
 
 _PASSED_OVER = re.compile(
     r"(/|\*|_|C\*\*\*)"
     r"|(NUMOFF|DOF|N|ET|TYPE|REAL|MAT|SECNUM|ESYS|EXTOPT|TREF|BFUNIF|ACEL|OMEGA|DOMEGA|CG\w+|IRLF|FINISH|ANTYPE|MODOPT"
     r"|MXPAND|MODCONTROL|QRDOPT|MPTEMP|MPT\w*|UIMP|TIME|ERESX|KUSE|NEQIT|NCNV|CRPLIM|DMP\w*|ALPHAD|BETAD|DCG\w+|F|SF|SFE"
-    r"|SFBEAM|BF|BFE\w*|BFBLOCK|SFEBLOCK|DBLOCK|FBLOCK|CMSEL|CMGRP|SECCONTROLS?|SECNAME|TOFFST|EN|TBLIST|LUMPM|OUTRES"
+    r"|SFBEAM|BF|BFE\w*|BFBLOCK|SFEBLOCK|FBLOCK|CMSEL|CMGRP|SECCONTROLS?|SECNAME|TOFFST|EN|TBLIST|LUMPM|OUTRES"
     r"|OUTPR|KBC|AUTOTS|NSUBST|DELTIM|CNVTOL|RESCONTROL|SOLCONTROL|NLGEOM|PRED|EQSLV|TUNIF|STITLE|SHPP|CHECK|LOCAL|CS\w*"
     r"|CLOCAL|DSYS|RSYS|NROTAT|FREQ\w*|HARFRQ|HROPT|HROUT|EXPASS|TINTP|TRNOPT|RATE|CUTCONTROL|SSTIF|PSTRES|D|CP|CE"
     r"|CM|CMEDIT|KEYW|ASSIGN|PARSAV|PARRES|LSEL|NSEL|ESEL|ALLSEL|GRP\w*|NUMCMP|GST|SAVE|SOLVE|RESUME|EXIT|STAOPT"
@@ -76,7 +79,15 @@ def _check_commands(base: Database, found: list[Command]) -> None:
         f"{base.source}: carries {len(elastic)} TB of elasticity, the first is TB, "
         f"{', '.join(elastic[0].fields[:2] if elastic else [])}: state EX, PRXY and DENS by MP",
     )
-    unblocked = [one for one in found if one.name in ("N", "EN") and one.get(1) != "-1" and one.get(0) != "-1"]
+    held = [one for one in found if one.name == "DBLOCK"]
+    require(not held, f"{base.source}: carries constraints as DBLOCK: write them as D commands, by CDWRITE, DB")
+    heavy = [one for one in found if re.fullmatch("SECCONTROLS?", one.name) and _stated(one.get(3))]
+    require(
+        not heavy,
+        f"{base.source}: line {heavy[0].line if heavy else 0}: SECCONTROLS states added mass, which is not read: write "
+        "it into the density, or as MASS21",
+    )
+    unblocked = [one for one in found if one.name in ("N", "EN") and "-1" not in one.fields]
     points = [one for one in unblocked if one.name == "N"]
     require(
         not points,
@@ -87,6 +98,11 @@ def _check_commands(base: Database, found: list[Command]) -> None:
     if counts:
         listed = ", ".join(f"{count} {name}" for name, count in sorted(counts.items()))
         base.parts.notes.append(f"{listed} left out: they are not read")
+
+
+def _stated(cell: str) -> bool:
+    """Return True for a number other than 0."""
+    return bool(cell) and float(cell) != 0.0
 
 
 def _check_units(source: str, label: str, system: UnitSystem) -> None:
@@ -106,6 +122,18 @@ def _check_elements(base: Database) -> None:
         number = base.types[element.kind][0]
         counts[number] += 1
         first.setdefault(number, element.label)
+        if number in _SURFACES:
+            values = base.constants.get(element.constants, [])
+            given = [
+                word
+                for place, word in ((3, "foundation stiffness (EFS)"), (5, "added mass (ADMSUA)"))
+                if place < len(values) and values[place]
+            ]
+            require(
+                not given,
+                f"{base.source}: element {element.label} (SURF{number}) has {' and '.join(given)}, not read: use "
+                "COMBIN14 or MASS21",
+            )
     refused = {number: count for number, count in counts.items() if number not in _READ | _IDLE_ELEMENTS}
     if refused:
         listed = ", ".join(f"{count} of type {number}" for number, count in sorted(refused.items()))

@@ -55,11 +55,11 @@ path = sys.stdin.buffer.read().decode()
 found, index = {}, []
 with MDF(path) as file:
     for i, group in enumerate(file.groups):
-        called = str(group.channel_group.acq_name or f"group {i + 1}")
+        called = str(getattr(group.channel_group, "acq_name", "") or f"group {i + 1}")
         for j, channel in enumerate(group.channels):
             if j == file.masters_db.get(i, -1):
                 continue
-            signal = file.get(channel.name, group=i, index=j, ignore_invalidation_bits=True)
+            signal = file.get(channel.name, group=i, index=j, ignore_invalidation_bits=False)
             values = numpy.asarray(signal.samples)
             if values.dtype.kind in "fiu" and values.ndim == 1 and len(values) > 1:
                 found[f"v{len(index)}"] = values.astype(float)

@@ -30,7 +30,7 @@ _USUAL = {
     "stiffness": ("KAAX", "KHOUSE", "KAA", "KXX", "KJJ", "STIFFNESS", "K"),
     "mass": ("MAAX", "MHOUSE", "MAA", "MXX", "MJJ", "MASS", "M"),
     "damping": ("BAAX", "BAA", "BXX", "VISCOUSDAMPING"),
-    "recovery": ("MUG1", "OTM", "DTM", "RECOVERY"),
+    "recovery": ("MUG1", "MUG1T", "OTM", "DTM", "RECOVERY"),
 }
 """Names of matrices where none is stated: of EXTSEOUT, of our own export, and of Abaqus."""
 
@@ -108,6 +108,11 @@ def read_superelement(files: SuperelementFiles, *, units: str, names: MatrixName
         **{what: _named(found, what, getattr(names, what), source) for what in ("mass", "damping", "recovery")},
     }
     recovery = parts.pop("recovery")
+    if recovery is not None and recovery.name == "MUG1T":
+        recovery = LabelledMatrix(recovery.name, recovery.columns, recovery.rows, recovery.values.T)
+    blank = parts["damping"]  # Nastran writes 1 × 1 in place of a matrix that is not there
+    if blank is not None and blank.values.shape == (1, 1) and len(unknowns) > 1 and not blank.values.any():
+        parts["damping"] = None
     square = {what: _square(matrix, unknowns, source) for what, matrix in parts.items() if matrix is not None}
     require(
         recovery is not None and bool(geometry.elements),
@@ -116,6 +121,13 @@ def read_superelement(files: SuperelementFiles, *, units: str, names: MatrixName
         f"matrices are {', '.join(found)}",
     )
     assert recovery is not None
+    free = np.asarray(square["stiffness"].any(axis=1) | square["mass"].any(axis=1))
+    if stiffness.rows is not None and recovery.values.shape[1] > len(unknowns):
+        recovery = _with_known_columns(recovery, unknowns)
+    if not free.all():  # such as rotations of nodes of solids, and spare scalar points
+        recovery = _without_columns(recovery, unknowns, free)
+        unknowns = tuple(unknown for unknown, own in zip(unknowns, free, strict=True) if own)
+        square = {what: values[np.ix_(free, free)] for what, values in square.items()}
     scale = np.array([1.0 / system.length if 1 <= component <= 3 else 1.0 for _, component in unknowns])
     energy = system.mass * system.length**2
     frequency, damping, vectors = _modes(
@@ -130,6 +142,29 @@ def read_superelement(files: SuperelementFiles, *, units: str, names: MatrixName
         Mode(float(f), 1.0, float(d), labels, shape) for f, d, shape in zip(frequency, damping, at_nodes, strict=True)
     ]
     return modal_model(modes, geometry, unit_system("m-kg-s"), source, mass_normalized=True)
+
+
+def _with_known_columns(recovery: LabelledMatrix, unknowns: tuple[Unknown, ...]) -> LabelledMatrix:
+    """Return the recovery from the unknowns of the stiffness, which leaves out empty motions of boundary nodes."""
+    nodes = list(dict.fromkeys(node for node, _ in unknowns))
+    moving = {node for node, component in unknowns if component > 0}
+    every = [(node, c) for node in nodes for c in (range(1, 7) if node in moving else (0,))]
+    if len(every) != recovery.values.shape[1]:
+        return recovery
+    place = {unknown: number for number, unknown in enumerate(every)}
+    chosen = recovery.values[:, [place[unknown] for unknown in unknowns]]
+    return LabelledMatrix(recovery.name, recovery.rows, None, chosen)
+
+
+def _without_columns(recovery: LabelledMatrix, unknowns: tuple[Unknown, ...], free: np.ndarray) -> LabelledMatrix:
+    """Return the recovery from the unknowns that are free; it may have all columns, or leave out empty ones."""
+    values, columns = recovery.values, recovery.columns
+    if values.shape[1] == len(unknowns):
+        return LabelledMatrix(recovery.name, recovery.rows, None, values[:, free])
+    known = [unknown for unknown, own in zip(unknowns, free, strict=True) if own]
+    if columns is not None and set(columns) <= set(unknowns):
+        values = LabelledMatrix(recovery.name, None, columns, values).arranged((), known)
+    return LabelledMatrix(recovery.name, recovery.rows, None, values)
 
 
 def _read(path: Path) -> dict[str, LabelledMatrix]:

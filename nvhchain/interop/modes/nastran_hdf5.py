@@ -78,11 +78,13 @@ def _modes(found: Mapping[str, Any], path: Path) -> Iterator[Mode]:
         require(len(several) == 1, f"{path}: modes of {name} {', '.join(map(str, several))} are there: export one")
     summary = found.get(_SUMMARY)
     mass = {} if summary is None else dict(zip(summary["MODE"].tolist(), summary["MASS"].tolist(), strict=True))
+    points = None if found.get(_GRID) is None else found[_GRID]["ID"]
     order = np.argsort(vectors["DOMAIN_ID"], kind="stable")
     vectors = vectors[order]
     for domain in own:
         first, last = np.searchsorted(vectors["DOMAIN_ID"], [domain["ID"], domain["ID"] + 1])
         rows = vectors[first:last]
+        rows = rows if points is None else rows[np.isin(rows["ID"], points)]  # others are scalar points
         yield Mode(
             float(np.sqrt(max(float(domain["TIME_FREQ_EIGR"]), 0.0)) / (2 * np.pi)),
             float(mass.get(int(domain["MODE"]), 0.0)),

@@ -43,6 +43,12 @@ def read_punch(path: str | Path, *, units: str, deck: str | Path | None, mass_no
     except OSError as error:
         raise FileFormatError(f"{path}: cannot be read: {error.strerror}") from None
     require(bool(modes), f"{path}: no $EIGENVECTOR: request VECTOR(PUNCH) = ALL of real modes")
+    for number, mode in enumerate(modes, start=1):
+        if len(mode.labels) != len(modes[0].labels):
+            raise FileFormatError(
+                f"{path}: mode {number} has {len(mode.labels)} nodes, the first {len(modes[0].labels)}: the file is "
+                "cut off, write it again"
+            )
     return modal_model(modes, deck_geometry(place), system, str(path), mass_normalized=True)
 
 

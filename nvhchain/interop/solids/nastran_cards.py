@@ -58,7 +58,7 @@ def cards(lines: list[str]) -> Iterator[list[str]]:
             continue
         if card:
             yield card
-        name = fields[0].rstrip("*").upper()
+        name = fields[0].rstrip("*").strip().upper()
         if name.startswith("DEQATN"):  # its formula may have commas
             name = "DEQATN"
         if name == "ENDDATA":

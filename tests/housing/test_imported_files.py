@@ -267,6 +267,7 @@ def test_a_material_that_makes_no_sense_is_named_for_its_fault(young, density, u
     ("text", "cut", "statement", "name"),
     [
         (NASTRAN, "PSOLID", "INCLUDE 'rest.bdf'", "rest.bdf"),
+        (NASTRAN, "PSOLID", "INCLUDE\n  'rest.bdf'", "rest.bdf"),
         (NASTRAN, "PSOLID", "  include './\n  rest.bdf'", "rest.bdf"),
         (ABAQUS, "*MATERIAL", "*INCLUDE, INPUT=rest.inp", "rest.inp"),
         (ABAQUS, "*MATERIAL", " *Include,\n input=rest.inp", "rest.inp"),

@@ -415,6 +415,12 @@ def test_tables_and_curves_are_written_as_csv_and_workbook(pair, capsys):
     assert "a workbook that ends in .xlsx" in capsys.readouterr().err
 
 
+def test_curves_of_one_name_have_columns_of_their_own(pair):
+    for table in page_tables(pair):
+        titles = [title for title in table.rows[0] if title]
+        assert len(set(titles)) == len(titles), table.name
+
+
 def test_limits_are_numbers_in_two_columns_of_tables(pair):
     whole = json.loads((pair / "summary.json").read_text())
     for name, limits in (("plain", [58.5, 61.0]), ("holed", [None, 83.0])):

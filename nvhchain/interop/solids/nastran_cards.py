@@ -12,12 +12,13 @@ _SHORT_EXPONENT = re.compile(r"(?<=[0-9.])([+-]\d+)$")
 
 
 def _joined(lines: Iterable[str]) -> Iterator[str]:
-    """Join lines of INCLUDE until its quote is closed."""
+    """Join lines of INCLUDE until its name has begun and its quote is closed."""
     pending = ""
     for line in lines:
         whole = pending + line.strip() if pending else line
         name = _file_name(whole)
-        pending = whole.rstrip() if name and name[0] in "'\"" and name.count(name[0]) == 1 else ""
+        unclosed = name is not None and name[:1] in ("'", '"') and name.count(name[:1]) == 1
+        pending = whole.rstrip() if name == "" or unclosed else ""
         if not pending:
             yield whole
     if pending:

@@ -65,8 +65,16 @@ def page_tables(folder: str | Path) -> list[PageTable]:
         parts = [of for block in section_module(name).blocks(stored) for of in _parts(block)]
         for number, (caption, rows) in enumerate(parts, start=1):
             end = f"-{number}" if len(parts) > 1 else ""
-            found.append(PageTable(section[:_LONGEST_NAME] + end, caption, rows))
+            found.append(PageTable(section[:_LONGEST_NAME] + end, caption, [_distinct(rows[0]), *rows[1:]]))
     return found
+
+
+def _distinct(head: list[str | float | None]) -> list[str | float | None]:
+    """Return the head of a table with a number behind a name that stands there before."""
+    return [
+        f"{name} ({head[: place + 1].count(name)})" if name and name in head[:place] else name
+        for place, name in enumerate(head)
+    ]
 
 
 def write_tables(folder: str | Path, out: str | Path | None = None) -> list[Path]:

@@ -348,10 +348,15 @@ class GearboxCase:
     def deviations(self) -> tuple[PairDeviations | None, ...]:
         """Manufacturing deviations of every stage; None for one as drawn."""
         gears, found = {gear.name: gear for gear in self.gears}, []
+        driven = {stage.wheel for stage in self.stages}
         for stage in self.stages:
             ends = ((gears[stage.pinion], True), (gears[stage.wheel], False))
             pinion, wheel = (
-                None if gear.deviations is None else gear.deviations.gear_deviations(gear.geometry, drives=drives)
+                None
+                if gear.deviations is None
+                else gear.idler_deviations
+                if drives and gear.name in driven
+                else gear.deviations.gear_deviations(gear.geometry, drives=drives)
                 for gear, drives in ends
             )
             tilt = stage.drawn_axes[1]

@@ -15,6 +15,7 @@ from nvhchain.errors import InputError, Mistakes, mistakes, require
 from nvhchain.gear import (
     Differential,
     GearBody,
+    GearDeviations,
     GearGeometry,
     Holes,
     MicroGeometry,
@@ -118,6 +119,14 @@ class Gear:
         """Gear body for the contact problem."""
         blank = self.blank.read() if isinstance(self.blank, BlankMesh) else self.blank
         return GearBody(self.geometry, blank, self.material)
+
+    @property
+    def idler_deviations(self) -> GearDeviations | None:
+        """Deviations where the gear drives another and is driven itself: those of its coast flanks carry."""
+        if self.deviations is None:
+            return None
+        driven = self.deviations.gear_deviations(self.geometry, drives=False)
+        return replace(driven, drive=driven.coast, coast=driven.drive)
 
     @property
     def idler_body(self) -> GearBody:

@@ -227,7 +227,7 @@ def _read(path: Path, open_files: tuple[Path, ...]) -> Table:
     where, file = f"{path}:{table.places['base'][1]}: base = {base!r}", path.parent / base
     if not file.is_file():
         known = sorted(other.name for other in file.parent.glob("*.toml") if other.name != path.name)
-        raise InputError(f"{where}: no such file: {nearest(file.name, known)}")
+        raise InputError(f"{where}: no such file" + (f": {nearest(file.name, known)}" if known else ""))
     return _merge(_read(file, (*open_files, path.resolve())), table, f"{path}: ")
 
 

@@ -33,6 +33,38 @@ def test_bearings_in_newtons_per_millimetre_are_refused_with_the_value_in_si(tmp
     ]
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("axis_mm = [68.54129, 0]", "axis = [68.54129, 0]", "axis"),
+        ("z_mm = 33", 'z_mm = "a"', "z_mm"),
+        ("teeth = 20", "teeth = 3", "teeth"),
+    ],
+)
+def test_stand_ins_invent_no_missing_field(tmp_path, small, old, new, said):
+    lines = refused(tmp_path, small.replace(old, new, 1))
+    assert any(said in line for line in lines)
+    assert not any("is missing" in line for line in lines)
+
+
+@pytest.mark.parametrize("wrong", ['"-10°"', "[1]"])
+def test_two_broken_gears_are_named_both(tmp_path, small, wrong):
+    text = small.replace("teeth = 20", "teeth = 0").replace("helix_angle_deg = -10", f"helix_angle_deg = {wrong}")
+    found = " ".join(refused(tmp_path, text))
+    assert "teeth = 0" in found
+    assert "helix_angle_deg" in found
+
+
+def test_a_soft_bearing_beside_stiff_ones_is_no_mistake(tmp_path, small):
+    """Such as a thrust bearing, or one that holds its shaft along the axis alone."""
+    third = '[[bearings]]\nname = "A3"\nshaft = "A"\nz_mm = 60\nradial_stiffness = 1e4\naxial_stiffness = 1e8\n'
+    text = small.replace("[housing]\n", f"{third}\n[housing]\n").replace(
+        "bores = [", 'bores = [{ name = "A3", centre_mm = [0, 0, 60], radius_mm = 22 },'
+    )
+    lines = refused(tmp_path, text)
+    assert not any("gives way" in line for line in lines)
+
+
 def test_a_microphone_in_millimetres_and_gears_that_hardly_meet_are_doubted(tmp_path, small):
     (tmp_path / "far.toml").write_text(small.replace("[0.02, -0.01, 0.62]", "[20, -10, 620]"))
     with pytest.warns(AccuracyWarning, match=r"position is 620.* m away .* write position_mm"):

@@ -323,7 +323,9 @@ def test_spherical_rollers_have_the_contact_angle_of_the_catalogue(tmp_path, sta
     ("designation", "angle"),
     [
         ("7206-B", 40.0), ("7206 BECBP", 40.0), ("7206-B-XL-TVP", 40.0), ("7206 ACD/P4A", 25.0), ("7206 CD/P4A", 15.0),
-        ("B7206-C-T-P4S", 15.0), ("B7206-E-T-P4S", 25.0), ("7206A", 30.0), ("7206A5TR", 25.0), ("7206", 25.0),
+        ("B7206-C-T-P4S", 15.0), ("B7206-E-T-P4S", 25.0), ("7206A", 30.0), ("7206A5TRDUMP3", 25.0),
+        ("7206CTYNDULP4", 15.0), ("7206AD", 25.0), ("7206", 25.0),
+        ("7206 Antrieb", 25.0), ("7206 Bearing left", 25.0),
     ],
 )  # fmt: skip
 def test_the_suffix_of_an_angular_contact_bearing_is_its_angle(tmp_path, designation, angle):

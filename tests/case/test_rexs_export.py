@@ -153,6 +153,20 @@ def test_an_idler_is_driven_on_one_flank_and_drives_with_the_other(tmp_path):
         assert [relief and relief.amount for relief in reliefs] == [pytest.approx(30e-6), None]
 
 
+def test_deviations_of_an_idler_change_flanks_with_it(tmp_path):
+    idler_unit().save(tmp_path / "idler.rexs")
+    case = load_case(import_rexs(tmp_path / "idler.rexs", tmp_path / "first").case)
+    gears = [
+        replace(gear, deviations=Deviations(tolerance_class=6, seed=1)) if gear.name == case.stages[0].wheel else gear
+        for gear in case.gears
+    ]
+    first, second = replace(case, gears=tuple(gears)).deviations
+    for one, other in (("drive", "coast"), ("coast", "drive")):
+        driven, drives = getattr(first.wheel, one), getattr(second.pinion, other)
+        assert np.array_equal(driven.pitch, drives.pitch)
+        assert np.ptp(driven.pitch) > 0
+
+
 def test_what_the_format_does_not_hold_is_named(tmp_path, capsys):
     out = tmp_path / "slotted.rexs"
     assert main(["export", str(CASES / "gearbox/slotted.toml"), "--out", str(out)]) == 0

@@ -99,6 +99,19 @@ def test_an_idler_leaves_both_its_stages_their_backlash(tmp_path, stated, narrow
     assert not narrow or case.gears[0].geometry.thickness_allowance == pytest.approx(narrow)
 
 
+def test_an_idler_between_gears_of_known_thickness_is_thin_enough_for_both(tmp_path):
+    unit = idler_unit()
+    gears = unit.of("cylindrical_gear")
+    for gear, thinner in ((gears[0], 0.3), (gears[3], 0.02)):
+        unit.attributes(gear).update(
+            {f"chordal_tooth_thickness_{end}_deviation": (-thinner, "mm") for end in ("upper", "lower")}
+        )
+    case, _ = imported(unit, tmp_path)
+    least = [recommended_backlash(0.003, stage.centre_distance) for stage in case.stages]
+    assert all(pair.backlash > 0.999 * smallest for pair, smallest in zip(case.pairs, least, strict=True))
+    assert case.pairs[1].backlash == pytest.approx(least[1], rel=1e-5)
+
+
 def test_deviations_over_balls_are_kept_beside_a_recommended_backlash(tmp_path):
     unit = gear_train((20, 31))
     for gear, deviation in zip(unit.of("cylindrical_gear"), (-0.03, -0.05), strict=True):
@@ -362,6 +375,16 @@ def test_helical_gears_in_a_row_without_stated_hands_turn_every_other_way(tmp_pa
     hands = [np.sign(case.gears[i].geometry.helix_angle) for i in (0, 1, 2)]
     assert hands == [1.0, -1.0, 1.0]
     assert "REXS before 1.3 states no hand" in page
+
+
+def test_a_first_gear_without_helix_angle_takes_that_of_its_mate(tmp_path):
+    unit = in_a_row(10.0, version="1.2")
+    first, second, _, fourth = unit.of("cylindrical_gear")
+    unit.attributes(first).pop("helix_angle_reference_diameter")
+    for gear in (second, fourth):
+        unit.attributes(gear)["helix_angle_reference_diameter"] = (10.0, "deg")
+    case, _ = imported(unit, tmp_path)
+    assert [np.sign(gear.geometry.helix_angle) for gear in case.gears] == [1.0, -1.0, 1.0]
 
 
 def test_a_bearing_whose_side_is_a_gear_holds_the_shaft_of_the_gear(tmp_path):

@@ -95,6 +95,14 @@ def test_outline_is_the_envelope_of_the_rolling_tool(teeth, helix, changes):
     assert abs(depth).max() < 2e-6 * MODULE, depth / MODULE
 
 
+@pytest.mark.parametrize("amount", np.linspace(0.15e-3, 0.25e-3, 21))
+def test_a_line_that_touches_the_arc_within_rounding_is_drawn(amount):
+    sharp = {"normal_module": 2e-3, "profile_shift": 0.2, "dedendum": 1.4, "rack_tip_radius": 0.38}
+    for shift in (0.0, 0.2):
+        drawn = gear(60, 20.0, **(sharp | {"profile_shift": shift, "protuberance": Protuberance(amount)}))
+        assert drawn.base_radius < drawn.form_radius < drawn.pitch_radius
+
+
 def test_undercut_ends_the_involute_above_the_base_circle():
     g = gear(12)
     assert g.undercut == pytest.approx(1.25 - 0.38 * (1 - np.sin(np.radians(20))) - 6 * np.sin(np.radians(20)) ** 2)

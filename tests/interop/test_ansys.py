@@ -202,11 +202,12 @@ def plate_archive(path, types, constants, turned=0.0):
 
 def test_types_in_blocks_and_corner_thickness_are_read(tmp_path):
     """Key options of ETBLOCK; shells whose four corners have a mean of 5 mm; blocks that end as of late."""
-    mass = "R,2,1.E-3,1.E-3,1.E-3"
+    mass = "R,2,1.E-3,1.E-3,1.E-3,9.,9.,9."
     plain = plate_archive(tmp_path / "a.cdb", ["ET,1,181", "ET,2,21", "KEYOP,2,3,2"], ["R,1,5.0", mass])
     block = ["ETBLOCK,2,2", "(2i9,19a9)", f"{1:9d}{181:9d}" + 19 * f"{0:9d}"]
     block += [f"{2:9d}{21:9d}{0:9d}{0:9d}{2:9d}" + 16 * f"{0:9d}", f"{-1:9d}"]
     found = plate_archive(tmp_path / "b.cdb", block, ["R,1,7.0,6.0,4.0,3.0", mass, "N,UNBL,LOC,-1"])
+    assert not found.structure.masses.matrix[0][3:, 3:].any()  # KEYOPT(3) = 2 of the block: no inertia
     assert frequencies(found, 60.0) == pytest.approx(frequencies(plain, 60.0), rel=1e-9)
     with pytest.raises(InputError, match=r"SHELL181\) has ADMSUA among its real constants"):
         plate_archive(tmp_path / "c.cdb", ["ET,1,181", "ET,2,21"], ["R,1,5.0,0,0,0,0,1.E-9", mass])

@@ -26,7 +26,8 @@ _LEAST_FACE = 0.5
 def yielding_bearings(case: GearboxCase) -> Iterator[str]:
     """Yield a message for every bearing of constant stiffness that gives way by half a module under its meshes.
 
-    Half of the mesh force F is taken to be on each bearing, and all of its axial part F sin β_b on all together.
+    The two stiffest bearings of a shaft carry half of the mesh force F each. The axially stiffest carries F sin β_b,
+    where one mesh alone pushes.
     """
     shaft_of = {gear.name: gear.shaft for gear in case.gears}
     for shaft in case.shafts:
@@ -38,14 +39,16 @@ def yielding_bearings(case: GearboxCase) -> Iterator[str]:
         springs = [b for b in case.bearings if b.shaft == shaft.name and b.model is None]
         if not pairs or not springs:
             continue
+        if any(shaft.name in (b.shaft, getattr(b, "outer_shaft", "")) for b in case.supports if b not in springs):
+            continue
         largest = _YIELDING * min(pair.pinion.geometry.normal_module for pair, _ in pairs)
-        load = max(force for _, force in pairs)
-        for bearing in springs:
-            yield from _yields(f"bearing {bearing.name}: radial_stiffness", bearing.radial_stiffness, load / 2, largest)
-        along = max(force * abs(sin(pair.base_helix_angle)) for pair, force in pairs)
-        others = any(shaft.name in (b.shaft, getattr(b, "outer_shaft", "")) for b in case.supports if b not in springs)
-        if not others:
+        load = max(force for _, force in pairs) / 2
+        for bearing in sorted(springs, key=lambda bearing: -bearing.radial_stiffness)[:2]:
+            yield from _yields(f"bearing {bearing.name}: radial_stiffness", bearing.radial_stiffness, load, largest)
+        if len(pairs) == 1:
+            ((pair, force),) = pairs
             held = max(springs, key=lambda bearing: bearing.axial_stiffness)
+            along = force * abs(sin(pair.base_helix_angle))
             yield from _yields(f"bearing {held.name}: axial_stiffness", held.axial_stiffness, along, largest)
 
 

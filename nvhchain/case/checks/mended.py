@@ -22,6 +22,9 @@ _PROPOSED = re.compile(r"if it is in [^,]+, write (?P<key>\w+) = (?P<value>(?:(?
 """Remedy of a value in another unit."""
 
 _FIELD = re.compile(r"(\w+) = ")
+_REQUIRED = ("name", "shaft", "z", "axis")
+"""Fields of bearings and shafts for which no stand-in is at hand."""
+
 _BEARING = {"radial_stiffness": 1e8, "axial_stiffness": 1e8}
 
 _OPTIONAL = re.compile(rf"\bCasting (?P<field>{'|'.join(_defaults)}) = ")
@@ -95,17 +98,19 @@ def _fit_gear(table: Mapping[str, Any], number: str | int, text: str) -> None:
         return
     if not isinstance(own, dict) or not isinstance(mate, dict):
         return
+    shared = ("normal_module", "normal_pressure_angle", "helix_angle", "face_width", "bore_radius")
     for field in set(_FIELD.findall(text)):
-        _without(own, field)
-        for key in [key for key in mate if without_unit(key) == field]:
-            if field in ("normal_module", "normal_pressure_angle", "helix_angle", "face_width", "bore_radius"):
-                own[key] = -mate[key] if field == "helix_angle" else mate[key]
-        if field == "teeth":
+        given = [(key, value) for key, value in mate.items() if without_unit(key) == field]
+        if field in shared and given and isinstance(given[0][1], int | float):
+            _without(own, field)
+            own[given[0][0]] = -given[0][1] if field == "helix_angle" else given[0][1]
+        elif field == "teeth":
             distance, module = (
                 _metres(part, name) for part, name in ((stage, "centre_distance"), (mate, "normal_module"))
             )
             if distance and module and isinstance(mate.get("teeth"), int):
-                slant = cos(radians(float(mate.get("helix_angle_deg", 0.0))))
+                angle = mate.get("helix_angle_deg", 0.0)
+                slant = cos(radians(angle)) if isinstance(angle, int | float) else 1.0
                 own["teeth"] = max(5, round(2 * distance * slant / module - mate["teeth"]))
 
 
@@ -123,7 +128,8 @@ def _replace_support(table: Mapping[str, Any], steps: Sequence[str | int], text:
     if not isinstance(part, dict):
         return
     for field in set(_FIELD.findall(text)):
-        _without(part, field)
+        if field not in _REQUIRED:
+            _without(part, field)
     if steps[0] == "shafts" and "segment" in text:
         part.pop("segments", None)
     for field in _BEARING if steps[0] == "bearings" else ():

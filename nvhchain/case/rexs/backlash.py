@@ -54,12 +54,15 @@ def set_backlashes(
     for stage in stages:
         backlash, source = wanted[stage.name]
         own = [name for name in (stage.pinion, stage.wheel) if name in open_]
-        sources |= dict.fromkeys(own, source)
+        for name in own:
+            sources[name] = sources[name] or source
         rows.append([float(name in own) for name in names])
         missing.append(max(backlash - found(stage), 0.0) / cos(drawn[stage.pinion].normal_pressure_angle))
     if names:
         matrix = np.vstack([rows, _EVEN * np.eye(len(names))])
         allowances, _ = nnls(matrix, np.append(missing, np.zeros(len(names))))
+        for row, least in zip(np.array(rows), missing, strict=True):  # never less than a stage needs
+            allowances += row * max(least - row @ allowances, 0.0) / max(row.sum(), 1.0)
         for name, allowance in zip(names, allowances.tolist(), strict=True):
             drawn[name] = replace(drawn[name], thickness_allowance=allowance)
             unit.findings.add("assumed", name, "thickness allowance", f"{1e6 * allowance:.4g} µm", sources[name])
@@ -67,7 +70,9 @@ def set_backlashes(
         backlash, source = wanted[stage.name]
         if source == _STATED and abs(found(stage) - backlash) > _DISAGREE * backlash:
             text = f"{1e6 * backlash:.4g} µm stated, {1e6 * found(stage):.4g} µm by the tooth thickness"
-            unit.findings.add("differs", stage.name, "backlash", text, "the tooth thickness is taken")
+            shared = any(name in open_ for name in (stage.pinion, stage.wheel))
+            why = "a gear meshes with others of known thickness" if shared else "the tooth thickness is taken"
+            unit.findings.add("differs", stage.name, "backlash", text, why)
         _mend_jam(unit, stage, drawn, distances[stage.name])
 
 

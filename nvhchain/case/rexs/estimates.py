@@ -122,8 +122,8 @@ def _operating(unit: GearUnit, bearing: ImportedBearing) -> StiffnessMatrix | No
     return matrix
 
 
-_SUFFIX = re.compile(r"(?<!\d)(B?)7\d{2,4}[- ]?(A5|AC|A|B|C|(?<=[- ])E)[A-Z]{0,6}\b")
-_BY_SUFFIX = {"A5": 25.0, "AC": 25.0, "A": 30.0, "B": 40.0, "C": 15.0, "BE": 25.0}
+_SUFFIX = re.compile(r"(?<!\d)(B?)7\d{2,4}[- ]?(A5|AC|AD|A|B|C|(?<=[- ])E)[A-Z0-9]*(?![a-z])")
+_BY_SUFFIX = {"A5": 25.0, "AC": 25.0, "AD": 25.0, "A": 30.0, "B": 40.0, "C": 15.0, "BE": 25.0}
 """Contact angle (degrees) by the first letters after the number of an angular contact bearing.
 
 As in catalogues of SKF, Schaeffler (E after B7…: 25°) and NSK (A: 30°, A5: 25°).
@@ -154,7 +154,7 @@ def _contact_angle(bearing: ImportedBearing, kind: str) -> float:
     """Return the contact angle (rad) in the file, or the usual one of the type."""
     if bearing.contact_angle:
         return abs(bearing.contact_angle)
-    words = " ".join(bearing.catalogue.get(key, "") for key in ("catalogue_designation", "name")).upper()
+    words = " ".join(bearing.catalogue.get(key, "") for key in ("catalogue_designation", "name"))
     suffix = _SUFFIX.search(words) if "angular" in kind else None
     letters = "" if suffix is None else suffix[1] + suffix[2] if suffix[2] == "E" else suffix[2]
     if letters in _BY_SUFFIX:

@@ -146,6 +146,8 @@ class ToothRoot:
         if not len(deeper) or deeper[0] == 0:
             return 0.0
         ends = place[deeper[0] - 1], place[deeper[0]]
+        if float(self._clearance(ends[0])) <= 0.0:  # by rounding
+            return float(ends[0])
         return float(brentq(lambda u: float(self._clearance(u)), *ends, xtol=1e-15))
 
     def _clearance(self, place: ArrayLike) -> FloatArray:

@@ -10,7 +10,7 @@ from pathlib import Path
 from nvhchain.interop.notation._texts import text_lines
 
 _NUMBERS = re.compile(r"\s*[-+.\d]")
-_GROUP = re.compile(r"(\d{1,2})([iefg])(\d{1,2})", re.IGNORECASE)
+_GROUP = re.compile(r"(\d{1,2})([aiefg])(\d{1,2})", re.IGNORECASE)
 _TAGS = re.compile(r"(R\d+\.\d+|UNBL)$")
 
 

@@ -94,8 +94,8 @@ def _shell(base: Database, element: Element) -> None:
         values = base.constants.get(element.constants, [])
         require(bool(values) and values[0] > 0, f"{where} has no section (SECTYPE) and no thickness (R)")
         _only_thickness(values, where, number)
-        at_corners = [value for value in values[1 : len(corners)] if value]
-        thickness = length * float(np.mean([values[0], *at_corners])) if at_corners else length * values[0]
+        at_corners = [value or values[0] for value in [*values, 0.0, 0.0, 0.0][: len(corners)]]
+        thickness = length * float(np.mean(at_corners))
         material, offset = element.material, 0.0
     group = f"section {element.section} R {element.constants} material {material}"
     if group not in base.parts.structure.shell_sections:

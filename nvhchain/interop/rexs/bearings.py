@@ -194,7 +194,8 @@ def _internal(parts: Parts, component: Component) -> dict[str, Any]:
 def _contact_angle(parts: Parts, component: Component, own: Values, row: Values) -> float | None:
     """Return the contact angle (rad) in the file, or that by e = 1.5 tan α or Y of ISO 281.
 
-    Tapered rollers and self-aligning bearings have e. Y = 0.4 cot α for one row, Y₂ = 0.67 cot α for two.
+    Tapered rollers and self-aligning bearings have e. Y = 0.4 cot α of one row; Y₂ = 0.67 cot α of two rows of
+    rollers, 0.65 cot α of balls.
     """
     stated = row.number("pressure_angle", "rad", low=-1.5, high=1.5)
     kind = own.text("bearing_type") or component.type
@@ -202,7 +203,7 @@ def _contact_angle(parts: Parts, component: Component, own: Values, row: Values)
     if stated or not (two or "tapered" in kind):
         return stated
     e, y = own.number("catalogue_value_e", low=0.0), own.number("axial_factor_y_2", low=0.0)
-    share = 0.67 if two or (own.number("number_of_bearing_rows") or 1) > 1 else 0.4
+    share = 0.65 if two and "ball" in kind else 0.67 if two or (own.number("number_of_bearing_rows") or 1) > 1 else 0.4
     angle = atan(e / 1.5) if e else atan(share / y) if y else 0.0
     if not _TAPERS[0] <= angle <= _TAPERS[1]:
         return None

@@ -96,14 +96,15 @@ def material_of(parts: Parts, component: Component) -> dict[str, float]:
 def _helix(parts: Parts, component: Component, mate: Component | None, *, opposite: bool) -> float:
     """Return the helix angle (rad): its own, or that of its mate with the opposite hand; 0 without any."""
     name, record = parts.names[component.id], parts.findings
+    unsigned = tuple(map(int, parts.document.version.split("."))) < (1, 3)
     own = parts.values(component).number("helix_angle_reference_diameter", "rad", low=-1.5, high=1.5)
     other = parts.values(mate).number("helix_angle_reference_diameter", "rad", low=-1.5, high=1.5) if mate else None
     if own is None:
         if other is None:
             record.add("assumed", name, "helix angle", "0°", "none given")
-        return -other if other is not None else 0.0
-    unsigned = tuple(map(int, parts.document.version.split("."))) < (1, 3)
-    if mate is not None and other is not None and own * other > 0 and unsigned and opposite:
+            return 0.0
+        return -abs(other) if unsigned and opposite else abs(other) if unsigned else -other
+    if unsigned and opposite and (own > 0 if other is None else own * other > 0):
         record.add("assumed", name, "hand of the helix", "opposite to its mate", "REXS before 1.3 states no hand")
         return -own
     return own

@@ -76,6 +76,7 @@ class Deck:
 
     def motion(self, node: int, component: int) -> FloatArray:
         """Return the row (6,) by which motions of the basic system give a component 1 … 6 of a node's own axes."""
+        require(1 <= component <= 6, f"{self.parts.source}: node {node} has no component {component}: give 1 to 6")
         row = np.zeros((2, 3))
         row[(component - 1) // 3] = self.axes(node)[:, (component - 1) % 3]
         return row.ravel()

@@ -352,12 +352,7 @@ class GearboxCase:
         for stage in self.stages:
             ends = ((gears[stage.pinion], True), (gears[stage.wheel], False))
             pinion, wheel = (
-                None
-                if gear.deviations is None
-                else gear.idler_deviations
-                if drives and gear.name in driven
-                else gear.deviations.gear_deviations(gear.geometry, drives=drives)
-                for gear, drives in ends
+                gear.mesh_deviations(drives=drives, idles=drives and gear.name in driven) for gear, drives in ends
             )
             tilt = stage.drawn_axes[1]
             as_drawn = pinion is None and wheel is None and tilt == Misalignment()

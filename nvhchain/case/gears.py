@@ -120,13 +120,12 @@ class Gear:
         blank = self.blank.read() if isinstance(self.blank, BlankMesh) else self.blank
         return GearBody(self.geometry, blank, self.material)
 
-    @property
-    def idler_deviations(self) -> GearDeviations | None:
-        """Deviations where the gear drives another and is driven itself: those of its coast flanks carry."""
+    def mesh_deviations(self, *, drives: bool, idles: bool) -> GearDeviations | None:
+        """Return the deviations in a mesh; where an idler drives, those of its coast flanks carry."""
         if self.deviations is None:
             return None
-        driven = self.deviations.gear_deviations(self.geometry, drives=False)
-        return replace(driven, drive=driven.coast, coast=driven.drive)
+        found = self.deviations.gear_deviations(self.geometry, drives=drives and not idles)
+        return replace(found, drive=found.coast, coast=found.drive) if idles else found
 
     @property
     def idler_body(self) -> GearBody:

@@ -15,7 +15,8 @@ from nvhchain.interop.notation.units import unit_system
 from nvhchain.interop.solids._model_parts import Parts
 from nvhchain.interop.solids.nastran import read_grids, read_solids
 from nvhchain.interop.solids.nastran_cards import cards, split_deck
-from nvhchain.interop.solids.nastran_structure import Deck, read_shells
+from nvhchain.interop.solids.nastran_frames import Deck
+from nvhchain.interop.solids.nastran_structure import read_shells
 
 _SOLIDS = {"tet4": 111, "tet10": 118, "wedge6": 112, "wedge15": 113, "hex8": 115, "hex20": 116}
 _SHELLS = {3: 91, 6: 92, 4: 94, 8: 95}

@@ -21,13 +21,12 @@ from nvhchain.interop.notation._texts import damaged, named
 from nvhchain.interop.notation.units import UnitSystem, unit_system
 from nvhchain.interop.solids._model_parts import TRANSLATIONS, Parts, Rigid
 from nvhchain.interop.solids.nastran_cards import cards, numbers, real, split_deck
-from nvhchain.interop.solids.nastran_frames import BASIC, Frame, basic_components, frames_and_grids
+from nvhchain.interop.solids.nastran_frames import BASIC, Deck, Frame, basic_components, frames_and_grids
 from nvhchain.interop.solids.nastran_structure import (
     BEAMS,
     OTHERS,
     SECTIONS,
     SHELLS,
-    Deck,
     read_structure,
     rigid_members,
 )

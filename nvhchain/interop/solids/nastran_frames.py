@@ -1,14 +1,17 @@
-"""Coordinate systems of Nastran bulk data: CORD1R/C/S by grid points, CORD2R/C/S by coordinates."""
+"""Coordinate systems of Nastran bulk data (CORD1R/C/S by grid points, CORD2R/C/S by coordinates), and cards in them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from nvhchain.errors import FileFormatError, InputError
+from nvhchain.conventions import Material
+from nvhchain.errors import FileFormatError, InputError, require
 from nvhchain.handoff import FloatArray
+from nvhchain.interop.notation.units import UnitSystem
+from nvhchain.interop.solids._model_parts import Parts
 from nvhchain.interop.solids.nastran_cards import real
 
 Cards = Mapping[str, list[list[str]]]
@@ -148,3 +151,58 @@ def _frame(name: str, card: list[str], frames: Mapping[int, Frame], grids: Mappi
         raise InputError(f"coordinate system {card[1]}: its three points lie on a line")
     x /= size
     return Frame(name[5], a, np.column_stack([x, np.cross(z, x), z]))
+
+
+@dataclass(frozen=True, eq=False)
+class Deck:
+    """Cards of a deck with what they rest on.
+
+    Parameters
+    ----------
+    cards : name → cards.
+    parts : contents as read so far.
+    system : units of the file.
+    frames : coordinate systems.
+    materials : function that returns MAT1 by number, for a section named in its messages.
+    mass : PARAM WTMASS, mass in kg per unit of the file's masses and densities over `system.mass`.
+    """
+
+    cards: Cards
+    parts: Parts
+    system: UnitSystem
+    frames: Mapping[int, Frame]
+    materials: Callable[[str, str], Material]
+    mass: float
+
+    def fields(self, *names: str) -> Iterator[tuple[str, list[str]]]:
+        """Yield names and cards, padded to 50 fields."""
+        for name in names:
+            for card in self.cards.get(name, []):
+                yield f"{self.parts.source}: {name} {card[1]}", [*card, *[""] * (50 - len(card))]
+
+    def axes(self, node: int) -> FloatArray:
+        """Return the axes (3, 3), as columns, in which the motions of a node are written."""
+        frame = self.frames.get(self.parts.rotated.get(node, 0), BASIC)
+        return frame.axes_at(np.array(self.parts.nodes[node]))
+
+    def place(self, node: int) -> FloatArray:
+        """Return the place (3,) m of a node."""
+        require(node in self.parts.nodes, f"{self.parts.source}: node {node} is not defined")
+        return self.system.length * np.array(self.parts.nodes[node])
+
+    def motion(self, node: int, component: int) -> FloatArray:
+        """Return the row (6,) by which motions of the basic system give a component 1 … 6 of a node's own axes."""
+        require(1 <= component <= 6, f"{self.parts.source}: node {node} has no component {component}: give 1 to 6")
+        row = np.zeros((2, 3))
+        row[(component - 1) // 3] = self.axes(node)[:, (component - 1) % 3]
+        return row.ravel()
+
+    def component(self, node: int, component: int, where: str) -> tuple[int, float]:
+        """Return the motion 0 … 5 of the basic system, and its sign, behind a component 1 … 6 of a node."""
+        found = basic_component(component - 1, self.axes(node))
+        if found is None:
+            raise InputError(
+                f"{where}: component {component} of node {node} is in coordinate system {self.parts.rotated[node]}, "
+                "which is turned: write it in the basic system"
+            )
+        return found

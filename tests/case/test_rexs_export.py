@@ -13,6 +13,7 @@ from nvhchain.cli import main
 from nvhchain.dynamics import SideLoad
 from nvhchain.gear import Misalignment
 from nvhchain.gear.drawing.micro_geometry import Flank, MicroGeometry, Relief
+from nvhchain.interop.rexs import read_rexs
 from nvhchain.testing.rexs_units import coaxial_unit, idler_unit
 
 CASES = Path(__file__).parents[2] / "cases"
@@ -151,6 +152,8 @@ def test_an_idler_is_driven_on_one_flank_and_drives_with_the_other(tmp_path):
     for one in (case, returned(case, tmp_path / "again")):
         reliefs = [pair.geometry.micro.drive.tip_relief for pair in (one.pairs[0].wheel, one.pairs[1].pinion)]
         assert [relief and relief.amount for relief in reliefs] == [pytest.approx(30e-6), None]
+    stated = next(gear for gear in read_rexs(tmp_path / "again" / "unit.rexs").gears if gear.name == idler.name)
+    assert list(stated.loaded_flanks.values()) == ["left", "right"]
 
 
 def test_deviations_of_an_idler_change_flanks_with_it(tmp_path):

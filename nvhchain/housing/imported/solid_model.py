@@ -73,8 +73,8 @@ def reduce_model(
         shells=shells,
     )
     facets = skin.facets[envelope.exposed]
-    motion = normal_motion(skin.nodes, facets, envelope.surface, envelope.silent, fidelity.samples_per_face)
-    places, flux = skin_sources(skin.nodes, facets, faces.size)
+    motion = normal_motion(envelope.nodes, facets, envelope.surface, envelope.silent, fidelity.samples_per_face)
+    places, flux = skin_sources(envelope.nodes, facets, faces.size)
     tell(2, _STEPS)
     K, M, T = constrained(model)
     tell(3, _STEPS)

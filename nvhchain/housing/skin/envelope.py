@@ -24,6 +24,7 @@ from nvhchain.handoff import FloatArray, IntArray, Surface
 from nvhchain.handoff.surface import body_numbers
 from nvhchain.housing.modes.mounting_plane import MountingPlane
 from nvhchain.housing.skin.regions import CAVITY, EXTERIOR, PLUG, WALL, Regions, regions, samples
+from nvhchain.housing.skin.shell_faces import outer_nodes
 from nvhchain.housing.skin.skin import Skin
 from nvhchain.housing.skin.surface_nets import relaxed, split, surface_nets, well_composed
 
@@ -96,12 +97,14 @@ class Envelope:
     surface : closed outward surface.
     silent : (n_face,) bool, faces on the mounting plane.
     exposed : (k,) bool, facets of the skin in contact with the air.
+    nodes : (n, 3) nodes of the skin; those of exposed shells at their outer faces (m).
     notes : findings in words.
     """
 
     surface: Surface
     silent: IntArray
     exposed: IntArray
+    nodes: FloatArray
     notes: tuple[str, ...]
 
 
@@ -134,14 +137,20 @@ def outer_envelope(
     )
     space = regions(skin.nodes, skin.triangles, plugs, floor, size, opening)
     exposed = _exposed(skin, space, plugs, floor, shells, face_size**2)
+    nodes, depth = skin.nodes, np.broadcast_to(skin.depth, len(exposed))[exposed]
+    if depth.any():
+        nodes = outer_nodes(nodes, skin.facets[exposed], depth, floor)
+        every = np.concatenate([skin.nodes, nodes])
+        facets = skin.facets + len(nodes) * exposed[:, None]
+        space = regions(every, flat_triangles(facets), plugs, floor, size, opening)
     if surface is None:
-        corners = skin.nodes[skin.facets[exposed]]
+        corners = nodes[skin.facets[exposed]]
         surface, silent = _net(space, _partly_filled(space, corners), face_size * _CELL)
     else:
         silent = _plane_faces(surface, floor)
     _check_volume(space, surface)
     notes = (*_notes(skin, space, surface, exposed), *_narrow(space, opening))
-    return Envelope(surface, silent, exposed, notes)
+    return Envelope(surface, silent, exposed, nodes, notes)
 
 
 def _exposed(

@@ -10,6 +10,7 @@ import scipy.sparse as sp
 from nvhchain.fem.faces import boundary_faces, flat_triangles, six_node_facets
 from nvhchain.fem.solid_model import SolidModel
 from nvhchain.handoff import FloatArray, IntArray
+from nvhchain.housing.skin.shell_faces import face_depths
 from nvhchain.housing.skin.shell_sides import distinct, outward_sides
 
 
@@ -23,12 +24,14 @@ class Skin:
     facets : (k, 6) corners counter-clockwise seen from outside, then mid-edge nodes.
     interpolation : (n + q, n) values at `nodes` from those at the nodes of the model.
     sheets : (k,) bool, or one for all, facets of shells, without known material behind them.
+    depth : (k,) or one for all, distance from the nodes to the air in front of the facets of shells (m).
     """
 
     nodes: FloatArray
     facets: IntArray
     interpolation: sp.csr_matrix
     sheets: IntArray | bool = False
+    depth: FloatArray | float = 0.0
 
     @property
     def triangles(self) -> IntArray:
@@ -43,7 +46,7 @@ class Skin:
 def model_skin(model: SolidModel) -> tuple[Skin, IntArray]:
     """Return the skin of solids and shells, and its facets (k,) bool that are one of the two sides of a shell.
 
-    Shells lie at their nodes; their thickness is neglected. Closed shells have one side, the outer one. The second
+    Facets of shells lie at their nodes and state their depth. Closed shells have one side, the outer one. The second
     sides of open ones come last. Shells on faces of solids move with these and are excluded.
     """
     solid = solid_skin(model) if model.blocks else _no_skin(model)
@@ -63,7 +66,10 @@ def model_skin(model: SolidModel) -> tuple[Skin, IntArray]:
     facets = np.concatenate([solid.facets, middled])
     of_sheets: IntArray = np.repeat([False, True], [len(solid.facets), len(sheets)])
     sides = np.concatenate([np.zeros(len(solid.facets), dtype=bool), shells])
-    return Skin(np.asarray(interpolation @ model.nodes), facets, interpolation, of_sheets), sides
+    depth = np.concatenate(
+        [np.zeros(len(solid.facets)), face_depths(model.nodes, sheets[:, :3], model.structure.shells)]
+    )
+    return Skin(np.asarray(interpolation @ model.nodes), facets, interpolation, of_sheets, depth), sides
 
 
 def _no_skin(model: SolidModel) -> Skin:

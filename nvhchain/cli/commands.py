@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import fields, is_dataclass, replace
+from functools import partial
 from math import inf, pi, radians
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -257,8 +258,7 @@ def compare(options: argparse.Namespace) -> int:
     """Compute several cases and write their comparison."""
     from nvhchain.chain.prefetch import operators_ahead
     from nvhchain.chain.running import OPERATORS
-    from nvhchain.error_band import format_level
-    from nvhchain.report import check_comparable, compare, verdict
+    from nvhchain.report import check_comparable, compare
 
     cases = [_case(options, path) for path in options.cases]
     check_comparable(cases)
@@ -270,8 +270,17 @@ def compare(options: argparse.Namespace) -> int:
         nullcontext() if executor else operators_ahead(cases, fidelity, out / OPERATORS, watcher),
     ):
         speeds, torques = states
-        work: dict[str, Any] = {"executor": executor, "watcher": watcher}
-        summary = compare(cases, fidelity=fidelity, out=out, speeds=speeds, torques=torques, **work)
+        work: dict[str, Any] = {"executor": executor, "watcher": watcher, "speeds": speeds, "torques": torques}
+        summary = compare(cases, fidelity=fidelity, out=out, answered=partial(_show_verdict, options, cases), **work)
+    show(f"Figures, sound and tables: {out / 'report.html'}")
+    return show_targets(summary, enforce=options.enforce)
+
+
+def _show_verdict(options: argparse.Namespace, cases: Sequence[Case], summary: Mapping[str, Any]) -> None:
+    """Print the levels of a comparison and the verdict, while figures and page are still to be made."""
+    from nvhchain.error_band import format_level
+    from nvhchain.report import verdict
+
     for name, configuration in summary["configurations"].items():
         edges, level = configuration["error_band_dBA"], configuration["overall_dBA"]
         widest = max(inf if edge is None else abs(edge - level) for edge in edges)
@@ -280,9 +289,7 @@ def compare(options: argparse.Namespace) -> int:
     _show_each(verdict(summary))
     for case in cases:
         _show_assumptions(case)
-        _show_each(summary.get("modelling", {}).get(case.name, {}).get("sentences", ()), f"{case.name}: ")
-    show(f"Figures, sound and tables: {out / 'report.html'}")
-    return show_targets(summary, enforce=options.enforce)
+        _show_each(summary["modelling"].get(case.name, {}).get("sentences", ()), f"{case.name}: ")
 
 
 def plot(options: argparse.Namespace) -> int:

@@ -30,8 +30,8 @@ from nvhchain.report.page import write_page
 from nvhchain.report.recorded_modes import record_modes
 from nvhchain.report.run_up import curve_title, curves_of, run_up_maps
 from nvhchain.report.sound.microphones import add_balloons
-from nvhchain.report.sound.write import write_sounds
-from nvhchain.report.steady_states import steady_maps
+from nvhchain.report.sound.write import BACKGROUND, write_sounds
+from nvhchain.report.steady_states import FIGURE, TABLE, steady_maps
 from nvhchain.report.summary import transmission_errors, write_summary
 from nvhchain.runtime.folder_lock import hold_folder
 from nvhchain.runtime.threads import one_blas_thread
@@ -39,6 +39,15 @@ from nvhchain.scene import modelled_alike, preflight
 
 States = tuple[Sequence[float] | None, Sequence[float] | None]
 """Further steady speeds (rad/s) and torques (N m) of the input; None without, or for the torque of the case."""
+
+Answered = Callable[[dict[str, Any]], None]
+"""Receiver of the content of summary.json before figures and page are made."""
+
+_WRITTEN = ("summary.json", "report.html", "differences.txt", "differences.csv")
+
+_STEADY = ("pressure_spectrum.png", "pressure_history.png", "bearing_forces.png", "transmission_errors.png")
+
+_RUN_UP = ("waterfall.png", "orders.png", "levels.png")
 
 _SAME_PLACE = 1e-6
 """Distance (m) of microphones up to which they stand at one place."""
@@ -57,6 +66,7 @@ def compare(
     watcher: Watcher | None = None,
     speeds: Sequence[float] | None = None,
     torques: Sequence[float] | None = None,
+    answered: Answered | None = None,
 ) -> dict[str, Any]:
     """Run all cases with shared mesh laws, housing and transfer vectors, and write their comparison to `out`.
 
@@ -76,6 +86,8 @@ def compare(
         Further steady speeds of the input (rad/s), at which levels are computed with the same operators.
     torques : sequence of float, optional
         Torques of the input (N m) at these speeds; those of the cases by default.
+    answered : callable, optional
+        Receives the content of summary.json before figures and page are made.
 
     Returns
     -------
@@ -93,8 +105,8 @@ def compare(
     Options that cases leave open are decided alike for all (`nvhchain.scene.modelled_alike`).
 
     The hand-offs of a case lie in out/<name>, the shared operators in out/operators. Figures (PNG), sound (WAV), table
-    of differences (text, CSV), summary.json and the page report.html lie in `out` itself. Two comparisons in one folder
-    wait for each other.
+    of differences (text, CSV), summary.json and the page report.html lie in `out` itself. Those of an earlier
+    comparison are removed first. Two comparisons in one folder wait for each other.
     """
     check_comparable(cases)
     if speeds is not None:
@@ -102,7 +114,15 @@ def compare(
             chain.check_states(case, speeds, torques)
     out = writable_folder(out, "out")
     with hold_folder(out):
-        return _compared(cases, fidelity, out, executor, watcher, (speeds, torques))
+        _remove_earlier(out)
+        return _compared(cases, fidelity, out, executor, watcher, (speeds, torques), answered)
+
+
+def _remove_earlier(out: Path) -> None:
+    """Remove what an earlier comparison wrote beside the folders of its cases."""
+    files = [out / name for name in (*_WRITTEN, BACKGROUND, TABLE, FIGURE, *_STEADY, *_RUN_UP)]
+    for path in [*files, *out.glob("sound-*.wav"), *out.glob("surface_velocity-*.png")]:
+        path.unlink(missing_ok=True)
 
 
 def _compared(
@@ -112,12 +132,12 @@ def _compared(
     executor: Executor | None,
     watcher: Watcher | None,
     states: States,
+    answered: Answered | None,
 ) -> dict[str, Any]:
     """Run the cases and write the comparison, in a folder that no other comparison uses."""
     running_up = _running_up(cases)
     asked, decisions = {case.name: case for case in cases}, modelled_alike(cases, fidelity)
     cases = [decisions[case.name].case if case.name in decisions else case for case in cases]
-    (out / "summary.json").unlink(missing_ok=True)
     for case in cases:
         preflight(case, fidelity, {})
     with ExitStack() as records:
@@ -130,8 +150,8 @@ def _compared(
         record_modes(result.case, fidelity=fidelity, out=out / name, operators=out / OPERATORS)
     if not running_up:
         with _surface_pictures(results, out):
-            return _written(results, out, _steady_figures, _maps(results, states, out, watcher))
-    return _written(results, out, _run_up_figures, {})
+            return _written(results, out, _steady_figures, _maps(results, states, out, watcher), answered)
+    return _written(results, out, _run_up_figures, {}, answered)
 
 
 def _maps(results: Mapping[str, Result], states: States, out: Path, watcher: Watcher | None) -> dict[str, Any]:
@@ -146,10 +166,13 @@ def _written(
     out: Path,
     figures: Callable[[Mapping[str, Result], Path], None],
     maps: Mapping[str, Any],
+    answered: Answered | None,
 ) -> dict[str, Any]:
     """Write summary, table of differences, figures, sound and page; return the summary."""
-    figures(results, out)
     summary = write_summary(results, out, sounds=write_sounds(results, out), maps=maps)
+    if answered is not None:
+        answered(summary)
+    figures(results, out)
     table = plots.difference_table(summary["configurations"])
     write_text(out / "differences.txt", table.text() + "\n")
     write_text(out / "differences.csv", table.csv())
@@ -255,31 +278,33 @@ def _run_up_figures(results: Mapping[str, Result], out: Path) -> None:
     histories = {name: result.pressure_history for name, result in results.items() if result.pressure_history}
     band = max(result.case.band.high for result in results.values() if hasattr(result.case, "band"))
     maps = run_up_maps(histories, marks, high=band)
-    for number, picture in enumerate(("waterfall.png", "orders.png")):
+    *pictures, levels_picture = _RUN_UP
+    for number, picture in enumerate(pictures):
         drawn = {name: of[number] for name, of in maps.items()}
         save(plots.waterfall_maps(drawn, unit="Pa", marks=marks), out / picture)
     profiles = {
         name: {curve_title(of): (of.speed, of.level) for of in curves}
         for name, curves in curves_of(maps, marks).items()
     }
-    save(plots.levels_over_speed(profiles), out / "levels.png")
+    save(plots.levels_over_speed(profiles), out / levels_picture)
 
 
 def _steady_figures(results: Mapping[str, Result], out: Path) -> None:
     """Draw sound, forces and transmission errors."""
+    spectrum, history, bearings, transmission = (out / name for name in _STEADY)
     pressures = {name: result.pressure for name, result in results.items() if result.pressure is not None}
     marks = order_marks([result.case for result in results.values()])
     bands = {name: band for name in pressures if isinstance(band := results[name].error_band, ErrorBand)}
-    save(plots.pressure_spectrum(pressures, marks=marks, bands=bands), out / "pressure_spectrum.png")
+    save(plots.pressure_spectrum(pressures, marks=marks, bands=bands), spectrum)
     steady = {name: pressure for name, pressure in pressures.items() if pressure.input_speed}
     if steady:
-        save(plots.pressure_history(steady), out / "pressure_history.png")
+        save(plots.pressure_history(steady), history)
     spectra = {name: r.force_spectrum for name, r in results.items() if r.force_spectrum is not None}
     if spectra:
-        save(plots.bearing_force_spectra(spectra, marks=marks), out / "bearing_forces.png")
+        save(plots.bearing_force_spectra(spectra, marks=marks), bearings)
     errors: dict[str, dict[str, Any]] = {}
     for name, result in results.items():
         for stage, curve in transmission_errors(result).items():
             errors.setdefault(stage, {})[name] = curve
     if errors:
-        save(plots.transmission_errors(errors), out / "transmission_errors.png")
+        save(plots.transmission_errors(errors), transmission)

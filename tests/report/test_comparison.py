@@ -105,6 +105,23 @@ def test_the_two_quietest_of_several_have_limits_of_their_difference(request, tm
     assert "quietest" not in write_summary(results, tmp_path)
 
 
+def test_the_answer_comes_before_the_figures_and_an_earlier_comparison_leaves_none(request, tmp_path):
+    sphere = nvh.load_case(request.config.rootpath / "cases/sphere/pulsating.toml")
+    there = []
+
+    def answered(summary):
+        there.append((json.loads((tmp_path / "summary.json").read_text()) == summary, sorted(tmp_path.glob("*.png"))))
+
+    compare([replace(sphere, name="earlier")], fidelity=nvh.DRAFT, out=tmp_path)
+    (tmp_path / "levels_over_speed.png").write_text("of an earlier comparison")
+    (tmp_path / "notes.txt").write_text("of the user")
+    compare([replace(sphere, name="later")], fidelity=nvh.DRAFT, out=tmp_path, answered=answered)
+    assert there == [(True, [])]
+    files = {path.name for path in tmp_path.iterdir() if path.is_file()}
+    assert {"summary.json", "report.html", "notes.txt", "pressure_spectrum.png", "surface_velocity-later.png"} <= files
+    assert not {"levels_over_speed.png", "surface_velocity-earlier.png", "sound-earlier.wav"} & files
+
+
 def test_slot_orders_are_heard_only_with_slots(compared):
     """Orders 2 mod 4 of the input: in the bearing forces present with slots and 80 dB down without; in the pressure,
     where the housing hardly radiates at 83 Hz, 80 dB above what the solid gear leaves there."""

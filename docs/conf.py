@@ -42,3 +42,4 @@ python_use_unqualified_type_names = True
 html_theme = "furo"
 html_title = f"nvhchain {version}"
 html_static_path = ["_static"]
+html_css_files = ["wrap.css"]

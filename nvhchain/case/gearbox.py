@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, partial
-from math import ceil, hypot
+from math import ceil, hypot, pi
 from typing import Literal, TypeVar
 
 import numpy as np
@@ -40,7 +40,7 @@ from nvhchain.dynamics import equilibrium as balanced
 from nvhchain.dynamics.model.rigid_train import input_inertia
 from nvhchain.dynamics.model.shaft_beam import covered_places
 from nvhchain.dynamics.runs.ramp import Ramp as SpeedRamp
-from nvhchain.errors import InputError, check_all, require, require_all, warn_caller
+from nvhchain.errors import InputError, check_all, counted, require, require_all, warn_caller
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.gear import (
     GearPair,
@@ -64,9 +64,7 @@ USUAL_DAMPING = 1.25e-5
 E. Krämer, *Dynamics of Rotors and Foundations* (Springer 1993), has 0.25 to 2.5 times 1e-5 s for rolling bearings.
 """
 
-
-_TRIANGLES_PER_AREA = 2.83
-_TRIANGLES_PER_BORE = 100
+_TRIANGLES_PER_AREA, _TRIANGLES_PER_BORE = 2.83, 100
 """Estimates, fitted to the runs in docs/measured/chain/plan.md."""
 
 
@@ -166,6 +164,11 @@ class GearboxCase:
         )
         for text in doubtful_places(self):
             warn_caller(text)
+
+    def __repr__(self) -> str:
+        parts = f"{counted(len(self.stages), 'stage')}, {counted(len(self.bearings), 'bearing')}"
+        speed = "run-up" if self.operation.ramp else f"{self.operation.input_speed * 30 / pi:.4g} rpm"
+        return f"GearboxCase({self.name}: {parts}; {speed}, {self.operation.input_torque:.4g} N m)"
 
     def _check_run_up(self) -> None:
         require(

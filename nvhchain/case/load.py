@@ -71,15 +71,15 @@ def load_case(path: str | Path, *, changes: Sequence[str] = ()) -> Case:
     path = Path(path)
     table = _read(path, ())
     try:
-        return _built(table, path, changes)
+        for change in changes:
+            table = _merge(table, _by_name(parse_change(change), table, change), f"{change}: ")
+        return _built(table, path)
     except InputError as error:
         raise Mistakes([with_line(text, str(path), table) for text in mistakes(error)]) from None
 
 
-def _built(table: Table, path: Path, changes: Sequence[str]) -> Case:
+def _built(table: Table, path: Path) -> Case:
     """Return the case of a table."""
-    for change in changes:
-        table = _merge(table, _by_name(parse_change(change), table, change), f"{change}: ")
     table = Table(table, table.places, table.place)
     kind = table.pop("kind", None)
     kinds: dict[str, type[GearboxCase] | type[RadiatorCase]] = {"gearbox": GearboxCase, "radiator": RadiatorCase}
@@ -176,9 +176,12 @@ def parse_change(text: str) -> dict[str, Any]:
     raise InputError(f"{path.strip()!r} is no path of a value: separate keys by dots, and quote names with spaces")
 
 
-def _by_name(change: Mapping[str, Any], table: Mapping[str, Any], text: str) -> dict[str, Any]:
-    """Return a change in which tables by name are lists of named tables, where the case has such lists."""
-    placed: dict[str, Any] = {}
+def _by_name(change: Mapping[str, Any], table: Mapping[str, Any], text: str) -> Table:
+    """Return a change in which tables by name are lists of named tables, where the case has such lists.
+
+    Values have the text of the change as their place, in line 0.
+    """
+    placed = Table({}, {})
     for key, value in change.items():
         old = table.get(key)
         if isinstance(value, Mapping) and _named(old):
@@ -187,7 +190,9 @@ def _by_name(change: Mapping[str, Any], table: Mapping[str, Any], text: str) -> 
                 require(name in names, f"{text}: no {name!r} in {key}: {nearest(name, names)}")
             items = {item["name"]: item for item in old}  # type: ignore[union-attr]
             placed[key] = [
-                {"name": name, **_by_name(inner, items[name], text)} if isinstance(inner, Mapping) else inner
+                _merge({"name": name}, _by_name(inner, items[name], text), text)
+                if isinstance(inner, Mapping)
+                else inner
                 for name, inner in value.items()
             ]
             require(
@@ -200,6 +205,7 @@ def _by_name(change: Mapping[str, Any], table: Mapping[str, Any], text: str) -> 
                 placed[key].setdefault("type", old["type"])
         else:
             placed[key] = value
+            placed.places[key] = text, 0
     return placed
 
 

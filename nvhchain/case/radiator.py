@@ -14,7 +14,7 @@ from nvhchain.case.bodies import Extent, Sphere, SurfaceFile
 from nvhchain.case.operation import FieldPoint, Quantity, check_case_name, check_plane, check_quantities
 from nvhchain.case.sound import BackgroundLevels, RecordedBackground, Target
 from nvhchain.conventions import Air
-from nvhchain.errors import require
+from nvhchain.errors import counted, require
 from nvhchain.fidelity import AcousticsFidelity, Fidelity
 from nvhchain.handoff import RigidPlane, SurfaceVelocity
 from nvhchain.kinds import check_fields
@@ -98,6 +98,11 @@ class RadiatorCase:
                 abs(value) <= FASTEST,
                 f"{name} = {value:g} m/s is beyond ±{FASTEST:g} m/s, of large amplitude: lower it",
             )
+
+    def __repr__(self) -> str:
+        low, high = self.frequencies[0], self.frequencies[-1]
+        lines = f"{counted(len(self.frequencies), 'line')} at {low:.4g}…{high:.4g} Hz"
+        return f"RadiatorCase({self.name}: {type(self.body).__name__}; {lines}; {', '.join(self.quantities)})"
 
     running_up = False
     states_velocity = True

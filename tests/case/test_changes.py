@@ -50,6 +50,18 @@ def test_changes_that_change_nothing_valid_are_refused(change, message):
 
 
 @pytest.mark.parametrize(
+    "change",
+    ["gears.wheel.geometry.face_width_mm=0", "operation.input_torque=6e6", "band.low=-3"],
+)
+def test_a_message_names_the_change_and_others_keep_their_line(change):
+    with pytest.raises(InputError) as error:
+        load_case(CASE, changes=[change])
+    assert str(error.value).startswith(f"{CASE} with {change}: ")
+    with pytest.raises(InputError, match=r"single_stage\.toml:\d+: gear pinion: its tip radius"):
+        load_case(CASE, changes=[change, "gears.pinion.geometry.teeth=200"])
+
+
+@pytest.mark.parametrize(
     ("change", "message"),
     [
         ("fidelity.gear.slice=3", "knobs of fidelity.gear are profile_elements, "),

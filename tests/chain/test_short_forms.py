@@ -1,12 +1,25 @@
-"""Results, plans and limits in notebooks: one line each."""
+"""Cases, plans and limits in notebooks: one line each."""
 
 import re
 
 import numpy as np
+import pytest
 
 import nvhchain as nvh
 from nvhchain.error_band.band import ErrorBand
 from nvhchain.error_band.run_up import RunUpBand
+
+
+@pytest.mark.parametrize(
+    ("path", "text"),
+    [
+        ("small/single_stage", "GearboxCase(single-stage: 1 stage, 4 bearings; 1800 rpm, 60 N m)"),
+        ("gearbox/run_up_solid", "GearboxCase(solid-run-up: 2 stages, 6 bearings; run-up, 250 N m)"),
+        ("sphere/pulsating", "RadiatorCase(pulsating-sphere: Sphere; 3 lines at 200…1715 Hz; pressure)"),
+    ],
+)
+def test_cases_are_one_line_each(request, path, text):
+    assert repr(nvh.load_case(request.config.rootpath / "cases" / f"{path}.toml")) == text
 
 
 def test_plans_and_limits_are_one_line_each(request):

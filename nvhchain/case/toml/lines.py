@@ -68,7 +68,10 @@ def path_steps(text: str) -> tuple[list[str | int], int]:
 
 
 def with_line(message: str, file: str, table: Mapping[str, Any]) -> str:
-    """Return a message as `file:line: message`, by the path at its begin and the parts and fields that it names."""
+    """Return a message as `file:line: message`, by the path at its begin and the parts and fields that it names.
+
+    A change of the file, which has line 0, is named instead of the line.
+    """
     if not message.startswith(file):
         return message
     rest, place, here = message.removeprefix(file), None, table
@@ -93,7 +96,7 @@ def with_line(message: str, file: str, table: Mapping[str, Any]) -> str:
     if place is None:
         return message
     shown = rest.lstrip(".: ") if position else said
-    return f"{place[0]}:{place[1]}: {shown}"
+    return f"{place[0]}:{place[1]}: {shown}" if place[1] else f"{file} with {place[0]}: {shown}"
 
 
 def _subject(

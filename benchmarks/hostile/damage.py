@@ -29,6 +29,8 @@ _FORMS = ((b"ASCII", b"BINARY"), (b"BINARY", b"ASCII"), (b"ascii", b"binary"), (
 
 def damaged(data: bytes, rng: random.Random) -> bytes:
     """Return the file cut off, with bits turned, numbers exchanged, bytes lost, or read as text for binary and back."""
+    if not data:
+        return rng.choice(CONTROLS)
     at = rng.randrange(len(data))
     found = list(NUMBER.finditer(data[:2000]))
     kind = rng.randrange(8)

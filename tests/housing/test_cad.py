@@ -285,6 +285,23 @@ for x in (0, 60):
     sound_mesh(append_seats(model, found))
 
 
+@pytest.mark.parametrize(
+    ("place", "said"), [(60, []), (58, ["solids overlap by 1.9 % of their volume, which counts once"])]
+)
+def test_overlapping_solids_are_named(tmp_path, place, said):
+    write_step(
+        tmp_path / "part.step",
+        f"""
+for x in (0, {place}):
+    low = occ.addBox(x, -15, 0, 60, 30, 20)
+    occ.cut([(3, low)], [(3, occ.addCylinder(x + 30, 0, 0, 0, 0, 20, 8))])
+""",
+    )
+    seats = {"A": (0.03, 0.0, 0.01), "B": (1e-3 * place + 0.03, 0.0, 0.01)}
+    job = survey(CadPart("part.step"), tmp_path, seats, COARSE)
+    assert [note.partition(":")[0] for note in job.notes if "overlap" in note] == said
+
+
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:gear_case.step")
 def test_step_file_goes_to_sound(case, tmp_path):

@@ -23,6 +23,9 @@ from nvhchain.housing.casting._gmsh import generate
 _TIME_LIMIT = 1800.0
 """Time (s) after which the mesher is stopped."""
 
+_OVERLAP = 1e-6
+"""Largest volume of overlapping solids over that of all, which is one of rounding."""
+
 _SEWN = 1e-2
 """Largest gap (mm) between faces that are sewn into a solid."""
 
@@ -102,7 +105,7 @@ def _meshed(job: dict[str, Any]) -> dict[str, Any]:
     }.items():
         gmsh.option.setNumber(name, value)
     notes: list[str] = []
-    solids = _bonded(gmsh, _solids(gmsh, job["file"], notes))
+    solids = _bonded(gmsh, _solids(gmsh, job["file"], notes), notes)
     box = np.array(gmsh.model.getBoundingBox(-1, -1)).reshape(2, 3)
     if not job["lengths"][0] <= float(np.ptp(box, axis=0).max()) <= job["lengths"][1]:
         gmsh.finalize()
@@ -168,12 +171,20 @@ def _words(place: Any) -> str:
     return "[" + ", ".join(f"{value:.4g}" for value in place) + "]"
 
 
-def _bonded(gmsh: Any, solids: list[int]) -> list[int]:
-    """Join solids where they touch, so that they share faces; refuse solids that touch nothing."""
+def _bonded(gmsh: Any, solids: list[int], notes: list[str]) -> list[int]:
+    """Join solids where they touch, so that they share faces; refuse solids that touch nothing.
+
+    Where solids overlap, the material counts once; a note says how much.
+    """
     occ = gmsh.model.occ
     if len(solids) > 1:
+        apart = sum(occ.getMass(3, tag) for tag in solids)
         pieces, _ = occ.fragment([(3, tag) for tag in solids], [])
         solids = [tag for dimension, tag in pieces if dimension == 3]
+        twice = apart - sum(occ.getMass(3, tag) for tag in solids)
+        if twice > _OVERLAP * apart:
+            share = f"{100 * twice / apart:.2g} % of their volume"
+            notes.append(f"solids overlap by {share}, which counts once: correct the part if they should not")
     occ.synchronize()
     owners: dict[int, list[int]] = {}
     for tag in solids:

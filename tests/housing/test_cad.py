@@ -302,6 +302,55 @@ for x in (0, {place}):
     assert [note.partition(":")[0] for note in job.notes if "overlap" in note] == said
 
 
+BLOCK = """
+block = occ.addBox(0, 0, 0, 80, 40, 20)
+body, _ = occ.cut([(3, block)], [(3, occ.addCylinder(x, 20, 0, 0, 0, 20, 8)) for x in (20, 60)])
+"""
+SEATS = {"A": (0.02, 0.02, 0.01), "B": (0.06, 0.02, 0.01)}
+VOLUME = 1e-9 * (80 * 40 * 20 - 2 * np.pi * 64 * 20)
+
+
+def test_faces_that_close_are_sewn_and_those_that_do_not_name_an_open_edge(tmp_path):
+    alone = "occ.remove(body); occ.synchronize()\n"
+    write_step(tmp_path / "part.step", BLOCK + alone)
+    job = survey(CadPart("part.step"), tmp_path, SEATS, COARSE)
+    assert job.volume == pytest.approx(VOLUME, rel=1e-9)
+    assert job.notes == ("its 8 faces were sewn into 1 solid",)
+    of_the_bore = "occ.remove([f for f in occ.getEntities(2) if abs(occ.getMass(*f) - 1005.3) < 0.1][:1])\n"
+    write_step(tmp_path / "open.step", BLOCK + alone + of_the_bore)
+    with pytest.raises(InputError, match=r"holds 7 faces and no solid.*open edge at \[[26]0, 20, [02]0?\] mm"):
+        survey(CadPart("open.step"), tmp_path, SEATS, COARSE)
+
+
+@pytest.mark.parametrize(
+    ("more", "faces"),
+    [
+        ("body, _ = occ.cut(body, [(3, occ.addCylinder(40, 20, 12, 0, 0, 8, 1.25))])", 2),
+        ("drill = [(3, occ.addCylinder(40, 20, 12, 0, 0, 8, 1.25)), (3, occ.addCone(40, 20, 11, 0, 0, 1, 0, 1.25))]\n"
+         "body, _ = occ.cut(body, drill)", 2),
+        ("body, _ = occ.fuse(body, [(3, occ.addCylinder(40, 20, 20, 0, 0, 8, 1.2))])", 2),
+    ],
+    ids=["blind hole", "drilled hole", "pin"],
+)  # fmt: skip
+def test_small_blind_holes_and_pins_are_removed_with_their_ends(tmp_path, more, faces):
+    write_step(tmp_path / "part.step", BLOCK + more)
+    job = survey(CadPart("part.step", smallest_feature=1.5e-3), tmp_path, SEATS, COARSE)
+    assert job.notes == (f"{faces} faces smaller than 1.5 mm removed",)
+    assert job.volume == pytest.approx(VOLUME, rel=1e-9)
+
+
+def test_small_faces_that_cannot_be_removed_stay_and_are_said(tmp_path):
+    """A small step into an edge has no neighbours that could close it; so have several solids."""
+    step = "body, _ = occ.cut(body, [(3, occ.addCylinder(40, 0, 20, 0, 6, 0, 1.2))])"
+    write_step(tmp_path / "part.step", BLOCK + step)
+    job = survey(CadPart("part.step", smallest_feature=1.5e-3), tmp_path, SEATS, COARSE)
+    assert all("removed" in note or "stay" in note for note in job.notes)
+    assert job.volume == pytest.approx(VOLUME, rel=2e-3)
+    write_step(tmp_path / "two.step", BLOCK + "occ.addBox(0, 40, 0, 80, 1, 1)")
+    job = survey(CadPart("two.step", smallest_feature=2e-3), tmp_path, SEATS, COARSE)
+    assert any("stay: they are removed from a single solid only" in note for note in job.notes)
+
+
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:gear_case.step")
 def test_step_file_goes_to_sound(case, tmp_path):

@@ -55,9 +55,16 @@ def even(low, high):
 
 def envelope(model, **options):
     skin, sides = model_skin(model)
-    made = outer_envelope(skin, [], RadiatingFaces(0.025, **options), voxels_per_face=5, shells=sides)
-    a, b, c = made.nodes[skin.facets[made.exposed, :3]].transpose(1, 0, 2)
+    size = options.pop("face", 0.025)
+    made = outer_envelope(skin, [], RadiatingFaces(size, **options), voxels_per_face=5, shells=sides)
+    a, b, c = made.outer.nodes[made.outer.facets[:, :3]].transpose(1, 0, 2)
     return made, np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2
+
+
+def corners(made):
+    """Corners of the exposed facets (m), and the nodes of the model that move them."""
+    places = np.unique(made.outer.facets[:, :3])
+    return made.outer.nodes[places], np.asarray(made.outer.interpolation[places].argmax(axis=1)).ravel()
 
 
 @pytest.mark.parametrize("offset", [0.0, -WALL / 2, WALL / 2])
@@ -65,8 +72,8 @@ def test_nodes_on_any_surface_of_the_wall_give_the_same_outside(offset):
     """Nodes on the middle surface, on the outer faces and on the inner ones, with the offset that says so."""
     inward = WALL / 2 + offset
     made, area = envelope(shells_of(*outer_quads(*even([inward] * 3, OUTSIDE - inward)), WALL, offset))
-    assert made.nodes.min(axis=0) == pytest.approx([0, 0, 0], abs=2e-4)
-    assert made.nodes.max(axis=0) == pytest.approx(OUTSIDE, abs=2e-4)
+    assert corners(made)[0].min(axis=0) == pytest.approx([0, 0, 0], abs=2e-4)
+    assert corners(made)[0].max(axis=0) == pytest.approx(OUTSIDE, abs=2e-4)
     a, b, c = OUTSIDE
     assert area == pytest.approx(2 * (a * b + b * c + c * a), rel=2e-3)
     assert made.surface.volume == pytest.approx(a * b * c, rel=0.03)
@@ -78,12 +85,36 @@ def test_walls_on_the_mounting_plane_stay_on_it():
     floor = MountingPlane((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
     made, area = envelope(shells_of(nodes, open_below, WALL), mounting_plane=floor)
     a, b, c = OUTSIDE
-    assert made.nodes.min(axis=0) == pytest.approx([0, 0, 0], abs=2e-4)
+    assert corners(made)[0].min(axis=0) == pytest.approx([0, 0, 0], abs=2e-4)
     assert area == pytest.approx(a * b + 2 * (b + a) * c, rel=2e-3)
     assert made.surface.volume == pytest.approx(a * b * c, rel=0.03)
 
 
-def test_a_rib_with_air_on_both_sides_stays_and_the_wall_below_it_moves():
+def test_a_hole_takes_nothing_from_the_outside_of_the_other_walls():
+    nodes, quads = outer_quads(*even([WALL / 2] * 3, OUTSIDE - WALL / 2))
+    middle = nodes[quads].mean(axis=1)
+    hole = (middle[:, 2] > OUTSIDE[2] - 0.51 * WALL) & (np.abs(middle[:, :2] - OUTSIDE[:2] / 2) < 0.05).all(axis=1)
+    whole, _ = envelope(shells_of(nodes, quads, WALL), opening=0.16)
+    made, _ = envelope(shells_of(nodes, quads[~hole], WALL), opening=0.16)
+    assert hole.sum() >= 20
+    assert made.surface.volume == pytest.approx(whole.surface.volume, rel=0.01)
+    assert made.surface.areas.sum() == pytest.approx(whole.surface.areas.sum(), rel=0.02)
+
+
+def test_a_plate_in_air_has_its_thickness_on_both_sides():
+    """Each side moves outward with the nodes in the middle; the plate is a body of its volume."""
+    nodes, quads = outer_quads(np.linspace(0, 0.4, 21), np.linspace(0, 0.3, 16), [0.0, 1.0])
+    plate = quads[nodes[quads, 2].max(axis=1) == 0]
+    used, members = np.unique(plate, return_inverse=True)
+    made, area = envelope(shells_of(nodes[used], members.reshape(-1, 4), 0.06), face=0.02)
+    places, moved_by = corners(made)
+    assert sorted(set(np.round(places[:, 2], 6))) == pytest.approx([-0.03, 0.03])
+    assert np.bincount(moved_by).tolist() == [2] * len(used)
+    assert area == pytest.approx(2 * 0.4 * 0.3)
+    assert made.surface.volume == pytest.approx(0.4 * 0.3 * 0.06, rel=0.05)
+
+
+def test_a_rib_on_a_wall_is_as_thick_as_stated_and_the_wall_below_it_moves():
     nodes, quads = outer_quads(*even([WALL / 2] * 3, OUTSIDE - WALL / 2))
     top = nodes[:, 2].max()
     foot = np.flatnonzero((np.abs(nodes[:, 0] - nodes[:, 0].mean()) < 1e-9) & (nodes[:, 2] > top - 1e-9))
@@ -92,10 +123,11 @@ def test_a_rib_with_air_on_both_sides_stays_and_the_wall_below_it_moves():
     above = nodes[foot] + [0.0, 0.0, 0.03]
     more = np.column_stack([foot[:-1], foot[1:], rib[1:], rib[:-1]])
     made, _ = envelope(shells_of(np.vstack([nodes, above]), np.vstack([quads, more]), WALL))
-    assert made.nodes[rib] == pytest.approx(above, abs=1e-9)
-    assert made.nodes[foot[1:-1]] - nodes[foot[1:-1]] == pytest.approx(
-        np.tile([0.0, 0.0, WALL / 2], (len(foot) - 2, 1)), abs=2e-4
-    )
+    places, moved_by = corners(made)
+    on_rib = np.abs(places[np.isin(moved_by, rib), 0] - nodes[foot[0], 0])
+    assert on_rib == pytest.approx(np.full(2 * len(rib), WALL / 2), abs=2e-4)
+    at_foot = places[np.isin(moved_by, foot[1:-1]), 2]
+    assert at_foot == pytest.approx(np.full(len(at_foot), top + WALL / 2), abs=2e-4)
 
 
 HOUSING, THIN = np.array([0.2, 0.16, 0.1]), 0.005

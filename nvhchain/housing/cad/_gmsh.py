@@ -110,7 +110,7 @@ def _meshed(job: dict[str, Any]) -> dict[str, Any]:
     if not job["lengths"][0] <= float(np.ptp(box, axis=0).max()) <= job["lengths"][1]:
         gmsh.finalize()
         return {"box": box}
-    solids, removed = _simplified(gmsh, solids, job["ignore"], notes)
+    solids, removed = _simplified(gmsh, solids, job["file"], job["ignore"], notes)
     found = _measured(gmsh, solids)
     for tag in solids:
         gmsh.model.mesh.setOutwardOrientation(tag)
@@ -142,7 +142,7 @@ def _solids(gmsh: Any, file: str, notes: list[str]) -> list[int]:
     if all(dimension == 3 for dimension, _ in parts):
         return [tag for _, tag in parts]
     faces = sum(dimension == 2 for dimension, _ in parts)
-    sewn = occ.healShapes(parts, tolerance=_SEWN, sewFaces=True, makeSolids=True)
+    sewn = occ.healShapes([], tolerance=_SEWN, sewFaces=True, makeSolids=True)  # all together
     solids = [tag for dimension, tag in sewn if dimension == 3]
     if not solids:
         occ.synchronize()
@@ -155,15 +155,15 @@ def _solids(gmsh: Any, file: str, notes: list[str]) -> list[int]:
 
 
 def _open_place(gmsh: Any) -> str:
-    """Return words for the first edge of a flat face without a neighbour; empty if there is none."""
-    boxes: dict[tuple[float, ...], int] = {}
-    for face in (tag for _, tag in gmsh.model.getEntities(2) if gmsh.model.getType(2, tag) == "Plane"):
-        for _, edge in gmsh.model.getBoundary([(2, face)], oriented=False):
-            box = tuple(np.round(gmsh.model.getBoundingBox(1, edge), 2) + 0.0)
-            boxes[box] = boxes.get(box, 0) + 1
-    for box, count in boxes.items():
-        if count == 1:
-            return f" (open edge at {_words(np.array(box).reshape(2, 3).mean(axis=0))} mm)"
+    """Return words for the first edge of the sewn faces that only one face has; empty if there is none."""
+    owners: dict[int, int] = {}
+    for _, face in gmsh.model.getEntities(2):
+        for _, edge in gmsh.model.getBoundary([(2, face)], combined=False, oriented=False):  # a seam comes twice
+            owners[edge] = owners.get(edge, 0) + 1
+    for edge, count in owners.items():
+        box = np.array(gmsh.model.getBoundingBox(1, edge)).reshape(2, 3)
+        if count == 1 and _length(gmsh, edge) > _SEWN:  # the tip of a cone is an edge, too
+            return f" (open edge at {_words(np.round(box.mean(axis=0), 2) + 0.0)} mm)"
     return ""
 
 
@@ -206,22 +206,25 @@ def _bonded(gmsh: Any, solids: list[int], notes: list[str]) -> list[int]:
     return solids
 
 
-def _simplified(gmsh: Any, solids: list[int], ignore: float, notes: list[str]) -> tuple[list[int], int]:
+def _simplified(gmsh: Any, solids: list[int], file: str, ignore: float, notes: list[str]) -> tuple[list[int], int]:
     """Remove fillets and faces smaller than `ignore` (mm); those that OpenCASCADE cannot remove stay."""
     small = _small_faces(gmsh, ignore) if ignore > 0 else []
-    if not small or len(solids) > 1:
+    if not small:
+        return solids, 0
+    if len(solids) > 1:
+        notes.append(f"{len(small)} faces smaller than {ignore:g} mm stay: they are removed from a single solid only")
         return solids, 0
     occ = gmsh.model.occ
     volume = occ.getMass(3, solids[0])
     try:
         made = occ.defeature([solids[0]], small, removeVolume=False)
         kept = [tag for dimension, tag in made if dimension == 3]
-        if len(kept) != 1 or abs(occ.getMass(3, kept[0]) / volume - 1) > 0.02:
+        if len(kept) != 1 or kept == solids or abs(occ.getMass(3, kept[0]) / volume - 1) > 0.02:
             raise RuntimeError("another body")
     except Exception:  # gmsh has no class for a failed operation
-        occ.synchronize()
         notes.append(f"{len(small)} faces smaller than {ignore:g} mm stay: OpenCASCADE cannot remove them together")
-        return solids, 0
+        gmsh.clear()  # the failed operation may have taken the solid
+        return _bonded(gmsh, _solids(gmsh, file, []), []), 0
     occ.remove([(3, solids[0])], recursive=True)
     occ.synchronize()
     return kept, len(small)
@@ -238,7 +241,23 @@ def _small_faces(gmsh: Any, ignore: float) -> list[int]:
         round_and_small = radius is not None and len(reals) > radius and reals[radius] < ignore
         if round_and_small or np.linalg.norm(corners[1] - corners[0]) < ignore:
             small.append(tag)
-    return small
+    return small + _ends(gmsh, small)
+
+
+def _ends(gmsh: Any, small: list[int]) -> list[int]:
+    """Return the bottoms of blind holes and tops of pins among `small`: faces within one circle of a small cylinder."""
+    round_ones = {tag for tag in small if gmsh.model.getType(2, tag) == "Cylinder"}
+    found = []
+    for _, tag in gmsh.model.getEntities(2):
+        edges = [edge for _, edge in gmsh.model.getBoundary([(2, tag)], combined=False, oriented=False)]
+        alone = [edge for edge in edges if edges.count(edge) == 1 and _length(gmsh, edge) > _SEWN]
+        if tag not in small and len(alone) == 1 and round_ones.intersection(gmsh.model.getAdjacencies(1, alone[0])[0]):
+            found.append(tag)
+    return found
+
+
+def _length(gmsh: Any, edge: int) -> float:
+    return float(np.ptp(np.array(gmsh.model.getBoundingBox(1, edge)).reshape(2, 3), axis=0).max())
 
 
 def _measured(gmsh: Any, solids: list[int]) -> dict[str, Any]:

@@ -72,13 +72,13 @@ def reduce_model(
         voxels_per_face=fidelity.voxels_per_face,
         shells=shells,
     )
-    facets = skin.facets[envelope.exposed]
-    motion = normal_motion(envelope.nodes, facets, envelope.surface, envelope.silent, fidelity.samples_per_face)
-    places, flux = skin_sources(envelope.nodes, facets, faces.size)
+    outer = envelope.outer
+    motion = normal_motion(outer.nodes, outer.facets, envelope.surface, envelope.silent, fidelity.samples_per_face)
+    places, flux = skin_sources(outer.nodes, outer.facets, faces.size)
     tell(2, _STEPS)
     K, M, T = constrained(model)
     tell(3, _STEPS)
-    to_faces, to_flux = (sp.csr_matrix(skin.restrict(operator) @ T) for operator in (motion, flux))
+    to_faces, to_flux = (sp.csr_matrix(outer.restrict(operator) @ T) for operator in (motion, flux))
     # springs, masses and means have no such error
     known = not (model.structure.shells or model.structure.beams)
     known = known and all(block.kind == "tet10" for block in model.blocks)

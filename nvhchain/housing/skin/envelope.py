@@ -9,7 +9,7 @@ the wall; their flux does not.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -24,7 +24,7 @@ from nvhchain.handoff import FloatArray, IntArray, Surface
 from nvhchain.handoff.surface import body_numbers
 from nvhchain.housing.modes.mounting_plane import MountingPlane
 from nvhchain.housing.skin.regions import CAVITY, EXTERIOR, PLUG, WALL, Regions, regions, samples
-from nvhchain.housing.skin.shell_faces import outer_nodes
+from nvhchain.housing.skin.shell_faces import at_outer_faces
 from nvhchain.housing.skin.skin import Skin
 from nvhchain.housing.skin.surface_nets import relaxed, split, surface_nets, well_composed
 
@@ -97,14 +97,14 @@ class Envelope:
     surface : closed outward surface.
     silent : (n_face,) bool, faces on the mounting plane.
     exposed : (k,) bool, facets of the skin in contact with the air.
-    nodes : (n, 3) nodes of the skin; those of exposed shells at their outer faces (m).
+    outer : the exposed facets; those of shells lie at their faces.
     notes : findings in words.
     """
 
     surface: Surface
     silent: IntArray
     exposed: IntArray
-    nodes: FloatArray
+    outer: Skin
     notes: tuple[str, ...]
 
 
@@ -137,20 +137,21 @@ def outer_envelope(
     )
     space = regions(skin.nodes, skin.triangles, plugs, floor, size, opening)
     exposed = _exposed(skin, space, plugs, floor, shells, face_size**2)
-    nodes, depth = skin.nodes, np.broadcast_to(skin.depth, len(exposed))[exposed]
-    if depth.any():
-        nodes = outer_nodes(nodes, skin.facets[exposed], depth, floor)
-        every = np.concatenate([skin.nodes, nodes])
-        facets = skin.facets + len(nodes) * exposed[:, None]
-        space = regions(every, flat_triangles(facets), plugs, floor, size, opening)
+    outer = replace(skin, facets=skin.facets[exposed])
+    if np.any(np.broadcast_to(skin.depth, len(exposed))[exposed]):
+        outer, rims = at_outer_faces(skin, exposed, floor)
+        count = len(skin.nodes) + len(outer.nodes)
+        parts = skin.triangles, len(skin.nodes) + outer.triangles, count + np.arange(3 * len(rims)).reshape(-1, 3)
+        every = np.concatenate([skin.nodes, outer.nodes, rims.reshape(-1, 3)])
+        space = regions(every, np.concatenate(parts), plugs, floor, size, opening)
     if surface is None:
-        corners = nodes[skin.facets[exposed]]
+        corners = outer.nodes[outer.facets]
         surface, silent = _net(space, _partly_filled(space, corners), face_size * _CELL)
     else:
         silent = _plane_faces(surface, floor)
     _check_volume(space, surface)
     notes = (*_notes(skin, space, surface, exposed), *_narrow(space, opening))
-    return Envelope(surface, silent, exposed, nodes, notes)
+    return Envelope(surface, silent, exposed, outer, notes)
 
 
 def _exposed(

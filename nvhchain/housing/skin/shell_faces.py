@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
 
-from nvhchain.fem.structural.model import ShellBlock
 from nvhchain.handoff import FloatArray, IntArray
+from nvhchain.housing.skin.skin import Skin
 
 _SOFT = 1e-2
 """Share of the mean stiffness that holds a node where no facet asks for a motion, such as along a smooth wall."""
@@ -18,54 +18,58 @@ _FARTHEST = 1.75
 _ON_PLANE = 1e-3
 """Distance from the mounting plane over the depth, below which a node stays on it."""
 
-_THREE_OF_FOUR = [(0, 1, 2), (1, 2, 3), (2, 3, 0), (3, 0, 1)]
 
+def at_outer_faces(
+    skin: Skin, exposed: IntArray, floor: tuple[FloatArray, FloatArray] | None
+) -> tuple[Skin, FloatArray]:
+    """Return the exposed facets at the faces of their shells, and triangles (t, 3, 3) m from their rims to the nodes.
 
-def face_depths(nodes: FloatArray, facets: IntArray, shells: Sequence[ShellBlock]) -> FloatArray:
-    """Return the distances (k,) m from the nodes of facets to the face of the shell on the facet's side.
-
-    nodes : (n, 3) m.
-    facets : (k, 3) or more, outward sides of shells.
-
-    Half the thickness, and the offset of the section in or against the direction of the facet. 0 for facets that are of
-    no shell.
-    """
-    known: dict[tuple[int, ...], tuple[float, float, FloatArray]] = {}
-    for block in shells:
-        cuts = _THREE_OF_FOUR if block.nodes.shape[1] == 4 else [(0, 1, 2)]
-        for cut in cuts:
-            corners = block.nodes[:, list(cut)]
-            a, b, c = nodes[corners].transpose(1, 0, 2)
-            normal = np.cross(b - a, c - a)
-            keys = map(tuple, np.sort(corners, axis=1).tolist())
-            known |= dict(zip(keys, zip(block.thickness / 2, block.offset, normal, strict=True), strict=True))
-    depths = np.zeros(len(facets))
-    a, b, c = nodes[facets[:, :3]].transpose(1, 0, 2)
-    normals = np.cross(b - a, c - a)
-    for row, key in enumerate(map(tuple, np.sort(facets[:, :3], axis=1).tolist())):
-        if key in known:
-            half, offset, normal = known[key]
-            depths[row] = half + offset * np.sign(normal @ normals[row])
-    return depths
-
-
-def outer_nodes(
-    nodes: FloatArray, facets: IntArray, depth: FloatArray, floor: tuple[FloatArray, FloatArray] | None
-) -> FloatArray:
-    """Return nodes (n, 3) m of which those of `facets` lie at the faces of the shells.
-
-    facets : (k, 6) facets in contact with the air, with the middles of their edges.
-    depth : (k,) distance from the nodes to the air (m).
+    exposed : (k,) bool, facets in contact with the air.
     floor : point and normal of the mounting plane, on which nodes stay.
 
-    A node goes where all facets around it, moved by their depths, meet. Between opposite sides of one shell it stays.
-    Its motion is still that of the middle surface.
+    The corners of facets side by side go where all of them, moved by their depths, meet; those of the other side of a
+    shell are others. The motion is still that of the nodes.
     """
-    moved = _displaced(nodes, facets, depth, floor)
-    corners, middles = facets[:, :3], facets[:, 3:]
-    halfway = (moved[corners] + moved[np.roll(corners, -1, axis=1)]) / 2
-    moved[middles.ravel()] = halfway.reshape(-1, 3)
-    return nodes + moved
+    facets, depth = skin.facets[exposed], np.broadcast_to(skin.depth, len(exposed))[exposed]
+    fan = _fans(facets)
+    owner = np.zeros(fan.max() + 1, dtype=np.int64)
+    owner[fan] = facets[:, :3]
+    places = skin.nodes[owner] + _displaced(skin.nodes[owner], fan, depth, floor)
+    ends = np.roll(fan, -1, axis=1)
+    middles = (places[fan] + places[ends]) / 2
+    rows = np.concatenate([owner, facets[:, 3:].ravel()])
+    numbers = len(owner) + np.arange(3 * len(facets)).reshape(-1, 3)
+    outer = Skin(np.vstack([places, middles.reshape(-1, 3)]), np.hstack([fan, numbers]), skin.interpolation[rows])
+    # edges of one facet are rims: strips join them to the shell's nodes
+    both = np.sort(np.stack([fan, ends], axis=2).reshape(-1, 2), axis=1)
+    _, which, count = np.unique(both, axis=0, return_inverse=True, return_counts=True)
+    a, b = np.stack([fan, ends], axis=2).reshape(-1, 2)[count[which.ravel()] == 1].T
+    inner, moved = (skin.nodes[owner[a]], skin.nodes[owner[b]]), (places[a], places[b])
+    strips = [np.stack([inner[0], inner[1], moved[1]], axis=1), np.stack([inner[0], moved[1], moved[0]], axis=1)]
+    return outer, np.concatenate(strips)
+
+
+def _fans(facets: IntArray) -> IntArray:
+    """Return numbers (k, 3) of the corners of facets; corners at one node are one where facets lie side by side.
+
+    Facets lie side by side at an edge that they run along in opposite directions, unless all corners are the same.
+    """
+    corners = facets[:, :3]
+    start, end = corners.ravel(), np.roll(corners, -1, axis=1).ravel()
+    slot = np.arange(len(start))
+    following = slot + np.where(slot % 3 == 2, -2, 1)
+    size = int(corners.max()) + 1
+    key, back = start * size + end, end * size + start
+    order = np.argsort(key, kind="stable")
+    low, high = (np.searchsorted(key[order], back, side=side) for side in ("left", "right"))
+    count = high - low
+    one = np.repeat(slot, count)
+    other = order[np.repeat(low, count) + np.arange(len(one)) - np.repeat(np.cumsum(count) - count, count)]
+    same = (np.sort(corners, axis=1)[one // 3] == np.sort(corners, axis=1)[other // 3]).all(axis=1)
+    one, other = one[~same], other[~same]
+    first, second = np.concatenate([one, following[one]]), np.concatenate([following[other], other])
+    link = sp.coo_matrix((np.ones(len(first)), (first, second)), shape=(len(start), len(start)))
+    return np.asarray(connected_components(link, directed=False)[1]).reshape(-1, 3)
 
 
 def _displaced(

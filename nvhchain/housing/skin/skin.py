@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,8 +10,8 @@ import scipy.sparse as sp
 
 from nvhchain.fem.faces import boundary_faces, flat_triangles, six_node_facets
 from nvhchain.fem.solid_model import SolidModel
+from nvhchain.fem.structural.model import ShellBlock
 from nvhchain.handoff import FloatArray, IntArray
-from nvhchain.housing.skin.shell_faces import face_depths
 from nvhchain.housing.skin.shell_sides import distinct, outward_sides
 
 
@@ -66,10 +67,39 @@ def model_skin(model: SolidModel) -> tuple[Skin, IntArray]:
     facets = np.concatenate([solid.facets, middled])
     of_sheets: IntArray = np.repeat([False, True], [len(solid.facets), len(sheets)])
     sides = np.concatenate([np.zeros(len(solid.facets), dtype=bool), shells])
-    depth = np.concatenate(
-        [np.zeros(len(solid.facets)), face_depths(model.nodes, sheets[:, :3], model.structure.shells)]
-    )
+    depth = np.concatenate([np.zeros(len(solid.facets)), _depths(model.nodes, sheets[:, :3], model.structure.shells)])
     return Skin(np.asarray(interpolation @ model.nodes), facets, interpolation, of_sheets, depth), sides
+
+
+_THREE_OF_FOUR = [(0, 1, 2), (1, 2, 3), (2, 3, 0), (3, 0, 1)]
+
+
+def _depths(nodes: FloatArray, facets: IntArray, shells: Sequence[ShellBlock]) -> FloatArray:
+    """Return the distances (k,) m from the nodes of facets to the face of the shell on the facet's side.
+
+    nodes : (n, 3) m.
+    facets : (k, 3) or more, outward sides of shells.
+
+    Half the thickness, and the offset of the section in or against the direction of the facet. 0 for facets that are of
+    no shell.
+    """
+    known: dict[tuple[int, ...], tuple[float, float, FloatArray]] = {}
+    for block in shells:
+        cuts = _THREE_OF_FOUR if block.nodes.shape[1] == 4 else [(0, 1, 2)]
+        for cut in cuts:
+            corners = block.nodes[:, list(cut)]
+            a, b, c = nodes[corners].transpose(1, 0, 2)
+            normal = np.cross(b - a, c - a)
+            keys = map(tuple, np.sort(corners, axis=1).tolist())
+            known |= dict(zip(keys, zip(block.thickness / 2, block.offset, normal, strict=True), strict=True))
+    depths = np.zeros(len(facets))
+    a, b, c = nodes[facets[:, :3]].transpose(1, 0, 2)
+    normals = np.cross(b - a, c - a)
+    for row, key in enumerate(map(tuple, np.sort(facets[:, :3], axis=1).tolist())):
+        if key in known:
+            half, offset, normal = known[key]
+            depths[row] = half + offset * np.sign(normal @ normals[row])
+    return depths
 
 
 def _no_skin(model: SolidModel) -> Skin:

@@ -10,6 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from nvhchain import acoustics
+from nvhchain.acoustics.surfaces.bodies import check_bodies
 from nvhchain.acoustics.surfaces.needles import SECONDS, remesh_needles
 from nvhchain.dimensions import Length
 from nvhchain.errors import InputError, require, warn_caller
@@ -136,10 +137,14 @@ class SurfaceFile:
         """Refuse nothing: the solver checks the surface itself."""
 
     def extent(self, folder: Path, edge: float) -> Extent:
-        """Read the surface, and remesh it where it has needles."""
+        """Read the surface, remesh it where it has needles, and check that its bodies are clear of each other."""
         given = self.read(folder)
         remeshed = remesh_needles(given, edge)
         surface = given if remeshed is None else remeshed.surface
+        try:
+            check_bodies(surface)
+        except InputError as error:
+            raise type(error)(f"{folder / self.file}: {error}") from None
         words, seconds = ("", 0.0) if remeshed is None else (f"; {remeshed}", SECONDS)
         count = len(surface.triangles)
         models = f"{count} triangles with the velocity of the case{words}"
@@ -158,7 +163,7 @@ class SurfaceFile:
         """Return the surface, with a warning of each repair; InputError where the file is missing or open."""
         path = folder / self.file
         require(path.is_file(), f"{path}: no such surface file")
-        mesh = read_nastran_faces(path) if path.suffix.lower() in NASTRAN_ENDINGS else read_mesh(path)
+        mesh = read_mesh(path, others=dict.fromkeys(NASTRAN_ENDINGS, read_nastran_faces))
         try:
             vertices, triangles, repairs = closed_surface(mesh)
             for repair in repairs:

@@ -39,6 +39,8 @@ def test_values_of_tables_and_of_named_entries_are_replaced_in_any_unit():
         ("operation", "is no assignment"),
         ("a b=3", "is no path of a value"),
         ("operation.input_speeds=3", "did you mean 'input_speed'"),
+        ("operation.torque=30", "operation.torque: unknown field; did you mean 'input_torque'?"),
+        ("bearings.A1.stiffness=1e8", "unknown field; did you mean 'radial_stiffness'?"),
         ("band.low=-3", "0 < low < high"),
         ('name="a\\u001bb"', "control character"),
     ],
@@ -47,6 +49,7 @@ def test_changes_that_change_nothing_valid_are_refused(change, message):
     with pytest.raises(InputError) as error:
         load_case(CASE, changes=[change])
     assert message in str(error.value)
+    assert ";" not in str(error.value).partition("; did you mean")[2]  # one mistake
 
 
 @pytest.mark.parametrize(

@@ -55,6 +55,7 @@ def test_a_union_is_chosen_by_its_type():
         ({"width": "x", "axis": 3, "angel": 1}, r"w\.width = 'x' must .*; w\.axis = 3 must .*; w\.angel: unknown"),
         ({"width": 1.0, "widht": 2.0}, r"w\.widht: unknown field; did you mean 'width'"),
         ({"width": 1.0, "widht_mm": 2.0}, r"w\.widht_mm: unknown field; did you mean 'width_mm'"),
+        ({"idth": 2.0}, r"^w\.idth: unknown field; did you mean 'width'\?$"),
         ({"width_mm": -22}, r"w: width = -0\.022 m must be positive"),
         ({}, "required field 'width' is missing"),
         ({"width": "22"}, r"w\.width = '22' must be a finite number"),

@@ -107,6 +107,15 @@ def test_fields_of_a_type_without_any_are_refused_with_a_remedy():
         load_case(SMALL, changes=["gears.wheel.blank.web_mm = 3"])
 
 
+@pytest.mark.parametrize("end", ["input_shaft", "output_shaft"])
+def test_an_unknown_end_of_the_gearbox_hides_nothing(end: str) -> None:
+    changes = [f"{end}=Output", "operation.input_torque=45000", "gears.wheel.geometry.helix_angle_deg=10"]
+    with pytest.raises(InputError) as error:
+        load_case(SMALL, changes=changes)
+    for text in (f"{end}: shaft 'Output' is unknown", "breaks the teeth", "do not mesh"):
+        assert str(error.value).count(text) == 1
+
+
 def test_six_mistakes_that_do_not_depend_on_each_other_are_refused_together(tmp_path: Path) -> None:
     """An unknown shaft that is like no other, and gears of one hand, hid the torque, the gear space and the rest."""
     save_case(load_case(SMALL), tmp_path / "whole.toml")

@@ -206,3 +206,14 @@ def test_check_opens_the_surface_file(case, capsys):
     file = case(points, faces[1:])
     assert main(["check", str(file)]) == 2
     assert "body.stl: Surface is open: 3 edges belong to one triangle only, the first at [" in capsys.readouterr().err
+
+
+def test_check_refuses_a_body_inside_another_and_leaves_repeated_triangles_out(case, capsys):
+    points, faces = cylinder(32, 8, 2)
+    again = np.vstack([faces, faces[:3], faces[3:5, ::-1]])
+    with pytest.warns(UserWarning, match="5 triangles on the corners of others are left out"):
+        assert nvh.load_case(case(points, again)).body.read(case(points, again).parent).volume > 0
+    inside = 0.3 * points
+    file = case(np.vstack([points, inside]), np.vstack([faces, len(points) + faces]))
+    assert main(["check", str(file)]) == 2
+    assert "body.stl: body 1 of 2 near" in capsys.readouterr().err

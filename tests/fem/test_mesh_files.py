@@ -17,8 +17,8 @@ from benchmarks.hostile.valid_files import BY_MESHIO, POINTS, TRIANGLES, write_m
 from nvhchain.case import SurfaceFile
 from nvhchain.errors import AccuracyWarning, FileFormatError, InputError
 from nvhchain.fem.elements import reference_element
-from nvhchain.fem.mesh_files import med, read_mesh
-from nvhchain.interop.solids.nastran_faces import read_nastran_faces
+from nvhchain.fem.mesh_files import FORMATS, med, read_mesh
+from nvhchain.interop.solids.nastran_faces import NASTRAN_ENDINGS, read_nastran_faces
 
 
 def _by_gmsh(path, *, bricks=False):
@@ -133,6 +133,29 @@ def test_stl_in_capitals_whose_corners_differ_in_the_last_bits_is_closed(tmp_pat
     (tmp_path / "a.stl").write_text(_stl(corners))
     surface = SurfaceFile("a.stl").read(tmp_path)
     assert surface.vertices.shape == POINTS.shape
+
+
+def test_stl_with_a_byte_order_mark_or_spare_bytes_is_read_and_a_short_one_refused(tmp_path):
+    path = tmp_path / "a.stl"
+    path.write_text("\ufeff" + _stl(POINTS[TRIANGLES]), encoding="utf-8")
+    np.testing.assert_array_equal(read_mesh(path).points, POINTS[TRIANGLES].reshape(-1, 3))
+    facets = np.zeros(len(TRIANGLES), [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("more", "<u2")])
+    facets["corners"] = POINTS[TRIANGLES]
+    data = b"solid".ljust(80) + len(TRIANGLES).to_bytes(4, "little") + facets.tobytes()
+    for spare in (0, 2, 80):
+        path.write_bytes(data + bytes(spare))
+        assert SurfaceFile("a.stl").read(tmp_path).triangles.shape == TRIANGLES.shape
+    for wrong in (data[:-1], data + bytes(81)):
+        path.write_bytes(wrong)
+        with pytest.raises(FileFormatError, match=rf"has {len(wrong)} bytes; .* has {len(data)} and at most 80 more"):
+            read_mesh(path)
+
+
+def test_the_refusal_of_an_ending_of_a_surface_lists_all_that_are_read(tmp_path):
+    (tmp_path / "a.step").write_text("")
+    with pytest.raises(FileFormatError, match=r"convert it to one of ") as error:
+        SurfaceFile("a.step").read(tmp_path)
+    assert str(error.value).rpartition("one of ")[2].split(", ") == [*FORMATS, *NASTRAN_ENDINGS]
 
 
 def test_triangles_with_two_corners_in_one_place_are_left_out_and_counted(tmp_path):

@@ -71,7 +71,7 @@ def mended(table: Mapping[str, Any], wrong: Sequence[str], path: str) -> dict[st
         right.setdefault(name, value)
     for part, field, known, _ in unknown_references(right):
         close = get_close_matches(part[field], known, 1)
-        part[field] = close[0] if close else _around(right, part) or part[field]
+        part[field] = close[0] if close else _around(right, part) or _end(right, field) or part[field]
     if any("give them opposite hands" in text for text in wrong):
         _oppose_hands(right)
     return right
@@ -146,6 +146,15 @@ def _around(table: Mapping[str, Any], bearing: Mapping[str, Any]) -> str:
         return next(str(shaft["name"]) for shaft in table["shafts"] if dist(_point(shaft, "axis"), centre) < 1e-4)
     except (KeyError, TypeError, ValueError, StopIteration):
         return ""
+
+
+def _end(table: Mapping[str, Any], field: str) -> str:
+    """Return a shaft with a single gear that is not the other end of the gearbox; empty for no end or without one."""
+    ends = {"input_shaft": "output_shaft", "output_shaft": "input_shaft"}
+    if field not in ends:
+        return ""
+    gears = [gear.get("shaft") for gear in table.get("gears", ()) if isinstance(gear, dict)]
+    return next((shaft for shaft in gears if gears.count(shaft) == 1 and shaft != table.get(ends[field])), "")
 
 
 def _point(part: Mapping[str, Any], field: str) -> list[float]:

@@ -9,7 +9,7 @@ import dataclasses
 import difflib
 import types
 import typing
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import isfinite
 from typing import Any, TypeVar
 
@@ -36,21 +36,24 @@ def build(cls: type[T], table: Any, path: str) -> T:
     hints = typing.get_type_hints(cls, include_extras=True)
     values: dict[str, Any] = {}
     wrong: list[str] = []
+    given = {_split_unit(key, fields)[0] for key in table}
+    known = sorted(fields, key=lambda name: (not _required(fields[name]), name in given))
     for key, raw in table.items():
         name, unit = _split_unit(key, fields)
+        meant = _nearest(name, known)
         try:
             if name in values:
                 raise InputError(f"{path}.{key}: field {name!r} is given twice, in two units: keep one")
             values[name] = None
-            values[name] = _field(name, hints, raw, f"{path}.{key}", unit)
+            values[name] = _field(name, hints, raw, f"{path}.{key}", (unit, meant))
         except InputError as error:
             wrong += mistakes(error)
-            if name not in fields and (meant := _nearest(name, fields)):
+            if name not in fields and meant and meant not in given:
                 values.setdefault(meant, None)  # misspelt, not missing
     wrong += [
         f"{path}: required field {name!r} is missing"
         for name, f in fields.items()
-        if name not in values and f.default is dataclasses.MISSING and f.default_factory is dataclasses.MISSING
+        if name not in values and _required(f)
     ]
     if wrong:
         raise Mistakes(wrong)
@@ -71,8 +74,13 @@ def _unit_hint(text: str, table: Mapping[str, Any], hints: Mapping[str, Any]) ->
     return ""
 
 
-def _field(name: str, hints: Mapping[str, Any], raw: Any, place: str, unit: str | None) -> Any:
-    """Return the value of one field in SI; `unit` is the suffix of its key, or None."""
+def _required(field: dataclasses.Field[Any]) -> bool:
+    return field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
+
+
+def _field(name: str, hints: Mapping[str, Any], raw: Any, place: str, key: tuple[str | None, str]) -> Any:
+    """Return the value of one field in SI; `key` has the suffix of its unit, or None, and the field it may mean."""
+    unit, close = key
     if name not in hints:
         owner = next((field for field in hints if name.startswith(f"{field}_")), None)
         if owner is not None:
@@ -80,7 +88,6 @@ def _field(name: str, hints: Mapping[str, Any], raw: Any, place: str, unit: str 
             units = [f"{owner}_{other}" for other, (si, _) in UNITS.items() if needed and si == needed]
             unknown = f"{name.removeprefix(owner + '_')!r} is no unit of {owner!r}"
             raise InputError(f"{place}: {unknown}: write {' or '.join((owner, *units))} (SI without a unit)")
-        close = _nearest(name, hints)
         fits = close and unit and si_unit(hints[close]) == UNITS[unit][0]
         meant = f"{close}_{unit}" if fits else close
         known = f"known fields: {', '.join(hints)}" if hints else "this type has none, choose another `type`"
@@ -121,9 +128,13 @@ def convert(hint: Any, raw: Any, place: str, factor: float = 1.0) -> Any:
     return raw
 
 
-def _nearest(name: str, fields: Mapping[str, Any]) -> str:
-    """Return the field that a misspelt name means, or no text."""
-    return "".join(difflib.get_close_matches(name, fields, n=1))
+def _nearest(name: str, fields: Sequence[str]) -> str:
+    """Return the field that a misspelt name means, or no text.
+
+    A name that ends some fields means the first of them, such as "torque" in "input_torque".
+    """
+    longer = [field for field in fields if field.endswith(f"_{name}")]
+    return "".join(longer[:1] or difflib.get_close_matches(name, fields, n=1))
 
 
 def _split_unit(key: str, fields: Mapping[str, Any]) -> tuple[str, str | None]:

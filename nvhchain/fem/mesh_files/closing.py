@@ -33,14 +33,17 @@ def closed_surface(mesh: MeshFile) -> tuple[FloatArray, IntArray, tuple[str, ...
         tried.append(_joined_within(mesh, tolerance))
     closed = _is_closed(tried[-1][1])
     tolerance = _TOLERANCES[len(tried) - 1] if closed else JOINED
-    vertices, triangles, dropped, flat = tried[-1] if closed else tried[0]
+    vertices, triangles, (dropped, repeated, flat) = tried[-1] if closed else tried[0]
     repairs = []
     if tolerance > JOINED:
         repairs.append(f"corners within {tolerance:g} of its extent joined, without which it is open")
     if dropped:
         repairs.append(
-            f"{dropped} of {dropped + flat + len(triangles)} triangles have two corners in one place and are left out"
+            f"{dropped} of {dropped + repeated + flat + len(triangles)} triangles have two corners in one place and are "
+            "left out"
         )
+    if repeated:
+        repairs.append(f"{repeated} triangles on the corners of others are left out")
     if flat:
         repairs.append(f"{flat} triangles without area are left out, and their neighbours divided")
     if closed:
@@ -50,11 +53,16 @@ def closed_surface(mesh: MeshFile) -> tuple[FloatArray, IntArray, tuple[str, ...
     return vertices, triangles, tuple(repairs)
 
 
-def _joined_within(mesh: MeshFile, tolerance: float) -> tuple[FloatArray, IntArray, int, int]:
-    """Return the surface with corners joined within `tolerance`, and the numbers of removed triangles."""
+def _joined_within(mesh: MeshFile, tolerance: float) -> tuple[FloatArray, IntArray, tuple[int, int, int]]:
+    """Return the surface with corners joined within `tolerance`, and the numbers of removed triangles.
+
+    These have two corners in one place, the corners of another triangle, or no area.
+    """
     vertices, triangles, dropped = triangulated(mesh, tolerance)
-    vertices, triangles, flat = _without_flat(vertices, triangles)
-    return vertices, triangles, dropped, flat
+    first = np.unique(np.sort(triangles, axis=1), axis=0, return_index=True)[1]
+    repeated = len(triangles) - len(first)
+    vertices, triangles, flat = _without_flat(vertices, triangles[np.sort(first)])
+    return vertices, triangles, (dropped, repeated, flat)
 
 
 def _is_closed(triangles: IntArray) -> bool:

@@ -131,9 +131,11 @@ class Numbering:
         numbers = np.asarray(numbers, dtype=np.int64)
         if not numbers.size:
             return numbers
+        if not len(self._sorted):
+            raise Damaged(f"{owner} refer to node {numbers.flat[0]}, but the file has no nodes")
         at = np.searchsorted(self._sorted, numbers)
         missing = (at >= len(self._sorted)) | (self._sorted[np.minimum(at, len(self._sorted) - 1)] != numbers)
-        if not len(self._sorted) or missing.any():
+        if missing.any():
             raise Damaged(f"{owner} refer to node {numbers[missing].flat[0]}, which is not in the file")
         return np.asarray(self._order[at], dtype=np.int64)
 

@@ -10,6 +10,12 @@ from nvhchain.handoff import IntArray
 _HEAD, _FACET = 80, 50
 """Bytes of a binary STL file before the number of triangles, and of each triangle."""
 
+_SPARE = 80
+"""Largest number of bytes after the last triangle of a binary STL file, which some writers add."""
+
+_MARK = b"\xef\xbb\xbf"
+"""Byte order mark before text in UTF-8."""
+
 _STL_WORDS = {"solid", "facet", "outer", "endloop", "endfacet", "endsolid", "color"}
 
 _OBJ_WORDS = {
@@ -22,16 +28,17 @@ _OBJ_WORDS = {
 def read_stl(data: bytes) -> MeshFile:
     """Read the triangles of a binary or text file, each with corners of its own."""
     count = int.from_bytes(data[_HEAD : _HEAD + 4], "little")
-    binary = len(data) == _HEAD + 4 + _FACET * count and count > 0
-    if not binary and data[:512].lstrip()[:5].lower() == b"solid" and b"\0" not in data:
-        corners = _text_corners(data)
+    needed = _HEAD + 4 + _FACET * count
+    binary = count > 0 and needed <= len(data) <= needed + _SPARE
+    if not binary and data[:512].removeprefix(_MARK).lstrip()[:5].lower() == b"solid" and b"\0" not in data:
+        corners = _text_corners(data.removeprefix(_MARK))
     elif binary:
         facet = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("more", "<u2")])
         corners = np.frombuffer(data, facet, count, _HEAD + 4)["corners"].reshape(-1, 3)
     else:
         raise Damaged(
-            f"it does not begin with 'solid', and its {len(data)} bytes are not the {_HEAD + 4 + _FACET * count} of "
-            f"the {count} triangles that a binary file announces: it is cut off or damaged"
+            f"it does not begin with 'solid', and has {len(data)} bytes; a binary file of {count} triangles, which it "
+            f"announces, has {needed} and at most {_SPARE} more: it is cut off or damaged"
         )
     with np.errstate(invalid="ignore"):  # numbers that are none are refused with their place
         points = corners.astype(float)
@@ -86,7 +93,7 @@ def read_obj(data: bytes) -> MeshFile:
     places: list[int] = []
     corners: list[int] = []
     ends: list[int] = []
-    for number, line in _joined(data):
+    for number, line in _joined(data.removeprefix(_MARK)):
         words = line.split(b"#", 1)[0].split()
         if not words:
             continue
@@ -133,7 +140,7 @@ def _corner(word: bytes, count: int, line: int) -> int:
 
 def read_off(data: bytes) -> MeshFile:
     """Read the faces of an OFF text file."""
-    text = b"\n".join(line.split(b"#", 1)[0] for line in data.splitlines())
+    text = b"\n".join(line.split(b"#", 1)[0] for line in data.removeprefix(_MARK).splitlines())
     cursor = Cursor(text)
     words = cursor.words()
     if words[0] != b"OFF":

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from nvhchain.fem.mesh_files.contents import NODES, Damaged, MeshFile, Numbering, clip, surface_nodes
-from nvhchain.handoff import IntArray
+from nvhchain.fem.mesh_files.contents import FARTHEST, NODES, Damaged, MeshFile, Numbering, clip, surface_nodes
+from nvhchain.handoff import FloatArray, IntArray
 
 _KINDS = (
     (r"C3D(4|6|8|10|15|20|27)", {4: "tetra", 6: "wedge", 8: "hexahedron", 10: "tetra10", 15: "wedge15",
@@ -20,44 +22,165 @@ _KINDS = (
 _FACELESS = re.compile(
     r"(MASS|ROTARYI|SPRING|DASHPOT|CONN|T[23]D|B[23][123]|PIPE|DCOUP|GAP|ITS|JOINT|R[2AB]|HEATCAP|F3D)"
 )
+_MADE = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYMMETRIC MODEL GENERATION")
+"""Keywords that make or move nodes and elements."""
+
+_FILLED = ("NODE", "ELEMENT", "NSET", "ELSET")
+"""Keywords that are read."""
+
 _DEEPEST = 20
 """Largest depth of files that include each other."""
-
-
-def read_inp(path: Path) -> MeshFile:
-    """Read nodes, elements and sets of a flat file or of one part."""
-    deck, levels = _Deck(), {"ASSEMBLY": False, "INSTANCE": False}
-    for name, options, rows in _blocks(_lines(path, ())):
-        if name.removeprefix("END ") in levels:
-            levels[name.removeprefix("END ")] = not name.startswith("END ")
-        elif levels["ASSEMBLY"] and not levels["INSTANCE"] and _is_assembly_data(name, options, rows):
-            continue
-        elif name == "NODE":
-            deck.node(options, rows)
-        elif name == "ELEMENT":
-            deck.element(options, rows)
-        elif name in ("NSET", "ELSET"):
-            deck.member(name, options, rows)
-        elif name == "SYSTEM" and rows:
-            raise Damaged(f"line {rows[0][0]}: coordinates in a *SYSTEM are not read: write them in the global one")
-    return deck.mesh()
-
 
 _Row = tuple[int, list[str]]
 """Line and its fields."""
 
+_Motion = Callable[[FloatArray], FloatArray]
+"""Function from points (n, 3) of a part to their places in the assembly."""
 
-def _is_assembly_data(name: str, options: dict[str, str], rows: list[_Row]) -> bool:
-    """Return True for data on points of the assembly itself (reference points); their labels belong to no part."""
-    qualified = "INSTANCE" in options or all("." in field for _, row in rows for field in row if field)
-    return name in ("NODE", "ELEMENT") or (name in ("NSET", "ELSET") and not qualified)
+
+class _Block(NamedTuple):
+    """Keyword and its line, options in upper case, and lines of data."""
+
+    name: str
+    line: int
+    options: dict[str, str]
+    rows: list[_Row]
+
+
+def read_inp(path: Path) -> MeshFile:
+    """Read nodes, elements and sets of a flat file, of parts, or of the instances of an assembly."""
+    model = _Model()
+    for block in _blocks(_lines(path, ())):
+        model.take(block)
+    return model.mesh()
+
+
+class _Model:
+    """Flat data, parts and instances, each with labels of its own."""
+
+    def __init__(self) -> None:
+        self.flat = _Deck()
+        self.parts: dict[str, _Deck] = {}
+        self.instances: dict[str, _Deck] = {}
+        self.current: _Deck | None = self.flat
+        """Owner of the data that follow; None for the assembly."""
+
+    def take(self, block: _Block) -> None:
+        """Read a keyword for its owner."""
+        name, line, options, rows = block
+        if name in _MADE:
+            raise Damaged(f"line {line}: *{name} is not read: write all nodes and elements themselves")
+        if name in _FILLED and "INPUT" in options:
+            raise Damaged(
+                f"line {line}: *{name}, INPUT={clip(options['INPUT'])} is not read: put its lines in this file, or "
+                f"below *{name} the line *INCLUDE, INPUT=..."
+            )
+        if name == "SYSTEM" and rows:
+            raise Damaged(f"line {rows[0][0]}: coordinates in a *SYSTEM are not read: write them in the global one")
+        if name == "PART":
+            self.current = _named(self.parts, block, _Deck())
+        elif name == "INSTANCE":
+            part = options.get("PART", "")
+            if part.upper() not in self.parts:
+                raise Damaged(
+                    f"line {line}: instance {clip(options.get('NAME', ''))} is of part {clip(part)}, which is not "
+                    "before it in the file: export a flat file, without parts and assemblies"
+                )
+            self.current = _named(self.instances, block, self.parts[part.upper()].copy(_motion(block)))
+        elif name == "END PART":
+            self.current = self.flat
+        elif name in ("ASSEMBLY", "END INSTANCE", "END ASSEMBLY"):
+            self.current = None
+        elif name in _FILLED and self.current is None:
+            self._take_assembly(block)
+        elif name in _FILLED and self.current is not None:
+            self.current.take(block)
+
+    def _take_assembly(self, block: _Block) -> None:
+        """Read a set of the assembly on its instances; nodes of the assembly itself are reference points."""
+        name, line, options, rows = block
+        if name == "ELEMENT" and any(re.match(pattern, options.get("TYPE", "").upper()) for pattern, _ in _KINDS):
+            raise Damaged(f"line {line}: elements of type {clip(options['TYPE'])} in the assembly: put them in a part")
+        if name in ("NODE", "ELEMENT"):
+            return
+        if "INSTANCE" in options:
+            self._instance(options["INSTANCE"], line).take(block)
+        elif all("." in field for _, row in rows for field in row if field):
+            for number, row in rows:
+                for field in filter(None, row):
+                    owner, _, member = field.strip('"').rpartition(".")
+                    self._instance(owner, number).take(block._replace(rows=[(number, [member])]))
+
+    def _instance(self, name: str, line: int) -> _Deck:
+        key = name.strip('"').rpartition(".")[2].upper()
+        if key not in self.instances:
+            raise Damaged(f"line {line}: instance {clip(name)} is not in the file")
+        return self.instances[key]
+
+    def mesh(self) -> MeshFile:
+        """Return the mesh of all instances; without any, that of the parts. Sets of one name are joined."""
+        decks = [deck for deck in (self.flat, *(self.instances or self.parts).values()) if deck.blocks]
+        if not decks:
+            raise Damaged("it has no *NODE or no *ELEMENT that is read")
+        meshes = [deck.mesh() for deck in decks]
+        starts = np.cumsum([0, *(len(mesh.points) for mesh in meshes[:-1])])
+        placed = list(zip(starts.tolist(), meshes, strict=True))
+        return MeshFile(
+            np.vstack([mesh.points for mesh in meshes]),
+            [(kind, nodes + start) for start, mesh in placed for kind, nodes in mesh.cells],
+            _joined([(start, mesh.tagged) for start, mesh in placed]),
+            _joined([(start, mesh.groups) for start, mesh in placed]),
+        )
+
+
+def _named(owners: dict[str, _Deck], block: _Block, deck: _Deck) -> _Deck:
+    """Return `deck` as the owner with the name in a *PART or *INSTANCE."""
+    name = block.options.get("NAME", "")
+    if name.upper() in owners:
+        raise Damaged(f"line {block.line}: *{block.name} {clip(name)} is in the file twice: rename one")
+    owners[name.upper()] = deck
+    return deck
+
+
+def _joined(sets: list[tuple[int, dict[str, IntArray]]]) -> dict[str, IntArray]:
+    """Return the indices of points by name, from those of each deck and the index of its first point."""
+    names = dict.fromkeys(name for _, own in sets for name in own)
+    return {name: np.concatenate([own[name] + start for start, own in sets if name in own]) for name in names}
+
+
+def _motion(block: _Block) -> _Motion | None:
+    """Return the motion of an *INSTANCE: a translation, then a rotation by degrees about the axis of two points."""
+    shift, turn = np.zeros(3), np.zeros(0)
+    for number, row in block.rows:
+        while row and not row[-1]:
+            row = row[:-1]
+        values = np.array([_real(field, number) for field in row])
+        if not (np.abs(values) <= FARTHEST).all():
+            raise Damaged(f"line {number}: the motion of an instance has numbers beyond {FARTHEST:g}")
+        if len(values) == 7 and not len(turn):
+            turn = values
+        elif len(values) <= 3 and number == block.rows[0][0]:
+            shift[: len(values)] = values
+        else:
+            raise Damaged(
+                f"line {number}: the motion of an instance has {len(values)} numbers there, 3 of a translation and "
+                "then 7 of a rotation are needed"
+            )
+    if not len(turn):
+        return (lambda points: points + shift) if shift.any() else None
+    foot, along = turn[:3], turn[3:6] - turn[:3]
+    length = float(np.linalg.norm(along))
+    if not length:
+        raise Damaged(f"line {block.line}: the axis of an instance is between one point and itself: give two points")
+    turned = Rotation.from_rotvec(turn[6] * along / length, degrees=True).as_matrix()
+    return lambda points: np.asarray((points + shift - foot) @ turned.T + foot)
 
 
 def _lines(path: Path, including: tuple[Path, ...]) -> Iterator[tuple[int, str]]:
     """Yield lines with their number; lines of included files stand in the place of *INCLUDE."""
     if len(including) >= _DEEPEST or path in including:
         raise Damaged(f"{clip(path.name)} includes itself, or more than {_DEEPEST} files deep")
-    for number, line in enumerate(path.read_bytes().decode("utf-8", "replace").splitlines(), 1):
+    for number, line in enumerate(path.read_bytes().decode("utf-8-sig", "replace").splitlines(), 1):
         text = line.strip()
         if text.startswith("**") or not text:
             continue
@@ -71,18 +194,16 @@ def _lines(path: Path, including: tuple[Path, ...]) -> Iterator[tuple[int, str]]
             yield number, text
 
 
-def _blocks(lines: Iterator[tuple[int, str]]) -> Iterator[tuple[str, dict[str, str], list[_Row]]]:
-    """Yield keyword, options in upper case, and lines of data; a comma at the end continues a keyword's line."""
-    name, options, rows, going_on, started = "", "", list[_Row](), False, False
+def _blocks(lines: Iterator[tuple[int, str]]) -> Iterator[_Block]:
+    """Yield keywords with their data; a comma at the end continues a keyword's line."""
+    name, line, options, rows, going_on, started = "", 0, "", list[_Row](), False, False
     for number, text in lines:
         if text.startswith("*") or going_on:
             if not going_on:
                 if started:
-                    yield name, _options(options), rows
-                elif name:
-                    raise Damaged(f"line {number}: a keyword is needed")
+                    yield _Block(name, line, _options(options), rows)
                 name, _, options = text[1:].partition(",")
-                name, rows, started = " ".join(name.upper().split()), [], True
+                name, line, rows, started = " ".join(name.upper().split()), number, [], True
             else:
                 options += "," + text
             going_on = text.endswith(",")
@@ -91,7 +212,7 @@ def _blocks(lines: Iterator[tuple[int, str]]) -> Iterator[tuple[str, dict[str, s
         else:
             rows.append((number, [field.strip() for field in text.split(",")]))
     if started:
-        yield name, _options(options), rows
+        yield _Block(name, line, _options(options), rows)
 
 
 def _options(text: str) -> dict[str, str]:
@@ -100,12 +221,31 @@ def _options(text: str) -> dict[str, str]:
 
 
 class _Deck:
+    """Nodes, elements and sets with labels of their own: those of a flat file, a part or an instance."""
+
     def __init__(self) -> None:
+        self.motion: _Motion | None = None
         self.labels: list[IntArray] = []
         self.points: list[np.ndarray] = []
         self.blocks: list[tuple[str, IntArray, IntArray]] = []
         self.sets: dict[str, dict[str, list[IntArray]]] = {"NSET": {}, "ELSET": {}}
-        self.skipped: set[int] = set()
+
+    def copy(self, motion: _Motion | None) -> _Deck:
+        """Return an instance of this part."""
+        made = _Deck()
+        made.motion, made.labels, made.points, made.blocks = motion, [*self.labels], [*self.points], [*self.blocks]
+        made.sets = {kind: {name: [*parts] for name, parts in sets.items()} for kind, sets in self.sets.items()}
+        return made
+
+    def take(self, block: _Block) -> None:
+        """Read the data of *NODE, *ELEMENT, *NSET or *ELSET."""
+        name, _, options, rows = block
+        if name == "NODE":
+            self.node(options, rows)
+        elif name == "ELEMENT":
+            self.element(options, rows)
+        else:
+            self.member(name, options, rows)
 
     def node(self, options: dict[str, str], rows: list[_Row]) -> None:
         if options.get("SYSTEM", "R").upper() != "R":
@@ -164,8 +304,8 @@ class _Deck:
         self.sets[kind].setdefault(name.upper(), []).extend(list(labels))
 
     def mesh(self) -> MeshFile:
-        if not self.labels or not self.blocks:
-            raise Damaged("it has no *NODE or no *ELEMENT that is read")
+        if not self.labels:
+            raise Damaged("its elements have no *NODE that is read")
         index = Numbering(np.concatenate(self.labels))
         cells = [(kind, index(nodes, f"elements of kind {kind}")) for kind, _, nodes in self.blocks]
         elements = np.concatenate([labels for _, labels, _ in self.blocks])
@@ -182,7 +322,8 @@ class _Deck:
             name: np.unique(index(np.concatenate(parts), f"set {clip(name)}"))
             for name, parts in self.sets["NSET"].items()
         }
-        return MeshFile(np.vstack(self.points), cells, tagged, groups)
+        points = np.vstack(self.points)
+        return MeshFile(points if self.motion is None else self.motion(points), cells, tagged, groups)
 
 
 def _kind(name: str, rows: list[_Row]) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from xml.etree.ElementTree import ParseError
 
@@ -38,16 +38,19 @@ _LARGEST = 4 << 30
 """Largest size of a file (bytes)."""
 
 
-def read_mesh(path: str | Path) -> MeshFile:
+def read_mesh(path: str | Path, *, others: Mapping[str, Callable[[Path], MeshFile]] | None = None) -> MeshFile:
     """Read the mesh in a file.
 
     path: file; its ending (`FORMATS`) gives the format.
+    others: readers of other formats by ending, which raise FileFormatError themselves.
     """
-    path = Path(path)
+    path, others = Path(path), others or {}
+    if path.suffix.lower() in others:
+        return others[path.suffix.lower()](path)
     if path.suffix.lower() not in _READERS:
         raise FileFormatError(
             f"{path}: meshes with the ending {clip(path.suffix)} are not read: convert it to one of "
-            f"{', '.join(FORMATS)}"
+            f"{', '.join([*FORMATS, *others])}"
         )
     name, reader = _READERS[path.suffix.lower()]
     try:

@@ -191,8 +191,8 @@ def _python() -> Finding:
 
 
 def _packages() -> Finding:
-    """Compare installed versions with the bounds in the package's own metadata."""
-    found, wrong = [], []
+    """Compare installed versions with the bounds in the package's own metadata; CHOLMOD may stand in for PARDISO."""
+    found, wrong, wanted = [], [], []
     for line in metadata.requires("nvhchain") or []:
         requirement = Requirement(line)
         if requirement.marker is not None and not requirement.marker.evaluate({"extra": ""}):
@@ -200,12 +200,23 @@ def _packages() -> Finding:
         try:
             version = metadata.version(requirement.name)
         except metadata.PackageNotFoundError:
-            wrong.append(f"{requirement.name} is missing")
+            missing = f"{requirement.name} is missing"
+            if requirement.name == "pypardiso" and installed("cvxopt"):
+                found.append(f"{missing}, CHOLMOD solves instead")
+                continue
+            wrong.append(missing)
+            wanted.append(f"{requirement.name}{requirement.specifier}")
             continue
         found.append(f"{requirement.name} {version}")
         if not requirement.specifier.contains(version, prereleases=True):
             wrong.append(f"{requirement.name} {version} is outside {requirement.specifier}")
-    return Finding("packages", not wrong, ", ".join(wrong or found), "run 'pip install -c constraints.txt -e .'")
+            wanted.append(f"{requirement.name}{requirement.specifier}")
+    checkout = Path(__file__).parents[1]
+    if (checkout / "constraints.txt").is_file():
+        repair = f"run 'pip install -c constraints.txt -e .' in {checkout}"
+    else:
+        repair = "run pip install " + " ".join(f'"{requirement}"' for requirement in wanted)
+    return Finding("packages", not wrong, ", ".join(wrong or found), repair)
 
 
 def _gmsh() -> Finding:
@@ -230,11 +241,16 @@ def missing_libraries() -> list[str]:
 
 def _solver() -> Finding:
     ok, detail = _attempt(_SOLVER)
-    repair = "reinstall it with 'pip install --force-reinstall pypardiso mkl'"
+    if platform.machine().lower() not in ("x86_64", "amd64"):
+        repair = f"MKL has no wheel for this processor; {remedy('cvxopt')} adds another solver"
+    elif installed("pypardiso"):
+        repair = "reinstall it with 'pip install --force-reinstall pypardiso mkl'"
+    else:
+        repair = "run 'pip install pypardiso'"
     if ok and "Superlu" in detail:
-        mkl = platform.machine().lower() in ("x86_64", "amd64")
         ok, detail = False, "pypardiso does not load, only small systems can be solved"
-        repair = repair if mkl else f"MKL has no wheel for this processor; {remedy('cvxopt')} adds another solver"
+        if os.environ.get("NVHCHAIN_SPARSE") == "superlu":
+            detail, repair = "NVHCHAIN_SPARSE = superlu, only small systems can be solved", "unset NVHCHAIN_SPARSE"
     return Finding("sparse solver", ok, detail, repair)
 
 

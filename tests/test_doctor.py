@@ -54,6 +54,47 @@ def test_wrong_and_missing_packages_are_named(monkeypatch, requirement, message)
     assert "pytest" not in finding.detail
 
 
+def test_the_remedy_outside_a_checkout_installs_the_packages_by_name(monkeypatch, tmp_path):
+    monkeypatch.setattr(doctor.metadata, "requires", lambda _: ["numpy<1", "no-such-package>=1,<2"])
+    assert doctor._packages().remedy.startswith("run 'pip install -c constraints.txt -e .' in /")
+    monkeypatch.setattr(doctor, "__file__", str(tmp_path / "site-packages" / "nvhchain" / "doctor.py"))
+    assert doctor._packages().remedy == 'run pip install "numpy<1" "no-such-package<2,>=1"'
+
+
+@pytest.mark.parametrize(("present", "ok"), [({"cvxopt"}, True), (set(), False)])
+def test_pypardiso_may_be_missing_where_cholmod_is_installed(monkeypatch, present, ok):
+    def version(name):
+        raise doctor.metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(doctor.metadata, "requires", lambda _: ["pypardiso>=0.4.6,<0.5"])
+    monkeypatch.setattr(doctor.metadata, "version", version)
+    monkeypatch.setattr(doctor, "installed", lambda name: name in present)
+    finding = doctor._packages()
+    assert finding.ok == ok
+    assert finding.detail == "pypardiso is missing" + ", CHOLMOD solves instead" * ok
+
+
+@pytest.mark.parametrize(
+    ("machine", "present", "preferred", "remedy"),
+    [
+        ("x86_64", {"pypardiso"}, "", "reinstall it with 'pip install --force-reinstall pypardiso mkl'"),
+        ("x86_64", set(), "", "run 'pip install pypardiso'"),
+        ("x86_64", {"pypardiso"}, "superlu", "unset NVHCHAIN_SPARSE"),
+        ("aarch64", set(), "", 'MKL has no wheel for this processor; pip install "nvhchain[cholmod]" adds'),
+    ],
+)
+def test_the_remedy_for_the_sparse_solver_can_work(monkeypatch, machine, present, preferred, remedy):
+    monkeypatch.setenv("NVHCHAIN_SPARSE", preferred)
+    monkeypatch.setattr(doctor.platform, "machine", lambda: machine)
+    monkeypatch.setattr(doctor, "installed", lambda name: name in present)
+    monkeypatch.setattr(doctor, "_attempt", lambda code: (True, "SuperluFactor"))
+    finding = doctor._solver()
+    assert not finding.ok
+    assert finding.remedy.startswith(remedy)
+    monkeypatch.setattr(doctor, "_attempt", lambda code: (True, "CholmodFactor"))
+    assert doctor._solver().ok
+
+
 def test_read_only_cache_folder_is_named(monkeypatch, tmp_path):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))

@@ -27,7 +27,7 @@ from nvhchain.runtime.extras import remedy
 from nvhchain.runtime.memory import free_memory
 
 ENGINES, VARIABLE = ("pardiso", "cholmod", "superlu"), "NVHCHAIN_SPARSE"
-"""Solvers in the order of preference, and the variable of the environment that names the first one to try."""
+"""Solvers in the order of preference, and the variable of the environment that names the preferred one."""
 
 SUPERLU_UNKNOWNS = 40_000
 """Largest number of unknowns for SuperLU: about a minute and 2 GB for quadratic solid elements."""
@@ -111,15 +111,23 @@ def factorize(
     return _SuperluFactor(matrix, symmetric_positive_definite)
 
 
-def _named(engine: str) -> bool:
-    """Return whether the environment names this engine, or none."""
+def _allowed(engine: str) -> bool:
+    """Return whether the environment prefers this engine, none, or one that does not exist on this machine."""
     name = os.environ.get(VARIABLE) or engine
     require(name in ENGINES, f"{VARIABLE} = {name!r} is none of {', '.join(ENGINES)}")
-    return name == engine
+    return name == engine or not {"pardiso": _pardiso_loads, "cholmod": _cholmod_loads}.get(name, lambda: True)()
 
 
 def _has_pardiso() -> bool:
-    if not _named("pardiso") or platform.machine().lower() not in ("x86_64", "amd64"):
+    return _allowed("pardiso") and _pardiso_loads()
+
+
+def _has_cholmod() -> bool:
+    return _allowed("cholmod") and _cholmod_loads()
+
+
+def _pardiso_loads() -> bool:
+    if platform.machine().lower() not in ("x86_64", "amd64"):
         return False
     _name_mkl()
     try:
@@ -129,19 +137,17 @@ def _has_pardiso() -> bool:
     return True
 
 
-def counts_eigenvalues(unknowns: int) -> bool:
-    """Return whether an indefinite matrix of that size can be factored, which counts its negative eigenvalues."""
-    return _has_pardiso() or unknowns <= SUPERLU_UNKNOWNS or not _has_cholmod()
-
-
-def _has_cholmod() -> bool:
-    if not _named("cholmod"):
-        return False
+def _cholmod_loads() -> bool:
     try:
         import cvxopt.cholmod  # noqa: F401
     except (ImportError, OSError):
         return False
     return True
+
+
+def counts_eigenvalues(unknowns: int) -> bool:
+    """Return whether an indefinite matrix of that size can be factored, which counts its negative eigenvalues."""
+    return _has_pardiso() or unknowns <= SUPERLU_UNKNOWNS or not _has_cholmod()
 
 
 @cache

@@ -234,6 +234,6 @@ def _distributed() -> Any:
         return import_module("distributed")
     except ImportError as error:
         raise InputError(
-            "dask.distributed is not installed: run 'pip install nvhchain[cluster]', or hand in an executor of "
+            'dask.distributed is not installed: run pip install "nvhchain[cluster]", or hand in an executor of '
             "concurrent.futures"
         ) from error

@@ -33,7 +33,7 @@ def installed(module: str) -> bool:
 
 def remedy(module: str) -> str:
     """Return the command that installs a module of `EXTRAS`."""
-    return f"pip install nvhchain[{EXTRAS[module]}]"
+    return f'pip install "nvhchain[{EXTRAS[module]}]"'
 
 
 def check_installed(module: str) -> None:

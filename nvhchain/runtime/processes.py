@@ -90,24 +90,21 @@ def start_python(
     stdin: int | IO[bytes] = DEVNULL,
     stderr: int | IO[bytes] = DEVNULL,
     environment: Mapping[str, str] | None = None,
-    pass_fds: Sequence[int] = (),
 ) -> subprocess.Popen[bytes]:
     """Start `python *arguments`, whose standard output is discarded.
 
     stdin, stderr: streams of the process; discarded by default.
     environment: variables added to the environment of this process.
 
-    A child with a pipe, on `stdin` or in `pass_fds`, ends by itself when this end closes, and removes its files.
+    A child with a pipe on `stdin` ends by itself when this end closes, and removes its files.
     """
     _ignore_broken_pipes()
-    piped = stdin == PIPE or bool(pass_fds)
     return subprocess.Popen(
-        [sys.executable, "-P", *arguments] if piped else _python(*arguments),
+        [sys.executable, "-P", *arguments] if stdin == PIPE else _python(*arguments),
         stdin=stdin,
         stdout=DEVNULL,
         stderr=stderr,
         env=_child_environment(environment),
-        pass_fds=pass_fds,
     )
 
 

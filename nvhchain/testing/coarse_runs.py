@@ -14,7 +14,7 @@ from nvhchain.errors import InputError
 from nvhchain.fidelity import AcousticsFidelity, DynamicsFidelity, Fidelity, GearFidelity, HousingFidelity
 from nvhchain.files.result_cache import Watcher
 from nvhchain.tradeoff.measure import Cost, Ledger, Run, resident
-from nvhchain.tradeoff.worker import PipeWatcher, keys_of
+from nvhchain.tradeoff.worker import EventWatcher, keys_of
 
 SMALL = Path(__file__).parents[2] / "cases" / "small" / "single_stage.toml"
 """Case file of the small single stage in a checkout of the project."""
@@ -87,7 +87,7 @@ def run_here(case: Case, fidelity: Fidelity, *, out: Path, operators: Path, ledg
     for folder in (out, operators):
         folder.mkdir(parents=True, exist_ok=True)
     try:
-        teller = PipeWatcher(Listener(), (out, operators))
+        teller = EventWatcher(Listener(), (out, operators))
         result = run(case, fidelity=fidelity, out=out, operators=operators, watcher=teller)
     except InputError as error:
         return Run({}, str(error))

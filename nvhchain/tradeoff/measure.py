@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import json
-import os
 import pickle
-import select
 import tempfile
+import time
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import astuple, dataclass, field
 from math import inf
 from pathlib import Path
 from subprocess import Popen, TimeoutExpired
-from typing import Any
+from typing import IO, Any
 
 import psutil
 
@@ -30,7 +30,7 @@ _PATIENCE = 5.0
 """Time (s) that a run has to end by itself."""
 
 _SAMPLING = 0.02
-"""Time (s) between two samples of the run's memory."""
+"""Time (s) between two samples of the run's memory, and between two looks for its events."""
 
 
 @dataclass(frozen=True)
@@ -154,21 +154,24 @@ def measured_run(
     """
     for folder in (out, operators):
         folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryFile() as arguments, tempfile.TemporaryFile() as errors:
-        pickle.dump((case, fidelity, out, operators), arguments)
-        arguments.seek(0)
-        reader, writer = os.pipe()
-        process = processes.start_python(
-            "-m", "nvhchain.tradeoff.worker", str(writer), stdin=arguments, stderr=errors, pass_fds=[writer]
-        )
-        os.close(writer)
+    with (
+        tempfile.TemporaryDirectory() as temporary,
+        Path(temporary, "events").open("w+b") as events,
+        tempfile.TemporaryFile() as errors,
+        processes.start_python("-m", "nvhchain.tradeoff.worker", stdin=processes.PIPE, stderr=errors) as process,
+    ):
+        assert process.stdin is not None
         try:
-            run = _followed(reader, process, ledger, watcher)
+            with suppress(OSError):  # it has ended already
+                pickle.dump((case, fidelity, out, operators, Path(events.name)), process.stdin)
+                process.stdin.flush()
+            run = _followed(events, process, ledger, watcher)
         except BaseException:
             _end(process)
             raise
         finally:
-            os.close(reader)
+            with suppress(OSError):
+                process.stdin.close()  # this ends the process
             if process.wait() < 0:
                 remove_abandoned_locks()
         if run is None and process.returncode < 0:
@@ -191,10 +194,10 @@ def _end(process: Popen[bytes]) -> None:
         process.kill()
 
 
-def _followed(reader: int, process: Popen[bytes], ledger: Ledger, watcher: Watcher) -> Run | None:
-    """Follow a run until its pipe closes; return None if no outcome arrived."""
+def _followed(events: IO[bytes], process: Popen[bytes], ledger: Ledger, watcher: Watcher) -> Run | None:
+    """Follow a run until it ends; return None if no outcome arrived."""
     peak, run = 0.0, None
-    for event in _events(reader):
+    for event in _events(events, process):
         peak = max(peak, resident(process.pid))
         if event is None:
             continue
@@ -211,16 +214,21 @@ def _followed(reader: int, process: Popen[bytes], ledger: Ledger, watcher: Watch
     return run
 
 
-def _events(reader: int) -> Iterator[dict[str, Any] | None]:
-    """Yield the events of a run, and None after every interval without one."""
+def _events(events: IO[bytes], process: Popen[bytes]) -> Iterator[dict[str, Any] | None]:
+    """Yield the events of a run from the file that takes them, and None after every interval without one.
+
+    Windows can neither hand a further pipe to a child nor wait for one.
+    """
     rest = b""
     while True:
-        if not select.select([reader], [], [], _SAMPLING)[0]:
-            yield None
-            continue
-        piece = os.read(reader, 65536)
+        ended = process.poll() is not None
+        piece = events.read()
         if not piece:
-            return
+            if ended:
+                return
+            yield None
+            time.sleep(_SAMPLING)
+            continue
         *lines, rest = (rest + piece).split(b"\n")
         for line in lines:
             yield json.loads(line)

@@ -198,7 +198,7 @@ class _Sweep:
         shutil.rmtree(spine, ignore_errors=True)
         spine.mkdir()
         for file in self._spine.glob("*.h5"):  # unchanged results are cache hits
-            os.link(file, spine / file.name)
+            _link_or_copy(file, spine / file.name)
         try:
             run = self._run(case, fidelity, spine)
             error = None if run.refused else _deviation(self._case, spine, self._spine)
@@ -215,6 +215,14 @@ class _Sweep:
             ledger=self._ledger,
             watcher=self._watcher,
         )
+
+
+def _link_or_copy(file: Path, link: Path) -> None:
+    """Make a hard link, or a copy on file systems without hard links."""
+    try:
+        os.link(file, link)
+    except OSError:
+        shutil.copyfile(file, link)
 
 
 def _identity(case: Case, fidelity: Fidelity) -> str:

@@ -1,7 +1,7 @@
-"""One run of the chain in a process of its own, with its events in a pipe.
+"""One run of the chain in a process of its own, with its events in a file.
 
-`measure` starts this module with `python -m`. Standard input holds the pickled arguments of `chain.run`. The first
-argument is the file descriptor of the pipe, which takes one JSON object per line and event.
+`measure` starts this module with `python -m`. Standard input brings the pickled arguments of `chain.run` and the path
+of the file, which takes one JSON object per line and event. The process ends when standard input closes.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ import dataclasses
 import json
 import os
 import pickle
-import select
 import sys
 import time
 from collections.abc import Iterator
@@ -28,16 +27,16 @@ from nvhchain.handoff import HandOff
 from nvhchain.runtime import processes
 
 
-class PipeWatcher(Watcher):
+class EventWatcher(Watcher):
     """Watcher that sends every step with its seconds and the cache key of its result."""
 
-    def __init__(self, pipe: TextIO, folders: tuple[Path, ...]) -> None:
-        self._pipe, self._folders, self._begun = pipe, folders, (0.0, 0.0)
+    def __init__(self, events: TextIO, folders: tuple[Path, ...]) -> None:
+        self._events, self._folders, self._begun = events, folders, (0.0, 0.0)
 
     def send(self, **event: Any) -> None:
         """Send one event."""
-        self._pipe.write(json.dumps(event) + "\n")
-        self._pipe.flush()
+        self._events.write(json.dumps(event) + "\n")
+        self._events.flush()
 
     def begin(self, step: str) -> None:
         """Send the begin of a step."""
@@ -76,11 +75,11 @@ def keys_of(result: Result) -> Iterator[tuple[str, str]]:
                 yield made
 
 
-def _end_with_listener(pipe: int) -> None:
-    """End this process when nobody reads the pipe: its costs would not be entered."""
-    listening = select.poll()
-    listening.register(pipe, 0)
-    listening.poll()
+def _end_with_caller() -> None:
+    """End this process when its caller has ended or closes standard input: its costs would not be entered."""
+    with suppress(OSError):
+        while os.read(0, 4096):
+            pass
     processes.end_here()
 
 
@@ -88,11 +87,11 @@ def main() -> None:
     """Run, send events, and send the reason where the chain refuses."""
     signal(SIGINT, default_int_handler)  # background jobs of a script ignore it otherwise
     signal(SIGTERM, default_int_handler)
-    case, fidelity, out, operators = pickle.load(sys.stdin.buffer)
+    case, fidelity, out, operators, file = pickle.load(sys.stdin.buffer)
     os.environ.pop("NVHCHAIN_CACHE", None)  # a step from there has no cost here
-    with suppress(KeyboardInterrupt), os.fdopen(int(sys.argv[1]), "w") as pipe:
-        Thread(target=_end_with_listener, args=(pipe.fileno(),), daemon=True).start()
-        teller = PipeWatcher(pipe, (out, operators))
+    with suppress(KeyboardInterrupt), file.open("w") as events:
+        Thread(target=_end_with_caller, daemon=True).start()
+        teller = EventWatcher(events, (out, operators))
         try:
             result = chain.run(case, fidelity=fidelity, out=out, operators=operators, watcher=teller)
         except (InputError, SolverError, MemoryError) as error:

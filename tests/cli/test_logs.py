@@ -54,7 +54,7 @@ def test_completion_names_all_commands(shell, capsys, tmp_path):
 def test_missing_shtab_is_named_with_its_remedy(monkeypatch, capsys):
     monkeypatch.setattr(extras, "installed", lambda module: False)
     assert main(["completion", "bash"]) == 2
-    assert "pip install nvhchain[completion]" in capsys.readouterr().err
+    assert 'pip install "nvhchain[completion]"' in capsys.readouterr().err
 
 
 def test_a_warning_is_printed_once_with_its_case(tmp_path, request):

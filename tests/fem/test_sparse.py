@@ -1,5 +1,7 @@
 """The direct solver: residual, inertia, refusals, and the fallback against PARDISO."""
 
+import sys
+
 import numpy as np
 import pytest
 import scipy.linalg
@@ -124,6 +126,18 @@ def test_the_environment_names_the_solver(monkeypatch):
     monkeypatch.setenv("NVHCHAIN_SPARSE", "umfpack")
     with pytest.raises(InputError, match="NVHCHAIN_SPARSE = 'umfpack' is none of pardiso, cholmod, superlu"):
         factorize(sp.identity(3, format="csr"))
+
+
+@pytest.mark.parametrize(
+    ("preferred", "absent", "taken"),
+    [("pardiso", "pypardiso", "cholmod"), ("cholmod", "cvxopt", COUNTING[0]), ("cholmod", "pypardiso", "cholmod")],
+)
+def test_the_environment_prefers_a_solver_and_others_follow_where_it_is_absent(monkeypatch, preferred, absent, taken):
+    monkeypatch.setenv("NVHCHAIN_SPARSE", preferred)
+    monkeypatch.setitem(sys.modules, absent, None)
+    monkeypatch.setitem(sys.modules, f"{absent}.cholmod", None)
+    with factorize(sp.identity(3, format="csr")) as factor:
+        assert type(factor).__name__ == f"_{taken.title()}Factor"
 
 
 def test_cholmod_refuses_what_is_not_positive_definite_by_request(matrices):

@@ -64,7 +64,7 @@ def test_a_hand_off_becomes_a_data_frame_with_names(forces, result):
 
 def test_a_missing_pandas_is_named_with_its_remedy(forces, monkeypatch):
     monkeypatch.setattr(extras, "installed", lambda module: module != "pandas")
-    with pytest.raises(InputError, match=r"pandas is not installed: pip install nvhchain\[xarray\]"):
+    with pytest.raises(InputError, match=r'pandas is not installed: pip install "nvhchain\[xarray\]"'):
         forces.to_dataframe()
 
 

@@ -406,7 +406,7 @@ def test_the_folder_of_a_killed_cluster_goes_with_the_next_cluster(tmp_path):
 def test_without_dask_the_remedy_is_named(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "distributed", None)
     for opened in (cluster.local_cluster(2), cluster.connect("tcp://127.0.0.1:8786")):
-        with pytest.raises(InputError, match=r"pip install nvhchain\[cluster\]"), opened:
+        with pytest.raises(InputError, match=r'pip install "nvhchain\[cluster\]"'), opened:
             pass
 
 

@@ -31,13 +31,13 @@ def without(monkeypatch):
 def test_forces_in_a_universal_file_name_the_extra_that_reads_them(without, tmp_path):
     without("pyuff")
     (tmp_path / "a.uff").write_text("    -1\n    58\n    -1\n")
-    with pytest.raises(InputError, match=r"pyuff is not installed: pip install nvhchain\[uff\]$"):
+    with pytest.raises(InputError, match=r'pyuff is not installed: pip install "nvhchain\[uff\]"$'):
         read_record(tmp_path / "a.uff")
 
 
 def test_the_second_engine_is_refused_before_any_work(without):
     without("bempp_cl")
-    refused = pytest.raises(InputError, match=r"bempp_cl is not installed: pip install nvhchain\[bempp\]$")
+    refused = pytest.raises(InputError, match=r'bempp_cl is not installed: pip install "nvhchain\[bempp\]"$')
     with refused:
         solve_direct(MOVING, [[0.0, 0.0, 1.0]], engine="bempp")
     with refused:
@@ -47,7 +47,7 @@ def test_the_second_engine_is_refused_before_any_work(without):
 
 def test_pictures_are_drawn_by_matplotlib_unless_pyvista_is_asked_for(without):
     without("pyvista")
-    with pytest.raises(InputError, match=r"pyvista is not installed: pip install nvhchain\[pictures\]$"):
+    with pytest.raises(InputError, match=r'pyvista is not installed: pip install "nvhchain\[pictures\]"$'):
         surface_velocity(MOVING, engine="pyvista")
     assert surface_velocity(MOVING, engine="matplotlib").collections
 
@@ -57,7 +57,7 @@ def test_a_machine_without_the_extras_is_sound(without):
         without(module)
     for finding in (doctor._bempp(), doctor._renderer()):
         assert finding.ok
-        assert "pip install nvhchain[" in finding.detail
+        assert 'pip install "nvhchain[' in finding.detail
 
 
 def test_extras_are_those_of_the_project(request):

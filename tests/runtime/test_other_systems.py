@@ -47,6 +47,37 @@ def test_commands_work_without_the_names_of_linux(arguments, tmp_path):
     assert outcome(code, tmp_path)
 
 
+@pytest.mark.slow
+def test_a_sweep_measures_without_pipes_that_windows_lacks(tmp_path, monkeypatch):
+    """The names are taken away in the measured run, too, which starts with `sitecustomize`."""
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    code = f"""{TAKEN}
+import select, subprocess
+for name in ("poll", "epoll"):
+    if hasattr(select, name):
+        delattr(select, name)
+class Popen(subprocess.Popen):
+    def __init__(self, *arguments, pass_fds=(), **options):
+        assert not pass_fds, "pass_fds not supported on Windows"
+        super().__init__(*arguments, **options)
+subprocess.Popen = Popen
+"""
+    (tmp_path / "sitecustomize.py").write_text(code)
+    measured = """
+import sys
+from pathlib import Path
+from nvhchain import DRAFT, load_case
+from nvhchain.files.result_cache import Unwatched
+from nvhchain.tradeoff.measure import Ledger, measured_run
+out = Path(sys.argv[1])
+assert not hasattr(__import__("select"), "poll")
+case = load_case("cases/sphere/pulsating.toml")
+run = measured_run(case, DRAFT, out=out, operators=out, ledger=Ledger(out / "l"), watcher=Unwatched())
+print(run.refused, *run.stages)
+"""
+    assert outcome(measured, tmp_path / "out") == "None transfer_vectors pressure\n"
+
+
 def test_a_folder_is_held_by_one_process_without_flock(tmp_path):
     code = f"""{TAKEN}
 from pathlib import Path

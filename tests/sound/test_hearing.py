@@ -191,7 +191,7 @@ def test_limits_of_prominence_rise_below_1_khz(frequency, limits):
 
 def test_missing_extra_is_one_line_of_remedy(monkeypatch):
     monkeypatch.setattr("nvhchain.runtime.extras.installed", lambda module: False)
-    with pytest.raises(InputError, match=r"^mosqito is not installed: pip install nvhchain\[sound\]$"):
+    with pytest.raises(InputError, match=r'^mosqito is not installed: pip install "nvhchain\[sound\]"$'):
         hearing(Sound(tone(1000.0, 60.0), RATE, True))
 
 

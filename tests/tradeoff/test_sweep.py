@@ -3,7 +3,6 @@
 import csv
 import io
 import json
-import os
 import pickle
 import shlex
 import shutil
@@ -19,7 +18,7 @@ import pytest
 
 import nvhchain as nvh
 from nvhchain.case import HousingModel, SurfaceFile
-from nvhchain.errors import InputError
+from nvhchain.errors import InputError, SolverError
 from nvhchain.files.result_cache import key_in
 from nvhchain.plots.tradeoff import accuracy_cost
 from nvhchain.testing.coarse_runs import run_here
@@ -186,19 +185,37 @@ def test_a_run_ends_where_nobody_listens_any_more(request, tmp_path):
     """As where a sweep is terminated: at `reference` the laws would take half a minute.  It ends, too, where SIGINT is
     ignored."""
     case = nvh.load_case(request.config.rootpath / "cases" / "small" / "single_stage.toml")
-    (tmp_path / "arguments").write_bytes(pickle.dumps((case, nvh.REFERENCE, tmp_path, tmp_path)))
-    reader, writer = os.pipe()
-    run = f"{shlex.quote(sys.executable)} -m nvhchain.tradeoff.worker {writer}"
-    with (tmp_path / "arguments").open("rb") as arguments:
-        command = ["sh", "-c", f"trap '' INT; exec {run}"]
-        process = subprocess.Popen(command, stdin=arguments, stderr=subprocess.PIPE, pass_fds=[writer])
-    with process:
-        os.close(writer)
-        assert b"begin" in os.read(reader, 4096)
-        os.close(reader)
+    events = tmp_path / "events"
+    command = ["sh", "-c", f"trap '' INT; exec {shlex.quote(sys.executable)} -m nvhchain.tradeoff.worker"]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        process.stdin.write(pickle.dumps((case, nvh.REFERENCE, tmp_path, tmp_path, events)))
+        process.stdin.flush()
+        while not (events.exists() and b"begin" in events.read_bytes()):
+            assert process.poll() is None
+            time.sleep(0.01)
+        process.stdin.close()
         assert process.wait(timeout=60) == 0
         assert process.stderr.read() == b""
     assert not list(tmp_path.rglob("*.h5"))
+
+
+@pytest.mark.slow
+def test_a_run_that_fails_at_its_start_is_an_error_with_its_last_line(sphere, tmp_path, monkeypatch):
+    (tmp_path / "h5py.py").write_text("raise ImportError('h5py is broken')")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    folders = {"out": tmp_path / "out", "operators": tmp_path / "operators"}
+    with pytest.raises(SolverError, match=r"sphere at draft: the run failed with code 1: .*h5py is broken"):
+        measured_run(sphere, BASE, **folders, ledger=Ledger(tmp_path / "costs.json"), watcher=Record())
+
+
+def test_unchanged_results_are_copied_on_a_file_system_without_links(tmp_path, monkeypatch):
+    def refused(*_):
+        raise PermissionError("Operation not permitted")
+
+    monkeypatch.setattr(sweeping.os, "link", refused)
+    (tmp_path / "a.h5").write_bytes(b"result")
+    sweeping._link_or_copy(tmp_path / "a.h5", tmp_path / "b.h5")
+    assert (tmp_path / "b.h5").read_bytes() == b"result"
 
 
 @pytest.mark.parametrize("left", ["", '{"identity": ', "[]", "{}", '{"deviation": {}}'])

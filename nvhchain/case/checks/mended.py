@@ -153,7 +153,7 @@ def _end(table: Mapping[str, Any], field: str) -> str:
     ends = {"input_shaft": "output_shaft", "output_shaft": "input_shaft"}
     if field not in ends:
         return ""
-    gears = [gear.get("shaft") for gear in table.get("gears", ()) if isinstance(gear, dict)]
+    gears = [str(gear.get("shaft")) for gear in table.get("gears", ()) if isinstance(gear, dict)]
     return next((shaft for shaft in gears if gears.count(shaft) == 1 and shaft != table.get(ends[field])), "")
 
 

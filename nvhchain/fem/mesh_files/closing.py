@@ -38,10 +38,8 @@ def closed_surface(mesh: MeshFile) -> tuple[FloatArray, IntArray, tuple[str, ...
     if tolerance > JOINED:
         repairs.append(f"corners within {tolerance:g} of its extent joined, without which it is open")
     if dropped:
-        repairs.append(
-            f"{dropped} of {dropped + repeated + flat + len(triangles)} triangles have two corners in one place and are "
-            "left out"
-        )
+        whole = dropped + repeated + flat + len(triangles)
+        repairs.append(f"{dropped} of {whole} triangles have two corners in one place and are left out")
     if repeated:
         repairs.append(f"{repeated} triangles on the corners of others are left out")
     if flat:

@@ -1,6 +1,6 @@
 """Finite elements shared by gear bodies and housing: matrices, constraints, sparse and eigen solvers."""
 
-from nvhchain.fem._sparse import Factor, factorize
+from nvhchain.fem._sparse import Factor, check_unknowns, factorize
 from nvhchain.fem.constraints import rigid_map
 from nvhchain.fem.eigen import RitzVectors, lowest_modes, modes_and_ritz_vectors, modes_below
 from nvhchain.fem.elasticity import stiffness_and_mass

@@ -145,6 +145,20 @@ def _cholmod_loads() -> bool:
     return True
 
 
+def check_unknowns(unknowns: float) -> None:
+    """Raise ResourceError for more unknowns of a structure than the solvers of this machine can factor."""
+    if not (_has_pardiso() or _has_cholmod()):
+        _check_superlu(round(unknowns))
+
+
+def _check_superlu(unknowns: int) -> None:
+    if unknowns > SUPERLU_UNKNOWNS:
+        raise ResourceError(
+            f"{unknowns} unknowns are too many for SuperLU (limit {SUPERLU_UNKNOWNS}): {_ENGINE_REMEDY}, or use a "
+            "coarser mesh"
+        )
+
+
 def counts_eigenvalues(unknowns: int) -> bool:
     """Return whether an indefinite matrix of that size can be factored, which counts its negative eigenvalues."""
     return _has_pardiso() or unknowns <= SUPERLU_UNKNOWNS or not _has_cholmod()
@@ -353,11 +367,7 @@ class _SuperluFactor(_Closing):
         from scipy.sparse.linalg import splu
 
         self.unknowns, self._kind = matrix.shape[0], complex if np.iscomplexobj(matrix) else float
-        if self.unknowns > SUPERLU_UNKNOWNS:
-            raise ResourceError(
-                f"{self.unknowns} unknowns are too many for SuperLU (limit {SUPERLU_UNKNOWNS}): "
-                f"{_ENGINE_REMEDY}, or use a coarser mesh"
-            )
+        _check_superlu(self.unknowns)
         options = {"SymmetricMode": True}
         try:
             self._lu: Any = splu(

@@ -12,6 +12,7 @@ from nvhchain.acoustics.systems.engines import engine_named
 from nvhchain.case import FIELD_POINT_QUANTITIES, RADIATED, Case, RadiatorCase
 from nvhchain.dynamics.model.shaft_beam import covered_places
 from nvhchain.errors import InputError, ResourceError
+from nvhchain.fem import check_unknowns
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.runtime.memory import free_memory
 from nvhchain.scene.mechanics import recorded_time
@@ -42,6 +43,8 @@ def preflight(case: Case, fidelity: Fidelity, supplied: Collection[str] = (), *,
     scene = Scene(case, fidelity, supplied)
     needed, largest, free = 0.0, None, free_memory()
     for planned in planned_steps(scene):
+        if planned.step is HOUSING:
+            check_unknowns(planned.counts.get("unknowns", 0.0))
         if 1e6 * planned.megabytes > needed and not (record_in_files and planned.step is BEARING_FORCES):
             needed, largest = 1e6 * planned.megabytes, planned
     if largest is None or needed <= free:

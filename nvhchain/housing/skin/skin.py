@@ -83,23 +83,26 @@ def _depths(nodes: FloatArray, facets: IntArray, shells: Sequence[ShellBlock]) -
     Half the thickness, and the offset of the section in or against the direction of the facet. 0 for facets that are of
     no shell.
     """
-    known: dict[tuple[int, ...], tuple[float, float, FloatArray]] = {}
+    corners, half, offset = [], [], []
     for block in shells:
-        cuts = _THREE_OF_FOUR if block.nodes.shape[1] == 4 else [(0, 1, 2)]
-        for cut in cuts:
-            corners = block.nodes[:, list(cut)]
-            a, b, c = nodes[corners].transpose(1, 0, 2)
-            normal = np.cross(b - a, c - a)
-            keys = map(tuple, np.sort(corners, axis=1).tolist())
-            known |= dict(zip(keys, zip(block.thickness / 2, block.offset, normal, strict=True), strict=True))
-    depths = np.zeros(len(facets))
-    a, b, c = nodes[facets[:, :3]].transpose(1, 0, 2)
-    normals = np.cross(b - a, c - a)
-    for row, key in enumerate(map(tuple, np.sort(facets[:, :3], axis=1).tolist())):
-        if key in known:
-            half, offset, normal = known[key]
-            depths[row] = half + offset * np.sign(normal @ normals[row])
-    return depths
+        for cut in _THREE_OF_FOUR if block.nodes.shape[1] == 4 else [(0, 1, 2)]:
+            corners.append(block.nodes[:, list(cut)])
+            half.append(block.thickness / 2)
+            offset.append(block.offset)
+    known, own = np.concatenate(corners), facets[:, :3]
+    _, place = np.unique(np.sort(np.concatenate([known, own]), axis=1), axis=0, return_inverse=True)
+    place = place.ravel()
+    row = np.full(int(place.max(initial=-1)) + 1, -1)
+    row[place[: len(known)]] = np.arange(len(known))
+    row = row[place[len(known) :]]
+    alike = np.sign((_normals(nodes, known)[row] * _normals(nodes, own)).sum(axis=1))
+    depths = np.concatenate(half)[row] + np.concatenate(offset)[row] * alike
+    return np.where(row < 0, 0.0, depths)
+
+
+def _normals(nodes: FloatArray, triangles: IntArray) -> FloatArray:
+    a, b, c = nodes[triangles].transpose(1, 0, 2)
+    return np.cross(b - a, c - a)
 
 
 def _no_skin(model: SolidModel) -> Skin:

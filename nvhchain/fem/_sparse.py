@@ -112,7 +112,7 @@ def factorize(
 
 
 def _allowed(engine: str) -> bool:
-    """Return whether the environment prefers this engine, none, or one that does not exist on this machine."""
+    """Return True unless the environment prefers another engine that this machine has."""
     name = os.environ.get(VARIABLE) or engine
     require(name in ENGINES, f"{VARIABLE} = {name!r} is none of {', '.join(ENGINES)}")
     return name == engine or not {"pardiso": _pardiso_loads, "cholmod": _cholmod_loads}.get(name, lambda: True)()

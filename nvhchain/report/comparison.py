@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
@@ -17,7 +18,7 @@ from nvhchain.case import Case, GearboxCase
 from nvhchain.chain.result import Result
 from nvhchain.chain.running import OPERATORS
 from nvhchain.error_band import ErrorBand
-from nvhchain.errors import require
+from nvhchain.errors import InputError, require
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.files.hdf5 import writable_folder, write_text
 from nvhchain.files.result_cache import Watcher
@@ -30,7 +31,7 @@ from nvhchain.report.page import write_page
 from nvhchain.report.recorded_modes import record_modes
 from nvhchain.report.run_up import curve_title, curves_of, run_up_maps
 from nvhchain.report.sound.microphones import add_balloons
-from nvhchain.report.sound.write import BACKGROUND, write_sounds
+from nvhchain.report.sound.write import write_sounds
 from nvhchain.report.steady_states import FIGURE, TABLE, steady_maps
 from nvhchain.report.summary import transmission_errors, write_summary
 from nvhchain.runtime.folder_lock import hold_folder
@@ -41,7 +42,7 @@ States = tuple[Sequence[float] | None, Sequence[float] | None]
 """Further steady speeds (rad/s) and torques (N m) of the input; None without, or for the torque of the case."""
 
 Answered = Callable[[dict[str, Any]], None]
-"""Receiver of the content of summary.json before figures and page are made."""
+"""Receiver of the content of summary.json before figures of the run and the page are made."""
 
 _WRITTEN = ("summary.json", "report.html", "differences.txt", "differences.csv")
 
@@ -87,7 +88,7 @@ def compare(
     torques : sequence of float, optional
         Torques of the input (N m) at these speeds; those of the cases by default.
     answered : callable, optional
-        Receives the content of summary.json before figures and page are made.
+        Receives the content of summary.json before figures of the run and the page are made.
 
     Returns
     -------
@@ -114,15 +115,20 @@ def compare(
             chain.check_states(case, speeds, torques)
     out = writable_folder(out, "out")
     with hold_folder(out):
-        _remove_earlier(out)
         return _compared(cases, fidelity, out, executor, watcher, (speeds, torques), answered)
 
 
 def _remove_earlier(out: Path) -> None:
-    """Remove what an earlier comparison wrote beside the folders of its cases."""
-    files = [out / name for name in (*_WRITTEN, BACKGROUND, TABLE, FIGURE, *_STEADY, *_RUN_UP)]
-    for path in [*files, *out.glob("sound-*.wav"), *out.glob("surface_velocity-*.png")]:
-        path.unlink(missing_ok=True)
+    """Remove what an earlier comparison wrote beside the folders of its cases; nothing without its summary.json."""
+    try:
+        names = list(json.loads((out / "summary.json").read_text(encoding="utf-8"))["configurations"])
+        check_names(names, "configurations")
+    except (OSError, ValueError, TypeError, KeyError, InputError):
+        names = []
+    of_names = [file.format(name) for name in names for file in ("sound-{}.wav", "surface_velocity-{}.png")]
+    fixed = (*_WRITTEN, TABLE, FIGURE, *_STEADY, *_RUN_UP) if names else ("summary.json",)
+    for file in (*fixed, *of_names):
+        (out / file).unlink(missing_ok=True)
 
 
 def _compared(
@@ -140,6 +146,7 @@ def _compared(
     cases = [decisions[case.name].case if case.name in decisions else case for case in cases]
     for case in cases:
         preflight(case, fidelity, {})
+    _remove_earlier(out)
     with ExitStack() as records:
         for case in cases:
             records.enter_context(recorded_case(asked[case.name], fidelity, out / case.name))

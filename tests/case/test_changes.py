@@ -54,7 +54,7 @@ def test_changes_that_change_nothing_valid_are_refused(change, message):
 
 @pytest.mark.parametrize(
     "change",
-    ["gears.wheel.geometry.face_width_mm=0", "operation.input_torque=6e6", "band.low=-3"],
+    ["gears.wheel.geometry.face_width_mm=0", "operation.input_torque=6e6", "band.low=-3", "band.high=10", "foo=3"],
 )
 def test_a_message_names_the_change_and_others_keep_their_line(change):
     with pytest.raises(InputError) as error:

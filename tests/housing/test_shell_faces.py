@@ -101,6 +101,13 @@ def test_a_hole_takes_nothing_from_the_outside_of_the_other_walls():
     assert made.surface.areas.sum() == pytest.approx(whole.surface.areas.sum(), rel=0.02)
 
 
+def test_notes_tell_no_cavity_in_the_material_of_shells():
+    nodes, quads = outer_quads(np.linspace(0, 0.4, 21), np.linspace(0, 0.3, 16), [0.0, 1.0])
+    used, members = np.unique(quads[nodes[quads, 2].max(axis=1) == 0], return_inverse=True)
+    made, _ = envelope(shells_of(nodes[used], members.reshape(-1, 4), 0.06), face=0.02)
+    assert "cavity" not in " ".join(made.notes)
+
+
 def test_a_plate_in_air_has_its_thickness_on_both_sides():
     """Each side moves outward with the nodes in the middle; the plate is a body of its volume."""
     nodes, quads = outer_quads(np.linspace(0, 0.4, 21), np.linspace(0, 0.3, 16), [0.0, 1.0])
@@ -114,20 +121,59 @@ def test_a_plate_in_air_has_its_thickness_on_both_sides():
     assert made.surface.volume == pytest.approx(0.4 * 0.3 * 0.06, rel=0.05)
 
 
-def test_a_rib_on_a_wall_is_as_thick_as_stated_and_the_wall_below_it_moves():
-    nodes, quads = outer_quads(*even([WALL / 2] * 3, OUTSIDE - WALL / 2))
+def with_rib(nodes, quads, at, height=0.03):
+    """A rib on the wall z = top, along y at x nearest to `at`; and its numbers at the foot and above."""
     top = nodes[:, 2].max()
-    foot = np.flatnonzero((np.abs(nodes[:, 0] - nodes[:, 0].mean()) < 1e-9) & (nodes[:, 2] > top - 1e-9))
+    x = nodes[np.abs(nodes[:, 0] - at).argmin(), 0]
+    foot = np.flatnonzero((np.abs(nodes[:, 0] - x) < 1e-9) & (nodes[:, 2] > top - 1e-9))
     foot = foot[np.argsort(nodes[foot, 1])]
     rib = len(nodes) + np.arange(len(foot))
-    above = nodes[foot] + [0.0, 0.0, 0.03]
     more = np.column_stack([foot[:-1], foot[1:], rib[1:], rib[:-1]])
-    made, _ = envelope(shells_of(np.vstack([nodes, above]), np.vstack([quads, more]), WALL))
+    return np.vstack([nodes, nodes[foot] + [0.0, 0.0, height]]), np.vstack([quads, more]), foot, rib
+
+
+def test_a_rib_on_a_wall_is_as_thick_as_stated_from_its_foot_on():
+    nodes, quads, foot, rib = with_rib(*outer_quads(*even([WALL / 2] * 3, OUTSIDE - WALL / 2)), 0.2)
+    made, _ = envelope(shells_of(nodes, quads, WALL))
     places, moved_by = corners(made)
-    on_rib = np.abs(places[np.isin(moved_by, rib), 0] - nodes[foot[0], 0])
-    assert on_rib == pytest.approx(np.full(2 * len(rib), WALL / 2), abs=2e-4)
-    at_foot = places[np.isin(moved_by, foot[1:-1]), 2]
-    assert at_foot == pytest.approx(np.full(len(at_foot), top + WALL / 2), abs=2e-4)
+    top = OUTSIDE[2] - WALL / 2
+    for numbers, height in ((rib, top + 0.03), (foot[1:-1], top + WALL / 2)):
+        x, _, z = places[np.isin(moved_by, numbers)].T
+        assert np.abs(x - nodes[foot[0], 0]) == pytest.approx(np.full(2 * len(numbers), WALL / 2), abs=2e-4)
+        assert z == pytest.approx(np.full(2 * len(numbers), height), abs=2e-4)
+
+
+def test_a_plate_with_a_rib_in_air_keeps_its_thickness_at_the_foot():
+    """Three walls with air on all their sides meet: each of the three airs has corners of its own."""
+    nodes, quads = outer_quads(np.linspace(0, 0.4, 21), np.linspace(0, 0.3, 16), [0.0, 1.0])
+    plate = quads[nodes[quads, 2].max(axis=1) == 0]
+    used, members = np.unique(plate, return_inverse=True)
+    nodes, quads, foot, _ = with_rib(nodes[used], members.reshape(-1, 4), 0.2, 0.06)
+    made, _ = envelope(shells_of(nodes, quads, 0.04), face=0.02)
+    places, moved_by = corners(made)
+    x, _, z = places[np.isin(moved_by, foot[1:-1])].T
+    assert z == pytest.approx(np.where(np.abs(x - nodes[foot[0], 0]) > 1e-3, 0.02, -0.02), abs=5e-4)
+    assert (z < 0).sum() == len(foot) - 2
+
+
+def test_a_neck_that_its_walls_close_leaves_nothing_inside_in_the_air():
+    """Box with a tube of 40 mm between middle surfaces: with walls of 20 mm a way in remains, with 36 mm none."""
+    x, y, z = np.linspace(0, 0.2, 11), np.linspace(0, 0.2, 11), np.linspace(0, 0.12, 7)
+    nodes, quads = outer_quads(x, y, z)
+    middle = nodes[quads].mean(axis=1)
+    hole = (middle[:, 2] > 0.119) & (np.abs(middle[:, :2] - 0.1) < 0.02).all(axis=1)
+    tube_nodes, tube = outer_quads([0.08, 0.1, 0.12], [0.08, 0.1, 0.12], [0.12, 0.14, 0.16, 0.18])
+    tube = tube[np.abs(np.ptp(tube_nodes[tube][:, :, 2], axis=1)) > 0]
+    every = np.vstack([nodes, tube_nodes])
+    _, first, same = np.unique(np.round(every, 9), axis=0, return_index=True, return_inverse=True)
+    joined = same.ravel()[np.vstack([quads[~hole], tube + len(nodes)])]
+    made, area = envelope(shells_of(every[first], joined, 0.02), opening=0.024)
+    assert made.exposed.all()
+    assert made.surface.volume == pytest.approx(0.02 * (2 * 0.2 * 0.2 + 4 * 0.2 * 0.12 + 4 * 0.04 * 0.06), rel=0.1)
+    made, area = envelope(shells_of(every[first], joined, 0.036), opening=0.024)
+    a, b = 0.236, 0.076  # outside of box and tube
+    assert area == pytest.approx(2 * a * a + 4 * a * 0.156 + 4 * b * 0.042 - b * b, rel=0.01)
+    assert made.surface.volume == pytest.approx(a * a * 0.156 + b * b * 0.042, rel=0.02)
 
 
 HOUSING, THIN = np.array([0.2, 0.16, 0.1]), 0.005

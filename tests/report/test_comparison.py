@@ -114,11 +114,20 @@ def test_the_answer_comes_before_the_figures_and_an_earlier_comparison_leaves_no
 
     compare([replace(sphere, name="earlier")], fidelity=nvh.DRAFT, out=tmp_path)
     (tmp_path / "levels_over_speed.png").write_text("of an earlier comparison")
-    (tmp_path / "notes.txt").write_text("of the user")
+    (tmp_path / "sound-measured.wav").write_text("of the user")
+    with pytest.raises(InputError):
+        compare([replace(sphere, frequencies=(1e5,))], fidelity=nvh.DRAFT, out=tmp_path)
+    assert (tmp_path / "sound-earlier.wav").is_file()
     compare([replace(sphere, name="later")], fidelity=nvh.DRAFT, out=tmp_path, answered=answered)
     assert there == [(True, [])]
     files = {path.name for path in tmp_path.iterdir() if path.is_file()}
-    assert {"summary.json", "report.html", "notes.txt", "pressure_spectrum.png", "surface_velocity-later.png"} <= files
+    assert {
+        "summary.json",
+        "report.html",
+        "sound-measured.wav",
+        "pressure_spectrum.png",
+        "surface_velocity-later.png",
+    } <= files
     assert not {"levels_over_speed.png", "surface_velocity-earlier.png", "sound-earlier.wav"} & files
 
 

@@ -74,17 +74,19 @@ def with_line(message: str, file: str, table: Mapping[str, Any]) -> str:
     """
     if not message.startswith(file):
         return message
-    rest, place, here = message.removeprefix(file), None, table
+    rest, place, here, own = message.removeprefix(file), None, table, False
     value: Any = table
     steps, position = path_steps(rest)
     for step in steps:
+        own = False
         if isinstance(step, str):
+            own = step in getattr(here, "places", {})
             place = getattr(here, "places", {}).get(step, place)
             value = here.get(step) if isinstance(here, Mapping) else None
         else:
             value = value[step] if isinstance(value, list) and step < len(value) else None
         if isinstance(value, Mapping):
-            here, place = value, getattr(value, "place", None) or place
+            here, place, own = value, getattr(value, "place", None) or place, False
     said = rest[position:].lstrip(": ")
     opening = re.match(r"(\w+): ", said)
     if opening and isinstance(here.get(opening[1]), Table):
@@ -92,7 +94,7 @@ def with_line(message: str, file: str, table: Mapping[str, Any]) -> str:
         place, said = here.place, said[opening.end() :]
         rest, position = f"{rest[:position]}{opening[1]}: {said}", position + opening.end()
     part, place = _subject(said, table, here, place)
-    place = _field_place(said, part, every_word=part is here) or place
+    place = (None if own else _field_place(said, part, every_word=part is here)) or place
     if place is None:
         return message
     shown = rest.lstrip(".: ") if position else said
@@ -116,13 +118,15 @@ def _subject(
 
 
 def _field_place(said: str, here: Mapping[str, Any], *, every_word: bool) -> tuple[str, int] | None:
-    """Return the place of the first field of a table, or of a table in it, that a message names."""
-    said = said.partition("; did you mean")[0]
+    """Return the place of the first field of a table, or of a table in it, that a message names; a change comes first."""
+    said = re.split("; did you mean|; known fields", said)[0]
     words = re.findall(r"\b[a-z]\w*\b", said) if every_word else []
-    for word in (*re.findall(r"\b([a-z]\w*)(?= = | ')", said), *re.findall(r"\b[a-z]+_\w+\b", said), *words):
-        for found in _places(word, here):
-            return found
-    return None
+    found = [
+        next(_places(word, here), None)
+        for word in (*re.findall(r"\b([a-z]\w*)(?= = | ')", said), *re.findall(r"\b[a-z]+_\w+\b", said), *words)
+    ]
+    known = [place for place in found if place is not None]
+    return next((place for place in known if not place[1]), known[0] if known else None)
 
 
 def _places(word: str, here: Mapping[str, Any], depth: int = 1) -> Iterator[tuple[str, int]]:

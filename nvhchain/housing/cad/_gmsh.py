@@ -26,6 +26,9 @@ _TIME_LIMIT = 1800.0
 _OVERLAP = 1e-6
 """Largest volume of overlapping solids over that of all, which is one of rounding."""
 
+_ACROSS = 2.1
+"""Largest size of the end of a small hole or pin over the largest radius of one."""
+
 _SEWN = 1e-2
 """Largest gap (mm) between faces that are sewn into a solid."""
 
@@ -174,7 +177,7 @@ def _words(place: Any) -> str:
 def _bonded(gmsh: Any, solids: list[int], notes: list[str]) -> list[int]:
     """Join solids where they touch, so that they share faces; refuse solids that touch nothing.
 
-    Where solids overlap, the material counts once; a note says how much.
+    Where solids overlap, the material counts once; a note states the share.
     """
     occ = gmsh.model.occ
     if len(solids) > 1:
@@ -241,23 +244,26 @@ def _small_faces(gmsh: Any, ignore: float) -> list[int]:
         round_and_small = radius is not None and len(reals) > radius and reals[radius] < ignore
         if round_and_small or np.linalg.norm(corners[1] - corners[0]) < ignore:
             small.append(tag)
-    return small + _ends(gmsh, small)
+    return small + _ends(gmsh, small, ignore)
 
 
-def _ends(gmsh: Any, small: list[int]) -> list[int]:
+def _ends(gmsh: Any, small: list[int], ignore: float) -> list[int]:
     """Return the bottoms of blind holes and tops of pins among `small`: faces within one circle of a small cylinder."""
     round_ones = {tag for tag in small if gmsh.model.getType(2, tag) == "Cylinder"}
     found = []
     for _, tag in gmsh.model.getEntities(2):
         edges = [edge for _, edge in gmsh.model.getBoundary([(2, tag)], combined=False, oriented=False)]
         alone = [edge for edge in edges if edges.count(edge) == 1 and _length(gmsh, edge) > _SEWN]
-        if tag not in small and len(alone) == 1 and round_ones.intersection(gmsh.model.getAdjacencies(1, alone[0])[0]):
+        if tag in small or _length(gmsh, tag, 2) > _ACROSS * ignore:
+            continue
+        if len(alone) == 1 and round_ones.intersection(gmsh.model.getAdjacencies(1, alone[0])[0]):
             found.append(tag)
     return found
 
 
-def _length(gmsh: Any, edge: int) -> float:
-    return float(np.ptp(np.array(gmsh.model.getBoundingBox(1, edge)).reshape(2, 3), axis=0).max())
+def _length(gmsh: Any, tag: int, dimension: int = 1) -> float:
+    """Return the longest side (mm) of the box around an edge or a face."""
+    return float(np.ptp(np.array(gmsh.model.getBoundingBox(dimension, tag)).reshape(2, 3), axis=0).max())
 
 
 def _measured(gmsh: Any, solids: list[int]) -> dict[str, Any]:

@@ -24,7 +24,7 @@ from nvhchain.handoff import FloatArray, IntArray, Surface
 from nvhchain.handoff.surface import body_numbers
 from nvhchain.housing.modes.mounting_plane import MountingPlane
 from nvhchain.housing.skin.regions import CAVITY, EXTERIOR, PLUG, WALL, Regions, regions, samples
-from nvhchain.housing.skin.shell_faces import at_outer_faces
+from nvhchain.housing.skin.shell_faces import at_outer_faces, thickened
 from nvhchain.housing.skin.skin import Skin
 from nvhchain.housing.skin.surface_nets import relaxed, split, surface_nets, well_composed
 
@@ -137,21 +137,33 @@ def outer_envelope(
     )
     space = regions(skin.nodes, skin.triangles, plugs, floor, size, opening)
     exposed = _exposed(skin, space, plugs, floor, shells, face_size**2)
-    outer = replace(skin, facets=skin.facets[exposed])
-    if np.any(np.broadcast_to(skin.depth, len(exposed))[exposed]):
-        outer, rims = at_outer_faces(skin, exposed, floor)
-        count = len(skin.nodes) + len(outer.nodes)
-        parts = skin.triangles, len(skin.nodes) + outer.triangles, count + np.arange(3 * len(rims)).reshape(-1, 3)
-        every = np.concatenate([skin.nodes, outer.nodes, rims.reshape(-1, 3)])
-        space = regions(every, np.concatenate(parts), plugs, floor, size, opening)
+    outer, body = _outside(skin, space, exposed, floor)
     if surface is None:
-        corners = outer.nodes[outer.facets]
-        surface, silent = _net(space, _partly_filled(space, corners), face_size * _CELL)
+        surface, silent = _net(body, _partly_filled(body, outer.nodes[outer.facets]), face_size * _CELL)
     else:
         silent = _plane_faces(surface, floor)
-    _check_volume(space, surface)
+    _check_volume(body, surface)
     notes = (*_notes(skin, space, surface, exposed), *_narrow(space, opening))
     return Envelope(surface, silent, exposed, outer, notes)
+
+
+def _outside(
+    skin: Skin, space: Regions, exposed: IntArray, floor: tuple[FloatArray, FloatArray] | None
+) -> tuple[Skin, Regions]:
+    """Return the exposed facets and the body, with shells of their thickness.
+
+    Facets between which this thickness closes the way from outside are no longer `exposed`, which is changed.
+    """
+    require(bool(exposed.any()), "no facet of the skin touches the outside: is the mounting plane on the right side?")
+    depth = np.broadcast_to(skin.depth, len(exposed))
+    if not depth[exposed].any():
+        return replace(skin, facets=skin.facets[exposed], sheets=False, depth=0.0), space
+    outer = at_outer_faces(skin, exposed, floor)
+    body, enclosed = thickened(space, skin.nodes[skin.facets[exposed, :3]], outer.nodes[outer.facets[:, :3]])
+    if enclosed.any() and not enclosed.all():
+        exposed[np.flatnonzero(exposed)[enclosed]] = False
+        return _outside(skin, space, exposed, floor)
+    return outer, body
 
 
 def _exposed(
@@ -372,7 +384,6 @@ def _narrow(space: Regions, opening: float) -> tuple[str, ...]:
 def _notes(skin: Skin, space: Regions, surface: Surface, exposed: IntArray) -> tuple[str, ...]:
     corners = skin.nodes[skin.facets[:, :3]]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
-    require(bool(exposed.any()), "no facet of the skin touches the outside: is the mounting plane on the right side?")
     cavity = _cavity(space, corners[~np.broadcast_to(skin.sheets, len(corners))])
     closed = f" with {1e3 * cavity:.3g} litres of cavity closed off" if cavity else ""
     bodies = 1 + int(body_numbers(surface.triangles).max())

@@ -93,11 +93,11 @@ def regions(
         )
     wall = np.zeros(shape, dtype=bool)
     for points, _ in samples(local, triangles, size / 2):
-        _mark(wall, points.reshape(-1, 3), low, size)
+        mark(wall, points.reshape(-1, 3), low, size)
     plugged = np.zeros(shape, dtype=bool)
     for plug in plugs:
         for points in _filled(local[plug], size):
-            _mark(plugged, points, low, size)
+            mark(plugged, points, low, size)
     label, narrow = _labelled(wall | plugged, radius / size, floor is not None)
     label[plugged & ~wall] = PLUG
     in_metres = tuple((count * size**3, 2 * ball * size) for count, ball in narrow)
@@ -153,7 +153,8 @@ def _filled(points: FloatArray, size: float) -> Iterable[FloatArray]:
         yield part[hull.find_simplex(part) >= 0]
 
 
-def _mark(wall: BoolArray, points: FloatArray, low: FloatArray, size: float) -> None:
+def mark(wall: BoolArray, points: FloatArray, low: FloatArray, size: float) -> None:
+    """Set the voxels of edge `size` (m) in which points (p, 3) m lie; the first has its centre at `low`."""
     place = np.rint((points - low) / size).astype(np.int64)
     place = place[((place >= 0) & (place < wall.shape)).all(axis=1)]
     wall[tuple(place.T)] = True
@@ -166,16 +167,16 @@ def _labelled(wall: BoolArray, radius: float, has_floor: bool) -> tuple[IntArray
     """
     free = ~wall
     # sealed voids, and the inside of solid walls, need no ball
-    open_air = _reached(free, has_floor)
+    open_air = reached(free, has_floor)
     depth = distance_transform_edt(free)
-    outside = _reached(core := open_air & (depth > radius), has_floor)
+    outside = reached(core := open_air & (depth > radius), has_floor)
     waiting = [(0.0, core & ~outside)]
     known = core & ~outside
     narrow = []
     smaller = radius * _SHRINK
     while smaller >= 1.0:
         core = open_air & (depth > smaller)
-        new = core & ~_reached(core, has_floor) & ~known & ~outside
+        new = core & ~reached(core, has_floor) & ~known & ~outside
         if new.any():
             number, _ = components(new | known)
             new &= ~np.isin(number, np.unique(number[known]))  # corners of a known cavity
@@ -207,7 +208,7 @@ def _labelled(wall: BoolArray, radius: float, has_floor: bool) -> tuple[IntArray
     ]
 
 
-def _reached(core: BoolArray, has_floor: bool) -> BoolArray:
+def reached(core: BoolArray, has_floor: bool) -> BoolArray:
     """Return the voxels connected with the border of the grid."""
     number, _ = components(core)
     border = [number[0], number[-1], number[:, 0], number[:, -1], number[:, :, -1]]

@@ -2,96 +2,147 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 from nvhchain.handoff import FloatArray, IntArray
+from nvhchain.housing.skin.regions import CAVITY, EXTERIOR, WALL, Regions, mark, reached, samples
 from nvhchain.housing.skin.skin import Skin
 
 _SOFT = 1e-2
-"""Share of the mean stiffness that holds a node where no facet asks for a motion, such as along a smooth wall."""
+"""Share of the mean stiffness that holds a corner where no facet asks for a motion, such as along a smooth wall."""
 
 _FARTHEST = 1.75
-"""Largest motion of a node over the largest depth: a corner of three walls at right angles moves by √3."""
+"""Largest motion of a corner over the largest depth beside it: that of three walls at right angles moves by √3."""
 
 _ON_PLANE = 1e-3
-"""Distance from the mounting plane over the depth, below which a node stays on it."""
+"""Distance from the mounting plane over the depth, below which a corner stays on it."""
+
+_ONE_PLACE = 1e-6
+"""Largest angle (rad) between two walls at one place around an edge."""
 
 
-def at_outer_faces(
-    skin: Skin, exposed: IntArray, floor: tuple[FloatArray, FloatArray] | None
-) -> tuple[Skin, FloatArray]:
-    """Return the exposed facets at the faces of their shells, and triangles (t, 3, 3) m from their rims to the nodes.
+def at_outer_faces(skin: Skin, exposed: IntArray, floor: tuple[FloatArray, FloatArray] | None) -> Skin:
+    """Return the exposed facets, those of shells at the faces of these.
 
     exposed : (k,) bool, facets in contact with the air.
-    floor : point and normal of the mounting plane, on which nodes stay.
+    floor : point and outward normal of the mounting plane, on which nodes stay.
 
-    The corners of facets side by side go where all of them, moved by their depths, meet; those of the other side of a
-    shell are others. The motion is still that of the nodes.
+    The corners of facets around the same air go where all of them, moved by their depths, meet. The other side of a
+    shell has corners of its own. The motion is still that of the nodes.
     """
     facets, depth = skin.facets[exposed], np.broadcast_to(skin.depth, len(exposed))[exposed]
-    fan = _fans(facets)
+    fan = _fans(skin.nodes, facets)
     owner = np.zeros(fan.max() + 1, dtype=np.int64)
     owner[fan] = facets[:, :3]
-    places = skin.nodes[owner] + _displaced(skin.nodes[owner], fan, depth, floor)
-    ends = np.roll(fan, -1, axis=1)
-    middles = (places[fan] + places[ends]) / 2
+    moved = _displaced(skin.nodes[owner], fan, depth, floor)
+    middles = skin.nodes[facets[:, 3:]] + (moved[fan] + moved[np.roll(fan, -1, axis=1)]) / 2
     rows = np.concatenate([owner, facets[:, 3:].ravel()])
     numbers = len(owner) + np.arange(3 * len(facets)).reshape(-1, 3)
-    outer = Skin(np.vstack([places, middles.reshape(-1, 3)]), np.hstack([fan, numbers]), skin.interpolation[rows])
-    # edges of one facet are rims: strips join them to the shell's nodes
-    both = np.sort(np.stack([fan, ends], axis=2).reshape(-1, 2), axis=1)
-    _, which, count = np.unique(both, axis=0, return_inverse=True, return_counts=True)
-    a, b = np.stack([fan, ends], axis=2).reshape(-1, 2)[count[which.ravel()] == 1].T
-    inner, moved = (skin.nodes[owner[a]], skin.nodes[owner[b]]), (places[a], places[b])
-    strips = [np.stack([inner[0], inner[1], moved[1]], axis=1), np.stack([inner[0], moved[1], moved[0]], axis=1)]
-    return outer, np.concatenate(strips)
+    places = np.concatenate([skin.nodes[owner] + moved, middles.reshape(-1, 3)])
+    sheets = np.broadcast_to(skin.sheets, len(exposed))[exposed]
+    return Skin(places, np.hstack([fan, numbers]), skin.interpolation[rows], sheets)
 
 
-def _fans(facets: IntArray) -> IntArray:
-    """Return numbers (k, 3) of the corners of facets; corners at one node are one where facets lie side by side.
+def thickened(space: Regions, inner: FloatArray, outer: FloatArray) -> tuple[Regions, IntArray]:
+    """Return the regions with the walls between facets filled, and the facets (k,) bool that these enclose.
 
-    Facets lie side by side at an edge that they run along in opposite directions, unless all corners are the same.
+    inner, outer : (k, 3, 3) m, corners of the exposed facets at the nodes and at the faces of their shells.
+    """
+    apart = np.linalg.norm(outer - inner, axis=2).max(axis=1)
+    pad = int(np.ceil(apart.max() / space.size)) + 1
+    below = 0 if space.has_floor else pad
+    label = np.pad(space.label, ((pad, pad), (pad, pad), (below, pad)), constant_values=EXTERIOR)
+    made = replace(space, label=label, origin=space.origin - space.size * np.array([pad, pad, below]))
+    wall, moved = np.zeros(label.shape, dtype=bool), apart > 0
+    triangles = np.arange(3 * int(moved.sum())).reshape(-1, 3)
+    for share in np.linspace(0.0, 1.0, int(np.ceil(2 * apart.max() / space.size)) + 2):
+        layer = ((1 - share) * inner + share * outer)[moved].reshape(-1, 3) @ space.axes
+        for points, _ in samples(layer, triangles, space.size / 2):
+            mark(wall, points.reshape(-1, 3), made.origin, space.size)
+    label[wall & (label == EXTERIOR)] = WALL
+    closed = (label == EXTERIOR) & ~reached(label == EXTERIOR, space.has_floor)
+    label[closed] = CAVITY
+    a, b, c = outer.transpose(1, 0, 2)
+    normal = np.cross(b - a, c - a)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
+    reach = 1.05 * space.size * np.abs(normal @ space.axes).sum(axis=1, keepdims=True)
+    return made, closed[tuple(made.index(outer.mean(axis=1) + reach * normal).T)]
+
+
+def _fans(nodes: FloatArray, facets: IntArray) -> IntArray:
+    """Return numbers (k, 3) of the corners of facets; corners at one node are one where facets bound the same air.
+
+    Such facets follow each other around an edge, on their front sides. One that is alone at an edge bounds the same air
+    as its back does, which still has corners of its own.
     """
     corners = facets[:, :3]
-    start, end = corners.ravel(), np.roll(corners, -1, axis=1).ravel()
+    start, end, third = (np.roll(corners, -i, axis=1).ravel() for i in range(3))
     slot = np.arange(len(start))
     following = slot + np.where(slot % 3 == 2, -2, 1)
-    size = int(corners.max()) + 1
-    key, back = start * size + end, end * size + start
-    order = np.argsort(key, kind="stable")
-    low, high = (np.searchsorted(key[order], back, side=side) for side in ("left", "right"))
-    count = high - low
-    one = np.repeat(slot, count)
-    other = order[np.repeat(low, count) + np.arange(len(one)) - np.repeat(np.cumsum(count) - count, count)]
-    same = (np.sort(corners, axis=1)[one // 3] == np.sort(corners, axis=1)[other // 3]).all(axis=1)
-    one, other = one[~same], other[~same]
-    first, second = np.concatenate([one, following[one]]), np.concatenate([following[other], other])
-    link = sp.coo_matrix((np.ones(len(first)), (first, second)), shape=(len(start), len(start)))
+    low, high = np.minimum(start, end), np.maximum(start, end)
+    edge = np.unique(low * (int(corners.max()) + 1) + high, return_inverse=True)[1].ravel()
+    angle = _angles(nodes, low, high, third, edge)
+    order = np.argsort(edge, kind="stable")
+    backward = order[(start > end)[order]]
+    first, last = (np.searchsorted(edge[backward], edge, side=side) for side in ("left", "right"))
+    forward = np.flatnonzero(start < end)
+    count = (last - first)[forward]
+    one = np.repeat(forward, count)
+    other = backward[np.repeat(first[forward] - np.cumsum(count) + count, count) + np.arange(len(one))]
+    turn = (angle[other] - angle[one]) % (2 * np.pi)
+    turn[(turn < _ONE_PLACE) | (turn > 2 * np.pi - _ONE_PLACE)] = 2 * np.pi
+    least = np.full(len(start), 2 * np.pi)
+    np.minimum.at(least, one, turn)
+    beside = (turn <= least[one] + _ONE_PLACE) & (turn < 2 * np.pi)
+    one, other = one[beside], other[beside]
+    pairs = np.concatenate([one, following[one]]), np.concatenate([following[other], other])
+    link = sp.coo_matrix((np.ones(len(pairs[0])), pairs), shape=(len(start), len(start)))
     return np.asarray(connected_components(link, directed=False)[1]).reshape(-1, 3)
+
+
+def _angles(nodes: FloatArray, low: IntArray, high: IntArray, third: IntArray, edge: IntArray) -> FloatArray:
+    """Return the angles (3 k,) of walls about their edges, from the first wall of each, right-handed from low to high.
+
+    The front of a facet that runs from low to high lies at larger angles than the facet, that of others at smaller.
+    """
+    along = nodes[high] - nodes[low]
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    across = nodes[third] - nodes[low]
+    across -= (across * along).sum(axis=1, keepdims=True) * along
+    first = np.unique(edge, return_index=True)[1][edge]
+    x = across[first] / np.linalg.norm(across[first], axis=1, keepdims=True)
+    y = np.cross(along, x)
+    return np.asarray(np.arctan2((across * y).sum(axis=1), (across * x).sum(axis=1)))
 
 
 def _displaced(
     nodes: FloatArray, facets: IntArray, depth: FloatArray, floor: tuple[FloatArray, FloatArray] | None
 ) -> FloatArray:
     """Return the displacements (n, 3) m of corners that move every facet by its depth along its normal."""
-    a, b, c = nodes[facets[:, :3]].transpose(1, 0, 2)
+    a, b, c = nodes[facets].transpose(1, 0, 2)
     normal = np.cross(b - a, c - a)
     area = np.linalg.norm(normal, axis=1)
     normal /= np.maximum(area, np.finfo(float).tiny)[:, None]
-    matrix, right = np.zeros((len(nodes), 3, 3)), np.zeros((len(nodes), 3))
-    for corner in facets[:, :3].T:
-        np.add.at(matrix, corner, area[:, None, None] * normal[:, :, None] * normal[:, None, :])
-        np.add.at(right, corner, (area * depth)[:, None] * normal)
-    used = np.unique(facets[:, :3])
-    stiff = matrix[used] + _SOFT / 3 * np.trace(matrix[used], axis1=1, axis2=2)[:, None, None] * np.eye(3)
-    moved = np.zeros_like(nodes)
-    moved[used] = (1 + _SOFT / 3) * np.linalg.solve(stiff, right[used][:, :, None])[:, :, 0]
-    farthest = _FARTHEST * np.abs(depth).max()
-    moved *= np.minimum(1.0, farthest / np.maximum(np.linalg.norm(moved, axis=1), farthest))[:, None]
+    corner, count = facets.ravel(), np.arange(facets.size + 1)
+    summed = sp.csr_matrix((np.repeat(area, 3), corner, count), shape=(facets.size, len(nodes))).T
+    outer = (normal[:, :, None] * normal[:, None, :]).reshape(-1, 9)
+    matrix = (summed @ np.repeat(outer, 3, axis=0)).reshape(-1, 3, 3)
+    right = summed @ np.repeat(depth[:, None] * normal, 3, axis=0)
+    matrix += _SOFT / 3 * np.trace(matrix, axis1=1, axis2=2)[:, None, None] * np.eye(3)
+    moved = (1 + _SOFT / 3) * np.linalg.solve(matrix, right[:, :, None])[:, :, 0]
+    farthest = np.zeros(len(nodes))
+    np.maximum.at(farthest, corner, np.repeat(_FARTHEST * np.abs(depth), 3))
+    length = np.linalg.norm(moved, axis=1)
+    moved *= np.where(length > farthest, farthest / np.maximum(length, np.finfo(float).tiny), 1.0)[:, None]
     if floor is not None:
-        point, up = floor
-        standing = np.abs((nodes - point) @ up) < _ON_PLANE * farthest
-        moved[standing] -= (moved[standing] @ up)[:, None] * up
+        point, outward = floor
+        height = -(nodes - point) @ outward
+        rise = -moved @ outward
+        stays = np.abs(height) < _ON_PLANE * farthest
+        wanted = np.where(stays, 0.0, np.maximum(rise, np.minimum(0.0, -height)))
+        moved += (rise - wanted)[:, None] * outward
     return moved

@@ -118,7 +118,7 @@ def _subject(
 
 
 def _field_place(said: str, here: Mapping[str, Any], *, every_word: bool) -> tuple[str, int] | None:
-    """Return the place of the first field of a table, or of a table in it, that a message names; a change comes first."""
+    """Return the place of the first field that a message names, of a table or of one in it; changes come first."""
     said = re.split("; did you mean|; known fields", said)[0]
     words = re.findall(r"\b[a-z]\w*\b", said) if every_word else []
     found = [

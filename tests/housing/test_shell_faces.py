@@ -121,6 +121,16 @@ def test_a_plate_in_air_has_its_thickness_on_both_sides():
     assert made.surface.volume == pytest.approx(0.4 * 0.3 * 0.06, rel=0.05)
 
 
+def test_a_bottom_whose_thickness_reaches_the_plane_is_silent_and_nothing_lies_below():
+    nodes, quads = outer_quads(*even([WALL / 2, WALL / 2, 0.004], OUTSIDE - WALL / 2))
+    floor = MountingPlane((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
+    made, area = envelope(shells_of(nodes, quads, WALL), mounting_plane=floor)
+    a, b, c = OUTSIDE
+    assert corners(made)[0].min() == pytest.approx(0.0, abs=5e-3)
+    assert corners(made)[0][:, 2].min() >= -1e-12
+    assert area == pytest.approx(a * b + 2 * (a + b) * (c - 0.004), rel=0.03)
+
+
 def with_rib(nodes, quads, at, height=0.03):
     """A rib on the wall z = top, along y at x nearest to `at`; and its numbers at the foot and above."""
     top = nodes[:, 2].max()

@@ -152,7 +152,8 @@ def _outside(
 ) -> tuple[Skin, Regions]:
     """Return the exposed facets and the body, with shells of their thickness.
 
-    Facets between which this thickness closes the way from outside are no longer `exposed`, which is changed.
+    Facets between which this thickness closes the way from outside, and those whose shell reaches the mounting plane,
+    are no longer `exposed`, which is changed.
     """
     require(bool(exposed.any()), "no facet of the skin touches the outside: is the mounting plane on the right side?")
     depth = np.broadcast_to(skin.depth, len(exposed))
@@ -160,6 +161,9 @@ def _outside(
         return replace(skin, facets=skin.facets[exposed], sheets=False, depth=0.0), space
     outer = at_outer_faces(skin, exposed, floor)
     body, enclosed = thickened(space, skin.nodes[skin.facets[exposed, :3]], outer.nodes[outer.facets[:, :3]])
+    if floor is not None:
+        height = np.abs((outer.nodes[outer.facets[:, :3]] - floor[0]) @ floor[1]).max(axis=1)
+        enclosed |= (depth[exposed] > 0) & (height < 1e-6 * depth.max())
     if enclosed.any() and not enclosed.all():
         exposed[np.flatnonzero(exposed)[enclosed]] = False
         return _outside(skin, space, exposed, floor)

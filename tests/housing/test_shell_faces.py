@@ -69,7 +69,7 @@ def corners(made):
 
 @pytest.mark.parametrize("offset", [0.0, -WALL / 2, WALL / 2])
 def test_nodes_on_any_surface_of_the_wall_give_the_same_outside(offset):
-    """Nodes on the middle surface, on the outer faces and on the inner ones, with the offset that says so."""
+    """Nodes on the middle surface, on the outer faces and on the inner ones, with the offset that belongs to it."""
     inward = WALL / 2 + offset
     made, area = envelope(shells_of(*outer_quads(*even([inward] * 3, OUTSIDE - inward)), WALL, offset))
     assert corners(made)[0].min(axis=0) == pytest.approx([0, 0, 0], abs=2e-4)

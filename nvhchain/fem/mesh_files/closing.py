@@ -8,6 +8,7 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from nvhchain.fem.mesh_files.contents import MeshFile
 from nvhchain.fem.mesh_files.triangulation import JOINED, triangulated
+from nvhchain.errors import counted
 from nvhchain.handoff import FloatArray, IntArray
 
 _TOLERANCES = (JOINED, 1e-5, 1e-4)
@@ -41,7 +42,7 @@ def closed_surface(mesh: MeshFile) -> tuple[FloatArray, IntArray, tuple[str, ...
         whole = dropped + repeated + flat + len(triangles)
         repairs.append(f"{dropped} of {whole} triangles have two corners in one place and are left out")
     if repeated:
-        repairs.append(f"{repeated} triangles on the corners of others are left out")
+        repairs.append(f"{counted(repeated, 'triangle')} on the corners of others left out")
     if flat:
         repairs.append(f"{flat} triangles without area are left out, and their neighbours divided")
     if closed:

@@ -6,9 +6,9 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
+from nvhchain.errors import counted
 from nvhchain.fem.mesh_files.contents import MeshFile
 from nvhchain.fem.mesh_files.triangulation import JOINED, triangulated
-from nvhchain.errors import counted
 from nvhchain.handoff import FloatArray, IntArray
 
 _TOLERANCES = (JOINED, 1e-5, 1e-4)

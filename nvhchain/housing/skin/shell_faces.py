@@ -110,11 +110,11 @@ def _angles(nodes: FloatArray, low: IntArray, high: IntArray, third: IntArray, e
     The front of a facet that runs from low to high lies at larger angles than the facet, that of others at smaller.
     """
     along = nodes[high] - nodes[low]
-    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), np.finfo(float).tiny)
     across = nodes[third] - nodes[low]
     across -= (across * along).sum(axis=1, keepdims=True) * along
     first = np.unique(edge, return_index=True)[1][edge]
-    x = across[first] / np.linalg.norm(across[first], axis=1, keepdims=True)
+    x = across[first] / np.maximum(np.linalg.norm(across[first], axis=1, keepdims=True), np.finfo(float).tiny)
     y = np.cross(along, x)
     return np.asarray(np.arctan2((across * y).sum(axis=1), (across * x).sum(axis=1)))
 

@@ -7,11 +7,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from nvhchain.fidelity import DRAFT, REFERENCE, STANDARD
+from nvhchain.runtime.numba_settings import ignore_settings_file
 
 if TYPE_CHECKING:
     from nvhchain.case import load_case, save_case
     from nvhchain.chain import record, run
     from nvhchain.scene import plan
+
+ignore_settings_file()
 
 __version__ = "0.1.0"
 __all__ = ["DRAFT", "REFERENCE", "STANDARD", "load_case", "plan", "record", "run", "save_case"]

@@ -9,10 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import isfinite
 
 from nvhchain.dimensions import Modulus
-from nvhchain.errors import require
+from nvhchain.errors import require_within
 
 __all__ = ["STEEL", "Air", "Material"]
 
@@ -54,11 +53,7 @@ class Air:
 
     def __post_init__(self) -> None:
         for name, low, high, unit in (("speed_of_sound", 1.0, 1e4, "m/s"), ("density", 1e-3, 2e3, "kg/m³")):
-            value = getattr(self, name)
-            require(
-                isfinite(value) and low <= value <= high,
-                f"air {name} = {value} {unit} is outside {low:g}…{high:g} {unit}: give it in {unit}",
-            )
+            require_within(f"air {name}", getattr(self, name), low, high, unit)
 
     @property
     def impedance(self) -> float:
@@ -91,15 +86,11 @@ class Material:
 
     def __post_init__(self) -> None:
         for name, low, high, unit, remedy in (
-            ("young", 1e6, 2e12, " Pa", "steel has 2.1e11 Pa, which is young_GPa = 210"),
+            ("young", 1e6, 2e12, "Pa", "steel has 2.1e11 Pa, which is young_GPa = 210"),
             ("poisson", 0.0, 0.499, "", "metals have about 0.3"),
-            ("density", 10.0, 3e4, " kg/m³", "steel has 7850 kg/m³, 1000 times its g/cm³"),
+            ("density", 10.0, 3e4, "kg/m³", "steel has 7850 kg/m³, 1000 times its g/cm³"),
         ):
-            value = getattr(self, name)
-            require(
-                isfinite(value) and low <= value <= high,
-                f"material {name} = {value:.6g}{unit} is outside {low:g}…{high:g}{unit}: {remedy}",
-            )
+            require_within(f"material {name}", getattr(self, name), low, high, unit, remedy)
 
 
 STEEL = Material(young=210e9, poisson=0.3, density=7850.0)

@@ -73,16 +73,10 @@ _BEMPP = "import bempp_cl, bempp_cl.api; print(bempp_cl.__version__)"
 class Finding:
     """One line of the diagnosis.
 
-    Parameters
-    ----------
-    name : str
-        Thing that was tried.
-    ok : bool
-        True if the chain can run with it.
-    detail : str
-        Version or fault.
-    remedy : str
-        Action to take if not ok, else empty.
+    name: thing that was tried.
+    ok: True if the chain can run with it.
+    detail: version or fault.
+    remedy: action to take if not ok, else empty.
     """
 
     name: str

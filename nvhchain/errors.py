@@ -36,10 +36,7 @@ MOST_MISTAKES = 30
 class Mistakes(InputError):
     """Several mistakes in one input; the message joins them by semicolons.
 
-    Parameters
-    ----------
-    each : list of str
-        Text of every mistake, with its field.
+    each: text of every mistake, with its field.
     """
 
     def __init__(self, each: list[str]) -> None:
@@ -67,12 +64,8 @@ class ResourceError(InputError):
 class WriteError(OSError):
     """Failed write of a file; the message names the file, the reason and the remedy.
 
-    Parameters
-    ----------
-    message : str
-        Text of the error.
-    number : int, optional
-        Error number of the operating system.
+    message: text of the error.
+    number: error number of the operating system.
     """
 
     def __init__(self, message: str, number: int | None = None) -> None:
@@ -111,10 +104,7 @@ _CONCERNED: ContextVar[tuple[str, ...]] = ContextVar("concerned", default=())
 
 @contextmanager
 def concerning(name: str) -> Iterator[None]:
-    """Add a name to the subject of warnings, such as that of a case and, inside, that of a step.
-
-    Yields warnings inside the context carry the name.
-    """
+    """Add a name to the subject of warnings, such as that of a case and, inside, that of a step."""
     token = _CONCERNED.set((*_CONCERNED.get(), name))
     try:
         yield
@@ -122,8 +112,26 @@ def concerning(name: str) -> Iterator[None]:
         _CONCERNED.reset(token)
 
 
+_SILENT: ContextVar[bool] = ContextVar("silent", default=False)
+
+
+@contextmanager
+def without_accuracy_warnings(*, silent: bool = True) -> Iterator[None]:
+    """Issue no accuracy warnings in this thread, where a run has given them already; other threads go on with theirs.
+
+    silent: False to issue them as before.
+    """
+    token = _SILENT.set(silent or _SILENT.get())
+    try:
+        yield
+    finally:
+        _SILENT.reset(token)
+
+
 def warn_caller(message: str, category: type[Warning] = AccuracyWarning, *, kind: str = "") -> None:
     """Issue a warning that points at the first caller outside this package."""
+    if _SILENT.get() and category is AccuracyWarning:
+        return
     warning = AccuracyWarning(message, kind) if category is AccuracyWarning else category(message)
     level, frame = 2, sys._getframe(1)
     while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == __package__:
@@ -156,6 +164,18 @@ def require(condition: bool, message: str) -> None:
         raise InputError(message)
 
 
+def require_within(
+    name: str, value: float, low: float, high: float, unit: str = "", remedy: str = "", *, above: bool = False
+) -> None:
+    """Raise `InputError` for a number outside its limits; the default remedy is to give it in its unit.
+
+    above: True if `low` itself is no admissible value.
+    """
+    unit = f" {unit}" if unit else ""
+    inside = low <= value <= high and not (above and value == low)
+    require(inside, f"{name} = {value:g}{unit} is outside {low:g}…{high:g}{unit}: {remedy or f'give it in{unit}'}")
+
+
 def required(value: T | None, message: str) -> T:
     """Return a value that is not None; else raise `InputError`."""
     if value is None:
@@ -164,10 +184,7 @@ def required(value: T | None, message: str) -> T:
 
 
 def mistakes(error: InputError) -> list[str]:
-    """Return the text of every mistake of an error.
-
-    Returns one text per mistake.
-    """
+    """Return the text of every mistake of an error."""
     return error.each if isinstance(error, Mistakes) else [str(error)]
 
 
@@ -198,8 +215,5 @@ def check_all(*checks: Callable[[], object]) -> None:
 
 
 def is_whole(value: object) -> bool:
-    """Return True for a whole number of any numeric type.
-
-    Returns False for other numbers and other kinds of values.
-    """
+    """Return True for a whole number of any numeric type."""
     return isinstance(value, Real) and float(value).is_integer()

@@ -186,14 +186,9 @@ def _record_lines(signal: ArrayLike, sample_rate: float) -> tuple[FloatArray, Co
 class OctaveBands:
     """Levels of octaves or parts of them.
 
-    Parameters
-    ----------
-    fraction : int
-        Bands in an octave; 3 for third octaves.
-    middle : (n_band,) array
-        Exact middle frequencies (Hz).
-    level : (n_band, …) array
-        Levels (dB).
+    fraction: bands in an octave; 3 for third octaves.
+    middle (n_band,): exact middle frequencies (Hz).
+    level (n_band, …): levels (dB).
     """
 
     fraction: int
@@ -234,22 +229,6 @@ def octave_bands(
         [overall(frequency[in_it], pressure[in_it], weighted=weighted) for band in bands for in_it in [number == band]]
     )
     return OctaveBands(fraction, 1e3 * 10.0 ** (0.3 * (bands + shift) / fraction), level)
-
-
-@checked
-def record_octave_bands(
-    signal: FloatArray, *, sample_rate: float, fraction: int = 3, weighted: bool = False
-) -> OctaveBands:
-    """Return the equivalent continuous levels of the octaves, or parts of them, of records.
-
-    signal (n_t, …): sound pressure (Pa).
-    sample_rate: sampling rate (Hz).
-    fraction: bands in an octave, 1 to 48.
-    Returns levels, whose energies add up to that of `equivalent`. Filters with the edges of IEC 61260-1 and no
-    transition.
-    """
-    frequency, line = _record_lines(signal, sample_rate)
-    return octave_bands(frequency, line, fraction=fraction, weighted=weighted)
 
 
 @checked

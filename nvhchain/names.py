@@ -95,8 +95,12 @@ def check_text(text: str, subject: str) -> None:
     )
 
 
+_UNSEEN = frozenset("\u115f\u1160\u17b4\u17b5\u3164\uffa0") | {chr(code) for code in range(0xFE00, 0xFE10)}
+"""Letters and marks that print as nothing."""
+
+
 def _allowed(letter: str) -> bool:
-    return letter.isalnum() or letter in MARKS or unicodedata.category(letter)[0] == "M"
+    return letter not in _UNSEEN and (letter.isalnum() or letter in MARKS or unicodedata.category(letter)[0] == "M")
 
 
 def _device(name: str) -> bool:

@@ -168,19 +168,12 @@ def _hann(n: int) -> FloatArray:
 class Waterfall:
     """Spectra along a record: single-sided complex peak amplitudes of successive windows.
 
-    Parameters
-    ----------
-    time : (n_window,) array
-        Middles of the windows (s).
-    input_speed : (n_window,) array
-        Mean input speed in each window (rad/s).
-    axis : (n_line,) array
-        Frequencies (Hz), or orders of the input if `has_orders`.
-    amplitude : (n_window, n_line, …) complex array
-        Peak amplitudes, unit of the signal.  The phase refers to e^{jωt} from the window's start, or to e^{j order
-        angle} from the input's angle at the record's start.
-    has_orders : bool
-        True if `axis` holds orders.
+    time (n_window,): middles of the windows (s).
+    input_speed (n_window,): mean input speed in each window (rad/s).
+    axis (n_line,): frequencies (Hz), or orders of the input if `has_orders`.
+    amplitude (n_window, n_line, …): peak amplitudes, unit of the signal.  The phase refers to e^{jωt} from the window's
+        start, or to e^{j order angle} from the input's angle at the record's start.
+    has_orders: True if `axis` holds orders.
     """
 
     time: FloatArray
@@ -193,19 +186,12 @@ class Waterfall:
 class WindowedRecord(TypedDict):
     """Keyword arguments shared by `waterfall` and `order_waterfall`.
 
-    Parameters
-    ----------
-    sample_rate : float
-        Sampling rate (Hz).
-    input_speed : (n_t,) array
-        Input speed (rad/s).
-    resolution : float
-        Required resolution: Hz in `waterfall`, orders in `order_waterfall`.  It equals 1.5 line spacings, the noise
-        bandwidth of the Hann window.
-    high : float
-        Last line (Hz or order).
-    overlap : float, optional
-        Overlap of successive windows, 0 … 1; 0.75 by default.
+    sample_rate: sampling rate (Hz).
+    input_speed (n_t,): input speed (rad/s).
+    resolution: required resolution: Hz in `waterfall`, orders in `order_waterfall`.  It equals 1.5 line spacings, the
+        noise bandwidth of the Hann window.
+    high: last line (Hz or order).
+    overlap: overlap of successive windows, 0 … 1; 0.75 by default.
     """
 
     sample_rate: float

@@ -89,16 +89,6 @@ def test_octave_bands_have_the_middles_and_edges_of_iec_61260():
         assert energy == pytest.approx(levels.overall(lines, np.full(len(lines), 1e-3 + 0j), weighted=False))
 
 
-def test_octave_bands_of_a_record_add_up_to_its_level():
-    signal = np.random.default_rng(4).normal(size=(20_000, 2))
-    found = levels.record_octave_bands(signal, sample_rate=20e3, weighted=True)
-    assert 10 * np.log10((10 ** (found.level / 10)).sum(axis=0)) == pytest.approx(
-        levels.equivalent(signal, sample_rate=20e3)
-    )
-    with pytest.raises(InputError, match="fraction = 0 bands"):
-        levels.record_octave_bands(signal, sample_rate=20e3, fraction=0)
-
-
 def test_numbers_as_text_have_a_minus_sign_and_no_sign_where_they_round_to_zero():
     assert levels.number_text(-0.04, "+.1f") == levels.number_text(0.0, "+.1f") == "0.0"
     assert levels.number_text(-0.06, "+.1f") == "−0.1"

@@ -19,7 +19,6 @@ import numpy as np
 
 from benchmarks.publish import publish
 from nvhchain.acoustics import sphere
-from nvhchain.acoustics.fused.closure_check import closure_error
 from nvhchain.acoustics.fused.engine import systems
 from nvhchain.acoustics.surfaces.surface import mean_edge
 from nvhchain.acoustics.waves.layer_potentials import layer_potentials
@@ -27,6 +26,7 @@ from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, Surface
 from nvhchain.testing.bodies import box, shell, source_field
+from tests.acoustics.closure_error import closure_error
 
 KNOBS = AcousticsFidelity(elements_per_wavelength=1.0, masters=2)
 KNOB_VALUES = (1e-2, 2e-3, 5e-4)

@@ -1,10 +1,8 @@
 """Time, memory and error of the gearbox comparison at every fidelity.
 
     python -m benchmarks chain OUT [draft standard reference]
-    python -m benchmarks chain OUT repeated [draft standard]
 
-Writes docs/measured/chain/chain.md, or repeated.md: processor seconds of another blank, another speed and no change in
-copies of OUT/<preset>. Runs `nvhchain compare` for each preset in OUT/<preset>, unless OUT/<preset>.json
+Writes docs/measured/chain/chain.md. Runs `nvhchain compare` for each preset in OUT/<preset>, unless OUT/<preset>.json
 says that it has been measured, and compares with the last preset named: overall dB(A), and every mesh harmonic within
 30 dB of the strongest line. Time and memory (of all processes together) are given only for presets of which nothing was
 found on disk; nor were the compiled kernels: every run compiles its own.
@@ -14,8 +12,6 @@ from __future__ import annotations
 
 import json
 import os
-import resource
-import shutil
 import subprocess
 import sys
 import time
@@ -72,45 +68,8 @@ def errors(out: Path, reference: Path, name: str, mesh_orders: list[float]) -> t
     return overall - right, error[worst], (sum(e * e for e in error) / len(error)) ** 0.5, loud[worst]
 
 
-CHANGES = {
-    "another blank: slots to 52 mm": ("slotted", ["--set", "gears.gear2.blank.outer_radius_mm=52"]),
-    "another speed: 2000 rpm": ("solid", ["--set", "operation.input_speed_rpm=2000"]),
-    "another torque: 200 N m": ("solid", ["--set", "operation.input_torque=200"]),
-    "no change": ("solid", []),
-}
-"""Run in a folder with results of both designs → its configuration and options."""
-
-
-def repeated(out: Path, presets: list[str]) -> None:
-    """Measure the processor seconds of `CHANGES`, of all processes and threads, and write their table."""
-    lines = ["| fidelity | run | processor s | overall dB(A), limits |", "|---|---|---:|---:|"]
-    for preset in presets:
-        for what, (name, options) in CHANGES.items():
-            with TemporaryDirectory() as folder:
-                shutil.copytree(out / preset, folder, dirs_exist_ok=True)
-                case = str(ROOT / "cases" / "gearbox" / f"{name}.toml")
-                command = [sys.executable, "-m", "nvhchain.cli", "compare", case, "--fidelity", preset, *options]
-                before = _processor_seconds()
-                subprocess.run([*command, "--out", folder], check=True, stdout=subprocess.DEVNULL)
-                taken = _processor_seconds() - before
-                found = json.loads((Path(folder) / "summary.json").read_text())["configurations"][name]
-                low, high = found["error_band_dBA"]
-            limits = f"{'below ' if low is None else f'{low:.1f}…'}{high:.1f}"
-            lines.append(f"| {preset} | {what} | {taken:.1f} | {found['overall_dBA']:.1f} ({limits}) |")
-    publish("chain/repeated", "\n".join(lines) + "\n")
-
-
-def _processor_seconds() -> float:
-    """Return user and system seconds of all ended child processes."""
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
-
-
 def main() -> None:
     out = Path(sys.argv[1])
-    if sys.argv[2:3] == ["repeated"]:
-        repeated(out, sys.argv[3:] or ["draft", "standard"])
-        return
     presets = sys.argv[2:] or ["draft", "standard", "reference"]
     case = nvh.load_case(CASES[0])
     mesh_orders = [float(order) for order in case.mesh_orders.values()]  # type: ignore[union-attr]

@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.gear.gear import deflection, stage
+from benchmarks.gear.iso6336 import iso_stiffness
 from benchmarks.publish import publish
 from nvhchain.fidelity import DRAFT, STANDARD, GearFidelity
 from nvhchain.gear import (
@@ -36,7 +37,6 @@ from nvhchain.gear import (
     ThinRim,
     engaged_reach,
     flank_compliance,
-    iso_stiffness,
     loaded_mesh,
     nominal_centre_distance,
     slice_compliance,

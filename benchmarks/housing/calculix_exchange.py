@@ -24,10 +24,10 @@ from nvhchain.fem.solid_model import SolidModel
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray
 from nvhchain.housing.casting.mesh import mesh_casting
-from nvhchain.housing.exchange.casting_model import casting_model
 from nvhchain.housing.imported.repair import sound_mesh
 from nvhchain.housing.imported.solid_model import constrained
 from nvhchain.interop import UNIT_SYSTEMS, read_abaqus, write_abaqus
+from tests.housing.casting_model import casting_model
 
 MODES = 8
 TOLERANCE = {"hex8": 1e-6, "wedge6": 5e-3, "tet4": 5e-3, "casting": 1e-3}

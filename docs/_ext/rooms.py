@@ -3,6 +3,7 @@
 import ast
 import html
 import re
+import textwrap
 import tomllib
 from pathlib import Path
 
@@ -11,8 +12,8 @@ from field_tables import inline
 from sphinx.util.docutils import SphinxDirective
 
 ROOT = Path(__file__).parents[2]
-WIDTH, LINE, GAP = 900, 17, 7
-"""px: width of the picture, height of a line of text, space between boxes."""
+WIDTH, LINE, GAP, LETTER = 900, 17, 7, 6.8
+"""px: width of the picture, height of a line of text, space between boxes, width of a letter."""
 
 
 def contracts():
@@ -30,7 +31,7 @@ def purpose(name):
     path = ROOT.joinpath(*name.split("."))
     source = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
     text = ast.get_docstring(ast.parse(source.read_text(encoding="utf-8"))) or ""
-    return re.split(r"(?<=[.]) ", " ".join(text.split("\n\n")[0].split()))[0]
+    return re.split(r"(?<=[a-z0-9)`][.]) ", " ".join(text.split("\n\n")[0].split()))[0]
 
 
 def exists(name):
@@ -40,14 +41,20 @@ def exists(name):
 
 
 def picture(layers, inner):
-    """SVG: a row of boxes per layer, the highest first; in each box its rooms, the lowest first."""
+    """SVG: a row of boxes per layer, and in each box a line per layer of its rooms, the highest first."""
     shapes, y = [], 0
     for row in layers:
+        width = (WIDTH - GAP * (len(row) - 1)) / len(row)
+        letters = int((width - 2 * GAP) / LETTER)
         rooms = {
-            name: [room for layer in reversed(inner.get(f"nvhchain.{name}", [])) for room in layer] for name in row
+            name: [
+                line
+                for layer in inner.get(f"nvhchain.{name}", [])
+                for line in textwrap.wrap(" · ".join(layer), letters, break_long_words=False)
+            ]
+            for name in row
         }
         height = LINE * (1 + max(len(lines) for lines in rooms.values())) + 2 * GAP
-        width = (WIDTH - GAP * (len(row) - 1)) / len(row)
         for i, (name, lines) in enumerate(rooms.items()):
             x = i * (width + GAP)
             shapes.append(
@@ -55,15 +62,15 @@ def picture(layers, inner):
                 'fill="currentColor" fill-opacity="0.06" stroke="currentColor" stroke-opacity="0.4"/>'
             )
             for number, text in enumerate([name, *lines]):
-                weight = "bold" if number == 0 else "normal"
+                weight, size = ("normal", 12) if number else ("bold", 13)
                 shapes.append(
-                    f'<text x="{x + GAP:.1f}" y="{y + GAP + LINE * (number + 0.8):.1f}" font-size="13" '
+                    f'<text x="{x + GAP:.1f}" y="{y + GAP + LINE * (number + 0.8):.1f}" font-size="{size}" '
                     f'font-weight="{weight}" fill="currentColor">{html.escape(text)}</text>'
                 )
         y += height + GAP
     return (
-        f'<svg viewBox="0 0 {WIDTH} {y}" role="img" aria-label="Packages of nvhchain in the layers of their imports" '
-        f'style="max-width: 100%">{"".join(shapes)}</svg>'
+        f'<svg viewBox="-1 -1 {WIDTH + 2} {y + 2}" role="img" style="max-width: 100%" '
+        f'aria-label="Packages of nvhchain in the layers of their imports">{"".join(shapes)}</svg>'
     )
 
 
@@ -79,7 +86,7 @@ class Rooms(SphinxDirective):
             text = nodes.paragraph()
             text += [nodes.literal(text=name), nodes.Text(": "), *inline(purpose(f"nvhchain.{name}"))]
             item += text
-            rooms = [room for row in reversed(found.get(f"nvhchain.{name}", [])) for room in row]
+            rooms = [room for row in found.get(f"nvhchain.{name}", []) for room in row]
             if rooms:
                 inside = nodes.bullet_list()
                 for room in rooms:

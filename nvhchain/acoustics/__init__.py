@@ -3,7 +3,6 @@
 from nvhchain.acoustics.accuracy.radiation_levels import expected_radiation_error
 from nvhchain.acoustics.radiation.directivity import directivity
 from nvhchain.acoustics.radiation.efficiency import (
-    circle_points,
     directivity_index,
     equivalent_pressure,
     equivalent_radiated_power,

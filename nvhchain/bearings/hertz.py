@@ -29,17 +29,10 @@ LINE_EXPONENT = 10.0 / 9.0
 class Ellipse:
     """Dimensionless constants of an elliptic contact.
 
-    Parameters
-    ----------
-    ratio : float
-        Ratio κ = a/b ≥ 1 of the semi-axes.
-    major, minor : float
-        Constants a* and b* of the semi-axes.
-    deflection : float
-        Constant δ* of the approach.
+    ratio: ratio κ = a/b ≥ 1 of the semi-axes.
+    major, minor: constants a* and b* of the semi-axes.
+    deflection: constant δ* of the approach.
 
-    Notes
-    -----
     With the sum of curvatures Σρ and the equivalent modulus E′ = E/(1 − ν²) of two alike bodies:
     a = a* (3Q/(E′ Σρ))^(1/3), b = b* (3Q/(E′ Σρ))^(1/3) and δ = δ* (3Q/(E′ Σρ))^(2/3) Σρ/2.
     """
@@ -80,14 +73,9 @@ def ellipse(difference: float) -> Ellipse:
 class Groove:
     """Contact of a ball with one raceway.
 
-    Parameters
-    ----------
-    ball_diameter : float
-        Diameter of the ball (m).
-    groove_radius : float
-        Radius of the groove's cross-section (m), above that of the ball.
-    gamma : float
-        D_w cos α/D_pw; negative for the outer raceway, which curves around the ball.
+    ball_diameter: diameter of the ball (m).
+    groove_radius: radius of the groove's cross-section (m), above that of the ball.
+    gamma: D_w cos α/D_pw; negative for the outer raceway, which curves around the ball.
     """
 
     ball_diameter: float

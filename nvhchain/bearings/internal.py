@@ -30,24 +30,14 @@ RATING_SCATTER = 0.1
 class Internal:
     """Internal geometry of one row of a bearing.
 
-    Parameters
-    ----------
-    rows : int
-        Rows that share the load ratings.
-    count : int
-        Elements in a row.
-    diameter : float
-        Diameter of the elements (m).
-    length : float
-        Effective length of rollers (m); 0 for balls.
-    pitch_diameter : float
-        Pitch diameter (m).
-    angle : float
-        Nominal contact angle (rad).
-    static_rating, dynamic_rating : float
-        Ratings of this geometry by ISO 76 and ISO 281 (N).
-    derived : tuple of str
-        Statements about every value that was not given.
+    rows: rows that share the load ratings.
+    count: elements in a row.
+    diameter: diameter of the elements (m).
+    length: effective length of rollers (m); 0 for balls.
+    pitch_diameter: pitch diameter (m).
+    angle: nominal contact angle (rad).
+    static_rating, dynamic_rating: ratings of this geometry by ISO 76 and ISO 281 (N).
+    derived: statements about every value that was not given.
     """
 
     rows: int
@@ -70,22 +60,13 @@ class Internal:
 class Given:
     """Catalogue data of a bearing; None where not given.
 
-    Parameters
-    ----------
-    owner : str
-        Name in messages.
-    rows : int
-        Rows that share the load ratings.
-    bore, outer_diameter, width : float, optional
-        Boundary dimensions (m).
-    static_rating, dynamic_rating : float, optional
-        Load ratings (N).
-    count : int, optional
-        Elements in a row.
-    diameter, length, pitch_diameter : float, optional
-        Element diameter, effective roller length and pitch diameter (m).
-    angle : float
-        Contact angle (rad).
+    owner: name in messages.
+    rows: rows that share the load ratings.
+    bore, outer_diameter, width: boundary dimensions (m).
+    static_rating, dynamic_rating: load ratings (N).
+    count: elements in a row.
+    diameter, length, pitch_diameter: element diameter, effective roller length and pitch diameter (m).
+    angle: contact angle (rad).
     """
 
     owner: str

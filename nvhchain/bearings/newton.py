@@ -21,14 +21,9 @@ STEPS = 60
 class Settled:
     """Equilibrium that Newton's method has found.
 
-    Parameters
-    ----------
-    position : (n,) array
-        Position.
-    steps : int
-        Newton steps.
-    residual : float
-        Unbalanced force, relative to the load.
+    position (n,): position.
+    steps: Newton steps.
+    residual: unbalanced force, relative to the load.
     """
 
     position: FloatArray

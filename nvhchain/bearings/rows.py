@@ -34,23 +34,13 @@ def motion_at(z: float) -> FloatArray:
 class BallRow:
     """Row of balls.
 
-    Parameters
-    ----------
-    count : int
-        Number of balls.
-    stiffness : float
-        K (N/m^(3/2)) of a ball between its raceways.
-    pitch_radius : float
-        Radius of the circle of ball centres (m).
-    distance : float
-        Distance A = r_i + r_o − D_w of the groove centres of an unloaded ball that touches both raceways (m).
-    axial, radial : float
-        Offset of the groove centres of the inner ring from those of the outer one at u = 0 (m).
-    z : float
-        Plane of the ball centres from the centre of the bearing (m).
+    count: number of balls.
+    stiffness: K (N/m^(3/2)) of a ball between its raceways.
+    pitch_radius: radius of the circle of ball centres (m).
+    distance: distance A = r_i + r_o − D_w of the groove centres of an unloaded ball that touches both raceways (m).
+    axial, radial: offset of the groove centres of the inner ring from those of the outer one at u = 0 (m).
+    z: plane of the ball centres from the centre of the bearing (m).
 
-    Notes
-    -----
     The groove centres at azimuth ψ lie a = axial + z + R (θx sin ψ − θy cos ψ) apart along the shaft and b = radial +
     x cos ψ + y sin ψ across it. The ball is compressed by √(a² + b²) − A along the line between them. The lever R is
     the pitch radius: with it, both the first order of the tilt and the shortening of a tilted ring are right
@@ -99,27 +89,15 @@ class BallRow:
 class RollerRow:
     """Row of rollers, divided into laminae.
 
-    Parameters
-    ----------
-    count : int
-        Number of rollers.
-    length : float
-        Effective length L_we (m).
-    pitch_radius : float
-        Radius of the circle of roller centres (m).
-    angle : float
-        Contact angle (rad), positive for a row that carries loads of the inner ring along +z.
-    gap : float
-        Gap of the unloaded roller along its normal at u = 0 (m); negative for preload.
-    profile : (n_lamina,) array
-        Relief of roller and raceways together at every lamina (m), ≥ 0.
-    z : float
-        Plane of the roller centres from the centre of the bearing (m).
-    aligning : bool
-        True where the rollers follow the tilt of the inner ring without load (spherical roller bearing).
+    count: number of rollers.
+    length: effective length L_we (m).
+    pitch_radius: radius of the circle of roller centres (m).
+    angle: contact angle (rad), positive for a row that carries loads of the inner ring along +z.
+    gap: gap of the unloaded roller along its normal at u = 0 (m); negative for preload.
+    profile (n_lamina,): relief of roller and raceways together at every lamina (m), ≥ 0.
+    z: plane of the roller centres from the centre of the bearing (m).
+    aligning: True where the rollers follow the tilt of the inner ring without load (spherical roller bearing).
 
-    Notes
-    -----
     A lamina is compressed by the motion of the inner raceway along the normal (cos α, sin α), minus gap and relief. It
     carries q = c L_we^(8/9)/n δ^(10/9) (ISO/TS 16281, 4.3). The roller tilts by half the tilt of the rings.
     """

@@ -16,7 +16,6 @@ from nvhchain.case.fluctuation import (
 from nvhchain.case.gearbox import GearboxCase
 from nvhchain.case.gears import Gear, Stage
 from nvhchain.case.housing_model import HousingModel, ModalResults, Seat, SeatNode, Superelement
-from nvhchain.case.load import Case, load_case, load_channels
 from nvhchain.case.operation import (
     FIELD_POINT_QUANTITIES,
     RADIATED,
@@ -27,10 +26,12 @@ from nvhchain.case.operation import (
     Ramp,
     TorqueRamp,
 )
-from nvhchain.case.options import AUTO, DECIDABLE, OFF, ON, PLAIN, Options, Spread
+from nvhchain.case.options import AUTO, DECIDABLE, LOADED, OFF, ON, PLAIN, Options, Spread
 from nvhchain.case.radiator import RadiatorCase
+from nvhchain.case.save import save_case
 from nvhchain.case.sound import BackgroundLevels, RecordedBackground, Target
-from nvhchain.case.toml import case_schema, save_case
+from nvhchain.case.toml.load import Case, load_case, load_channels
+from nvhchain.case.toml.schema import case_schema
 
 __all__ = [
     "PLAIN",

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from math import ceil, log, pi
+from math import ceil, dist, log, pi
 from pathlib import Path
 from typing import Protocol
 
@@ -12,8 +13,9 @@ import numpy as np
 from nvhchain import acoustics
 from nvhchain.acoustics.surfaces.bodies import check_bodies
 from nvhchain.acoustics.surfaces.needles import SECONDS, remesh_needles
+from nvhchain.case.operation import FARTHEST, FieldPoint
 from nvhchain.dimensions import Length
-from nvhchain.errors import InputError, require, warn_caller
+from nvhchain.errors import InputError, require, require_all, warn_caller
 from nvhchain.fem.mesh_files import closed_surface, read_mesh
 from nvhchain.handoff import RigidPlane, Surface
 from nvhchain.interop.solids.nastran_faces import NASTRAN_ENDINGS, read_nastran_faces
@@ -24,20 +26,12 @@ from nvhchain.kinds import check_fields
 class Extent:
     """Size of a radiating body.
 
-    Parameters
-    ----------
-    area : float
-        Radiating surface (m²).
-    models : str
-        Words for the plan.
-    triangles : int
-        Number of radiating triangles.
-    unknowns : float
-        Number of computed displacement unknowns of a housing; 0 for imported modes.
-    surface : Surface, optional
-        Surface of a file; None where it is made later.
-    seconds : float
-        Time (s) of its remeshing.
+    area: radiating surface (m²).
+    models: words for the plan.
+    triangles: number of radiating triangles.
+    unknowns: number of computed displacement unknowns of a housing; 0 for imported modes.
+    surface: surface of a file; None where it is made later.
+    seconds: time (s) of its remeshing.
     """
 
     area: float
@@ -60,6 +54,9 @@ class Body(Protocol):
 
     def check_above(self, plane: RigidPlane) -> None:
         """Raise `InputError` where the known dimensions of the body reach through a reflecting plane."""
+
+    def check_outside(self, points: Sequence[FieldPoint]) -> None:
+        """Raise `InputError` where known dimensions of the body enclose field points."""
 
     def extent(self, folder: Path, edge: float) -> Extent:
         """Return the size of the body; a surface file is read for it, a sphere is not made."""
@@ -88,6 +85,10 @@ class Sphere:
     def __post_init__(self) -> None:
         check_fields(self)
         require(1e-4 <= self.radius <= 100, f"radius = {self.radius:g} m is outside 1e-4…100 m: give it in m")
+        require(
+            max(map(abs, self.centre)) <= FARTHEST,
+            f"centre = {self.centre} m is beyond 10 km: give it in m, or in mm as centre_mm",
+        )
 
     def check_above(self, plane: RigidPlane) -> None:
         """Raise `InputError` unless the sphere lies above the plane."""
@@ -96,6 +97,14 @@ class Sphere:
             height > self.radius,
             f"reflecting_plane: the sphere's centre is {1e3 * height:.4g} mm above the plane, its radius is "
             f"{1e3 * self.radius:.4g} mm: raise the sphere or turn the plane's normal into the air",
+        )
+
+    def check_outside(self, points: Sequence[FieldPoint]) -> None:
+        """Raise `InputError` for field points in the sphere."""
+        require_all(
+            f"field point {point.name!r} at {point.position} m lies inside the body: move it out"
+            for point in points
+            if dist(point.position, self.centre) < self.radius
         )
 
     def _level(self, edge: float) -> int:
@@ -135,6 +144,9 @@ class SurfaceFile:
 
     def check_above(self, plane: RigidPlane) -> None:
         """Refuse nothing: the solver checks the surface itself."""
+
+    def check_outside(self, points: Sequence[FieldPoint]) -> None:
+        """Refuse nothing: the surface is checked with its file."""
 
     def extent(self, folder: Path, edge: float) -> Extent:
         """Read the surface, remesh it where it has needles, and check that its bodies are clear of each other."""

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from nvhchain.dimensions import Angle, Length
-from nvhchain.errors import InputError, require
+from nvhchain.errors import InputError, require, require_within
 from nvhchain.gear import (
     FlankTolerances,
     GearDeviations,
@@ -179,10 +179,7 @@ class Deviations:
     def __post_init__(self) -> None:
         check_fields(self)
         require(self.seed >= 0, f"deviations: seed = {self.seed} must be 0 or more")
-        require(
-            0.0 <= self.used <= 10.0,
-            f"deviations: used = {self.used:g} is outside 0…10: 1 is a gear at the limits of its class",
-        )
+        require_within("deviations: used", self.used, 0, 10, "", "1 is a gear at the limits of its class")
         for name in (*_PITCHES, *_SHAPES):
             value, signed = getattr(self, name), name.endswith("slope")
             require(signed or value is None or value >= 0.0, f"deviations: {name} = {value} m must be 0 or more")

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, partial
 from math import ceil, hypot, pi
-from typing import Literal, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from nvhchain.case.housing_model import HousingModel, ModalResults, Superelement
 from nvhchain.case.operation import (
     RADIATED,
     Band,
+    EngineName,
     FieldPoint,
     Operation,
     Quantity,
@@ -32,7 +33,7 @@ from nvhchain.case.operation import (
     check_plane,
     check_quantities,
 )
-from nvhchain.case.options import Options, Spread
+from nvhchain.case.options import LOADED, Options, Spread
 from nvhchain.case.sound import BackgroundLevels, RecordedBackground, Target
 from nvhchain.conventions import Air
 from nvhchain.dynamics import Bearing, Equilibrium, Gearbox, LooseGear, Mesh, Shaft, ShaftBearing
@@ -134,7 +135,7 @@ class GearboxCase:
     input_rotation: int = 1
     quantities: tuple[Quantity, ...] = ("pressure",)
     air: Air = Air()  # noqa: RUF009 (frozen)
-    engine: Literal["fused", "bempp"] = "fused"
+    engine: EngineName = "fused"
     reflecting_plane: RigidPlane | None = None
     options: Options = Options()  # noqa: RUF009 (frozen)
     spread: Spread | None = None
@@ -196,7 +197,7 @@ class GearboxCase:
     def _check_load(self) -> None:
         """Refuse torques that do not fit the options or idle gears."""
         require(
-            self.operation.input_torque > 0 or not self.options.load_distribution,
+            self.operation.input_torque > 0 or not any(map(self.options.models, LOADED)),
             f"options: friction and shuttling act on drive flanks under load, but input_torque = "
             f"{self.operation.input_torque:g} N m: leave them out, or give a driving torque",
         )
@@ -483,9 +484,8 @@ class GearboxCase:
         turns = [self.shaft_orders[gears[stage.pinion].rotor] for stage in self.stages]
         driving, idle = self.operation.input_torque, self.operation.mesh_torque or 0.0
         torques = [idle if driving == 0.0 or self.idles(stage) else driving for stage in self.stages]
-        return tuple(
-            pair.normal_force(torque / float(n)) for pair, torque, n in zip(self.pairs, torques, turns, strict=True)
-        )
+        each = zip(self.pairs, torques, turns, strict=True)
+        return tuple(pair.normal_force(torque / float(n)) for pair, torque, n in each)
 
     @property
     def straight_laws(self) -> tuple[MeshLaw, ...]:

@@ -11,7 +11,7 @@ from nvhchain.case.deviations import Deviations, StageTolerances
 from nvhchain.conventions import STEEL, Material
 from nvhchain.dimensions import Length
 from nvhchain.dynamics import RigidBody
-from nvhchain.errors import InputError, Mistakes, mistakes, require
+from nvhchain.errors import InputError, Mistakes, mistakes, require, require_within
 from nvhchain.gear import (
     Differential,
     GearBody,
@@ -68,10 +68,7 @@ class Gear:
 
     def __post_init__(self) -> None:
         check_name(self.name, "gear: name")
-        require(
-            0.0 <= self.drag_torque <= 1e5,
-            f"gear {self.name}: drag_torque = {self.drag_torque:g} N m is outside 0…100000 N m: give it in N m",
-        )
+        require_within(f"gear {self.name}: drag_torque", self.drag_torque, 0, 1e5, "N m")
         require(
             self.loose or self.drag_torque == 0.0,
             f"gear {self.name}: drag_torque = {self.drag_torque:g} N m belongs to a gear with loose = true; that of a "

@@ -11,7 +11,7 @@ from nvhchain import housing, interop
 from nvhchain.case.bodies import Extent, SurfaceFile
 from nvhchain.case.housing import Housing, reduce_elements, require_support
 from nvhchain.dimensions import Length
-from nvhchain.errors import require
+from nvhchain.errors import require, require_within
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fem.solid_model import SolidModel
 from nvhchain.fidelity import HousingFidelity
@@ -310,7 +310,5 @@ class Superelement(HousingModes):
 
 
 def _check_opening(opening: float | None) -> None:
-    require(
-        opening is None or 0 < opening <= 10,
-        f"opening = {opening} m is outside 0…10 m: give it in m, or in mm as opening_mm",
-    )
+    if opening is not None:
+        require_within("opening", opening, 0, 10, "m", "give it in m, or in mm as opening_mm", above=True)

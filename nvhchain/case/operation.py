@@ -10,7 +10,7 @@ import numpy as np
 
 from nvhchain.case.fluctuation import SpeedHarmonics, SpeedRecord, TorqueHarmonics, TorqueRecord
 from nvhchain.dimensions import AngularSpeed, Length
-from nvhchain.errors import require, require_each
+from nvhchain.errors import require, require_each, require_within
 from nvhchain.handoff import RigidPlane
 from nvhchain.kinds import check_fields
 from nvhchain.names import check_name, check_names, folded
@@ -49,10 +49,7 @@ class Band:
             f"band {self.low:g}…{self.high:g} Hz holds no line, lines are {self.resolution:g} Hz apart (resolution): "
             f"give it in Hz; if it is in kHz, write low = {1e3 * self.low:g}, high = {1e3 * self.high:g}",
         )
-        require(
-            0 < self.resolution <= 20e3,
-            f"band resolution = {self.resolution:g} Hz is outside 0…20000 Hz: give it in Hz",
-        )
+        require_within("band resolution", self.resolution, 0, 20e3, "Hz", above=True)
 
     @property
     def shortest_record(self) -> float:
@@ -66,6 +63,10 @@ class Band:
             f"a record of {duration:.3g} s is too short to resolve {self.low:g}…{self.high:g} Hz at changing speed: "
             f"lengthen it to {self.shortest_record:.3g} s or widen the band",
         )
+
+
+FARTHEST = 1e4
+"""Upper limit (m) of coordinates; larger values are mistakes in the unit."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +88,7 @@ class FieldPoint:
         check_fields(self)
         check_name(self.name, "field point: name")
         require(
-            all(isfinite(x) and abs(x) <= 1e4 for x in self.position),
+            all(isfinite(x) and abs(x) <= FARTHEST for x in self.position),
             f"position = {self.position} m is beyond 10 km: give it in m, or in mm as position_mm",
         )
 
@@ -110,10 +111,7 @@ class Ramp:
     def __post_init__(self) -> None:
         check_fields(self)
         _check_end(self.end_speed)
-        require(
-            0 < self.duration <= LONGEST_RAMP,
-            f"duration = {self.duration:g} s is outside 0…{LONGEST_RAMP:g} s: give it in s",
-        )
+        require_within("duration", self.duration, 0, LONGEST_RAMP, "s", above=True)
 
     def lasting(self, input_speed: float, inertia: float) -> float:
         """Duration (s)."""
@@ -164,10 +162,7 @@ class TorqueRamp:
 
 
 def _check_end(end_speed: float) -> None:
-    require(
-        0 <= end_speed <= 2e4,
-        f"end_speed = {end_speed:g} rad/s is outside 0…20000 rad/s: give it as end_speed_rpm",
-    )
+    require_within("end_speed", end_speed, 0, 2e4, "rad/s", "give it as end_speed_rpm")
 
 
 @dataclass(frozen=True)
@@ -230,6 +225,9 @@ class Operation:
         if self.ramp is None and self.fluctuation is not None:
             _ = self.fluctuation.drive.period
 
+
+EngineName = Literal["fused", "bempp"]
+"""Boundary element engine of a case: a name in `nvhchain.acoustics.ENGINES`."""
 
 Quantity = Literal[
     "bearing_forces", "surface_velocity", "pressure", "sound_power", "radiation_efficiency", "directivity"

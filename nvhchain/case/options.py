@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, Literal
 
 from nvhchain.dynamics.model.angle_laws import LARGEST_COEFFICIENT
-from nvhchain.errors import require
+from nvhchain.errors import require, require_within
 from nvhchain.kinds import check_fields
 
 AUTO: Literal["auto"] = "auto"
@@ -17,6 +17,9 @@ USUAL_FRICTION = 0.05
 
 DECIDABLE = ("friction", "shuttling", "tilt", "loaded_misalignment", "flexible_shafts", "gyroscopic", "gear_body_modes")
 """Options that can be `auto`."""
+
+LOADED = ("friction", "shuttling")
+"""Options of drive flanks under load."""
 
 ON: dict[str, Any] = dict.fromkeys(DECIDABLE, True) | {"friction": USUAL_FRICTION}
 OFF: dict[str, Any] = dict.fromkeys(DECIDABLE, False) | {"friction": 0.0}
@@ -46,8 +49,8 @@ class Options:
     tilt : bool or "auto"
         Meshes act at several points across the face. They resist the tilt of their gears and follow it.
     loaded_misalignment : bool or "auto"
-        Mesh laws are those of gears tilted by the static load, in addition to the stage's own misalignment. Not
-        together with tilt, which includes that tilt.
+        Mesh laws are those of gears tilted by the static load, in addition to the stage's own misalignment. With `tilt`
+        the meshes act about that tilt.
     flexible_shafts : bool or "auto"
         Shafts bend and twist.
     gyroscopic : bool or "auto"
@@ -85,10 +88,6 @@ class Options:
             self.friction == AUTO or 0.0 <= self.friction <= LARGEST_COEFFICIENT,
             f"friction = {self.friction} is outside 0…{LARGEST_COEFFICIENT:g}: give the coefficient, usual is 0.05",
         )
-        require(
-            not (self.tilt is True and self.loaded_misalignment is True),
-            "tilt and loaded_misalignment are both asked for, which would count the tilt under load twice: keep one",
-        )
 
     @property
     def undecided(self) -> tuple[str, ...]:
@@ -118,8 +117,13 @@ class Options:
 
     @property
     def load_distribution(self) -> bool:
-        """True where friction or shuttling needs the place of the load on the flanks."""
-        return self.models("friction") or self.models("shuttling")
+        """True where friction, shuttling or meshes about a static tilt need the place of the load on the flanks."""
+        return any(map(self.models, LOADED)) or self.about_static_tilt
+
+    @property
+    def about_static_tilt(self) -> bool:
+        """True where meshes resist tilts about that of their laws."""
+        return self.models("tilt") and self.models("loaded_misalignment")
 
 
 @dataclass(frozen=True)
@@ -143,11 +147,8 @@ class Spread:
     def __post_init__(self) -> None:
         check_fields(self)
         for field in fields(self):
-            value = getattr(self, field.name)
-            require(
-                1.0 <= value <= LARGEST_SPREAD,
-                f"spread {field.name} = {value:g} is outside 1…{LARGEST_SPREAD:g}: give a factor, 1 for a known value",
-            )
+            value, remedy = getattr(self, field.name), "give a factor, 1 for a known value"
+            require_within(f"spread {field.name}", value, 1, LARGEST_SPREAD, "", remedy)
 
 
 PLAIN = Options(**OFF)

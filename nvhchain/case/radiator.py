@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
-from typing import Literal
+from types import MappingProxyType
+from typing import ClassVar
 
 import numpy as np
 
 from nvhchain import acoustics
 from nvhchain.case.bodies import Extent, Sphere, SurfaceFile
-from nvhchain.case.operation import FieldPoint, Quantity, check_case_name, check_plane, check_quantities
+from nvhchain.case.operation import EngineName, FieldPoint, Quantity, check_case_name, check_plane, check_quantities
 from nvhchain.case.sound import BackgroundLevels, RecordedBackground, Target
 from nvhchain.conventions import Air
 from nvhchain.errors import counted, require
@@ -20,8 +23,8 @@ from nvhchain.handoff import RigidPlane, SurfaceVelocity
 from nvhchain.kinds import check_fields
 from nvhchain.names import check_names
 
-HIGHEST_FREQUENCY = 1e5
-"""Upper limit (Hz) of frequencies; larger values are mistakes in the unit."""
+LOWEST_FREQUENCY, HIGHEST_FREQUENCY = 1e-3, 1e5
+"""Limits (Hz) of frequencies; values outside are mistakes in the unit."""
 
 FASTEST = 100.0
 """Upper limit (m/s) of velocities; sound is far from linear beyond it."""
@@ -69,7 +72,7 @@ class RadiatorCase:
     velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     quantities: tuple[Quantity, ...] = ("pressure",)
     air: Air = Air()  # noqa: RUF009 (frozen)
-    engine: Literal["fused", "bempp"] = "fused"
+    engine: EngineName = "fused"
     reflecting_plane: RigidPlane | None = None
     background: RecordedBackground | BackgroundLevels | None = None
     targets: tuple[Target, ...] = ()
@@ -84,14 +87,16 @@ class RadiatorCase:
         check_names([target.name for target in self.targets], "targets")
         if self.reflecting_plane is not None:
             self.body.check_above(self.reflecting_plane)
+        self.body.check_outside(self.field_points)
         f = self.frequencies
         require(
             len(f) > 0 and f[0] > 0 and all(a < b for a, b in pairwise(f)),
             f"frequencies = {f} Hz must be positive and increasing",
         )
         require(
-            f[-1] <= HIGHEST_FREQUENCY,
-            f"frequencies end at {f[-1]:g} Hz, above {HIGHEST_FREQUENCY:g} Hz: give them in Hz",
+            f[0] >= LOWEST_FREQUENCY and f[-1] <= HIGHEST_FREQUENCY,
+            f"frequencies = {f[0]:g}…{f[-1]:g} Hz are outside {LOWEST_FREQUENCY:g}…{HIGHEST_FREQUENCY:g} Hz: give them "
+            "in Hz",
         )
         for name, value in (("pulsation", self.pulsation), *(("velocity", component) for component in self.velocity)):
             require(
@@ -106,6 +111,9 @@ class RadiatorCase:
 
     running_up = False
     states_velocity = True
+    assumptions: ClassVar[tuple[str, ...]] = ()
+    mesh_orders: ClassVar[Mapping[str, Fraction]] = MappingProxyType({})
+    speeds: ClassVar[None] = None
 
     @property
     def moves(self) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -12,6 +12,7 @@ from typing import Any
 from nvhchain.case import Case, GearboxCase
 from nvhchain.chain import steps
 from nvhchain.chain.running import H, Run
+from nvhchain.errors import without_accuracy_warnings
 from nvhchain.fidelity import Fidelity
 from nvhchain.files.result_cache import ResultCache, Unwatched
 from nvhchain.scene import Scene
@@ -55,22 +56,31 @@ class _Looking(Run):
         return super().__getitem__(step)
 
 
-def cached_results(case: Case, *, fidelity: Fidelity, out: str | Path, operators: str | Path | None = None) -> set[str]:
-    """Return the names of the results that a run would take from the cache.
+def cached_results(
+    case: Case,
+    *,
+    fidelity: Fidelity,
+    out: str | Path,
+    operators: str | Path | None = None,
+    only: Collection[Step[Any]] | None = None,
+) -> set[str]:
+    """Return the names of the results that a run would take from the cache; the run itself gives their warnings.
 
     out: folder of the run. Nothing is written in it.
     operators: folder of the shared operators, if it is another.
+    only: steps whose results are looked for; all by default.
     Returns names of files without key and suffix, such as `mesh_law_stage1`.
     """
     found = _Found()
     spine, shared = (_Reading(Path(folder), found) for folder in (out, operators or out))
     run = _Looking(Scene(case, fidelity), spine, shared)
-    for step in run.scene.steps:
-        with suppress(_MissingError):
-            run.hand_offs[step] = steps.MADE_BY[step](run)
-        for part in _parts(run, step) if step not in run.hand_offs else ():
+    with without_accuracy_warnings():
+        for step in (step for step in run.scene.steps if only is None or step in only):
             with suppress(_MissingError):
-                part()
+                run.hand_offs[step] = steps.MADE_BY[step](run)
+            for part in _parts(run, step) if step not in run.hand_offs else ():
+                with suppress(_MissingError):
+                    part()
     return found.names
 
 

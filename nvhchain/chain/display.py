@@ -19,10 +19,7 @@ if TYPE_CHECKING:
 class ResultPlots:
     """Figures of a result, `result.plot`; each returns its axes.
 
-    Parameters
-    ----------
-    result : Result
-        Result to draw.
+    result: result to draw.
     """
 
     def __init__(self, result: Result) -> None:

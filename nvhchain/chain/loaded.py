@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
+
+import numpy as np
 
 from nvhchain import dynamics, gear
 from nvhchain.case import GearboxCase
 from nvhchain.conventions import Progress
 from nvhchain.fidelity import Fidelity, GearFidelity
 from nvhchain.files.result_cache import ResultCache
-from nvhchain.handoff import BodyModes, FlankFlexibility, ReducedHousing
+from nvhchain.handoff import BodyModes, FlankFlexibility, FloatArray, ReducedHousing
 from nvhchain.scene.body_modes import vibrating_bodies
+from nvhchain.scene.loaded_tilt import ANGLES, SLICES, balanced_tilts, tilted
 from nvhchain.scene.steps import MESH_LAWS
 
 ANGLE_DIGITS = 9
@@ -79,43 +82,62 @@ def _lazily(pair: gear.GearPair, fidelity: Fidelity, flanks: Callable[..., gear.
     return once
 
 
-def balanced(case: GearboxCase, housing: ReducedHousing | None, fidelity: Fidelity) -> dynamics.Equilibrium:
-    """Return the static equilibrium of a case on its housing (None for rigid seats)."""
+def balanced(
+    case: GearboxCase, housing: ReducedHousing | None, fidelity: Fidelity, face_moment: FloatArray | None = None
+) -> dynamics.Equilibrium:
+    """Return the static equilibrium of a case on its housing (None for rigid seats).
+
+    face_moment: (n_mesh,) moment (N m) of the load about mid-width.
+    """
     return dynamics.equilibrium(
         case.gearbox_with_gears,
         case.straight_laws,
         housing,
         input_torque=case.static_torque,
         fidelity=fidelity.dynamics,
+        face_moment=face_moment,
     )
 
 
-def loaded_case(case: GearboxCase, housing: ReducedHousing | None, fidelity: Fidelity) -> GearboxCase:
-    """Return the case with its stages misaligned by the tilt of the gears under load, if its options ask for that.
+def opposing_forces(case: GearboxCase) -> list[float]:
+    """Return the static force (n_mesh,) (N) of every mesh, whose moment opposes the tilt of its gears."""
+    loaded = case.static_torque if case.load_dependent else case.operation.input_torque
+    each = zip(case.stages, case.mesh_forces, strict=True)
+    return [force if loaded and not case.idles(stage) else 0.0 for stage, force in each]
 
-    The tilt is that of shafts, bearings and housing (None for rigid seats) under the nominal mesh forces at mid-width.
-    The torques determine these forces, independent of the teeth.
+
+def loaded_case(
+    case: GearboxCase, housing: ReducedHousing | None, fidelity: Fidelity, flanks: Sequence[Compliances]
+) -> GearboxCase:
+    """Return the case with its stages misaligned by the tilt of the gears under load.
+
+    The tilt is that of shafts, bearings and housing (None for rigid seats) under the nominal mesh forces. The teeth
+    oppose it with the moment of the load about mid-width (`balanced_tilts`).
     """
-    if not case.options.models("loaded_misalignment"):
-        return case
-    if case.load_dependent:
-        tilts = balanced(case, housing, fidelity).misalignment
-    else:
-        tilts = dynamics.static_misalignment(
-            case.gearbox_with_gears,
-            case.straight_laws,
-            housing,
-            input_torque=case.operation.input_torque,
-            fidelity=fidelity.dynamics,
-        )
+    tilts = _tilts(case, housing, fidelity)
+    forces = opposing_forces(case)
+    knobs = replace(fidelity.gear, angles_per_mesh=ANGLES, slices=min(SLICES, fidelity.gear.slices))
+
+    def loaded(number: int, pair: gear.GearPair) -> gear.MeshPeriod:
+        compliances = flanks[number](lambda done, total: None)
+        return gear.mesh_period(pair, nominal_force=forces[number], fidelity=knobs, compliances=compliances)
+
+    found = balanced_tilts(case.pairs, forces, tilts, loaded)
     stages = tuple(
-        replace(
-            stage,
-            misalignment=gear.Misalignment(
-                stage.misalignment.in_plane + round(float(in_plane), ANGLE_DIGITS),
-                stage.misalignment.normal + round(float(normal), ANGLE_DIGITS),
-            ),
-        )
-        for stage, (in_plane, normal) in zip(case.stages, tilts, strict=True)
+        replace(stage, misalignment=tilted(pair, np.round(tilt, ANGLE_DIGITS)).misalignment)
+        for stage, pair, tilt in zip(case.stages, case.pairs, found, strict=True)
     )
     return replace(case, stages=stages)
+
+
+def _tilts(case: GearboxCase, housing: ReducedHousing | None, fidelity: Fidelity) -> Callable[[FloatArray], FloatArray]:
+    """Return the function from moments of the teeth to the tilts that they oppose."""
+    if case.load_dependent:
+        return lambda moment: balanced(case, housing, fidelity, moment).misalignment
+    return dynamics.opposed_misalignment(
+        replace(case.gearbox_with_gears, face_points=1),
+        case.straight_laws,
+        housing,
+        input_torque=case.operation.input_torque,
+        fidelity=fidelity.dynamics,
+    )

@@ -21,6 +21,7 @@ from typing import IO
 
 from nvhchain.case import Case, GearboxCase
 from nvhchain.chain import steps
+from nvhchain.chain.cached import cached_results
 from nvhchain.chain.running import Run
 from nvhchain.errors import concerning
 from nvhchain.fidelity import Fidelity
@@ -30,6 +31,7 @@ from nvhchain.runtime import processes
 from nvhchain.runtime.memory import free_memory
 from nvhchain.runtime.threads import blas_threads, cores
 from nvhchain.scene import Scene, decided, planned_steps, preflight
+from nvhchain.scene.planned import PlannedStep
 from nvhchain.scene.steps import HOUSING, MESH_LAWS, TRANSFER_VECTORS
 
 _LEAST_SECONDS = 5.0
@@ -66,12 +68,12 @@ def operators_ahead(
     watcher: receives the progress of the housings and transfer vectors.
 
     A run inside this context waits at the cache for a law that the other process has begun. It computes the others
-    itself. Nothing is done in advance with one core, or with too little work or memory for two processes. The same
-    holds for options whose laws need more than the gears.
+    itself. Nothing is done in advance with one core, or where too little work is left, or memory, for two processes.
+    The same holds for options whose laws need more than the gears.
     """
     cases = [decided(case, fidelity) for case in cases]
     gearboxes = [case for case in cases if isinstance(case, GearboxCase) and _laws_need_gears_alone(case)]
-    if len(gearboxes) < len(cases) or not _second_process_pays(gearboxes, fidelity):
+    if len(gearboxes) < len(cases) or not _second_process_pays(gearboxes, fidelity, operators):
         yield
         return
     for case in cases:
@@ -148,10 +150,12 @@ def _laws_need_gears_alone(case: GearboxCase) -> bool:
     return not (options.tilt or options.load_distribution or options.loaded_misalignment)
 
 
-def _second_process_pays(cases: Sequence[GearboxCase], fidelity: Fidelity) -> bool:
+def _second_process_pays(cases: Sequence[GearboxCase], fidelity: Fidelity, operators: Path) -> bool:
     """Return True if a second process saves time and the memory is enough for both."""
-    planned = [one for case in cases for one in planned_steps(Scene(case, fidelity))]
-    kinds = HOUSING, MESH_LAWS, TRANSFER_VECTORS
+    planned, kinds = list[PlannedStep](), (HOUSING, MESH_LAWS, TRANSFER_VECTORS)
+    for case in cases:
+        cached = cached_results(case, fidelity=fidelity, out=operators, only=kinds)
+        planned += [one for one in planned_steps(Scene(case, fidelity)) if one.result not in cached]
     housings, laws, vectors = ([one for one in planned if one.step is kind] for kind in kinds)
     seconds = min(sum(one.seconds for one in kind) for kind in (housings, laws))
     megabytes = sum(max((one.megabytes for one in kind), default=0.0) for kind in (laws, housings + vectors))

@@ -164,7 +164,7 @@ class Result:
         found, left, case = dict[str, OrderError](), self.decision, self.case
         if left is not None and left.left_out_distance_db > 0.0:
             found[OPTIONS_LEFT_OUT] = left.left_out_error
-        if isinstance(case, GearboxCase) and self.modelling is not None:
+        if isinstance(case, GearboxCase) and self._computes_forces:
             found |= {f"input: {each.name}": each.error.over(COVERAGE) for each in unknown_effects(case)}
         return found
 
@@ -173,9 +173,11 @@ class Result:
         """Options that were modelled or left out, each with its estimate; None where the forces are supplied."""
         if self.decision is not None or not isinstance(self.case, GearboxCase):
             return self.decision
-        if not Scene(self.case, self.fidelity, self.supplied).computes_forces:
-            return None
-        return modelled(self.case, self.fidelity)
+        return modelled(self.case, self.fidelity) if self._computes_forces else None
+
+    @property
+    def _computes_forces(self) -> bool:
+        return self.decision is not None or Scene(self.case, self.fidelity, self.supplied).computes_forces
 
     @property
     def plot(self) -> ResultPlots:

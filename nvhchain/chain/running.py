@@ -28,22 +28,13 @@ OPERATORS = "operators"
 class Run:
     """A scene and the hand-offs that its steps have made so far.
 
-    Parameters
-    ----------
-    scene : Scene
-        Case, fidelity and supplied hand-offs.
-    spine : ResultCache
-        Result cache of the load case.
-    shared : ResultCache
-        Result cache of load-independent operators.
-    executor : concurrent.futures.Executor, optional
-        Executor of mesh-law blocks and frequency bands.
-    hand_offs : dict of Step to object
-        Step → its hand-off; supplied ones from the start.
-    laws_as_drawn : dict of int to MeshLaw
-        Number of a stage → its mesh law without deviations.
-    tooth_pairs : dict of int to ToothPairs
-        Number of a stage → what deviations need of its pair as drawn.
+    scene: case, fidelity and supplied hand-offs.
+    spine: result cache of the load case.
+    shared: result cache of load-independent operators.
+    executor: executor of mesh-law blocks and frequency bands.
+    hand_offs: step → its hand-off; supplied ones from the start.
+    laws_as_drawn: number of a stage → its mesh law without deviations.
+    tooth_pairs: number of a stage → what deviations need of its pair as drawn.
     """
 
     scene: Scene
@@ -66,13 +57,14 @@ class Run:
     @cached_property
     def loaded(self) -> GearboxCase:
         """Gearbox with the misalignment by its load, if its options ask for that."""
-        case = self.gearbox
-        return loaded_case(case, self.housing_in_loop, self.fidelity) if case.options.loaded_misalignment else case
+        if not self.gearbox.options.models("loaded_misalignment"):
+            return self.gearbox
+        return loaded_case(self.gearbox, self.housing_in_loop, self.fidelity, self.compliances)
 
     @cached_property
     def gearbox_at_load(self) -> Gearbox:
         """Gearbox with its gears, which may vibrate, and with the stiffness of its bearings at their static load."""
-        case = self.loaded
+        case = self.gearbox
         box = case.gearbox_with_gears
         if case.load_dependent:
             box = balanced(case, self.housing_in_loop, self.fidelity).gearbox
@@ -83,7 +75,7 @@ class Run:
     @cached_property
     def compliances(self) -> tuple[Compliances, ...]:
         """Flank compliances of every stage."""
-        return compliances(self.loaded, self.fidelity, self.shared)
+        return compliances(self.gearbox, self.fidelity, self.shared)
 
     @property
     def housing_in_loop(self) -> ReducedHousing | None:

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from nvhchain import acoustics, housing, levels
 from nvhchain.acoustics.interpolation.nodes import lines_within
-from nvhchain.case import Case, GearboxCase
+from nvhchain.case import LOADED, OFF, Case, GearboxCase
 from nvhchain.chain.order import run
 from nvhchain.chain.result import Result
 from nvhchain.conventions import Progress
+from nvhchain.error_band import ErrorBand, difference_limits, shared_inputs, shared_sources
 from nvhchain.errors import AccuracyWarning, InputError, SolverError, concerning, require
-from nvhchain.handoff import FloatArray
+from nvhchain.handoff import FieldPressure, FloatArray
 from nvhchain.kinds import checked
 from nvhchain.runtime.threads import blas_threads, cores
 
@@ -27,36 +31,95 @@ MOST_POINTS = 5000
 
 
 @dataclass(frozen=True, eq=False)
-class SteadyMap:
-    """Levels over speed and torque; states without a level are nan, with their reason.
+class SteadyState:
+    """Sound of a gearbox at one speed and torque.
 
-    Parameters
-    ----------
-    speed : (n_speed,) array
-        Speeds of the input (rad/s), ascending.
-    torque : (n_torque,) array
-        Torques of the input (N m).
-    level : (n_torque, n_speed, n_point) array
-        A-weighted levels at the field points (dB(A) re 20 µPa).
-    transmission_error : (n_torque, n_speed, n_stage) array
-        Swing of the transmission error (m), highest minus lowest value.
-    failed : tuple of str
-        Reasons of states that have no level.
-    remarks : tuple of str
-        First accuracy warning of each kind, with the number of all of that kind.
+    transmission_error (n_stage,): swing (m), highest minus lowest value.
+    level (n_point,): A-weighted level (dB(A)), −inf for silence.
+    limits (n_point, 2): 95 % limits of the levels (dB(A)), nan for silence.
+    band: lines that are heard at the first field point, with their limits; None for silence.
+    origin: fingerprints of what the limits stem from (`shared_inputs`).
+    """
+
+    transmission_error: FloatArray
+    level: FloatArray
+    limits: FloatArray
+    band: ErrorBand | None = None
+    origin: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class SteadyMap:
+    """Levels over speed and torque, with confidence limits; states without a level are nan, with their reason.
+
+    speed (n_speed,): speeds of the input (rad/s), ascending.
+    torque (n_torque,): torques of the input (N m).
+    points: number of field points.
+    stages: number of gear stages.
+    states: number of a torque and of a speed → state; those that have a level.
+    failed: reasons of states that have no level.
+    remarks: first accuracy warning of each kind, with the number of all of that kind.
     """
 
     speed: FloatArray
     torque: FloatArray
-    level: FloatArray
-    transmission_error: FloatArray
+    points: int
+    stages: int
+    states: Mapping[tuple[int, int], SteadyState]
     failed: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
+
+    @cached_property
+    def level(self) -> FloatArray:
+        """A-weighted levels (n_torque, n_speed, n_point) at the field points, dB(A) re 20 µPa; −inf for silence."""
+        return self._table((self.points,), lambda state: state.level)
+
+    @cached_property
+    def limits(self) -> FloatArray:
+        """95 % limits (n_torque, n_speed, n_point, 2) of the levels, dB(A); nan for silence."""
+        return self._table((self.points, 2), lambda state: state.limits)
+
+    @cached_property
+    def transmission_error(self) -> FloatArray:
+        """Swing (n_torque, n_speed, n_stage) of the transmission error (m), highest minus lowest value."""
+        return self._table((self.stages,), lambda state: state.transmission_error)
+
+    def difference_limits(self, other: SteadyMap) -> FloatArray:
+        """Return the 95 % limits (n_torque, n_speed, 2) (dB) of the levels less those of another map.
+
+        other: map of the same speeds and numbers of torques, with the same first field point.
+
+        The limits are those at the first field point. Errors of what both share cancel. States that one of the maps
+        lacks, or that are silent, are nan.
+        """
+        found = np.full((*self._shape, 2), np.nan)
+        for place, second in self.states.items():
+            first = other.states.get(place)
+            if first is not None and first.band is not None and second.band is not None:
+                shared = shared_sources(first.origin, second.origin)
+                found[place] = difference_limits(first.band, second.band, shared)[0]
+        return found
+
+    @property
+    def _shape(self) -> tuple[int, int]:
+        return len(self.torque), len(self.speed)
+
+    def _table(self, shape: tuple[int, ...], value: Callable[[SteadyState], FloatArray | float]) -> FloatArray:
+        """Return a value of all states, nan where there is none."""
+        found = np.full((*self._shape, *shape), np.nan)
+        for place, state in self.states.items():
+            found[place] = value(state)
+        return found
 
 
 @checked
 def steady_map(
-    result: Result, speeds: ArrayLike, torques: ArrayLike | None = None, *, progress: Progress | None = None
+    result: Result,
+    speeds: ArrayLike,
+    torques: ArrayLike | None = None,
+    *,
+    operators: str | Path | None = None,
+    progress: Progress | None = None,
 ) -> SteadyMap:
     """Compute levels at steady speeds and torques with the mesh laws, housing and transfer vectors of a run.
 
@@ -68,6 +131,8 @@ def steady_map(
         Speeds of the input (rad/s), > 0.
     torques : (n_torque,) array_like, optional
         Torques of the input (N m); that of the case by default.
+    operators : str or Path, optional
+        Folder of the operators of the run, in which states of one torque share the load on the flanks.
     progress : Progress, optional
         Function that receives the finished and the total number of states.
 
@@ -84,9 +149,9 @@ def steady_map(
 
     Notes
     -----
-    Lines whose A-weighted bearing force is 60 dB below the strongest are left out. Single states have no confidence
-    limits: `run` gives them. With `loaded_misalignment`, other torques have mesh laws of their own. States run on as
-    many threads as there are cores.
+    Lines whose A-weighted bearing force is 60 dB below the strongest are left out. The limits of a state are those of
+    `run` at its speed and torque. Options that the case leaves open are modelled as in the run. With
+    `loaded_misalignment`, other torques have mesh laws of their own. States run on as many threads as there are cores.
     """
     case = result.case
     check_states(case, speeds, torques)
@@ -94,18 +159,21 @@ def steady_map(
     require(result.transfer_vectors is not None, f"{case.name}: the run has no transfer vectors: ask for `pressure`")
     speed, torque = _ascending(speeds, "speeds"), _ascending([case.static_torque] if torques is None else torques)
     count = len(speed) * len(torque)
-    level = np.full((len(torque), len(speed), len(case.field_points)), np.nan)
-    swing = np.full((len(torque), len(speed), len(case.stages)), np.nan)
-    failed, done = list[str](), 0
+    states, failed, done = dict[tuple[int, int], SteadyState](), list[str](), 0
+    decided = () if result.decision is None else result.decision.options
+    unloaded = {each.option: OFF[each.option] for each in decided if each.option in LOADED and not each.stated}
     places = [(i, j) for i in range(len(torque)) for j in range(len(speed))]
 
-    def state(place: tuple[int, int]) -> tuple[FloatArray, FloatArray] | str:
+    def state(place: tuple[int, int]) -> SteadyState | str:
         i, j = place
         at = replace(case.operation, input_speed=float(speed[j]))
         if torques is not None:
             at = replace(at, input_torque=float(torque[i]))
         try:
-            return _heard(replace(case, operation=at, quantities=("bearing_forces",)), result)
+            options = case.options if at.input_torque > 0.0 else replace(case.options, **unloaded)
+            return _heard(
+                replace(case, operation=at, options=options, quantities=("bearing_forces",)), result, operators
+            )
         except (InputError, SolverError) as error:
             return f"{speed[j] * 30 / np.pi:.0f} rpm, {torque[i]:g} N m: {error}"
 
@@ -116,14 +184,14 @@ def steady_map(
         ThreadPoolExecutor(cores()) as threads,
     ):
         warnings.simplefilter("always", AccuracyWarning)
-        for (i, j), found in zip(places, threads.map(state, places), strict=True):
+        for place, found in zip(places, threads.map(state, places), strict=True):
             done += 1
             if progress is not None:
                 progress(done, count)
             if isinstance(found, str):
                 failed.append(found)
             else:
-                level[i, j], swing[i, j] = found
+                states[place] = found
     require(len(failed) < count, f"{case.name}: no state has a level; the first: {failed[0] if failed else ''}")
     remarks: dict[str, list[str]] = {}
     for warning in given:
@@ -132,7 +200,7 @@ def steady_map(
         else:
             warnings.warn_explicit(warning.message, warning.category, warning.filename, warning.lineno)
     told = tuple(f"{found[0]} ({len(found)} such remarks)" for found in remarks.values())
-    return SteadyMap(speed, torque, level, swing, tuple(failed), told)
+    return SteadyMap(speed, torque, len(case.field_points), len(case.stages), states, tuple(failed), told)
 
 
 def check_states(case: Case, speeds: ArrayLike, torques: ArrayLike | None = None) -> None:
@@ -151,17 +219,17 @@ def check_states(case: Case, speeds: ArrayLike, torques: ArrayLike | None = None
     require(count <= MOST_POINTS, f"{count} states are more than {MOST_POINTS}: take fewer speeds or torques")
 
 
-def _heard(case: GearboxCase, result: Result) -> tuple[FloatArray, FloatArray]:
-    """Return levels (n_point,) dB(A) and swings of the transmission errors (n_stage,) m of one state."""
+def _heard(case: GearboxCase, result: Result, operators: str | Path | None) -> SteadyState:
+    """Return one state, computed at the lines that are heard."""
     assert isinstance(result.case, GearboxCase)
     as_drawn = not case.options.loaded_misalignment or case.static_torque == result.case.static_torque
     laws = result.mesh_laws if as_drawn else None
-    made = run(case, fidelity=result.fidelity, mesh_laws=laws, housing=result.housing)
-    forces, spectrum, reduced, vectors = (
+    made = run(case, fidelity=result.fidelity, operators=operators, mesh_laws=laws, housing=result.housing)
+    forces, spectrum, vectors, reduced = (
         made.bearing_forces,
         made.force_spectrum,
-        result.housing,
         result.transfer_vectors,
+        result.housing,
     )
     assert forces is not None
     assert spectrum is not None
@@ -173,12 +241,25 @@ def _heard(case: GearboxCase, result: Result) -> tuple[FloatArray, FloatArray]:
     error = forces.transmission_error
     swing = np.full(len(case.stages), np.nan) if error is None else np.ptp(error[:, : len(case.stages)], axis=0)
     if not audible.any():
-        return np.full(len(case.field_points), -np.inf), swing
+        silence = np.full(len(case.field_points), -np.inf)
+        return SteadyState(swing, silence, np.full((len(silence), 2), np.nan))
     chosen = spectrum.select(audible)
-    velocity = housing.respond(reduced, chosen).normal_velocity
+    velocity = housing.respond(reduced, chosen)
     between = acoustics.interpolate_vectors(vectors, chosen.frequency, fidelity=result.fidelity.acoustics)
-    pressure = (between.vectors @ velocity[:, :, None])[:, :, 0]
-    return np.asarray(levels.overall(chosen.frequency, pressure)), swing
+    pressure = (between.vectors @ velocity.normal_velocity[:, :, None])[:, :, 0]
+    exact = ("mesh_laws", "housing") if as_drawn else ("housing",)
+    heard = replace(
+        made,
+        transfer_vectors=vectors,
+        surface_velocity=velocity,
+        pressure=FieldPressure(chosen.frequency, vectors.points, pressure, input_speed=spectrum.input_speed),
+        supplied=tuple(name for name in result.supplied if name in exact),
+        decision=result.decision and result.decision.at_state(case),
+    )
+    band = heard.error_band
+    assert isinstance(band, ErrorBand)
+    origin = shared_inputs(case, reduced, vectors, made.mesh_laws)
+    return SteadyState(swing, band.level, band.overall, band.select_place(0), origin)
 
 
 def _ascending(values: ArrayLike, name: str = "torques") -> FloatArray:

@@ -37,14 +37,9 @@ from nvhchain.scene.steps import (
 class SuppliedOperators(TypedDict, total=False):
     """Hand-offs that do not depend on the load; None as if omitted.
 
-    Parameters
-    ----------
-    mesh_laws : sequence of MeshLaw
-        One per gear stage.
-    load_distributions : sequence of LoadDistribution
-        One per gear stage.
-    housing : ReducedHousing
-        Reduced housing.
+    mesh_laws: one per gear stage.
+    load_distributions: one per gear stage.
+    housing: reduced housing.
     """
 
     mesh_laws: Sequence[MeshLaw] | None
@@ -55,16 +50,10 @@ class SuppliedOperators(TypedDict, total=False):
 class Supplied(SuppliedOperators, total=False):
     """Hand-offs that replace steps of a run; None as if omitted.
 
-    Parameters
-    ----------
-    bearing_forces : BearingForces
-        Record of the bearing forces.
-    force_spectrum : ForceSpectrum
-        Spectrum of the bearing forces.
-    surface_velocity : SurfaceVelocity
-        Normal velocity of the radiating surface.
-    transfer_vectors : TransferVectors
-        Acoustic transfer vectors to the field points.
+    bearing_forces: record of the bearing forces.
+    force_spectrum: spectrum of the bearing forces.
+    surface_velocity: normal velocity of the radiating surface.
+    transfer_vectors: acoustic transfer vectors to the field points.
     """
 
     bearing_forces: BearingForces | None

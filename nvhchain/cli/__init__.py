@@ -15,6 +15,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
+import psutil
+
 from nvhchain.cli import answers
 from nvhchain.cli.arguments import parser
 from nvhchain.cli.console import Console, standard_streams
@@ -76,7 +78,16 @@ def _outcome(words: ArgumentParser, arguments: Sequence[str]) -> tuple[int, list
     except (SolverError, OSError) as error:
         return 1, [_one_line(error)]
     except KeyboardInterrupt as signal:
+        _remove_locks_of_children()
         return 143 if isinstance(signal, Terminated) else 130, ["interrupted; finished steps are cached"]
+
+
+def _remove_locks_of_children() -> None:
+    """Wait for child processes, which end with an interrupted command, and remove the locks that they leave."""
+    cache = sys.modules.get("nvhchain.files.result_cache")
+    if cache is not None:  # else no lock has been taken
+        psutil.wait_procs(psutil.Process().children(recursive=True), timeout=5.0)
+        cache.remove_abandoned_locks()
 
 
 def _command(words: ArgumentParser, arguments: Sequence[str]) -> tuple[int, list[str]]:

@@ -358,7 +358,7 @@ def parser() -> argparse.ArgumentParser:
     doctor.set_defaults(action=commands.doctor)
     completion = verbs.add_parser("completion", help="print the script that completes commands in a shell")
     completion.add_argument("shell", choices=["bash", "zsh", "tcsh"], help="shell of the script")
-    completion.set_defaults(action=commands.completion)
+    completion.set_defaults(action=commands.completion, parser=top)
 
     for name, verb in verbs.choices.items():
         verb.epilog = f"Example: {COMMANDS[name]}" + (f". {verb.epilog}" if verb.epilog else "")

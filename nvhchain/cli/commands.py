@@ -71,7 +71,7 @@ def _show_each(lines: Iterable[object], before: str = "") -> None:
 
 def _change_knobs(fidelity: Fidelity, options: argparse.Namespace) -> Fidelity:
     """Return the fidelity with the knobs of `--set fidelity.PACKAGE.KNOB=VALUE`."""
-    from nvhchain.case.load import parse_change
+    from nvhchain.case.toml.load import parse_change
 
     known = [part.name for part in fields(fidelity) if is_dataclass(getattr(fidelity, part.name))]
     for change in options.set:
@@ -174,19 +174,17 @@ def export_unit(options: argparse.Namespace) -> int:
 
 def _show_assumptions(case: Case) -> None:
     """Print what the case assumes, such as a housing drawn by rule."""
-    from nvhchain.case import GearboxCase
-
-    _show_each(case.assumptions if isinstance(case, GearboxCase) else (), f"{case.name}: ")
+    _show_each(case.assumptions, f"{case.name}: ")
 
 
 def run(options: argparse.Namespace) -> int:
     """Compute the results of a case; print levels with their limits, and write the error bands of every line."""
     from nvhchain import chain
     from nvhchain.chain.prefetch import operators_ahead
-    from nvhchain.error_band import ErrorBand, format_level, format_parts, save_error_bands
+    from nvhchain.error_band import ErrorBand, format_level, format_parts, remedy, save_error_bands
     from nvhchain.report import recorded_case, write_run
     from nvhchain.report.page.sections.lines.levels import UNITS
-    from nvhchain.scene import preflight
+    from nvhchain.scene import modelled_alike, preflight
 
     case = _case(options)
     check_enforced(options.enforce, [case])
@@ -196,12 +194,16 @@ def run(options: argparse.Namespace) -> int:
     out, states = _out(options, case), _states(options, [case])
     fidelity, watcher = _fidelity(options, [case], given), Console()
     preflight(case, fidelity, given)
+    decides = states[0] is not None and not {"bearing_forces", "force_spectrum", "surface_velocity"} & set(given)
+    decision = modelled_alike([case], fidelity, *states)[case.name] if decides else None
+    decided = decision.case if decision else case
     with (
         recorded_case(case, fidelity, out),
         _executor(options) as executor,
-        nullcontext() if executor or given else operators_ahead([case], fidelity, out, watcher),
+        nullcontext() if executor or given else operators_ahead([decided], fidelity, out, watcher),
     ):
-        result = chain.run(case, fidelity=fidelity, out=out, executor=executor, watcher=watcher, **given)
+        result = chain.run(decided, fidelity=fidelity, out=out, executor=executor, watcher=watcher, **given)
+    result = replace(result, decision=decision or result.decision)
     save_error_bands(result.error_bands, out)
     options.answer = run_answer(result, out)
     widths = [float(abs(band.overall - band.level[:, None]).max()) for band in result.error_bands.values()]
@@ -223,10 +225,13 @@ def run(options: argparse.Namespace) -> int:
     if "pressure" in result.error_bands:
         for point, heard, limits in zip(case.field_points, result.overall, result.error_band.overall, strict=True):
             show(f"{case.name}: {format_level(heard, 'dB(A)', limits)} at {point.name}")
-        band = result.error_band
-        if isinstance(band, ErrorBand):
-            parts = format_parts([(source, share[0], frequency[0]) for source, share, frequency in band.parts])
-            show(f"Limits at {case.field_points[0].name}: {parts or 'narrow'}")
+        lines, at = result.error_band, ""
+        if not isinstance(lines, ErrorBand):
+            at, lines = f", widest at {30 / pi * lines.input_speed[lines.widest]:.0f} rpm", lines.bands[lines.widest]
+        parts = [(source, float(share[0]), float(frequency[0])) for source, share, frequency in lines.parts]
+        causes = format_parts(parts)
+        told = "; ".join(filter(None, (causes, remedy(parts[0][0])))) if causes else "narrow"
+        show(f"Limits at {case.field_points[0].name}{at}: {told}")
     show(f"Figures, sound and tables: {write_run(result, out, states, watcher)}")
     _show_assumptions(case)
     _show_each(result.modelling.sentences if result.modelling is not None else (), f"{case.name}: ")
@@ -364,7 +369,7 @@ def report(options: argparse.Namespace) -> int:
     from nvhchain.report import write_page
 
     if options.surface_pressure is not None:
-        from nvhchain.report.sound.surface_pressure import add_surface_pressure
+        from nvhchain.report.surface_pressure import add_surface_pressure
 
         for line in add_surface_pressure(options.folder, options.surface_pressure):
             show(line)
@@ -432,7 +437,7 @@ def check(options: argparse.Namespace) -> int:
 
     case = _case(options)
     check_case(case)
-    lines = option_lines(case, PRESETS["standard"])
+    lines = option_lines(case, _change_knobs(PRESETS["standard"], options))
     options.answer = {"case": case.name, "file": options.case, "valid": True, "options": list(lines)}
     show(f"{options.case}: {case.name} is valid")
     if isinstance(case, GearboxCase):
@@ -461,13 +466,12 @@ def schema(options: argparse.Namespace) -> int:
 
 def completion(options: argparse.Namespace) -> int:
     """Print the script that completes commands in a shell."""
-    from nvhchain.cli.arguments import parser
     from nvhchain.runtime.extras import check_installed
 
     check_installed("shtab")
     import shtab
 
-    show(shtab.complete(parser(), shell=options.shell))
+    show(shtab.complete(options.parser, shell=options.shell))
     return 0
 
 

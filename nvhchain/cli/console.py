@@ -65,8 +65,9 @@ class _Stream:
         with suppress(OSError), open(os.devnull, "wb") as nobody:
             os.dup2(nobody.fileno(), self._stream.fileno())
         if not (self._optional or isinstance(error, BrokenPipeError)):
-            self._error = error
-            raise error
+            why = error.strerror or str(error)
+            self._error = OSError(f"output cannot be printed: {why}: redirect it to where there is room")
+            raise self._error from error
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)

@@ -8,5 +8,5 @@ from nvhchain.names import printable
 
 
 def show(text: object, *, error: bool = False, end: str = "\n") -> None:
-    """Print with control characters escaped, on stdout, or on stderr for an `error` or a remark."""
-    print(printable(str(text)), file=sys.stderr if error else sys.stdout, end=end, flush=error)
+    """Print at once, control characters escaped, on stdout, or on stderr for an `error` or a remark."""
+    print(printable(str(text)), file=sys.stderr if error else sys.stdout, end=end, flush=True)

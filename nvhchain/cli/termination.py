@@ -7,6 +7,7 @@ code goes on without the result of that function: an interruption waits there.
 
 from __future__ import annotations
 
+import logging
 import signal
 import sys
 import threading
@@ -100,6 +101,7 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
     if _in_call_by_c(frame):
         _send_again(signal.Signals(number))
         return
+    logging.getLogger("asyncio").disabled = True  # tasks of dask end with their workers, and would print it
     _raised.append(KeyboardInterrupt() if number == signal.SIGINT else Terminated())
     if number == signal.SIGINT:
         raise _raised[-1]

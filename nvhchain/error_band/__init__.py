@@ -25,7 +25,16 @@ from typing import TYPE_CHECKING
 from nvhchain.runtime.deferred import deferred
 
 if TYPE_CHECKING:
-    from nvhchain.error_band.band import COVERAGE, LIMITS, ErrorBand, format_level, format_limits, format_parts
+    from nvhchain.error_band.band import (
+        COVERAGE,
+        KNOBS,
+        LIMITS,
+        ErrorBand,
+        format_level,
+        format_limits,
+        format_parts,
+        remedy,
+    )
     from nvhchain.error_band.difference import (
         SHARED,
         difference_limits,

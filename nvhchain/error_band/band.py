@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -39,6 +39,10 @@ class ErrorBand:
         RMS value of 0 dB.
     weighted : bool
         True for an A-weighted overall level.
+    falls : mapping of str to (n_f, n_place) array
+        Error downwards of sources that may lower an amplitude by more or less than they may raise it.
+    moved : (n_way, n_place) array, optional
+        Overall energies with natural frequencies moved within their errors, over that of the amplitudes.
     """
 
     frequency: FloatArray
@@ -46,6 +50,8 @@ class ErrorBand:
     sources: Mapping[str, FloatArray]
     reference: float = REFERENCE_PRESSURE
     weighted: bool = True
+    falls: Mapping[str, FloatArray] = field(default_factory=dict)
+    moved: FloatArray | None = None
 
     def __repr__(self) -> str:
         lines, places = np.shape(self.amplitude)
@@ -69,15 +75,34 @@ class ErrorBand:
         each = np.broadcast_to(np.asarray(relative, dtype=float), self.frequency.shape)
         return replace(self, sources={**self.sources, source: each[:, None] * self.amplitude})
 
+    def select_place(self, number: int) -> ErrorBand:
+        """Return the band of one place alone."""
+        chosen = slice(number, number + 1)
+        return replace(
+            self,
+            amplitude=self.amplitude[:, chosen],
+            sources={name: error[:, chosen] for name, error in self.sources.items()},
+            falls={name: error[:, chosen] for name, error in self.falls.items()},
+            moved=None if self.moved is None else self.moved[:, chosen],
+        )
+
     @property
     def pressure(self) -> FloatArray:
         """Amplitudes (n_f, n_point) of a pressure (Pa)."""
         return self.amplitude
 
-    @cached_property
+    @property
+    def downward(self) -> dict[str, FloatArray]:
+        """Error downwards of every source."""
+        return {name: self.falls.get(name, error) for name, error in self.sources.items()}
+
+    @property
     def error(self) -> FloatArray:
-        """Error (n_f, n_place): all sources in quadrature, times `COVERAGE`."""
-        squares = [(source / self._unit) ** 2 for source in self.sources.values()]
+        """Error upwards (n_f, n_place): all sources in quadrature, times `COVERAGE`."""
+        return self._together(self.sources)
+
+    def _together(self, sources: Mapping[str, FloatArray]) -> FloatArray:
+        squares = [(source / self._unit) ** 2 for source in sources.values()]
         if not squares:
             return np.zeros(self.amplitude.shape)
         return np.asarray(self._unit * COVERAGE * np.sqrt(np.sum(squares, axis=0)))
@@ -91,7 +116,7 @@ class ErrorBand:
     @property
     def lower(self) -> FloatArray:
         """Lower limits (n_f, n_place) in dB; below −5000 (no limit) where the error exceeds the amplitude."""
-        return levels.decibel(np.maximum(self.amplitude - self.error, 0.0), self.reference)
+        return levels.decibel(np.maximum(self.amplitude - self._together(self.downward), 0.0), self.reference)
 
     @property
     def upper(self) -> FloatArray:
@@ -111,10 +136,12 @@ class ErrorBand:
         The share (n_place,) of a source is that of its square in the sum of all squares. The frequency (n_place,) is
         that of the line at which the source adds most, Hz.
         """
-        total = sum(self._overall_squares.values(), np.zeros(self.amplitude.shape[1]))
+        larger = {name: np.maximum(error, self.downward[name]) for name, error in self.sources.items()}
+        squares = self._overall_squares(larger)
+        total = sum(squares.values(), np.zeros(self.amplitude.shape[1]))
         found = []
-        for name, square in self._overall_squares.items():
-            worst = (self.weight * self.amplitude * self.sources[name]).argmax(axis=0)
+        for name, square in squares.items():
+            worst = (self.weight * self.amplitude * larger[name]).argmax(axis=0)
             share = np.divide(square, total, out=np.zeros_like(total), where=total > 0)
             found.append((name, share, self.frequency[worst]))
         return sorted(found, key=lambda part: -part[1][0])
@@ -126,11 +153,10 @@ class ErrorBand:
             return np.ones((len(self.frequency), 1))
         return np.asarray(10 ** (levels.a_weighting(self.frequency) / 10)[:, None])
 
-    @cached_property
-    def _overall_squares(self) -> dict[str, FloatArray]:
-        """Squared change (n_place,) of the overall energy by each source."""
+    def _overall_squares(self, sources: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+        """Return the squared change (n_place,) of the overall energy by each source."""
         found = {}
-        for name, source in self.sources.items():
+        for name, source in sources.items():
             parts = self.weight * (self.amplitude / self._unit) * (source / self._unit)
             found[name] = (parts**2).sum(axis=0) if name == "housing" else parts.sum(axis=0) ** 2
         return found
@@ -148,13 +174,36 @@ class ErrorBand:
         """
         weight, amplitude, error = self.weight, self.amplitude / self._unit, self.error / self._unit
         energy = (weight * amplitude**2).sum(axis=0)
-        moved = COVERAGE * np.sqrt(sum(self._overall_squares.values(), np.zeros_like(energy)))
-        left = np.maximum(1.0 - moved / np.where(energy > 0, energy, 1.0), 0.0)
-        most = energy + 2.0 * moved + (weight * error**2).sum(axis=0)
+        squares = [self._overall_squares(of).values() for of in (self.downward, self.sources)]
+        fallen, risen = (COVERAGE * np.sqrt(sum(of, np.zeros_like(energy))) for of in squares)
+        left = np.maximum(1.0 - fallen / np.where(energy > 0, energy, 1.0), 0.0)
+        most = energy + 2.0 * risen + (weight * error**2).sum(axis=0)
         with np.errstate(divide="ignore"):
             lower = self.level + 20 * np.log10(left)
             upper = levels.decibel(self._unit, self.reference) + 10 * np.log10(most)
         return np.stack([lower, np.maximum(upper, self.level)], axis=1)
+
+
+KNOBS = {
+    "gear": "gear",
+    "housing": "housing",
+    "modes left out": "housing",
+    "surface mesh": "acoustics",
+    "quadrature": "acoustics",
+    "masters": "acoustics",
+    "time step": "dynamics",
+    "settling": "dynamics",
+}
+"""Source of numerical error → part of the fidelity whose knobs decide it."""
+
+
+def remedy(source: str) -> str:
+    """Return what narrows limits that a source widens most; empty where nothing does."""
+    if source in KNOBS:
+        return f"a finer --fidelity or knobs of fidelity.{KNOBS[source]} narrow it"
+    if source == "options left out":
+        return "an option with decibels in `plan`, switched on in [options], or a finer --fidelity narrows it"
+    return "a narrower [spread] narrows it" if source.startswith("input: ") else ""
 
 
 def format_parts(parts: Sequence[tuple[str, float, float]]) -> str:

@@ -35,7 +35,8 @@ def difference_limits(first: ErrorBand, second: ErrorBand, shared: Collection[st
 
     A line l has the share a_l of the first energy and b_l of the second. A shared relative error ε_l changes the
     difference by 20 lg(e) (b_l − a_l) ε_l. Changes of the lines of a source add up; those of `housing` add in
-    quadrature, as in `ErrorBand.overall`. Other sources change both levels independently. Sources add in quadrature,
+    quadrature, as in `ErrorBand.overall`, where bands do not know both levels with the same moved natural frequencies.
+    Other sources change both levels independently. Sources add in quadrature,
     times `COVERAGE`. An error may lower a level by more than it may raise it: the difference is least where the second
     level falls and the first one rises. These two changes and that of all shared errors add in quadrature, in dB.
     """
@@ -45,7 +46,16 @@ def difference_limits(first: ErrorBand, second: ErrorBand, shared: Collection[st
     )
     lines = np.union1d(first.frequency, second.frequency)
     shift, fixed = np.zeros(first.amplitude.shape[1]), list[str]()
+    down, up = np.zeros_like(shift), np.zeros_like(shift)
+    ways = first.moved, second.moved
+    if "housing" in shared and ways[0] is not None and ways[1] is not None and ways[0].shape == ways[1].shape:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            together = np.nan_to_num(10.0 * np.log10(ways[1] / ways[0]))
+        down, up = np.maximum(-together.min(axis=0), 0.0), np.maximum(together.max(axis=0), 0.0)
+        fixed.append("housing")
     for name in dict.fromkeys([*first.sources, *second.sources]):
+        if name in fixed:
+            continue
         before, after = _energy_changes(first, name, lines), _energy_changes(second, name, lines)
         common = _sum(after - before, name) ** 2
         if name in shared and bool(np.all(common <= _sum(before, name) ** 2 + _sum(after, name) ** 2)):
@@ -55,8 +65,8 @@ def difference_limits(first: ErrorBand, second: ErrorBand, shared: Collection[st
     with np.errstate(divide="ignore"):
         both = -20.0 * np.log10(np.maximum(1.0 - COVERAGE * np.sqrt(shift), 0.0))
     difference = second.level - first.level
-    least = difference - np.sqrt(falling**2 + rise**2 + both**2)
-    most = difference + np.sqrt(rising**2 + fall**2 + both**2)
+    least = difference - np.sqrt(falling**2 + rise**2 + both**2 + down**2)
+    most = difference + np.sqrt(rising**2 + fall**2 + both**2 + up**2)
     before, after = first.overall, second.overall
     return np.stack(
         [np.maximum(least, after[:, 0] - before[:, 1]), np.minimum(most, after[:, 1] - before[:, 0])], axis=1
@@ -80,7 +90,7 @@ def _energy_changes(band: ErrorBand, name: str, lines: FloatArray) -> FloatArray
     if name not in band.sources:
         return found
     energy = (band.weight * band.amplitude**2).sum(axis=0)
-    change = band.weight * band.amplitude * band.sources[name]
+    change = band.weight * band.amplitude * np.maximum(band.sources[name], band.downward[name])
     found[np.searchsorted(lines, band.frequency)] = change / np.where(energy > 0, energy, 1.0)
     return found
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,14 +14,16 @@ from nvhchain.error_band import housing as modal
 from nvhchain.error_band.band import COVERAGE, ErrorBand
 from nvhchain.error_band.gears import force_error
 from nvhchain.error_band.radiation import radiation_error, relative
-from nvhchain.error_band.resonances import ForceChange, force_change
+from nvhchain.error_band.resonances import ForceChange, force_change, force_changes
 from nvhchain.errors import require
 from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import (
     FieldPressure,
     FloatArray,
     ForceSpectrum,
+    IntArray,
     MeshLaw,
+    ModalTransferVectors,
     RadiationResistance,
     ReducedHousing,
     SoundAccuracy,
@@ -30,6 +32,7 @@ from nvhchain.handoff import (
     SurfaceVelocity,
     TransferVectors,
 )
+from nvhchain.handoff.forces import force_and_moment
 
 MASTER_MARGIN = 3.0
 """Largest ratio of true to estimated interpolation error in nine of ten cases."""
@@ -39,23 +42,13 @@ MASTER_MARGIN = 3.0
 class Origin:
     """Case, fidelity and hand-offs that a result was computed from.
 
-    Parameters
-    ----------
-    case : Case
-        Case of the run.
-    fidelity : Fidelity
-        Fidelity of the run.
-    housing : ReducedHousing, optional
-        Housing that the velocity was computed with.
-    force_spectrum : ForceSpectrum, optional
-        Bearing forces that the velocity was computed from.
-    mesh_laws : sequence of MeshLaw
-        Laws that the forces were computed from.
-    laws_are_exact : bool
-        True if `mesh_laws` were supplied to the run.
+    case: case of the run.
+    fidelity: fidelity of the run.
+    housing: housing that the velocity was computed with.
+    force_spectrum: bearing forces that the velocity was computed from.
+    mesh_laws: laws that the forces were computed from.
+    laws_are_exact: True if `mesh_laws` were supplied to the run.
 
-    Notes
-    -----
     An omitted hand-off counts as exact, as it was supplied to the run or does not exist. Omit `mesh_laws` if the forces
     were supplied; omit `housing` and `force_spectrum` if the velocity was supplied.
     """
@@ -66,6 +59,10 @@ class Origin:
     force_spectrum: ForceSpectrum | None = None
     mesh_laws: Sequence[MeshLaw] = ()
     laws_are_exact: bool = False
+
+
+HEARD = 80.0
+"""Range (dB) below the strongest line in which lines are computed with moved natural frequencies."""
 
 
 def error_band(
@@ -85,21 +82,82 @@ def error_band(
         np.array_equal(lines, velocity.frequency),
         f"pressure at {len(lines)} and velocity at {len(velocity.frequency)} lines: give those of one run",
     )
-    scale, sources = size, dict[str, FloatArray]()
+    scale, sources, vectors = size, dict[str, FloatArray](), None
     if housing is not None and force_spectrum is not None and transfer_vectors is not None:
         assert isinstance(case, GearboxCase)
         vectors = modal.transfer_vectors(transfer_vectors, housing, lines, fidelity)
-        change = force_change(case, fidelity, housing, origin.mesh_laws, force_spectrum).apply(force_spectrum)
-        shares = modal.pressure_shares(housing, force_spectrum, vectors, change)
+        shares = modal.pressure_shares(housing, force_spectrum, vectors)
         scale = np.maximum(size, shares.size)
-        sources |= shares.errors(case, fidelity)
+        sources["modes left out"] = shares.left_out(case, fidelity)
     sources |= times(force_sources(origin, lines, pressure.input_speed, size), size)
     accuracy = transfer_vectors.accuracy if transfer_vectors is not None else SoundAccuracy()
     sources |= times(radiation_error(velocity.surface, lines, case, fidelity.acoustics, accuracy), scale)
     if transfer_vectors is not None and len(transfer_vectors.frequency) > 2:
         estimate = acoustics.interpolation_error(transfer_vectors, velocity, fidelity=fidelity.acoustics)
         sources["masters"] = MASTER_MARGIN * estimate / COVERAGE
-    return ErrorBand(lines, size, sources)
+    band = ErrorBand(lines, size, sources)
+    return band if vectors is None else _with_housing_at_heard_lines(band, origin, vectors)
+
+
+def _with_housing_at_heard_lines(band: ErrorBand, origin: Origin, vectors: ModalTransferVectors) -> ErrorBand:
+    """Return the band of a pressure with the source `housing`, computed at the lines that are heard."""
+    case, housing, spectrum, heard = origin.case, origin.housing, origin.force_spectrum, _heard(band)
+    assert isinstance(case, GearboxCase)
+    assert housing is not None
+    assert spectrum is not None
+    lines = band.frequency[heard]
+    moved, forces = modal.moved_housings(housing), _forces_at_lines(spectrum, lines)
+    changes = force_changes(case, origin.fidelity, housing, moved, origin.mesh_laws, forces)
+    at = vectors.replace(frequency=lines, modes=vectors.modes[heard], residual=vectors.residual[heard])
+    made = with_housing(ErrorBand(lines, band.amplitude[heard], {}), housing, forces, at, moved, changes)
+    up, down = (_spread(band, heard, of["housing"]) for of in (made.sources, made.downward))
+    return replace(band, sources={**band.sources, "housing": up}, falls={"housing": down}, moved=made.moved)
+
+
+def _heard(band: ErrorBand) -> IntArray:
+    """Return the lines within `HEARD` of the strongest at one of the places, A-weighted."""
+    size = np.sqrt(band.weight) * band.amplitude
+    found = np.flatnonzero((size >= size.max(axis=0) * 10.0 ** (-HEARD / 20.0)).any(axis=1))
+    return found if len(found) else np.arange(len(size))
+
+
+def _spread(band: ErrorBand, heard: IntArray, error: FloatArray) -> FloatArray:
+    """Return the errors of all lines: those beside the `heard` ones err as these do, relative to their size."""
+    size = band.amplitude[heard]
+    relative = np.divide(error, size, out=np.zeros_like(size), where=size > 0)
+    of = [np.interp(band.frequency, band.frequency[heard], each) for each in relative.T]
+    return np.stack(of, axis=1) * band.amplitude
+
+
+def with_housing(
+    band: ErrorBand,
+    housing: ReducedHousing,
+    forces: ForceSpectrum,
+    vectors: ModalTransferVectors,
+    moved: Sequence[ReducedHousing],
+    changes: Sequence[ForceChange],
+) -> ErrorBand:
+    """Return the band of a pressure with the error by wrong natural frequencies as its source `housing`.
+
+    changes: change of the bearing forces in each of the `moved` housings; none where they stay.
+    """
+    size = band.amplitude
+    if not moved:
+        return replace(band, sources={**band.sources, "housing": 0.0 * size})
+    still = [forces.replace(**force_and_moment(0.0 * forces.wrench))] * len(moved)
+    applied = [change.apply(forces) for change in changes] or still
+    sizes = modal.moved_pressures(housing, forces, vectors, list(zip(moved, applied, strict=True)))
+    known = np.where(size > 0, size, 1.0)
+    rise, fall = (np.where(size > 0, of / known, 1.0) ** modal.SHAPES_SHARE for of in (sizes.max(0), sizes.min(0)))
+    up, down = size * np.maximum(rise - 1.0, 0.0) / COVERAGE, size * np.maximum(1.0 - fall, 0.0) / COVERAGE
+    energy = (band.weight * size**2).sum(axis=0)
+    share = (band.weight * sizes**2).sum(axis=1) / np.where(energy > 0, energy, 1.0)
+    return replace(
+        band,
+        sources={**band.sources, "housing": up},
+        falls={"housing": down},
+        moved=share**modal.SHAPES_SHARE,
+    )
 
 
 def force_band(

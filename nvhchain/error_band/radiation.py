@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from nvhchain.acoustics import ENGINES
-from nvhchain.acoustics.accuracy.mesh_error import expected_accuracy
+from nvhchain.acoustics.accuracy.mesh_error import FIELD_POINT_FACTOR, FIELD_POINT_FLOOR, expected_accuracy
 from nvhchain.acoustics.accuracy.radiation_levels import expected_radiation_error, size_in_waves
 from nvhchain.case import Case
 from nvhchain.conventions import Air
@@ -25,19 +25,29 @@ def radiation_error(
 ) -> dict[str, FloatArray]:
     """Return source → relative error (n_f, 1) at `lines` (n_f,) Hz.
 
-    Boundary elements: the expected error that a result states (`accuracy`), at the upper frequency, the nearest
-    point included. At the lowest frequency the error of the body's shape remains. Cheaper levels: the errors of single
-    points and motions, at every line.
+    Boundary elements: the expected error that a result states (`accuracy`), the nearest point included. The part of the
+    body's shape is alike at all lines; the rest grows with the square of the frequency up to what is stated at the
+    upper one. Cheaper levels: the errors of single points and motions, at every line.
     """
     if fidelity.radiation != "boundary_elements":
         return {"radiation": relative(level_error(surface, lines, case.air, fidelity.radiation))[:, None]}
     if accuracy.expected_error_db is None:
         accuracy = expected_accuracy(surface, None, float(lines[-1]), case.air, fidelity, ENGINES[case.engine])
-    worst = max(accuracy.expected_error_db or 0.0, accuracy.expected_error_nearest_db or 0.0)
-    sources = {"surface mesh": np.full((len(lines), 1), relative(worst))}
+    sources = {"surface mesh": _mesh_error(lines, accuracy)[:, None]}
     if accuracy.quadrature_error is not None:
         sources["quadrature"] = np.full((len(lines), 1), QUADRATURE_MARGIN * accuracy.quadrature_error / COVERAGE)
     return sources
+
+
+def _mesh_error(lines: FloatArray, accuracy: SoundAccuracy) -> FloatArray:
+    """Return the relative error (n_f,) at `lines` (n_f,) Hz: that of the shape, and what the elements per wave add."""
+    worst, shape = relative(accuracy.expected_error_db or 0.0), relative(accuracy.expected_error_low_db or 0.0)
+    if accuracy.expected_error_nearest_db is not None:
+        worst, shape = relative(accuracy.expected_error_nearest_db), FIELD_POINT_FACTOR * shape + FIELD_POINT_FLOOR
+    if accuracy.expected_error_low_db is None or not accuracy.upper_frequency:
+        shape = worst
+    part = np.minimum(lines / (accuracy.upper_frequency or 1.0), 1.0) ** 2
+    return np.asarray(shape + np.maximum(worst - shape, 0.0) * part)
 
 
 def level_error(surface: Surface, lines: FloatArray, air: Air, radiation: str) -> FloatArray:

@@ -7,12 +7,12 @@ forces near it then change by more than any single mode indicates.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from nvhchain.case import GearboxCase
-from nvhchain.dynamics import flank_transfer
+from nvhchain.dynamics import flank_transfers
 from nvhchain.error_band.housing import shifted
 from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import ComplexArray, ForceSpectrum, MeshLaw, ReducedHousing
@@ -50,24 +50,37 @@ def force_change(
     direction that changes more. The change is zero without `mesh_laws`, with a rigid housing, and for a housing without
     an estimate.
     """
-    lines = forces.frequency
-    gearbox, soft, stiff = case.gearbox_on_rigid_seats, shifted(housing, -1.0), shifted(housing, 1.0)
-    if soft is None or stiff is None or not mesh_laws or case.options.rigid_housing:
-        none = np.zeros((len(lines), forces.wrench.shape[2] * len(forces.names), 0), dtype=complex)
+    soft, stiff = shifted(housing, -1.0), shifted(housing, 1.0)
+    moved = [] if soft is None or stiff is None else [soft, stiff]
+    changes = force_changes(case, fidelity, housing, moved, mesh_laws, forces)
+    if len(changes) < 2:
+        none = np.zeros((len(forces.frequency), forces.wrench.shape[2] * len(forces.names), 0), dtype=complex)
         return ForceChange(none, none.transpose(0, 2, 1), forces.names)
-    here, *there = (
-        flank_transfer(
-            gearbox,
-            mesh_laws,
-            of,
-            lines,
-            input_torque=case.operation.input_torque,
-            input_speed=forces.input_speed,
-            fidelity=fidelity.dynamics,
-        )
-        for of in (housing, soft, stiff)
-    )
-    lower, higher = (each - here for each in there)
+    lower, higher = (change.away for change in changes)
     larger = np.linalg.norm(lower, axis=(1, 2)) >= np.linalg.norm(higher, axis=(1, 2))
-    names = tuple(bearing.name for bearing in gearbox.bearings)
-    return ForceChange(np.where(larger[:, None, None], lower, higher), np.asarray(np.linalg.pinv(here)), names)
+    return replace(changes[0], away=np.where(larger[:, None, None], lower, higher))
+
+
+def force_changes(
+    case: GearboxCase,
+    fidelity: Fidelity,
+    housing: ReducedHousing,
+    moved: Sequence[ReducedHousing],
+    mesh_laws: Sequence[MeshLaw],
+    forces: ForceSpectrum,
+) -> list[ForceChange]:
+    """Return the change of bearing forces in each of some housings, as of `force_change`; empty where there is none."""
+    if not moved or not mesh_laws or case.options.rigid_housing:
+        return []
+    gearbox = case.gearbox_on_rigid_seats
+    here, *there = flank_transfers(
+        gearbox,
+        mesh_laws,
+        [housing, *moved],
+        forces.frequency,
+        input_torque=case.operation.input_torque,
+        input_speed=forces.input_speed,
+        fidelity=fidelity.dynamics,
+    )
+    names, back = tuple(bearing.name for bearing in gearbox.bearings), np.asarray(np.linalg.pinv(here))
+    return [ForceChange(each - here, back, names) for each in there]

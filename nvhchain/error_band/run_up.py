@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -12,9 +12,9 @@ from nvhchain import acoustics, levels
 from nvhchain.case import GearboxCase
 from nvhchain.error_band import housing as modal
 from nvhchain.error_band.band import COVERAGE, SILENT_LEVEL, ErrorBand
-from nvhchain.error_band.quantities import MASTER_MARGIN, Origin, force_band, force_sources, times
+from nvhchain.error_band.quantities import MASTER_MARGIN, Origin, force_band, force_sources, times, with_housing
 from nvhchain.error_band.radiation import radiation_error
-from nvhchain.error_band.resonances import force_change
+from nvhchain.error_band.resonances import force_change, force_changes
 from nvhchain.errors import counted
 from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import BearingForces, FloatArray, ForceSpectrum, PressureHistory, ReducedHousing, TransferVectors
@@ -36,16 +36,10 @@ MAIN_LOBE = 2.0
 class RunUpBand:
     """Confidence limits of the level over the speed.
 
-    Parameters
-    ----------
-    input_speed : (n,) array
-        Mean speed of each part (rad/s).
-    speed_levels : (n, n_place) array
-        Levels of the parts, dB(A) or dB.
-    limits : (n, n_place, 2) array
-        Limits of the levels, in the same unit.
-    bands : tuple of ErrorBand
-        Band of the lines of a window in the middle of every part.
+    input_speed (n,): mean speed of each part (rad/s).
+    speed_levels (n, n_place): levels of the parts, dB(A) or dB.
+    limits (n, n_place, 2): limits of the levels, in the same unit.
+    bands: band of the lines of a window in the middle of every part.
     """
 
     input_speed: FloatArray
@@ -80,8 +74,13 @@ class RunUpBand:
             reach = max(width / 2 * turns.mean(), swept + MAIN_LOBE * spacing)
             near = np.abs(lines.frequency - order * turns.mean()) <= reach
             # one tone, spread over lines: errors of the housing have one sign there, too
-            sources = {f"{name} of the order": of[near][:, [place]] for name, of in lines.sources.items()}
-            own = ErrorBand(lines.frequency[near], lines.amplitude[near][:, [place]], sources, weighted=False)
+            sources, falls = (
+                {f"{name} of the order": of[near][:, [place]] for name, of in each.items()}
+                for each in (lines.sources, lines.falls)
+            )
+            own = ErrorBand(
+                lines.frequency[near], lines.amplitude[near][:, [place]], sources, weighted=False, falls=falls
+            )
             if near.any() and own.level[0] > SILENT_LEVEL:
                 found[part] = own.overall[0] - own.level[0]
             else:
@@ -108,12 +107,24 @@ class RunUpBand:
         scale = 10 ** (moved / 20)[:, None, :]
         parts = scale * np.array([band.amplitude for band in self.bands])
         size = np.sqrt((parts**2).mean(axis=0))
-        sources = {}
-        for name in self.bands[0].sources:
-            errors = scale * np.array([band.sources[name] for band in self.bands])
-            change = (parts * errors).mean(axis=0)
-            sources[name] = np.divide(change, size, out=np.zeros_like(size), where=size > 0)
-        return replace(self.bands[0], amplitude=size, sources=sources)
+
+        def averaged(errors: Sequence[Mapping[str, FloatArray]]) -> dict[str, FloatArray]:
+            each = {name: scale * np.array([of[name] for of in errors]) for name in errors[0]}
+            mean = {name: (parts * error).mean(axis=0) for name, error in each.items()}
+            return {name: np.divide(of, size, out=np.zeros_like(size), where=size > 0) for name, of in mean.items()}
+
+        up, down = averaged([band.sources for band in self.bands]), averaged([band.falls for band in self.bands])
+        energy = np.array([(band.weight * of**2).sum(axis=0) for band, of in zip(self.bands, parts, strict=True)])
+        ways = [band.moved * of for band, of in zip(self.bands, energy, strict=True) if band.moved is not None]
+        whole = energy.sum(axis=0)
+        shares = np.sum(ways, axis=0) / np.where(whole > 0, whole, 1.0) if ways else None
+        return replace(self.bands[0], amplitude=size, sources=up, falls=down, moved=shares)
+
+    @property
+    def widest(self) -> int:
+        """Index of the part that widens the limits of the whole record most, at the first place."""
+        energy = 10.0 ** ((self.limits[:, 0] - self.limits[:, 0, 1].max()) / 10.0)
+        return int((energy[:, 1] - energy[:, 0]).argmax())
 
     @property
     def level(self) -> FloatArray:
@@ -187,16 +198,20 @@ def run_up_band(
     sounds = [_fill_lines(lines, one.frequency, np.abs(one.pressure)) for one in heard]
     loudest = int(np.argmax([np.linalg.norm(sound) for sound in sounds]))
     between = _interpolation(transfer_vectors, housing, instants[loudest].spectrum, fidelity)
-    change = force_change(case, fidelity, housing, origin.mesh_laws, _middle(instants))
+    moved = () if origin.housing is None else modal.moved_housings(housing, modal.FEW_SAMPLES)
+    changes = force_changes(case, fidelity, housing, moved, origin.mesh_laws, _middle(instants))
     bands = []
     for instant, size in zip(instants, sounds, strict=True):
-        shares = modal.pressure_shares(housing, instant.spectrum, vectors, change.apply(instant.spectrum))
+        shares = modal.pressure_shares(housing, instant.spectrum, vectors)
         speed = instant.spectrum.input_speed
         sources = force_sources(origin, lines, speed, size, instant.width)
-        errors = {} if origin.housing is None else shares.errors(case, fidelity)
+        errors = {} if origin.housing is None else {"modes left out": shares.left_out(case, fidelity)}
         sources = errors | times(sources, size) | times(radiated, np.maximum(size, shares.size))
         share = float(np.linalg.norm(size)) / max(float(np.linalg.norm(sounds[loudest])), 1e-300)
-        bands.append(ErrorBand(lines, size, sources | times(between, share)))
+        band = ErrorBand(lines, size, sources | times(between, share))
+        if origin.housing is not None:
+            band = with_housing(band, housing, instant.spectrum, vectors, moved, changes)
+        bands.append(band)
     parts = np.array_split(history.pressure, len(instants))
     rate = (len(history.time) - 1) / float(history.time[-1] - history.time[0])
     level = np.array([levels.equivalent(part, sample_rate=rate) for part in parts])

@@ -2,7 +2,7 @@
 
 from nvhchain.fem._sparse import Factor, check_unknowns, factorize
 from nvhchain.fem.constraints import rigid_map
-from nvhchain.fem.eigen import RitzVectors, lowest_modes, modes_and_ritz_vectors, modes_below
+from nvhchain.fem.eigen import RitzVectors, lowest_modes, modes_and_ritz_vectors
 from nvhchain.fem.elasticity import stiffness_and_mass
 from nvhchain.fem.mesh_error import frequency_errors
 

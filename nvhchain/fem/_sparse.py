@@ -50,14 +50,9 @@ _MEMORY_SHARE = 0.9
 class Factor(Protocol):
     """Factored symmetric or Hermitian matrix; close it (or use `with`) to release its memory.
 
-    Attributes
-    ----------
-    unknowns : int
-        Order of the matrix.
-    negative : int
-        Number of negative eigenvalues (inertia, Sylvester's law).
-    memory : int
-        Memory of the factor (bytes).
+    unknowns: order of the matrix.
+    negative: number of negative eigenvalues (inertia, Sylvester's law).
+    memory: memory of the factor (bytes).
     """
 
     unknowns: int

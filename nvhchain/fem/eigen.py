@@ -151,17 +151,6 @@ def _ritz_vectors(K: Any, M: Any, modes: FloatArray, basis: FloatArray, motions:
     return RitzVectors(np.sqrt(values) / (2 * np.pi), vectors @ turned)
 
 
-def modes_below(K: Any, M: Any, frequency: float) -> int:
-    """Return the number of natural frequencies below a frequency.
-
-    K, M (n, n) sparse matrices: symmetric stiffness and mass.
-    frequency: frequency (Hz).
-    Returns number of negative eigenvalues of K − ω²M (Sylvester).
-    """
-    with _shifted(K, M, (2 * np.pi * frequency) ** 2) as factor:
-        return factor.negative
-
-
 def _shifted(K: Any, M: Any, shift: float) -> Factor:
     return factorize(sp.csr_matrix(K - shift * M), symmetric_positive_definite=shift < 0)
 

@@ -112,18 +112,11 @@ class CraigBampton:
     The unknowns of a seat are three translations (m) and three rotations (rad) about x, y, z. The modal coordinates
     follow, mass-normalised.
 
-    Parameters
-    ----------
-    stiffness, mass : (b + m, b + m) array
-        Matrices (N/m and kg; with rotations N, N m, kg m, kg m²).
-    interface_frequency : (m,) array
-        Natural frequencies with the seats fixed (Hz).
-    motion : (n_out, b + m) array
-        Output motions per unknown (normal motion of the radiating faces).
-    names : tuple of str
-        Names of the seats.
-    positions : (n_seat, 3) array
-        Reference points of the seats (m).
+    stiffness, mass (b + m, b + m): matrices (N/m and kg; with rotations N, N m, kg m, kg m²).
+    interface_frequency (m,): natural frequencies with the seats fixed (Hz).
+    motion (n_out, b + m): output motions per unknown (normal motion of the radiating faces).
+    names: names of the seats.
+    positions (n_seat, 3): reference points of the seats (m).
     """
 
     stiffness: FloatArray

@@ -31,7 +31,8 @@ class DynamicsFidelity(Knobs, package="dynamics", moved=_MOVED):
         meaning="largest step of the integrator")
     settle_level: float = knob(1e-6, low=1e-12, high=0.5, sweep=(1e-2, 1e-4),
         meaning="start-up transient left when recording begins, relative to the swing of the bearing forces")
-    settle_time: float = knob(40.0, high=1e5, unit="s", sweep=_LIMIT, meaning="time allowed to settle")
+    settle_time: float = knob(40.0, high=1e5, unit="s", sweep=_LIMIT,
+        meaning="time in which modes may settle; slower ones start from their periodic motion")
     samples_per_period: float = knob(8.0, low=2.0, high=1e4, sweep=_LIMIT,
         meaning="fewest steps in the shortest period of the band")
     angle_refinement: int = knob(4, low=1, high=64, sweep=(1, 2),

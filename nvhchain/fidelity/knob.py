@@ -20,16 +20,10 @@ from nvhchain.kinds import check_fields
 class Sweep:
     """Settings that a sweep tries, cheapest first.
 
-    Parameters
-    ----------
-    values : tuple
-        Values of the field, or tuples of values where several `fields` are turned together.
-    fields : tuple of str
-        Names of fields that are turned together; empty for one field.
-    finer : bool
-        True for a finer model or step than that of any preset; the change is no error of the setting.
-    hours : bool
-        True for settings that take hours. They are swept only if named with their value, as in
+    values: values of the field, or tuples of values where several `fields` are turned together.
+    fields: names of fields that are turned together; empty for one field.
+    finer: True for a finer model or step than that of any preset; the change is no error of the setting.
+    hours: True for settings that take hours. They are swept only if named with their value, as in
         `dynamics.mesh_level=contact`.
     """
 
@@ -43,20 +37,11 @@ class Sweep:
 class Declared:
     """Declaration of a knob (`knob`), except its name, type and default.
 
-    Parameters
-    ----------
-    meaning : str
-        Text of the documentation.
-    low, high : float
-        Limits, in `unit`.
-    unit : str
-        Unit.
-    choices : tuple of str
-        Names that a text may be, in place of limits.
-    step : str
-        Part of the computation that uses the knob; empty for that of its class.
-    sweep : Sweep or str
-        Settings of a sweep, or the reason for their absence.
+    meaning: text of the documentation.
+    low, high: limits, in `unit`.
+    choices: names that a text may be, in place of limits.
+    step: part of the computation that uses the knob; empty for that of its class.
+    sweep: settings of a sweep, or the reason for their absence.
     """
 
     meaning: str
@@ -108,10 +93,7 @@ def knob(
 
 
 def declared(field: Field[Any]) -> Declared:
-    """Return the declaration of a knob's field.
-
-    Returns its declaration.
-    """
+    """Return the declaration of a knob's field."""
     found: Declared = field.metadata["knob"]
     return found
 

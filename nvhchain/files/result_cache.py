@@ -218,12 +218,8 @@ class Unwatched:
 class ResultCache:
     """Store of finished steps; without a folder everything is computed and nothing is kept.
 
-    Parameters
-    ----------
-    folder : Path, optional
-        Folder of the files.
-    watcher : Watcher
-        Receives the progress of the steps.
+    folder: folder of the files.
+    watcher: receives the progress of the steps.
     """
 
     folder: Path | None

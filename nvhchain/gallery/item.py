@@ -17,16 +17,10 @@ Numbers = dict[str, float]
 class Place:
     """Folders and fidelity of a gallery.
 
-    Parameters
-    ----------
-    picture : Path
-        PNG of the item.
-    shared : Path
-        Folder of intermediate results that items share.
-    cases : Path
-        Folder of the gearbox cases.
-    fidelity : Fidelity
-        Fidelity of gears and gearboxes.
+    picture: PNG of the item.
+    shared: folder of intermediate results that items share.
+    cases: folder of the gearbox cases.
+    fidelity: fidelity of gears and gearboxes.
     """
 
     picture: Path
@@ -39,14 +33,9 @@ class Place:
 class Stated:
     """Number that the thesis or a verdict states.
 
-    Parameters
-    ----------
-    value : float
-        Value, in the unit of its quantity.
-    within : float
-        Deviation of the chain up to which the verdict holds, relative to the value; absolute where it is 0.
-    bound : bool
-        True for the upper limit of a quantity.
+    value: value, in the unit of its quantity.
+    within: deviation of the chain up to which the verdict holds, relative to the value; absolute where it is 0.
+    bound: True for the upper limit of a quantity.
     """
 
     value: float
@@ -63,26 +52,15 @@ class Stated:
 class Item:
     """Figure or table of the thesis.
 
-    Parameters
-    ----------
-    number : str
-        Number in the thesis, such as "5.7" or "table 3.2"; a span "3.5-3.16" has a letter for each of its parts.
-    title : str
-        Content.
-    verdict : str
-        One sentence: agreement and deviations.
-    make : callable
-        Writes the picture and returns our numbers.
-    stated : mapping of str to Stated
-        Numbers of the thesis by quantity.
-    reading : str
-        Assumption about the content, where the project has no record of the caption.
-    uses : tuple of str
-        Packages whose code decides the numbers.
-    ours : mapping of str to Stated
-        Numbers of the chain that the verdict states.
-    drawn : bool
-        False for a table, which has no picture.
+    number: number in the thesis, such as "5.7" or "table 3.2"; a span "3.5-3.16" has a letter for each of its parts.
+    title: content.
+    verdict: one sentence: agreement and deviations.
+    make: writes the picture and returns our numbers.
+    stated: numbers of the thesis by quantity.
+    reading: assumption about the content, where the project has no record of the caption.
+    uses: packages whose code decides the numbers.
+    ours: numbers of the chain that the verdict states.
+    drawn: False for a table, which has no picture.
     """
 
     number: str

@@ -25,18 +25,11 @@ SHARED = "shared"
 class Made:
     """Item with our numbers.
 
-    Parameters
-    ----------
-    item : Item
-        Figure or table.
-    numbers : dict
-        Quantity → our number; empty for an item that has not been made.
-    seconds : float
-        Time that it took when it was computed (s).
-    processor_seconds : float
-        Time of all processors that it took (s), ended child processes included.
-    failure : Exception, optional
-        Error that ended it.
+    item: figure or table.
+    numbers: quantity → our number; empty for an item that has not been made.
+    seconds: time that it took when it was computed (s).
+    processor_seconds: time of all processors that it took (s), ended child processes included.
+    failure: error that ended it.
     """
 
     item: Item

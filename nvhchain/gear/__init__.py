@@ -12,7 +12,7 @@ from nvhchain.gear.contact.closing_edges import close_edges
 from nvhchain.gear.contact.contact_lines import ContactLines, contact_lines
 from nvhchain.gear.contact.engagement import Engagement, engaged_reach, slice_count
 from nvhchain.gear.contact.friction import lever_arms, sliding_sense
-from nvhchain.gear.deviations.drawn import drawn_deviations, pitch_deviations
+from nvhchain.gear.deviations.drawn import drawn_deviations
 from nvhchain.gear.deviations.flanks import GearDeviations, Ghost, ToothFlanks
 from nvhchain.gear.deviations.pairs import PairDeviations
 from nvhchain.gear.deviations.tolerances import FlankTolerances, flank_tolerances, standard_tolerance
@@ -34,7 +34,6 @@ from nvhchain.gear.field.gear_field import gear_field
 from nvhchain.gear.laws.contact_pressure import largest_contact_pressure
 from nvhchain.gear.laws.deviated_law import deviated_mesh_law
 from nvhchain.gear.laws.deviated_load import deviated_load_distribution
-from nvhchain.gear.laws.iso6336 import iso_stiffness
 from nvhchain.gear.laws.load_distribution import MeshPeriod, load_distribution, mesh_period
 from nvhchain.gear.laws.mesh_law import engaged, mesh_law, pair_compliances, tabulated
 from nvhchain.gear.laws.tooth_pairs import tooth_pairs

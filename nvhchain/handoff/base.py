@@ -219,12 +219,8 @@ class Accuracy(Declared):
 class Doubt(NamedTuple):
     """One warning that follows from an accuracy.
 
-    Parameters
-    ----------
-    kind : str
-        Kind of the warning, such as "surface mesh"; a run ends with one line of each.
-    text : str
-        Value, limit and remedy.
+    kind: kind of the warning, such as "surface mesh"; a run ends with one line of each.
+    text: value, limit and remedy.
     """
 
     kind: str

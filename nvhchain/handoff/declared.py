@@ -39,18 +39,11 @@ class Label(str):
 class Quantity:
     """Declaration of a field.
 
-    Parameters
-    ----------
-    unit, meaning, default, at_least, fewest, spread, made_by
-        As in `array`.
-    axes : tuple of (str, str)
-        Name of every axis, and of the axis that sets its length.
-    owner : str
-        Name of the hand-off.
-    name : str
-        Name of the field.
-    kind : type
-        Annotation without None.
+    unit, meaning, default, at_least, fewest, spread, made_by: as in `array`.
+    axes: name of every axis, and of the axis that sets its length.
+    owner: name of the hand-off.
+    name: name of the field.
+    kind: annotation without None.
     """
 
     unit: str

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from nvhchain.errors import require
+from nvhchain.errors import require, require_within
 from nvhchain.handoff.base import FloatArray, HandOff, IntArray
 from nvhchain.handoff.declared import array, value
 
@@ -45,10 +45,8 @@ class MeshLaw(HandOff):
             worst >= -1e-9 * float(np.abs(self.force).max(initial=0.0)),
             f"MeshLaw.force falls by {-worst:g} N between neighbouring deflections: it must never fall with deflection",
         )
-        require(
-            self.tilt_ratio is None or 0.0 <= self.tilt_ratio <= 10.0,
-            f"MeshLaw.tilt_ratio = {self.tilt_ratio} is outside 0…10: slices side by side have 1",
-        )
+        if self.tilt_ratio is not None:
+            require_within("MeshLaw.tilt_ratio", self.tilt_ratio, 0, 10, "", "slices side by side have 1")
 
 
 class LoadDistribution(HandOff):

@@ -196,12 +196,10 @@ def reduce_mesh(
 class SkinMotion:
     """Radiating faces and sources of the skin, moved by the unknowns of the finite elements.
 
-    Parameters
-    ----------
-    faces : (n_face, n) outward normal motion of the faces.
-    surface : radiating surface.
-    flux : (c, n) volume that the skin displaces.
-    places : (c, 3) its places (m).
+    faces: (n_face, n) outward normal motion of the faces.
+    surface: radiating surface.
+    flux: (c, n) volume that the skin displaces.
+    places: (c, 3) its places (m).
     """
 
     faces: sp.csr_matrix
@@ -297,10 +295,3 @@ def held_matrices(mesh: HousingMesh, casting: Casting) -> tuple[sp.csr_matrix, s
     seats = [(nodes, np.array(bore.centre)) for nodes, bore in zip(mesh.seats, casting.bores, strict=True)]
     T = rigid_map(mesh.nodes, [*held, *seats])
     return sp.csr_matrix(T.T @ K @ T), sp.csr_matrix(T.T @ M @ T), T
-
-
-def seat_flexibility(housing: ReducedHousing) -> FloatArray:
-    """Return the static flexibility (motions · n_bearing, …) m/N of the seats: modes, Ritz vectors, residual."""
-    shapes = housing.flat_shapes
-    omega2 = (2 * np.pi * housing.natural_frequency) ** 2
-    return np.asarray(shapes.T @ (shapes / omega2[:, None]) + housing.seat_residual.reshape(shapes.shape[1], -1))

@@ -31,23 +31,13 @@ DAMPING_RATIO = 0.06
 class PairData:
     """One row of table 3.2.
 
-    Parameters
-    ----------
-    blank : str
-        Name of the lightweight blank.
-    average_stiffness : float
-        Average mesh stiffness (N/m).
-    mesh_amplitude : float
-        Amplitude of the STE at mesh order (m).
-    blank_amplitude : float
-        Amplitude of the STE at `blank_order` (m).
-    blank_order : int
-        Order of the blank, per turn.
-    mass : float
-        Equivalent mass (kg), implied by the printed natural frequencies.
+    blank: name of the lightweight blank.
+    average_stiffness: average mesh stiffness (N/m).
+    mesh_amplitude: amplitude of the STE at mesh order (m).
+    blank_amplitude: amplitude of the STE at `blank_order` (m).
+    blank_order: order of the blank, per turn.
+    mass: equivalent mass (kg), implied by the printed natural frequencies.
 
-    Notes
-    -----
     The ratios of the printed natural frequencies follow √k.  The stated inertias do not give these frequencies.
     """
 

@@ -28,14 +28,9 @@ period makes the curve waver by that much."""
 class PeriodicResponse:
     """Points along a response curve, in the order of its arc length.
 
-    Parameters
-    ----------
-    mesh_frequency : (n,) array
-        Mesh frequency (Hz).
-    coefficients : (n, harmonics + 1) complex array
-        Single-sided amplitudes of x (m) at multiples of the body frequency, mean first.
-    lowest, highest : (n,) array
-        Extremes of x (m).
+    mesh_frequency (n,): mesh frequency (Hz).
+    coefficients (n, harmonics + 1): single-sided amplitudes of x (m) at multiples of the body frequency, mean first.
+    lowest, highest (n,): extremes of x (m).
     """
 
     mesh_frequency: FloatArray

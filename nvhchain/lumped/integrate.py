@@ -37,26 +37,15 @@ DAMPING_LIMIT = 2.5
 class Windows:
     """Successive stretches of time, each with its own step and statistics.
 
-    Parameters
-    ----------
-    step : (n_w,) array
-        Time step (s).
-    steps : (n_w,) int array
-        Number of steps.
-    phase : (n_w,) array
-        Mesh cycles since angle 0, at the start.
-    frequency : (n_w,) array
-        Mesh frequency at the start (Hz); not negative up to the end of the window.
-    stride : (n_w,) int array
-        Steps between stored samples, 0 for none.  The first sample follows that many steps after the start. The count
-        continues through windows of equal stride.
-    rate : float
-        Rise of the mesh frequency (Hz/s), the same in all windows.
+    step (n_w,): time step (s).
+    steps (n_w,): number of steps.
+    phase (n_w,): mesh cycles since angle 0, at the start.
+    frequency (n_w,): mesh frequency at the start (Hz); not negative up to the end of the window.
+    stride (n_w,): steps between stored samples, 0 for none.  The first sample follows that many steps after the start.
+        The count continues through windows of equal stride.
+    rate: rise of the mesh frequency (Hz/s), the same in all windows.
 
-    Raises
-    ------
-    InputError
-        If shapes differ, a step is not positive or the mesh frequency becomes negative.
+    Raises InputError if shapes differ, a step is not positive or the mesh frequency becomes negative.
     """
 
     step: FloatArray
@@ -111,18 +100,11 @@ class Windows:
 class Motion:
     """Result of an integration.
 
-    Parameters
-    ----------
-    mean : (n_w, n_pair) array
-        Mean of x in each window (m).
-    rms : (n_w, n_pair) array
-        RMS of the oscillating part of x (m).
-    lowest, highest : (n_w, n_pair) array
-        Extremes of x (m).
-    samples : (n_sample, n_pair) array
-        Stored samples of x (m).
-    state : (2, n_pair) array
-        x (m) and ẋ (m/s) at the end.
+    mean (n_w, n_pair): mean of x in each window (m).
+    rms (n_w, n_pair): RMS of the oscillating part of x (m).
+    lowest, highest (n_w, n_pair): extremes of x (m).
+    samples (n_sample, n_pair): stored samples of x (m).
+    state (2, n_pair): x (m) and ẋ (m/s) at the end.
     """
 
     mean: FloatArray

@@ -19,30 +19,17 @@ WAVE_SAMPLES = 4
 class GearPair:
     """Mass on a mesh spring that varies with the angle and has backlash.
 
-    Parameters
-    ----------
-    mass : float
-        Equivalent mass of both gears along the line of action (kg).
-    force : float
-        Force along the line of action (N), ≥ 0; x > 0 closes the drive flank.
-    stiffness : (n,) array
-        Mesh stiffness (N/m) at equally spaced angles from 0 over one body period, end point excluded.
-    mesh_cycles : int
-        Whole mesh cycles in the body period.
-    damping_ratio : float
-        Fraction ζ of the critical damping at mean stiffness: c = 2 ζ √(k_mean m).
-    half_backlash : float
-        Half the backlash (m); the flanks carry no force for abs(x) below it.  At 0 the spring acts both ways, linearly.
-    force_variation : (n,) array, optional
-        Force ΔF (N) beside `force` at the angles of `stiffness`, such as that of a fluctuating drive.
+    mass: equivalent mass of both gears along the line of action (kg).
+    force: force along the line of action (N), ≥ 0; x > 0 closes the drive flank.
+    stiffness (n,): mesh stiffness (N/m) at equally spaced angles from 0 over one body period, end point excluded.
+    mesh_cycles: whole mesh cycles in the body period.
+    damping_ratio: fraction ζ of the critical damping at mean stiffness: c = 2 ζ √(k_mean m).
+    half_backlash: half the backlash (m); the flanks carry no force for abs(x) below it.  At 0 the spring acts both
+        ways, linearly.
+    force_variation (n,): force ΔF (N) beside `force` at the angles of `stiffness`, such as that of a fluctuating drive.
 
-    Raises
-    ------
-    InputError
-        If a value is not finite or outside its range.
+    Raises InputError if a value is not finite or outside its range.
 
-    Notes
-    -----
     Source: S. Shweiki's thesis, eq. 3.2.
     """
 

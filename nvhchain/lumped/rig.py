@@ -17,24 +17,13 @@ from nvhchain.kinds import check_fields, checked
 class TorsionalRig:
     """Four inertias in a ring: test mesh 1–2, shaft 2–4, reaction mesh 4–3, shaft 3–1.
 
-    Parameters
-    ----------
-    inertias : tuple of 4 float
-        Inertias (kg m²) of test gears 1, 2 and reaction gears 3, 4.
-    test_mesh, reaction_mesh : float
-        Torsional stiffness of the meshes (Nm/rad).
-    shaft_13, shaft_24 : float
-        Torsional stiffness of the shafts (Nm/rad).
-    damping_ratio : float
-        Damping ratio of every elastic mode, 0 … 1.
+    inertias: inertias (kg m²) of test gears 1, 2 and reaction gears 3, 4.
+    test_mesh, reaction_mesh: torsional stiffness of the meshes (Nm/rad).
+    shaft_13, shaft_24: torsional stiffness of the shafts (Nm/rad).
+    damping_ratio: damping ratio of every elastic mode, 0 … 1.
 
-    Raises
-    ------
-    InputError
-        If a value is not finite or outside its range.
+    Raises InputError if a value is not finite or outside its range.
 
-    Notes
-    -----
     Rotations are positive in the running direction of their shaft.  Both meshes have the ratio 1.
     """
 
@@ -83,16 +72,10 @@ Hz."""
 class RigModes:
     """Elastic modes of a rig; the rotation of the whole ring is excluded.
 
-    Parameters
-    ----------
-    frequency : (3,) array
-        Natural frequencies (Hz).
-    shapes : (4, 3) array
-        Mass-normalised mode shapes (kg^-1/2 m^-1).
-    twist : (4, 3) array
-        Twists of test mesh, reaction mesh, shaft 1–3 and shaft 2–4 in each mode.
-    energy : (4, 3) array
-        Shares of the same four springs in the strain energy.
+    frequency (3,): natural frequencies (Hz).
+    shapes (4, 3): mass-normalised mode shapes (kg^-1/2 m^-1).
+    twist (4, 3): twists of test mesh, reaction mesh, shaft 1–3 and shaft 2–4 in each mode.
+    energy (4, 3): shares of the same four springs in the strain energy.
     """
 
     frequency: FloatArray

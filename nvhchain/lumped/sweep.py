@@ -29,24 +29,14 @@ MOST_STEPS = 10**9
 class SweepResponse:
     """Dynamic transmission error x against mesh frequency, rows in the order of the speeds.
 
-    Parameters
-    ----------
-    mesh_frequency : (n_f,) array
-        Mesh frequency (Hz).
-    rms : (n_f, n_pair) array
-        RMS of the oscillating part of x (m).
-    cycle_rms : (n_f, n_pair) array
-        RMS about the mean of each mesh cycle (m), quadratic mean over the cycles.  It excludes the slow motion of
-        the blank.
-    mean : (n_f, n_pair) array
-        Mean of x (m).
-    lowest, highest : (n_f, n_pair) array
-        Extremes of x (m).
-    half_backlash : (n_pair,) array
-        Half the backlash (m).
+    mesh_frequency (n_f,): mesh frequency (Hz).
+    rms (n_f, n_pair): RMS of the oscillating part of x (m).
+    cycle_rms (n_f, n_pair): RMS about the mean of each mesh cycle (m), quadratic mean over the cycles.  It excludes the
+        slow motion of the blank.
+    mean (n_f, n_pair): mean of x (m).
+    lowest, highest (n_f, n_pair): extremes of x (m).
+    half_backlash (n_pair,): half the backlash (m).
 
-    Notes
-    -----
     Statistics cover whole body periods of a steady speed, or one mesh cycle of a run-up.
     """
 
@@ -73,16 +63,10 @@ class SweepResponse:
 class RunUp:
     """Result of a run-up: statistics per mesh cycle and, if asked for, the motion.
 
-    Parameters
-    ----------
-    response : SweepResponse
-        Statistics, one row per mesh cycle.
-    time : (n_t,) array
-        Times of the stored motion (s).
-    mesh_frequency : (n_t,) array
-        Mesh frequency at these times (Hz).
-    error : (n_t, n_pair) array
-        Dynamic transmission error (m).
+    response: statistics, one row per mesh cycle.
+    time (n_t,): times of the stored motion (s).
+    mesh_frequency (n_t,): mesh frequency at these times (Hz).
+    error (n_t, n_pair): dynamic transmission error (m).
     """
 
     response: SweepResponse
@@ -95,16 +79,10 @@ class RunUp:
 class SteadyMotion:
     """Transmission error at constant speed over whole body periods.
 
-    Parameters
-    ----------
-    mesh_frequency : float
-        Mesh frequency (Hz).
-    time : (n_t,) array
-        Times (s).
-    error : (n_t, n_pair) array
-        Dynamic transmission error (m).
-    mesh_cycles : int
-        Mesh cycles in the record.
+    mesh_frequency: mesh frequency (Hz).
+    time (n_t,): times (s).
+    error (n_t, n_pair): dynamic transmission error (m).
+    mesh_cycles: mesh cycles in the record.
     """
 
     mesh_frequency: float

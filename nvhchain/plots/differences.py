@@ -22,12 +22,8 @@ AUDIBLE_RANGE = 100.0
 class Table:
     """Table of texts.
 
-    Parameters
-    ----------
-    header : tuple of str
-        Titles of the columns.
-    rows : tuple of tuple of str
-        Cells.
+    header: titles of the columns.
+    rows: cells.
     """
 
     header: tuple[str, ...]

@@ -114,7 +114,6 @@ def order_spectra(
     sidebands: number of marked sidebands on each side.
     highest: last drawn order; 2.2 times mesh_order by default.
     axes: one per spectrum; those of a new figure by default.
-    Returns one per spectrum.
     """
     require(len(spectra) > 0, "no spectrum given: at least one is needed")
     last = 2.2 * mesh_order if highest is None else highest

@@ -17,6 +17,7 @@ def levels_over_speed(
     profiles: Mapping[str, Mapping[str, tuple[FloatArray, FloatArray]]],
     *,
     dynamic_range: float = 60.0,
+    limits: Mapping[str, Mapping[str, FloatArray]] | None = None,
     axes: Sequence[Axes] | None = None,
 ) -> list[Axes]:
     """Draw levels over the input speed, one panel per quantity, one line per configuration.
@@ -24,6 +25,7 @@ def levels_over_speed(
     profiles mapping of str to mapping of str to (array, array): configuration → quantity and, after a comma, its unit
     → speed (n,) rad/s and level (n,) dB. All have the same quantities.
     dynamic_range: range (dB) below the highest level of a panel.
+    limits: configuration → quantity → lower and upper limit (n, 2) dB, shaded.
     axes: one per quantity; those of a new figure by default.
     Returns one per quantity.
     """
@@ -34,8 +36,13 @@ def levels_over_speed(
         highest = -np.inf
         for index, (name, profile) in enumerate(profiles.items()):
             speed, level = profile[quantity]
-            ax.plot(60.0 / (2.0 * np.pi) * speed, level, color=colour(index), label=name)
-            highest = max(highest, float(level.max()))
+            rpm = 60.0 / (2.0 * np.pi) * speed
+            ax.plot(rpm, level, color=colour(index), label=name)
+            highest = max(highest, float(np.nanmax(level)))
+            if limits is not None:
+                low, high = np.maximum(limits[name][quantity], -1e3).T
+                ax.fill_between(rpm, low, high, color=colour(index), alpha=0.15, linewidth=0)
+                highest = max(highest, float(np.nanmax(high)))
         ax.set_ylim(highest - dynamic_range, highest + 3.0)
         title, _, unit = quantity.rpartition(", ")
         ax.set_ylabel(f"level / {unit}")
@@ -71,8 +78,9 @@ def campbell(
         shade = [(*_MODE, 0.15 + 0.85 * min(3.0 * max(w, 0.0), 1.0)) for w in weights]
         ax.hlines(values, max(rpm[at] - half, rpm[0]), min(rpm[at] + half, rpm[-1]), colors=shade, linewidth=1.2)
     ends = np.array([0.0, rpm[-1]])
+    stages = list(dict.fromkeys(name.rsplit(" ", 2)[0] for name in orders))
     for name, rate in orders.items():
-        line, dashes = MARK_LINES[list(_stages(orders)).index(name.rsplit(" ", 2)[0]) % len(MARK_LINES)]
+        line, dashes = MARK_LINES[stages.index(name.rsplit(" ", 2)[0]) % len(MARK_LINES)]
         ax.plot(ends, ends * np.pi / 30.0 * rate, color=line, linestyle=dashes, linewidth=1.2)
     _name_orders(ax, orders, (rpm[0], rpm[-1]), 1.05 * top)
     if nominal is not None:
@@ -110,7 +118,3 @@ def _name_orders(ax: Axes, orders: Mapping[str, float], speeds: tuple[float, flo
 
 _MODE = (0.0, 0.447, 0.698)
 """Colour of the modes (red, green, blue)."""
-
-
-def _stages(orders: Mapping[str, float]) -> dict[str, None]:
-    return dict.fromkeys(name.rsplit(" ", 2)[0] for name in orders)

@@ -16,6 +16,7 @@ from nvhchain.fidelity import Fidelity
 from nvhchain.files.hdf5 import writable_folder, write_text
 from nvhchain.report.gear_outlines import gear_outlines
 from nvhchain.report.marks import mesh_orders, slot_orders
+from nvhchain.scene.steps import DIRECTIVITY, NOISE_TRANSFER_FUNCTIONS, PRESSURE, PRESSURE_HISTORY, STEPS
 
 _DRAWING_UNITS = {UNITS[unit][0]: unit for unit in ("mm", "deg", "rpm", "kg_cm2", "GPa")}
 """SI unit → suffix of the keys that state it as on drawings."""
@@ -24,17 +25,28 @@ _DRAWING_UNITS = {UNITS[unit][0]: unit for unit in ("mm", "deg", "rpm", "kg_cm2"
 _DERIVED = ("summary.json", "report.html", "error_bands.json")
 """Files made from the hand-offs of a folder, which a comparison does not write for each case."""
 
+_ADDED = ("microphones", "balloon", "surface_pressure")
+"""Names of files that commands add to a finished run."""
+
+_UNHEARD = ("quantities", "spread", "targets", "background")
+"""Fields of a case that change no result."""
+
+_HEARD = (PRESSURE, NOISE_TRANSFER_FUNCTIONS, PRESSURE_HISTORY, DIRECTIVITY)
+"""Steps whose results hold at the microphones of a case."""
+
 
 @contextmanager
 def recorded_case(case: Case, fidelity: Fidelity, folder: Path) -> Iterator[None]:
     """Write case.json before a run, and remove summary, page, limits and sounds of an earlier one.
 
     The file holds values of the case, its orders, outlines of its gears, and the fidelity. A run that ends before its
-    first hand-off leaves nothing.
+    first hand-off leaves nothing. The sound of another case or fidelity is removed, too.
 
     folder: folder of the run; made if it is missing.
     """
     writable_folder(folder, "out")
+    for path in _of_another(case, fidelity, folder):
+        path.unlink(missing_ok=True)
     for path in [*(folder / name for name in _DERIVED), *folder.glob("sound-*.wav")]:
         path.unlink(missing_ok=True)
     write_text(folder / "case.json", _record(case, fidelity))
@@ -46,6 +58,37 @@ def recorded_case(case: Case, fidelity: Fidelity, folder: Path) -> Iterator[None
         raise
 
 
+def _of_another(case: Case, fidelity: Fidelity, folder: Path) -> list[Path]:
+    """Return the sound of another case or fidelity in a folder.
+
+    A run that is interrupted would leave it beside new forces. It costs little beside the forces and motions from which
+    it follows, which stay. Where only microphones differ, results without microphones stay, too.
+    """
+    try:
+        earlier = json.loads((folder / "case.json").read_text(encoding="utf-8"))
+        now = json.loads(_record(case, fidelity))
+        before, after = (_changing({key: of[key] for key in earlier.keys() & now.keys()}) for of in (earlier, now))
+    except (OSError, ValueError, TypeError, KeyError):
+        return []
+    if before == after:
+        return []
+    alike = _changing(before, "field_points") == _changing(after, "field_points")
+    gone = [
+        step.file_of()
+        for step in STEPS
+        if not step.shared and not step.can_be_supplied and (not alike or step in _HEARD)
+    ]
+    named = [f"{name}.h5" for name in (*gone, *_ADDED)] + [f"{name}.csv" for name in (*_ADDED, "levels_over_speed")]
+    return [*(folder / name for name in named), *folder.glob("contributions-*")]
+
+
+def _changing(record: dict[str, Any], *others: str) -> dict[str, Any]:
+    """Return what changes results in a record, without other fields of the case."""
+    without = (*_UNHEARD, *others)
+    kept = {path: value for path, value in record["values"].items() if path.partition(".")[0] not in without}
+    return {name: value for name, value in record.items() if name not in others} | {"values": kept}
+
+
 def is_recorded(case: Case, fidelity: Fidelity, folder: Path) -> bool:
     """Return True if case.json in a folder is that of the case at this fidelity."""
     path = folder / "case.json"
@@ -54,16 +97,20 @@ def is_recorded(case: Case, fidelity: Fidelity, folder: Path) -> bool:
 
 def _record(case: Case, fidelity: Fidelity) -> str:
     """Return the content of case.json."""
-    record = {
+    return json.dumps(_recorded(case, fidelity), indent=1) + "\n"
+
+
+def _recorded(case: Case, fidelity: Fidelity) -> dict[str, Any]:
+    return {
         "name": case.name,
         "fidelity": fidelity.name,
+        "acoustics": dataclasses.asdict(fidelity.acoustics),
         "field_points": [{"name": point.name, "position_m": list(point.position)} for point in case.field_points],
         "mesh_orders": mesh_orders(case),
         "slot_orders": slot_orders(case),
         "values": dict(case_values(case)),
         "drawings": gear_outlines(case),
     }
-    return json.dumps(record, indent=1) + "\n"
 
 
 def case_values(part: Any, path: str = "") -> Iterator[tuple[str, Any]]:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from nvhchain import chain, levels, plots
-from nvhchain.case import Case, GearboxCase
+from nvhchain.case import Case
 from nvhchain.chain.result import Result
 from nvhchain.chain.running import OPERATORS
 from nvhchain.error_band import ErrorBand
@@ -142,7 +142,7 @@ def _compared(
 ) -> dict[str, Any]:
     """Run the cases and write the comparison, in a folder that no other comparison uses."""
     running_up = _running_up(cases)
-    asked, decisions = {case.name: case for case in cases}, modelled_alike(cases, fidelity)
+    asked, decisions = {case.name: case for case in cases}, modelled_alike(cases, fidelity, *states)
     cases = [decisions[case.name].case if case.name in decisions else case for case in cases]
     for case in cases:
         preflight(case, fidelity, {})
@@ -157,14 +157,18 @@ def _compared(
         record_modes(result.case, fidelity=fidelity, out=out / name, operators=out / OPERATORS)
     if not running_up:
         with _surface_pictures(results, out):
-            return _written(results, out, _steady_figures, _maps(results, states, out, watcher), answered)
+            return _written(
+                results, out, _steady_figures, _maps(results, states, out, out / OPERATORS, watcher), answered
+            )
     return _written(results, out, _run_up_figures, {}, answered)
 
 
-def _maps(results: Mapping[str, Result], states: States, out: Path, watcher: Watcher | None) -> dict[str, Any]:
+def _maps(
+    results: Mapping[str, Result], states: States, out: Path, operators: Path, watcher: Watcher | None
+) -> dict[str, Any]:
     """Return the summaries of further speeds and torques; empty without any."""
     speeds, torques = states
-    return {} if speeds is None else steady_maps(results, speeds, torques, out, watcher)
+    return {} if speeds is None else steady_maps(results, speeds, torques, out, operators, watcher)
 
 
 @one_blas_thread
@@ -198,7 +202,7 @@ def write_run(result: Result, out: Path, states: States = (None, None), watcher:
     results = {result.case.name: result}
     if not result.supplied:
         record_modes(result.case, fidelity=result.fidelity, out=out, operators=out)
-    maps = _maps(results, states, out, watcher)
+    maps = _maps(results, states, out, out, watcher)
     write_summary(results, out, sounds=write_sounds(results, out), maps=maps)
     add_balloons(out)
     return write_page(out)
@@ -239,7 +243,7 @@ def _metres(place: Sequence[float]) -> str:
 
 def _running_up(cases: Sequence[Case]) -> bool:
     """Return True for run-ups and False for constant speeds; InputError for a mixture."""
-    kinds = {isinstance(case, GearboxCase) and case.operation.ramp is not None for case in cases}
+    kinds = {case.running_up for case in cases}
     require(len(kinds) == 1, "run-ups and constant speeds cannot be compared: give one kind of cases")
     return kinds == {True}
 

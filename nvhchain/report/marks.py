@@ -16,7 +16,7 @@ def order_marks(cases: Sequence[Case]) -> OrderMarks:
 
 def mesh_orders(case: Case) -> dict[str, float]:
     """Return gear stage → mesh order of the input; empty for a radiator."""
-    return {name: float(order) for name, order in case.mesh_orders.items()} if isinstance(case, GearboxCase) else {}
+    return {name: float(order) for name, order in case.mesh_orders.items()}
 
 
 def slot_orders(case: Case) -> dict[str, float]:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from nvhchain.error_band import LIMITS, format_parts
+from nvhchain.error_band import KNOBS, LIMITS, format_parts, remedy
 from nvhchain.handoff import FloatArray
 from nvhchain.levels import a_weighting, number_text
 from nvhchain.plots.marks import joined_orders, order_name
@@ -22,18 +22,6 @@ LEAST_SHARE = 0.05
 
 SAME = 0.03
 """Relative change of a mode's pressure below which its phase counts."""
-
-KNOBS = {
-    "gear": "gear",
-    "housing": "housing",
-    "modes left out": "housing",
-    "surface mesh": "acoustics",
-    "quadrature": "acoustics",
-    "masters": "acoustics",
-    "time step": "dynamics",
-    "settling": "dynamics",
-}
-"""Source of numerical error → part of the fidelity whose knobs decide it."""
 
 NAMED = 3
 """Largest number of modes, and of paths, that are named beside a line."""
@@ -61,6 +49,9 @@ ALIKE_WORDS = "are alike within rounding, 0.0 dB apart at"
 
 DOUBTS = ("within these limits either may be the louder", "the limits leave open whether one is louder")
 """Words of an undecided difference: of levels that differ, and of those that are alike."""
+
+DIFFERENCE = "difference_limits_dB"
+"""Key of steady states in summary.json: limits of the level less that of the first configuration."""
 
 HEARD = 0.0
 """Level (dB(A)) at and below which nobody hears a line, the threshold of hearing."""
@@ -175,10 +166,22 @@ def _states(name: str, other: Mapping[str, Any], first: Mapping[str, Any]) -> li
     energy = number_text(float(mean[0] - mean[1]), "+.1f")
     word, count = _majority(difference[known])
     what = "steady states" if len(torque) > 1 else "speeds"
+    sure = decided_states(of, difference) & ((difference > 0) == (word == "louder"))
+    where = f"{_of_all(count, known.sum())} {what}"
+    if DIFFERENCE in of:
+        where += f", with 95 % certainty at {'all' if sure.sum() == count > 0 else sure.sum() or 'none'} of them"
     return [
-        f"  from {speed[0]:.0f} to {speed[-1]:.0f} rpm {name} is {word} at {_of_all(count, known.sum())} {what}: "
+        f"  from {speed[0]:.0f} to {speed[-1]:.0f} rpm {name} is {word} at {where}: "
         f"between {low} dB at {at[0]} and {high} dB at {at[1]}; {energy} dB in the energy mean"
     ]
+
+
+def decided_states(of: Mapping[str, Any], difference: FloatArray) -> Any:
+    """Return True (n_torque, n_speed) for the steady states whose limits of the difference (dB) leave out 0."""
+    if DIFFERENCE not in of:
+        return np.isfinite(difference)
+    low, high = np.moveaxis(np.array(of[DIFFERENCE], dtype=float), -1, 0)
+    return (low > 0) | (high < 0)
 
 
 def _majority(difference: Any) -> tuple[str, int]:
@@ -380,8 +383,9 @@ def _path(path: Mapping[str, Any]) -> str:
 def _limits(name: str, configuration: Mapping[str, Any]) -> list[str]:
     """Return the sentence on what widens the limits of a configuration most."""
     parts = [(part["source"], part["share"], part["frequency_hz"]) for part in configuration.get("limit_parts", [])]
-    text = format_parts(parts)
-    return [f"Limits of {name}: {text}"] if text else []
+    text, speed = format_parts(parts), configuration.get("limit_speed_rpm")
+    at = "" if speed is None else f", widest at {speed:.0f} rpm"
+    return [f"Limits of {name}{at}: {text}"] if text else []
 
 
 def _weighted(line: Mapping[str, float] | None) -> float:
@@ -421,10 +425,10 @@ def _remedy(*configurations: tuple[str, Mapping[str, Any]]) -> str:
     if not parts:
         return ""
     _, _, source, name = max(parts)
-    if source not in KNOBS:
+    if not (narrower := remedy(source)):
         return ""
-    narrower = f"a finer --fidelity or knobs of fidelity.{KNOBS[source]} narrow it"
-    return f"; most of this width is the numerical error of the {source} in {name}: {narrower}"
+    cause = f"the numerical error of the {source}" if source in KNOBS else f"from {source}"
+    return f"; most of this width is {cause} in {name}: {narrower}"
 
 
 def _width(configuration: Mapping[str, Any]) -> float:

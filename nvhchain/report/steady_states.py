@@ -20,6 +20,7 @@ from nvhchain.files.result_cache import Unwatched, Watcher
 from nvhchain.handoff import FloatArray
 from nvhchain.plots.files import save
 from nvhchain.report.marks import order_marks
+from nvhchain.report.sentences import DIFFERENCE
 
 TABLE, FIGURE = "levels_over_speed.csv", "levels_over_speed.png"
 """Names of the files."""
@@ -35,37 +36,43 @@ def steady_maps(
     speeds: Sequence[float],
     torques: Sequence[float] | None,
     out: Path,
+    operators: Path,
     watcher: Watcher | None = None,
 ) -> dict[str, dict[str, Any]]:
     """Compute the steady states of all results, write their table and figure, and return their summaries.
 
     speeds : speeds of the input (rad/s).
     torques : torques of the input (N m); None for those of the cases.
+    operators : folder of the operators of the runs.
     """
     watching, maps = watcher or Unwatched(), dict[str, SteadyMap]()
     for name, result in results.items():
         step = f"states of {name}"
         watching.begin(step)
-        maps[name] = steady_map(result, speeds, torques, progress=partial(watching.step, step))
+        maps[name] = steady_map(result, speeds, torques, operators=operators, progress=partial(watching.step, step))
         watching.end(step, "computed")
     write_text(out / TABLE, _table(results, maps))
     if all(len(of.torque) == 1 for of in maps.values()):
-        place = next(iter(results.values())).case.field_points[0].name
-        profiles = {
-            name: {f"A-weighted sound pressure level at {place}, dB(A) re 20 µPa": (of.speed, of.level[0, :, 0])}
-            for name, of in maps.items()
-        }
-        save(_beside_the_spectrum(profiles, results), out / FIGURE)
-    return {name: _summary(of, results[name].case.field_points[0].name) for name, of in maps.items()}
+        save(_beside_the_spectrum(maps, results), out / FIGURE)
+    found = {name: _summary(of, results[name].case.field_points[0].name) for name, of in maps.items()}
+    (_, first), *others = maps.items()
+    for name, of in others:
+        found[name][DIFFERENCE] = _finite(of.difference_limits(first))
+    return found
 
 
-def _beside_the_spectrum(
-    profiles: Mapping[str, Mapping[str, tuple[FloatArray, FloatArray]]], results: Mapping[str, Result]
-) -> list[Axes]:
+def _beside_the_spectrum(maps: Mapping[str, SteadyMap], results: Mapping[str, Result]) -> list[Axes]:
     """Draw levels over speed, and beside them the A-weighted spectra at the speed of the cases."""
     figure = Figure(figsize=(15.0, 5.0), layout="constrained")
     levels, spectrum = figure.subplots(1, 2, width_ratios=(0.42, 0.58))
-    plots.levels_over_speed(profiles, dynamic_range=RANGE, axes=[levels])
+    place = next(iter(results.values())).case.field_points[0].name
+    title = f"A-weighted sound pressure level at {place}, with 95 % limits, dB(A) re 20 µPa"
+    plots.levels_over_speed(
+        {name: {title: (of.speed, of.level[0, :, 0])} for name, of in maps.items()},
+        dynamic_range=RANGE,
+        limits={name: {title: of.limits[0, :, 0]} for name, of in maps.items()},
+        axes=[levels],
+    )
     pressures = {name: result.pressure for name, result in results.items() if result.pressure is not None}
     bands = {name: band for name in pressures if isinstance(band := results[name].error_band, ErrorBand)}
     plots.pressure_spectrum(
@@ -86,14 +93,17 @@ def _beside_the_spectrum(
 def _table(results: Mapping[str, Result], maps: Mapping[str, SteadyMap]) -> str:
     """Return one row per configuration, torque and speed."""
     first = next(iter(results.values())).case
-    stages = [f"transmission error of {name} / µm" for name in getattr(first, "mesh_orders", {})]
-    points = [f"dB(A) at {point.name}" for point in first.field_points]
+    stages = [f"transmission error of {name} / µm" for name in first.mesh_orders]
+    ends = ("", ", lower limit", ", upper limit")
+    points = [f"dB(A) at {point.name}{end}" for point in first.field_points for end in ends]
     lines = [_row(["configuration", "torque / N m", "speed / rpm", *points, *stages])]
     for name, of in maps.items():
         for i, torque in enumerate(of.torque):
             for j, speed in enumerate(of.speed):
-                values = [*of.level[i, j], *(1e6 * of.transmission_error[i, j])]
-                lines.append(_row([name, f"{torque:g}", f"{speed * _RPM:.6g}", *(f"{value:.4g}" for value in values)]))
+                levels = np.column_stack([of.level[i, j], of.limits[i, j]]).ravel()
+                values = [*levels, *(1e6 * of.transmission_error[i, j])]
+                cells = [f"{value:.4g}" for value in values]
+                lines.append(_row([name, f"{torque:g}", f"{speed * _RPM:.6g}", *cells]))
     return "\n".join(lines) + "\n"
 
 
@@ -106,7 +116,13 @@ def _summary(of: SteadyMap, field_point: str) -> dict[str, Any]:
         "field_point": field_point,
         "speed_rpm": [round(float(speed) * _RPM, 6) for speed in of.speed],
         "torque_Nm": [float(torque) for torque in of.torque],
-        "level_dBA": [[float(x) if np.isfinite(x) else None for x in row] for row in of.level[:, :, 0]],
+        "level_dBA": _finite(of.level[:, :, 0]),
+        "limits_dBA": _finite(of.limits[:, :, 0]),
         "failed": list(of.failed),
         "remarks": list(of.remarks),
     }
+
+
+def _finite(values: FloatArray) -> list[Any]:
+    """Return an array as nested lists; None for what is not finite."""
+    return [_finite(of) if of.ndim else float(of) if np.isfinite(of) else None for of in values]

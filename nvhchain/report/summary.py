@@ -13,7 +13,7 @@ import numpy as np
 from nvhchain import levels
 from nvhchain.case import GearboxCase
 from nvhchain.chain.result import Result
-from nvhchain.error_band import RunUpBand, difference_limits, shared_inputs, shared_sources
+from nvhchain.error_band import ErrorBand, RunUpBand, difference_limits, shared_inputs, shared_sources
 from nvhchain.error_band.files import finite
 from nvhchain.files.hdf5 import write_text
 from nvhchain.gear import quasi_static_transmission_error
@@ -42,16 +42,14 @@ def write_summary(
         "fidelity": first.fidelity.name,
         "field_point": {"name": points[0].name, "position_m": list(points[0].position)} if points else None,
         "configurations": _configurations(results),
-        "assumptions": {
-            name: list(result.case.assumptions)
-            for name, result in results.items()
-            if isinstance(result.case, GearboxCase)
-        },
+        "assumptions": {name: list(result.case.assumptions) for name, result in results.items()},
         "modelling": {
             name: result.modelling.values() for name, result in results.items() if result.modelling is not None
         },
     }
-    if len(heard_levels := _levels_heard(summary["configurations"])) > 2:
+    configurations = summary["configurations"].items()
+    heard_levels = {name: float(of["overall_dBA"]) for name, of in configurations if "overall_dBA" in of}
+    if len(heard_levels) > 2:
         quiet, second = sorted(heard_levels, key=heard_levels.__getitem__)[:2]
         summary["quietest"] = {"names": [quiet, second], **_difference(results[quiet], results[second])}
     for name, sound in (sounds or {}).items():
@@ -86,6 +84,7 @@ def _configurations(results: Mapping[str, Result]) -> dict[str, Any]:
             "mesh_orders": mesh_orders(result.case),
             "slot_orders": slot_orders(result.case),
             "transmission_errors": _transmission_errors(result),
+            "hand_offs": _identities(result),
         }
         if lost := _contact_loss(result):
             found[name]["contact_loss"] = lost
@@ -104,9 +103,20 @@ def _configurations(results: Mapping[str, Result]) -> dict[str, Any]:
     return found
 
 
-def _levels_heard(configurations: Mapping[str, Any]) -> dict[str, float]:
-    """Return the overall level (dB(A)) of every configuration that has one."""
-    return {name: float(of["overall_dBA"]) for name, of in configurations.items() if "overall_dBA" in of}
+def _identities(result: Result) -> dict[str, str | None]:
+    """Return step → hash of the hand-off in its file, by which readers of the folder know it.
+
+    None stands for one that the run did not make: a file of its name is that of an earlier run.
+    """
+    made = {
+        "bearing_forces": result.bearing_forces,
+        "force_spectrum": result.force_spectrum,
+        "surface_velocity": result.surface_velocity,
+        "pressure": result.pressure,
+        "pressure_history": result.pressure_history,
+        "sound_power": result.sound_power,
+    }
+    return {step: None if of is None or step in result.supplied else of.content_hash for step, of in made.items()}
 
 
 def _contact_loss(result: Result) -> list[dict[str, Any]]:
@@ -217,16 +227,23 @@ def _sound_limits(result: Result) -> dict[str, Any]:
             {"speed_rpm": 30 / pi * float(speed), "level_dBA": float(level), "limits_dBA": finite(edges)}
             for speed, level, edges in zip(*windows, strict=True)
         ]
-        return found
+        found["limit_speed_rpm"] = 30 / pi * float(band.input_speed[band.widest])
+        return found | _limit_parts(band.bands[band.widest])
     found["lines"] = [
         {"frequency_hz": float(f), "limits_db": finite(edges)}
         for f, *edges in zip(band.frequency, band.lower[:, 0], band.upper[:, 0], strict=True)
     ]
-    found["limit_parts"] = [
-        {"source": source, "share": float(share[0]), "frequency_hz": float(frequency[0])}
-        for source, share, frequency in band.parts
-    ]
-    return found
+    return found | _limit_parts(band)
+
+
+def _limit_parts(band: ErrorBand) -> dict[str, Any]:
+    """Return the parts of the limits at the first place."""
+    return {
+        "limit_parts": [
+            {"source": source, "share": float(share[0]), "frequency_hz": float(frequency[0])}
+            for source, share, frequency in band.parts
+        ]
+    }
 
 
 def transmission_errors(result: Result) -> dict[str, tuple[FloatArray, FloatArray]]:

@@ -34,14 +34,9 @@ _WORTH = 0.02
 class ModeReport:
     """Modes of a case, with files and lines.
 
-    Parameters
-    ----------
-    modes : SystemModes
-        Modes at the nominal speed, up to the highest frequency asked for.
-    lines : tuple of str
-        Lines for a terminal.
-    files : tuple of Path
-        Table (CSV) and Campbell diagram (PNG).
+    modes: modes at the nominal speed, up to the highest frequency asked for.
+    lines: lines for a terminal.
+    files: table (CSV) and Campbell diagram (PNG).
     """
 
     modes: SystemModes

@@ -33,12 +33,8 @@ DIAMETERS = (0, 1, 2, 3)
 class Disc:
     """Web that is clamped to its hub, with a rim around it.
 
-    Parameters
-    ----------
-    inner, outer, thickness : float
-        Radii and thickness of the web (m).
-    rim_outer, rim_width : float
-        Outer radius and width of the rim (m); a rim as wide as the web is a part of it.
+    inner, outer, thickness: radii and thickness of the web (m).
+    rim_outer, rim_width: outer radius and width of the rim (m); a rim as wide as the web is a part of it.
     """
 
     inner: float
@@ -85,7 +81,8 @@ def _frequency(disc: Disc, material: Material, n: int) -> float:
     shear = 5.0 / 6.0 * material.young / (2.0 * (1.0 + material.poisson)) * disc.thickness
     w, slope, _ = _shapes(r - disc.inner, (1,))
     sheared = shear * float((slope**2 + (n * w / r) ** 2) @ area)
-    rim = _ring_area(disc) * material.density * 0.5 * (disc.outer + disc.rim_outer)
+    ring_area = (disc.rim_outer - disc.outer) * disc.rim_width
+    rim = ring_area * material.density * 0.5 * (disc.outer + disc.rim_outer)
     carried = material.density * disc.thickness * float(w**2 @ area) + rim * (disc.outer - disc.inner) ** 2
     return 1.0 / (2.0 * pi * sqrt(1.0 / bending + carried / sheared))
 
@@ -106,10 +103,6 @@ def _rim(disc: Disc, material: Material, n: int) -> tuple[FloatArray, FloatArray
     stiffness = radius * (material.young * second * np.outer(bent, bent) + shear * torsion * np.outer(twisted, twisted))
     mass = material.density * radius * (section * np.outer(moved, moved) + second * np.outer(slope, slope))
     return stiffness, mass
-
-
-def _ring_area(disc: Disc) -> float:
-    return (disc.rim_outer - disc.outer) * disc.rim_width
 
 
 def _shapes(x: FloatArray, powers: tuple[int, ...]) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from nvhchain import gear
+from nvhchain.acoustics.surfaces.surface import check_points
 from nvhchain.acoustics.systems.engines import engine_named
 from nvhchain.case import FIELD_POINT_QUANTITIES, RADIATED, Case, RadiatorCase
 from nvhchain.dynamics.model.shaft_beam import covered_places
@@ -79,7 +80,9 @@ def check_case(case: Case) -> None:
     """Refuse a case that cannot run at any fidelity; a radiator at rest may run with a supplied velocity."""
     resting = isinstance(case, RadiatorCase) and not case.moves
     _apply(_CASE_CHECKS, Scene(case, STANDARD, ("surface_velocity",) if resting else ()))
-    case.extent(STANDARD, driven=not case.states_velocity)
+    surface = case.extent(STANDARD, driven=not case.states_velocity).surface
+    if surface is not None and case.field_points and FIELD_POINT_QUANTITIES.intersection(case.quantities):
+        check_points(surface, [point.position for point in case.field_points])
     _check_background(case)
 
 

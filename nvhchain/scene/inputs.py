@@ -22,16 +22,10 @@ LOWEST_USUAL_DAMPING = 5.0
 class InputEffect:
     """Change of the level over the range of one input, estimated on the linear gearbox.
 
-    Parameters
-    ----------
-    name : str
-        Input.
-    factor, divisor : float
-        Range: from the value over the divisor to the value times the factor.
-    low_db, high_db : float
-        Changes of the overall level at the lower and the upper end of the range (dB).
-    error : OrderError
-        Half of the range of every order's amplitude, relative to that of the case.
+    name: input.
+    factor, divisor: range: from the value over the divisor to the value times the factor.
+    low_db, high_db: changes of the overall level at the lower and the upper end of the range (dB).
+    error: half of the range of every order's amplitude, relative to that of the case.
     """
 
     name: str

@@ -17,11 +17,13 @@ from nvhchain.bearings import StiffnessMatrix
 from nvhchain.case import GearboxCase, Options
 from nvhchain.case.gearbox import Support
 from nvhchain.dynamics import Gearbox, LoadCentre, MeshFriction, VibratingBody
+from nvhchain.errors import SolverError
 from nvhchain.fidelity import STANDARD, GearFidelity
-from nvhchain.gear import SOLID, GearPair, MeshPeriod, Misalignment
+from nvhchain.gear import SOLID, GearPair, MeshPeriod
 from nvhchain.handoff import FloatArray, MeshLaw
 from nvhchain.runtime.threads import one_blas_thread
 from nvhchain.scene.body_modes import vibrating_bodies
+from nvhchain.scene.loaded_tilt import ANGLES, SLICES, balanced_tilts, tilted
 
 TEETH = GearFidelity(
     profile_elements=4,
@@ -32,6 +34,12 @@ TEETH = GearFidelity(
     bodies="analytic",
 )
 """Knobs of the meshes: closed-form slices, fifteen harmonics, a tenth of a second a stage."""
+
+COARSE_TEETH = replace(TEETH, slices=SLICES, angles_per_mesh=ANGLES)
+"""Knobs of the meshes for their tilt under load."""
+
+LOADS = (0.1, 0.5, 1.0, 1.8, 3.0)
+"""Loads, over the mean one, between which deflections of unevenly loaded faces are interpolated."""
 
 SPEEDS = 12
 """Number of speeds that stand for a run-up."""
@@ -44,15 +52,13 @@ MICRORADIAN = 6
 class LinearGearbox:
     """Gearbox of a case on rigid seats, linearised at its mean load.
 
-    Parameters
-    ----------
-    case : GearboxCase
-        Case; its own options do not count.
-    orders : (n_order,) array
-        Orders of the input, known from the first power on.
+    case: case; its own options do not count.
+    steady: steady speeds of the input (rad/s) in place of the case's own.
+    orders (n_order,): orders of the input, known from the first power on.
     """
 
     case: GearboxCase
+    steady: tuple[float, ...] = ()
     orders: FloatArray = field(default_factory=lambda: np.zeros(0), init=False)
 
     @cached_property
@@ -78,7 +84,7 @@ class LinearGearbox:
         stiffness: factor on the stiffness of all bearings.
         damping: factor on the damping of bearings and of elastic modes of shafts.
         """
-        other, gearbox = LinearGearbox(self.case), self._gearbox
+        other, gearbox = LinearGearbox(self.case, self.steady), self._gearbox
         other.__dict__["gear_bodies"] = self.gear_bodies
         shafts = (replace(each, modal_damping=min(0.5, damping * each.modal_damping)) for each in gearbox.shafts)
         other.__dict__["_gearbox"] = replace(
@@ -93,8 +99,8 @@ class LinearGearbox:
     def speeds(self) -> tuple[float, ...]:
         """Speeds of the input (rad/s)."""
         start, ramp = self.case.operation.input_speed, self.case.ramp
-        if ramp is None:
-            return (start,)
+        if ramp is None or self.steady:
+            return self.steady or (start,)
         steps = (np.arange(SPEEDS) + 0.5) / SPEEDS
         return tuple((start + (ramp.end_speed - start) * steps).tolist())
 
@@ -104,10 +110,11 @@ class LinearGearbox:
 
         Returns (n_speed, n_order): sum over bearings and directions (N²), weighted by the walls; 0 outside the band.
         """
-        plain = self._model(replace(options, loaded_misalignment=False))
-        if options.loaded_misalignment:
-            plain = self._model(options, self._tilts(plain))
-        gearbox, laws, deflections = plain
+        evenly = options.loaded_misalignment is True
+        tilts = self._tilts(self._model(replace(options, tilt=False))) if evenly else None
+        gearbox, laws, deflections = self._model(options, tilts)
+        if options.tilt is True and not evenly:
+            deflections = self._under_tilt(gearbox, laws, deflections)
         of, band = self.case.operation, self.case.band
         found = dynamics.order_forces(
             gearbox,
@@ -124,6 +131,36 @@ class LinearGearbox:
         weight = 10.0 ** (0.1 * levels.a_weighting(np.where(inside, frequency, 1e3))) * self._walls(frequency)
         return np.asarray((np.abs(found.force) ** 2).sum(axis=2) * np.where(inside, weight, 0.0))
 
+    def _under_tilt(
+        self, gearbox: Gearbox, laws: list[MeshLaw], deflections: list[FloatArray | None]
+    ) -> list[FloatArray | None]:
+        """Return the deflections (n_point, n_angle) of points across faces that tilt loads unevenly.
+
+        Each is that of a face which is loaded everywhere as at the point; a point without load does not push.
+        """
+        torque, found = self.case.operation.input_torque, list[FloatArray | None]()
+        pressed = [_one_sided(law, force) for law, force in zip(laws, self.case.mesh_forces, strict=True)]
+        try:
+            loads = dynamics.face_loads(gearbox, pressed, input_torque=torque, fidelity=STANDARD.dynamics)
+        except SolverError:  # an estimate stops no run: faces are loaded evenly
+            return deflections
+        for pair, force, deflection, own in zip(
+            self.case.pairs, self.case.mesh_forces, deflections, loads, strict=True
+        ):
+            if deflection is None:
+                found.append(None)
+                continue
+            key, place = _key(_solid_pair(pair)), own / force
+            below = np.clip(np.searchsorted(LOADS, place) - 1, 0, len(LOADS) - 2)
+            part = np.clip((place - np.take(LOADS, below)) / np.diff(LOADS)[below], 0.0, 1.0)[:, None]
+            low, high = (
+                np.array([_period(key, LOADS[each] * abs(force), (0.0, 0.0)).deflection for each in at])
+                for at in (below, below + 1)
+            )
+            bent = (1.0 - part) * low + part * high
+            found.append(np.where(place[:, None] > 0.0, bent, 0.0))
+        return found
+
     def _walls(self, frequency: FloatArray) -> FloatArray:
         """Return the power that walls radiate per squared force, relative to large walls above their first mode.
 
@@ -136,9 +173,19 @@ class LinearGearbox:
 
     def _tilts(self, plain: tuple[Gearbox, list[MeshLaw], list[Any]]) -> FloatArray:
         gearbox, laws, _ = plain
-        return dynamics.static_misalignment(
-            gearbox, laws, None, input_torque=self.case.operation.input_torque, fidelity=STANDARD.dynamics
-        )
+        case, torque = self.case, self.case.operation.input_torque
+        forces = [0.0 if case.idles(each) else force for each, force in zip(case.stages, case.mesh_forces, strict=True)]
+        pairs = [_solid_pair(pair) for pair in case.pairs]
+
+        tilts = dynamics.opposed_misalignment(gearbox, laws, None, input_torque=torque, fidelity=STANDARD.dynamics)
+
+        def loaded(number: int, pair: GearPair) -> MeshPeriod:
+            return gear.mesh_period(pair, nominal_force=forces[number], fidelity=COARSE_TEETH)
+
+        try:
+            return balanced_tilts(pairs, forces, tilts, loaded)
+        except SolverError:  # an estimate stops no run
+            return tilts(np.zeros(len(pairs)))
 
     def _model(
         self, options: Options, tilts: FloatArray | None = None
@@ -148,9 +195,9 @@ class LinearGearbox:
         for number, (stage, pair, force, mesh) in enumerate(
             zip(self.case.stages, self.case.pairs, self.case.mesh_forces, self._gearbox.meshes, strict=True)
         ):
-            solid = replace(pair, pinion=_solid(pair.pinion), wheel=_solid(pair.wheel))
+            solid = _solid_pair(pair)
             tilt = (0.0, 0.0) if tilts is None else _rounded(tilts[number])
-            period = _period(tuple(getattr(solid, part.name) for part in fields(solid)), abs(force), tilt)
+            period = _period(_key(solid), abs(force), tilt)
             stiffness = 1.0 / (1.0 / period.stiffness + self._softness[number])
             of, reach = period.distribution, max(1e-3, 3.0 * abs(force) / stiffness) * np.array([-1.0, 1.0])
             laws.append(
@@ -176,13 +223,22 @@ class LinearGearbox:
         return gearbox, laws, deflections
 
 
+def _one_sided(law: MeshLaw, force: float) -> MeshLaw:
+    """Return a linear law that carries on the flank of its nominal force (N) alone."""
+    low, high = law.deflection[0], law.deflection[-1]
+    carried = [0.0, 0.0, law.force[0, -1]] if force >= 0.0 else [law.force[0, 0], 0.0, 0.0]
+    return law.replace(deflection=np.array([low, 0.0, high]), force=np.array([carried]))
+
+
+def _key(pair: GearPair) -> tuple[Any, ...]:
+    """Return the fields of a pair."""
+    return tuple(getattr(pair, part.name) for part in fields(pair))
+
+
 @lru_cache(maxsize=64)
 def _period(pair: tuple[Any, ...], force: float, tilt: tuple[float, float]) -> MeshPeriod:
     """Return the mesh period of a pair (its fields, which compared gearboxes share) that is tilted by its load."""
-    drawn = GearPair(*pair)
-    own = drawn.misalignment
-    tilted = replace(drawn, misalignment=Misalignment(own.in_plane + tilt[0], own.normal + tilt[1]))
-    return gear.mesh_period(tilted, nominal_force=force, fidelity=TEETH)
+    return gear.mesh_period(tilted(GearPair(*pair), tilt), nominal_force=force, fidelity=TEETH)
 
 
 def _scaled(bearing: Support, stiffness: float, damping: float) -> Support:
@@ -209,9 +265,9 @@ def _rounded(tilt: FloatArray) -> tuple[float, float]:
     return in_plane, normal
 
 
-def _solid(body: gear.GearBody) -> gear.GearBody:
-    """Return a gear with a solid blank."""
-    return replace(body, blank=SOLID)
+def _solid_pair(pair: GearPair) -> GearPair:
+    """Return a pair with solid blanks."""
+    return replace(pair, pinion=replace(pair.pinion, blank=SOLID), wheel=replace(pair.wheel, blank=SOLID))
 
 
 def level_change(before: FloatArray, after: FloatArray) -> float:

@@ -284,7 +284,7 @@ def _settling_time(case: GearboxCase, fidelity: Fidelity) -> float:
         gear.tabulated(pair, np.zeros(1), reach, 14e9 * pair.wheel.geometry.face_width * reach[None, :])
         for pair in case.pairs
     ]
-    knobs = replace(fidelity.dynamics, mesh_level="table", settle_time=1e5)
+    knobs = replace(fidelity.dynamics, mesh_level="table")
     model = simulation(
         case.gearbox_on_rigid_seats,
         laws,

@@ -6,13 +6,14 @@ This is the only place where they are decided. docs/decisions/0017-options-decid
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from nvhchain.case import AUTO, DECIDABLE, OFF, ON, Case, GearboxCase, Options
+from nvhchain.case import AUTO, DECIDABLE, LOADED, OFF, ON, Case, GearboxCase, Options
 from nvhchain.errors import InputError
 from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import FloatArray
@@ -27,28 +28,16 @@ DECIMALS = 3
 IMPOSSIBLE = "cannot be modelled"
 """Begin of the note of an option that the case does not allow."""
 
-_LOADED = ("friction", "shuttling")
-"""Options of drive flanks under load."""
-
-
 @dataclass(frozen=True)
 class OptionEstimate:
     """Estimated effect of one option, on top of all that is modelled.
 
-    Parameters
-    ----------
-    option : str
-        Name of the option.
-    asked : str
-        `auto`, `on` or `off` by the case, or the name of the case whose statement it follows.
-    modelled : bool
-        True where the run models it.
-    level_db : float
-        Change of the overall level by modelling it (dB).
-    distance_db : float
-        Distance of the spectra with and without it (dB), by which it is decided.
-    note : str
-        Reason where there is no estimate; empty where there is one.
+    option: name of the option.
+    asked: `auto`, `on` or `off` by the case, or the name of the case whose statement it follows.
+    modelled: True where the run models it.
+    level_db: change of the overall level by modelling it (dB).
+    distance_db: distance of the spectra with and without it (dB), by which it is decided.
+    note: reason where there is no estimate; empty where there is one.
     """
 
     option: str
@@ -84,20 +73,12 @@ class OptionEstimate:
 class Modelling:
     """Options of a case after the decision, each with its estimate.
 
-    Parameters
-    ----------
-    case : GearboxCase
-        Case without `auto`.
-    tolerance_db : float
-        Largest distance (dB) of the chosen model's spectrum from that with all options that were open.
-    options : tuple of OptionEstimate
-        Options in the order of `DECIDABLE`.
-    left_out_db : float
-        Level of the model with all open options over that of the chosen model (dB).
-    left_out_distance_db : float
-        Distance of their spectra (dB).
-    left_out_error : OrderError
-        Relative change of amplitudes by what is left out; of single orders at constant speed.
+    case: case without `auto`.
+    tolerance_db: largest distance (dB) of the chosen model's spectrum from that with all options that were open.
+    options: options in the order of `DECIDABLE`.
+    left_out_db: level of the model with all open options over that of the chosen model (dB).
+    left_out_distance_db: distance of their spectra (dB).
+    left_out_error: relative change of amplitudes by what is left out; of single orders at constant speed.
     """
 
     case: GearboxCase
@@ -136,6 +117,21 @@ class Modelling:
             parts += [f"{IMPOSSIBLE}: {', '.join(never)} (see plan)"] if never else []
             found.append("; ".join(parts))
         return (*found, *(each.line(self.tolerance_db) for each in self.against_estimate))
+
+    def at_state(self, case: GearboxCase) -> Modelling:
+        """Return the decision with the error of what it leaves out, estimated at the speed and torque of a case.
+
+        case: case without `auto`, with the options that are modelled.
+        """
+        left = [each.option for each in self.options if not (each.stated or each.note or each.modelled)]
+        if case.operation.input_torque <= 0.0:
+            left = [name for name in left if name not in LOADED]
+        linear, full = _Estimates(case), replace(case.options, **_switched_on(left))
+        try:
+            far, error = linear.distance(case.options, full), linear.order_changes(case.options, full)
+        except InputError:  # no estimate in this state
+            return self
+        return replace(self, left_out_distance_db=far, left_out_error=error)
 
     def values(self) -> dict[str, Any]:
         """Return the decision for JSON files."""
@@ -189,27 +185,52 @@ def modelled(case: GearboxCase, fidelity: Fidelity) -> Modelling:
     return _modelled(case, fidelity.option_tolerance_db)
 
 
-def modelled_alike(cases: Sequence[Case], fidelity: Fidelity) -> dict[str, Modelling]:
-    """Decide the options of cases that are compared, alike for all.
+def modelled_alike(
+    cases: Sequence[Case],
+    fidelity: Fidelity,
+    speeds: Sequence[float] | None = None,
+    torques: Sequence[float] | None = None,
+) -> dict[str, Modelling]:
+    """Decide the options of cases that are compared, or of steady states of one case, alike for all.
+
+    speeds: further steady speeds of the input (rad/s).
+    torques: torques of the input (N m) at these speeds; those of the cases by default.
 
     Returns name of every gearbox → its modelling.
 
-    An open option follows the cases that state it. If none does, it is on where one of the cases needs it. Differences
-    of the cases are then none of their models.
+    An open option follows the cases that state it. If none does, it is on where one of the cases needs it, at its own
+    speed or at one of the others. Differences of the cases, or over speed and torque, are then none of their models.
     """
     gearboxes = [case for case in cases if isinstance(case, GearboxCase)]
     alone = {case.name: modelled(case, fidelity) for case in gearboxes}
-    if len(gearboxes) < 2 or not any(case.options.undecided for case in gearboxes):
+    if (len(gearboxes) < 2 and not speeds) or not any(case.options.undecided for case in gearboxes):
         return alone
+    needed = {
+        case.name: [alone[case.name].case.options, *_needed(case, fidelity, tuple(speeds or ()), torques)]
+        for case in gearboxes
+    }
     common, source = dict[str, Any](), dict[str, str]()
     for name in DECIDABLE:
         stated = [case for case in gearboxes if getattr(case.options, name) != AUTO]
-        values = [getattr(alone[case.name].case.options, name) for case in stated or gearboxes]
+        values = [getattr(options, name) for case in stated or gearboxes for options in needed[case.name]]
         common[name] = max(values)
         source |= {name: stated[0].name} if stated else {}
-    if common["tilt"] and common["loaded_misalignment"]:
-        common["tilt" if source.get("loaded_misalignment") and "tilt" not in source else "loaded_misalignment"] = False
     return {case.name: _like(case, common, source, fidelity.option_tolerance_db) for case in gearboxes}
+
+
+def _needed(
+    case: GearboxCase, fidelity: Fidelity, speeds: tuple[float, ...], torques: Sequence[float] | None
+) -> list[Options]:
+    """Return the options that a case needs at steady speeds (rad/s), for each torque (N m)."""
+    if not speeds or not case.options.undecided:
+        return []
+    loads = [case.operation.input_torque] if torques is None else torques
+    found = []
+    for load in loads:
+        with suppress(InputError):  # a state that the case refuses has no level
+            at = replace(case, operation=replace(case.operation, input_torque=float(load)))
+            found.append(_chosen(_Estimates(at, speeds), fidelity.option_tolerance_db)[0])
+    return found
 
 
 def _like(case: GearboxCase, common: Mapping[str, Any], source: Mapping[str, str], tolerance: float) -> Modelling:
@@ -217,22 +238,22 @@ def _like(case: GearboxCase, common: Mapping[str, Any], source: Mapping[str, str
     linear = _Estimates(case)
     chosen = linear.plain(**{name: common[name] for name in linear.open})
     asked = {name: source.get(name, AUTO) for name in case.options.undecided}
-    return _described(linear, chosen, linear.plain(**_switched_on(linear.together)), tolerance, asked)
+    return _described(linear, chosen, linear.plain(**_switched_on(linear.open)), tolerance, asked)
 
 
 @lru_cache(maxsize=256)
 def _modelled(case: GearboxCase, tolerance: float) -> Modelling:
     linear = _Estimates(case)
-    chosen, full = _eliminated(linear, linear.together, tolerance)
-    if "tilt" in linear.together and "loaded_misalignment" in linear.open and not chosen.tilt:
-        # meshes that do not follow the tilt may still be loaded unevenly by it
-        names = ["loaded_misalignment" if name == "tilt" else name for name in linear.together]
-        chosen, full = _eliminated(linear, names, tolerance)
+    chosen, full = _chosen(linear, tolerance)
     return _described(linear, chosen, full, tolerance, dict.fromkeys(case.options.undecided, AUTO))
 
 
-def _eliminated(linear: _Estimates, names: Sequence[str], tolerance: float) -> tuple[Options, Options]:
-    """Return the options that remain of those named, and all of them."""
+def _chosen(linear: _Estimates, tolerance: float) -> tuple[Options, Options]:
+    """Return the options that are modelled, and all that could be.
+
+    Options may hide each other: one that exceeds the tolerance on top of those that remain comes back.
+    """
+    names = linear.open
     left = list(names)
     full = chosen = linear.plain(**_switched_on(left))
     while left:
@@ -243,6 +264,12 @@ def _eliminated(linear: _Estimates, names: Sequence[str], tolerance: float) -> t
             break
         left.remove(name)
         chosen = without[name]
+    while outside := [name for name in names if not chosen.models(name)]:
+        far = {name: linear.distance(chosen, chosen.switched(name, modelled=True)) for name in outside}
+        name = max(outside, key=lambda each: (far[each], each))
+        if max(far[name], linear.distance(chosen, full)) <= tolerance:
+            break
+        chosen = chosen.switched(name, modelled=True)
     return chosen, full
 
 
@@ -254,13 +281,8 @@ def _described(
     for name in DECIDABLE:
         on, stated = chosen.models(name), "on" if linear.case.options.models(name) else "off"
         note, level, distance = linear.refusal(name), 0.0, 0.0
-        if name == "loaded_misalignment" and chosen.tilt:
-            note = "tilt includes it"
-        elif name == "tilt" and chosen.loaded_misalignment:
-            note = note or "loaded_misalignment stands for it"
+        without, with_it = (chosen.switched(name, modelled=value) for value in (False, True))
         if not note:
-            without = chosen.switched(name, modelled=False)
-            with_it = chosen.switched(name, modelled=True)
             try:
                 level, distance = linear.change(without, with_it), linear.distance(without, with_it)
             except InputError as error:  # of an option that the case leaves out, beside those chosen
@@ -271,6 +293,12 @@ def _described(
     return Modelling(case, tolerance, tuple(found), left, far, linear.order_changes(chosen, full))
 
 
+def _farthest(before: FloatArray, after: FloatArray) -> float:
+    """Return the largest distance (dB) of spectra (n_speed, n_order) that are heard at all."""
+    heard = (before.sum(axis=1) > 0.0) & (after.sum(axis=1) > 0.0)
+    return max((spectral_distance(*each) for each in zip(before[heard], after[heard], strict=True)), default=0.0)
+
+
 def _switched_on(names: Sequence[str]) -> dict[str, Any]:
     return {name: ON[name] for name in names}
 
@@ -278,23 +306,15 @@ def _switched_on(names: Sequence[str]) -> dict[str, Any]:
 class _Estimates:
     """Spectra of a linear gearbox by options, each computed once."""
 
-    def __init__(self, case: GearboxCase) -> None:
-        self.case, self._linear = case, LinearGearbox(case)
+    def __init__(self, case: GearboxCase, speeds: tuple[float, ...] = ()) -> None:
+        self.case, self._linear = case, LinearGearbox(case, speeds)
         self._powers = dict[Options, FloatArray]()
         self._refusals = dict[str, str]()
 
     @property
     def open(self) -> list[str]:
         """Options that are `auto` and that the gearbox can have beside those that the case states."""
-        stated = self.case.options
-        twice = {"tilt": "loaded_misalignment", "loaded_misalignment": "tilt"}
-        beside = [name for name in stated.undecided if name not in twice or not stated.models(twice[name])]
-        return [name for name in beside if not self.refusal(name)]
-
-    @property
-    def together(self) -> list[str]:
-        """Options of `open` that can be modelled together: tilt includes the misalignment by the load."""
-        return [name for name in self.open if name != "loaded_misalignment" or "tilt" not in self.open]
+        return [name for name in self.case.options.undecided if not self.refusal(name)]
 
     def plain(self, **on: Any) -> Options:
         """Return the case's options with those that are open off, except the values `on`."""
@@ -315,16 +335,14 @@ class _Estimates:
         torque = self.case.operation.input_torque
         if torque == 0.0:
             return "no estimate, since idle gears have no mean load"
-        if torque < 0.0 and name in _LOADED:
+        if torque < 0.0 and name in LOADED:
             return f"acts on drive flanks under load, but input_torque = {torque:g} N m"
         if name == "gear_body_modes" and not self._linear.gear_bodies:
             return f"no gear body has modes up to {REACH * self.case.band.high:.4g} Hz"
-        others = {"tilt": False} if name == "loaded_misalignment" else {}
-        others |= {"loaded_misalignment": False} if name == "tilt" else {}
         try:
-            power = self.power(self.plain(**others, **_switched_on([name])))
+            power = self.power(self.plain(**_switched_on([name])))
             if name == "gear_body_modes":  # beside all others, too: the choice begins with all of them
-                open_ones = [each for each in self.case.options.undecided if each not in (name, "loaded_misalignment")]
+                open_ones = [each for each in self.case.options.undecided if each != name]
                 beside = [each for each in open_ones if not self.refusal(each)]
                 self.power(self.plain(**_switched_on([*beside, name])))
         except InputError as error:
@@ -335,7 +353,8 @@ class _Estimates:
         return self._compared(level_change, before, after)
 
     def distance(self, before: Options, after: Options) -> float:
-        return self._compared(spectral_distance, before, after)
+        """Return the distance of the spectra (dB); of steady speeds the largest."""
+        return self._compared(_farthest if self._linear.steady else spectral_distance, before, after)
 
     def order_changes(self, before: Options, after: Options) -> OrderError:
         """Return the relative change of amplitudes; of single orders at one speed alone."""

@@ -22,12 +22,8 @@ LARGEST = 10.0
 class OrderError:
     """Relative errors of amplitudes at the orders of the meshes, and their mean.
 
-    Parameters
-    ----------
-    orders : tuple of (float, float)
-        Order of the input and its relative error.
-    mean : float
-        Relative error of all other orders.
+    orders: order of the input and its relative error.
+    mean: relative error of all other orders.
     """
 
     orders: tuple[tuple[float, float], ...]

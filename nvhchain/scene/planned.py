@@ -19,22 +19,13 @@ SECONDS_PER_STEP = 0.1
 class PlannedStep:
     """One line of the plan; costs are estimates.
 
-    Parameters
-    ----------
-    step : Step
-        Row of the step table.
-    name : str
-        Step in words, with the gear stage where it has one.
-    models : str
-        Size and kind of the model.
-    seconds : float
-        Time (s) of all processors, user and system.
-    megabytes : float
-        Peak resident memory (MB).
-    counts : mapping of str to float
-        Estimated numbers of parts of the model.
-    result : str
-        Name of its result in the cache; empty for the name of the step.
+    step: row of the step table.
+    name: step in words, with the gear stage where it has one.
+    models: size and kind of the model.
+    seconds: time (s) of all processors, user and system.
+    megabytes: peak resident memory (MB).
+    counts: estimated numbers of parts of the model.
+    result: name of its result in the cache; empty for the name of the step.
     """
 
     step: Step[Any]
@@ -54,28 +45,16 @@ class PlannedStep:
 class Plan:
     """Steps in their order, reasons for exclusions, and options to consider.
 
-    Parameters
-    ----------
-    case : str
-        Name of the case.
-    fidelity : str
-        Name of the fidelity.
-    steps : tuple of PlannedStep
-        Steps in their order.
-    skipped : tuple of str
-        Reasons for exclusions.
-    options : tuple of str
-        Options that are modelled or left out, with their estimated decibels and seconds.
-    bearings : tuple of str
-        Loads and stiffness of bearings with a model, on rigid seats, and default damping.
-    assumptions : tuple of str
-        Assumptions of the case.
-    deviations : tuple of str
-        Manufacturing deviations of the stages, and the lines that they ask for.
-    inputs : tuple of str
-        Effects of inputs that are rarely known, the largest first.
-    cached : frozenset of str
-        Names of results in the cache (`chain.cached_results`); their steps take no time.
+    case: name of the case.
+    fidelity: name of the fidelity.
+    steps: steps in their order.
+    skipped: reasons for exclusions.
+    options: options that are modelled or left out, with their estimated decibels and seconds.
+    bearings: loads and stiffness of bearings with a model, on rigid seats, and default damping.
+    assumptions: assumptions of the case.
+    deviations: manufacturing deviations of the stages, and the lines that they ask for.
+    inputs: effects of inputs that are rarely known, the largest first.
+    cached: names of results in the cache (`chain.cached_results`); their steps take no time.
     """
 
     case: str

@@ -41,15 +41,10 @@ Knobs = GearFidelity | DynamicsFidelity | HousingFidelity | AcousticsFidelity
 class Scene:
     """A case at a fidelity, and the hand-offs that are supplied to its run.
 
-    Parameters
-    ----------
-    case : Case
-        Gearbox or radiator. Options that are `auto` are decided (`nvhchain.scene.modelling`), and off where the forces
-        are supplied.
-    fidelity : Fidelity
-        Knobs.
-    supplied : collection of str, or mapping of str to hand-off
-        Names of the supplied hand-offs, as arguments of `run`, or the hand-offs by name.
+    case: gearbox or radiator. Options that are `auto` are decided (`nvhchain.scene.modelling`), and off where the
+        forces are supplied.
+    fidelity: knobs.
+    supplied: names of the supplied hand-offs, as arguments of `run`, or the hand-offs by name.
     """
 
     case: Case
@@ -132,28 +127,16 @@ Needs = Callable[[Scene], tuple["Step[Any]", ...]]
 class Step(Generic[H_co]):
     """One row of the table; `Step[H]` makes an H.
 
-    Parameters
-    ----------
-    name : str
-        Name of the hand-off in arguments of `run` and fields of `Result`.
-    kind : type of HandOff
-        Class of the hand-off.
-    needs : callable
-        Function of the scene: steps whose hand-offs this one takes.
-    code : str
-        Package whose code makes the hand-off; a change there invalidates cached results.
-    knobs : str, optional
-        Part of the fidelity that the step takes.
-    shared : bool
-        True for load-independent operators, which several cases may share.
-    can_be_supplied : bool
-        True where a run can start from the hand-off.
-    repeats_by_stage : bool
-        True where each gear stage has its own hand-off.
-    file : str
-        Name on disk and on the console, where it is not `name`.
-    timed_as : Step, optional
-        Step whose measured time replaces that of this one in a sweep without it.
+    name: name of the hand-off in arguments of `run` and fields of `Result`.
+    kind: class of the hand-off.
+    needs: function of the scene: steps whose hand-offs this one takes.
+    code: package whose code makes the hand-off; a change there invalidates cached results.
+    knobs: part of the fidelity that the step takes.
+    shared: True for load-independent operators, which several cases may share.
+    can_be_supplied: True where a run can start from the hand-off.
+    repeats_by_stage: True where each gear stage has its own hand-off.
+    file: name on disk and on the console, where it is not `name`.
+    timed_as: step whose measured time replaces that of this one in a sweep without it.
     """
 
     name: str

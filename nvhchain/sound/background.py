@@ -35,12 +35,8 @@ _SEED = 3
 class Background:
     """Noise with given levels of third octaves.
 
-    Parameters
-    ----------
-    frequency : (n_band,) array
-        Middle frequencies (Hz) of third octaves, rising.
-    level : (n_band,) array
-        Levels (dB re 20 µPa).
+    frequency (n_band,): middle frequencies (Hz) of third octaves, rising.
+    level (n_band,): levels (dB re 20 µPa).
     """
 
     frequency: FloatArray

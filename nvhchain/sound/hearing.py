@@ -24,22 +24,13 @@ _LOUDEST = 1.0
 class Hearing:
     """Quantities of hearing of a sound, the same at both ears, in a free field from the front.
 
-    Parameters
-    ----------
-    loudness : float
-        Loudness (sone); of a changing sound N5, which it exceeds for 5 % of the time.
-    sharpness : float
-        Sharpness (acum); of a changing sound the mean.
-    roughness : float
-        Roughness (asper); of a changing sound the largest 5 %, as for the loudness.
-    time : (n,) array
-        Times (s) of the curves; empty for a steady sound.
-    loudness_in_time : (n,) array
-        Loudness (sone).
-    sharpness_in_time : (n,) array
-        Sharpness (acum).
-    roughness_in_time : (n,) array
-        Roughness (asper).
+    loudness: loudness (sone); of a changing sound N5, which it exceeds for 5 % of the time.
+    sharpness: sharpness (acum); of a changing sound the mean.
+    roughness: roughness (asper); of a changing sound the largest 5 %, as for the loudness.
+    time (n,): times (s) of the curves; empty for a steady sound.
+    loudness_in_time (n,): loudness (sone).
+    sharpness_in_time (n,): sharpness (acum).
+    roughness_in_time (n,): roughness (asper).
     """
 
     loudness: float

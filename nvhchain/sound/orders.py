@@ -58,18 +58,11 @@ def _lines(pressure: FieldPressure, orders: Sequence[float]) -> NDArray[np.bool_
 class OrderTrack:
     """One order of a run-up: p(t) = Re(envelope(t) exp(j order θ(t))).
 
-    Parameters
-    ----------
-    order : float
-        Order of the input.
-    time : (n,) array
-        Times of the envelope (s), equally spaced.
-    angle : (n,) array
-        Angle of the input θ (rad).
-    input_speed : (n,) array
-        Speed of the input (rad/s), the slope of the angle.
-    envelope : (n,) array
-        Complex amplitude (Pa).
+    order: order of the input.
+    time (n,): times of the envelope (s), equally spaced.
+    angle (n,): angle of the input θ (rad).
+    input_speed (n,): speed of the input (rad/s), the slope of the angle.
+    envelope (n,): complex amplitude (Pa).
     """
 
     order: float

@@ -87,16 +87,10 @@ class Sound:
 class Loop:
     """Lines that all have a whole number of periods in a loop.
 
-    Parameters
-    ----------
-    count : int
-        Number of samples.
-    rate : int
-        Sampling rate (Hz).
-    line : (n_f,) array
-        Number of periods of every line.
-    amplitude : (n_f,) array
-        Complex peak amplitudes (Pa).
+    count: number of samples.
+    rate: sampling rate (Hz).
+    line (n_f,): number of periods of every line.
+    amplitude (n_f,): complex peak amplitudes (Pa).
     """
 
     count: int

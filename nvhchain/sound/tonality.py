@@ -22,16 +22,10 @@ LOWEST, HIGHEST = 89.1, 11220.0
 class ToneProminence:
     """Prominence of one tone.
 
-    Parameters
-    ----------
-    frequency : float
-        Frequency (Hz).
-    tone_to_noise : float
-        Level of the tone over that of the background in its critical band (dB).
-    prominence_ratio : float
-        Level of the critical band with the tone over the mean of both adjacent bands (dB).
-    prominent : bool
-        True where either ratio reaches the limit of the standard.
+    frequency: frequency (Hz).
+    tone_to_noise: level of the tone over that of the background in its critical band (dB).
+    prominence_ratio: level of the critical band with the tone over the mean of both adjacent bands (dB).
+    prominent: True where either ratio reaches the limit of the standard.
     """
 
     frequency: float

@@ -26,18 +26,11 @@ POINT = ("speed_rpm", "torque_Nm")
 class Effect:
     """Main effect of a parameter on a response.
 
-    Parameters
-    ----------
-    parameter, response : str
-        Names.
-    change : float
-        Highest less lowest mean of the response over the groups of values, in the unit of the response.
-    lowest, highest : object
-        Value, or middle of a quarter of the values, with the lowest and with the highest mean.
-    share : float
-        Share of the variance of the response that lies between the groups, 0 to 1.
-    chance : float, optional
-        Share that chance alone exceeds for one of twenty parameters without effect; None in a plan without draws.
+    parameter, response: names.
+    change: highest less lowest mean of the response over the groups of values, in the unit of the response.
+    lowest, highest: value, or middle of a quarter of the values, with the lowest and with the highest mean.
+    share: share of the variance of the response that lies between the groups, 0 to 1.
+    chance: share that chance alone exceeds for one of twenty parameters without effect; None in a plan without draws.
     """
 
     parameter: str
@@ -58,14 +51,9 @@ class Effect:
 class SobolIndex:
     """Share of the variance of a response that is due to a parameter.
 
-    Parameters
-    ----------
-    parameter, response : str
-        Names.
-    first, total : float
-        Share by the parameter alone, and with all its interactions.
-    first_limits, total_limits : tuple of float
-        95 % confidence limits, by resampling.
+    parameter, response: names.
+    first, total: share by the parameter alone, and with all its interactions.
+    first_limits, total_limits: 95 % confidence limits, by resampling.
     """
 
     parameter: str

@@ -19,12 +19,8 @@ LEVELS = ("level", "sound_power")
 class Difference:
     """Level of a design less that of another one.
 
-    Parameters
-    ----------
-    change : float
-        Difference (dB).
-    limits : tuple of float or None
-        95 % confidence limits (dB); None for one that does not exist.
+    change: difference (dB).
+    limits: 95 % confidence limits (dB); None for one that does not exist.
     """
 
     change: float

@@ -13,12 +13,15 @@ from scipy.stats import norm
 
 from nvhchain.case import Case
 from nvhchain.case.checks.names import nearest
-from nvhchain.case.load import parse_change
+from nvhchain.case.toml.load import parse_change
 from nvhchain.dimensions import UNITS
 from nvhchain.errors import require
 from nvhchain.levels import number_text
 from nvhchain.names import check_names
 from nvhchain.report.case_record import case_values
+
+Design = dict[str, Any]
+"""Name of a parameter → its value."""
 
 SEEDS = 2**31
 """Number of seeds from which a draw takes one."""

@@ -30,20 +30,12 @@ RESAMPLES = 500
 class Percentile:
     """Value below which a part of all gearboxes lies.
 
-    Parameters
-    ----------
-    response : str
-        Name of the response.
-    speed_rpm, torque : float, optional
-        Operating point, where the study sets it (rpm, N·m).
-    percent : float
-        Part of the gearboxes (%).
-    value : float
-        Value of the response.
-    limits : tuple of float
-        95 % confidence limits, by order statistics; those beyond all gearboxes are infinite.
-    designs, missing : int
-        Number of gearboxes with this response, and without it: refused ones and those that lack it.
+    response: name of the response.
+    speed_rpm, torque: operating point, where the study sets it (rpm, N·m).
+    percent: part of the gearboxes (%).
+    value: value of the response.
+    limits: 95 % confidence limits, by order statistics; those beyond all gearboxes are infinite.
+    designs, missing: number of gearboxes with this response, and without it: refused ones and those that lack it.
     """
 
     response: str
@@ -60,18 +52,11 @@ class Percentile:
 class FailedShare:
     """Share of the gearboxes that exceed a target at their worst operating point.
 
-    Parameters
-    ----------
-    response : str
-        Name of the response.
-    target : float
-        Largest value that passes.
-    share : float
-        Share that fails, 0 to 1.
-    limits : tuple of float
-        95 % confidence limits (Clopper and Pearson).
-    designs, missing : int
-        Number of gearboxes with this response at all operating points, and of the others.
+    response: name of the response.
+    target: largest value that passes.
+    share: share that fails, 0 to 1.
+    limits: 95 % confidence limits (Clopper and Pearson).
+    designs, missing: number of gearboxes with this response at all operating points, and of the others.
     """
 
     response: str
@@ -86,20 +71,13 @@ class FailedShare:
 class Influence:
     """Influence of a parameter on a response over all gearboxes.
 
-    Parameters
-    ----------
-    parameter, response : str
-        Names.
-    share : float
-        Share of the variance of the response between groups of equal or similar values of the parameter, less its
+    parameter, response: names.
+    share: share of the variance of the response between groups of equal or similar values of the parameter, less its
         expectation for a parameter without influence.
-    share_limits : tuple of float
-        95 % confidence limits, by resampling.
-    correlation : float, optional
-        Rank correlation of Spearman, −1 to 1: 0 where the sign of a deviation does not matter. None for variants and
-        values that are no numbers.
-    correlation_limits : tuple of float, optional
-        95 % confidence limits, by resampling.
+    share_limits: 95 % confidence limits, by resampling.
+    correlation: rank correlation of Spearman, −1 to 1: 0 where the sign of a deviation does not matter. None for
+        variants and values that are no numbers.
+    correlation_limits: 95 % confidence limits, by resampling.
     """
 
     parameter: str

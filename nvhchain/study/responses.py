@@ -206,6 +206,8 @@ def _band_record(band: ErrorBand, place: int, result: chain.Result) -> dict[str,
         "frequency": _digits(band.frequency),
         "amplitude": _digits(band.amplitude[:, place]),
         "sources": {name: _digits(of[:, place]) for name, of in band.sources.items()},
+        "falls": {name: _digits(of[:, place]) for name, of in band.falls.items()},
+        "moved": None if band.moved is None else _digits(band.moved[:, place]),
         "reference": band.reference,
         "weighted": band.weighted,
         "place": place,
@@ -229,6 +231,8 @@ def stored_band(record: Mapping[str, Any]) -> ErrorBand:
         {name: column(of) for name, of in record["sources"].items()},
         record["reference"],
         record["weighted"],
+        {name: column(of) for name, of in record.get("falls", {}).items()},
+        column(record["moved"]) if record.get("moved") else None,
     )
 
 

@@ -8,17 +8,14 @@ from itertools import product
 from typing import Any
 
 from nvhchain.study.definition import Study
-from nvhchain.study.plans.designs import Design
+from nvhchain.study.parameter import Design
 
 
 @dataclass(frozen=True)
 class Point:
     """Operating point.
 
-    Parameters
-    ----------
-    speed_rpm, torque : float, optional
-        Speed (rpm) and torque (N·m) on the input shaft; None for that of the case.
+    speed_rpm, torque: speed (rpm) and torque (N·m) on the input shaft; None for that of the case.
     """
 
     speed_rpm: float | None
@@ -42,30 +39,17 @@ class Point:
 class Row:
     """One design at one speed and torque.
 
-    Parameters
-    ----------
-    design : int
-        Number of the design, from 0.
-    values : dict
-        Parameter → value.
-    speed_rpm, torque : float, optional
-        Operating point, where the study sets it (rpm, N·m).
-    responses : dict
-        Response → number; empty for a refused design.
-    limits : dict
-        Response → confidence limits (lower, upper); None for a limit that does not exist.
-    refused : str, optional
-        Reason why there is no result.
-    seconds : float
-        Time of the run (s).
-    draw : int
-        Number of the draw of the tolerances, from 0.
-    idle : tuple of str
-        Parameters whose other values leave the responses of this design alone, as further runs have found.
-    remarks : tuple of str
-        Remarks on the model of the base case, at the first row.
-    band : mapping, optional
-        Record of the limits of `level` line by line, for differences (`nvhchain.study.differences`).
+    design: number of the design, from 0.
+    values: parameter → value.
+    speed_rpm, torque: operating point, where the study sets it (rpm, N·m).
+    responses: response → number; empty for a refused design.
+    limits: response → confidence limits (lower, upper); None for a limit that does not exist.
+    refused: reason why there is no result.
+    seconds: time of the run (s).
+    draw: number of the draw of the tolerances, from 0.
+    idle: parameters whose other values leave the responses of this design alone, as further runs have found.
+    remarks: remarks on the model of the base case, at the first row.
+    band: record of the limits of `level` line by line, for differences (`nvhchain.study.differences`).
     """
 
     design: int

@@ -29,9 +29,9 @@ from nvhchain.study.analysis import main_effects, responses_of, same_responses
 from nvhchain.study.definition import DRAWN, PAIRED, Study
 from nvhchain.study.measuring import can_be_drawn
 from nvhchain.study.orders import brief_orders
-from nvhchain.study.parameter import Parameter
+from nvhchain.study.parameter import Design, Parameter
 from nvhchain.study.plans.costs import DISK, MEMORY, Cost, costs, count_runs, run_bytes
-from nvhchain.study.plans.designs import Design, base_design, list_designs
+from nvhchain.study.plans.designs import base_design, list_designs
 from nvhchain.study.plans.gradient import walk_gradient
 from nvhchain.study.plans.optimise import draws_of, search
 from nvhchain.study.responses import check_requested, check_response, response_names
@@ -122,8 +122,8 @@ def _with_idle(runs: _Runs, rows: list[Row]) -> list[Row]:
     """Return the rows of draws; the first one names the parameters that leave all responses alone.
 
     Every parameter changes in all draws, so that means over groups differ by chance. A parameter without a clear share
-    of any variance gets the value of another design in the first one, and in the one that differs from it in most
-    values, so that variants meet both; all other parameters keep theirs.
+    of any variance gets the value of another design in two designs: the first, and the one that differs from it in most
+    values. Variants then meet both. All other parameters keep theirs.
     """
     done = [row for row in rows if row.refused is None]
     count = len({row.design for row in done})

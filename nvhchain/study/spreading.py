@@ -32,18 +32,10 @@ Outcome = dict[str, Any]
 class Task:
     """Run of one case for the rows that share it.
 
-    Parameters
-    ----------
-    key : str
-        Fingerprint.
-    case : Case
-        Case.
-    rows : tuple of int
-        Numbers of its rows.
-    mean : Case, optional
-        Case with the scatter of the case file, for one of many gearboxes that differ in their scatter alone.
-    gearbox : int
-        Number of such a gearbox: a worker runs all of its speeds, which share mesh law and load distribution.
+    key: fingerprint.
+    rows: numbers of its rows.
+    mean: case with the scatter of the case file, for one of many gearboxes that differ in their scatter alone.
+    gearbox: number of such a gearbox: a worker runs all of its speeds, which share mesh law and load distribution.
     """
 
     key: str
@@ -61,16 +53,10 @@ class Task:
 class Spread:
     """Means of the runs.
 
-    Parameters
-    ----------
-    fidelity : Fidelity
-        Fidelity of all runs.
-    executor : Executor, optional
-        Executor; this process without one.
-    operators : Path
-        Folder of shared operators.
-    asked : tuple of str
-        Responses on request.
+    fidelity: fidelity of all runs.
+    executor: executor; this process without one.
+    operators: folder of shared operators.
+    asked: responses on request.
     """
 
     fidelity: Fidelity

@@ -26,21 +26,12 @@ _SAME_LINE = 1e-6
 class Deviation:
     """Errors (dB) with their sign, at the field point where they are largest.
 
-    Parameters
-    ----------
-    overall : float
-        Error of the level in dB(A).
-    worst_line : float
-        Error of the worst line within `REACH` of the strongest (dB).
-    worst_frequency : float
-        Frequency of this line (Hz).
-    orders : dict of float to float
-        Error (dB) of every harmonic of a mesh order within `REACH`, by order of the input; empty without gears.
+    overall: error of the level in dB(A).
+    worst_line: error of the worst line within `REACH` of the strongest (dB).
+    worst_frequency: frequency of this line (Hz).
+    orders: error (dB) of every harmonic of a mesh order within `REACH`, by order of the input; empty without gears.
 
-    Raises
-    ------
-    InputError
-        If an error is not a finite number.
+    Raises InputError if an error is not a finite number.
     """
 
     overall: float

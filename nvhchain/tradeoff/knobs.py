@@ -26,20 +26,12 @@ RECORD = "record"
 class Knob:
     """Fields of one part of a fidelity that are turned together.
 
-    Parameters
-    ----------
-    package : str
-        Part of the fidelity: `gear`, `dynamics`, `housing` or `acoustics`.
-    fields : tuple of str
-        Names of the fields in this part.
-    values : tuple of tuple
-        One tuple of field values per setting, cheapest first.
-    steps : frozenset of str
-        Declared steps that use the fields.
-    finer : bool
-        As in `nvhchain.fidelity.Sweep`.
-    hours : bool
-        As in `nvhchain.fidelity.Sweep`.
+    package: part of the fidelity: `gear`, `dynamics`, `housing` or `acoustics`.
+    fields: names of the fields in this part.
+    values: one tuple of field values per setting, cheapest first.
+    steps: declared steps that use the fields.
+    finer: as in `nvhchain.fidelity.Sweep`.
+    hours: as in `nvhchain.fidelity.Sweep`.
     """
 
     package: str
@@ -142,7 +134,8 @@ def variants(case: Case, base: Fidelity, names: Sequence[str] | None = None) -> 
         if value != knob.value_in(base)
     ]
     asked = names is None or PRESET in names
-    joint = [(PRESET, name, preset) for name, preset in PRESETS.items() if asked and not same_knobs(preset, base)]
+    own = knobs_by_package(base)
+    joint = [(PRESET, name, preset) for name, preset in PRESETS.items() if asked and knobs_by_package(preset) != own]
     return (*single, *joint)
 
 
@@ -171,15 +164,9 @@ def knobs_by_package(fidelity: Fidelity) -> dict[str, dict[str, Any]]:
     return {stage: dataclasses.asdict(getattr(fidelity, stage)) for stage in PACKAGES}
 
 
-def same_knobs(first: Fidelity, second: Fidelity) -> bool:
-    """Return True if two fidelities differ at most in their names."""
-    return knobs_by_package(first) == knobs_by_package(second)
-
-
 def _affects_case(knob: Knob, case: Case) -> bool:
     """Return True if a quantity of the case depends on a knob."""
-    running_up = isinstance(case, GearboxCase) and case.operation.ramp is not None
-    return (running_up or not knob.run_up) and _affects_quantities(knob, case)
+    return (case.running_up or not knob.run_up) and _affects_quantities(knob, case)
 
 
 def _affects_quantities(knob: Knob, case: Case) -> bool:

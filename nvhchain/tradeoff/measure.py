@@ -22,6 +22,7 @@ from nvhchain.fidelity import Fidelity
 from nvhchain.files.hdf5 import write_text
 from nvhchain.files.result_cache import Watcher, remove_abandoned_locks
 from nvhchain.runtime import processes
+from nvhchain.runtime.folder_lock import temporary_folder
 
 KILLED = "killed by signal"
 """Beginning of `Run.refused` where the system ended the run; a run with more memory may succeed."""
@@ -37,20 +38,12 @@ _SAMPLING = 0.02
 class Cost:
     """Cost of one step.
 
-    Parameters
-    ----------
-    seconds : float
-        Wall time (s).
-    processor : float
-        Time (s) of all processors, user and system, of the process and its children. Other work on the machine hardly
-        affects it.
-    megabytes : float
-        Peak resident memory (MB) of the process and its children.
+    seconds: wall time (s).
+    processor: time (s) of all processors, user and system, of the process and its children. Other work on the machine
+        hardly affects it.
+    megabytes: peak resident memory (MB) of the process and its children.
 
-    Raises
-    ------
-    InputError
-        If a value is negative or not finite.
+    Raises InputError if a value is negative or not finite.
     """
 
     seconds: float
@@ -66,17 +59,10 @@ class Cost:
 class Ledger:
     """Costs of finished steps by the cache key of their results, kept in a file.
 
-    Parameters
-    ----------
-    file : Path
-        JSON file.
-    costs : dict of str to Cost
-        Key → cost.
+    file: JSON file.
+    costs: key → cost.
 
-    Raises
-    ------
-    FileFormatError
-        If the file holds something else.
+    Raises FileFormatError if the file holds something else.
     """
 
     file: Path
@@ -116,12 +102,8 @@ class Ledger:
 class Run:
     """Cost of a measured run.
 
-    Parameters
-    ----------
-    stages : dict of str to Cost
-        Cost of every step by its name.
-    refused : str, optional
-        Reason for a missing result.
+    stages: cost of every step by its name.
+    refused: reason for a missing result.
     """
 
     stages: dict[str, Cost]
@@ -155,7 +137,7 @@ def measured_run(
     for folder in (out, operators):
         folder.mkdir(parents=True, exist_ok=True)
     with (
-        tempfile.TemporaryDirectory() as temporary,
+        temporary_folder("tradeoff") as temporary,
         Path(temporary, "events").open("w+b") as events,
         tempfile.TemporaryFile() as errors,
         processes.start_python("-m", "nvhchain.tradeoff.worker", stdin=processes.PIPE, stderr=errors) as process,

@@ -28,22 +28,13 @@ radiated power is off by more than 3 dB below a wavenumber of 4/a, where a is ha
 class Task:
     """Cases to plan for, and the sweep to plan from.
 
-    Parameters
-    ----------
-    cases : tuple of Case
-        Cases that are run alike.
-    supplied : collection of str
-        Names of the supplied hand-offs, or these by name.
-    sweep : Tradeoff
-        Measured sweep.
-    base : Fidelity
-        Base of the sweep.
-    tolerance : float
-        Tolerance (dB).
-    warnings : frozenset of str
-        Warnings at the base.
-    same : bool
-        True if all cases are the swept one.
+    cases: cases that are run alike.
+    supplied: names of the supplied hand-offs, or these by name.
+    sweep: measured sweep.
+    base: base of the sweep.
+    tolerance: tolerance (dB).
+    warnings: warnings at the base.
+    same: True if all cases are the swept one.
     """
 
     cases: tuple[Case, ...]
@@ -74,16 +65,10 @@ class Task:
 class Offer:
     """Knob at a value, or a preset.
 
-    Parameters
-    ----------
-    knob : Knob
-        Knob, or the name `preset`.
-    value : tuple
-        Setting of its fields.
-    error : float
-        Expected error (dB).
-    shares : mapping of str to float
-        Step of the sweep → remaining share of its processor time.
+    knob: knob, or the name `preset`.
+    value: setting of its fields.
+    error: expected error (dB).
+    shares: step of the sweep → remaining share of its processor time.
     """
 
     knob: Knob

@@ -51,25 +51,16 @@ NOTHING_OFFERED = f"no other setting saves {100 * SMALLEST_GAIN:g} % of the time
 class Choice:
     """Fidelity chosen by the planner.
 
-    Parameters
-    ----------
-    fidelity : Fidelity
-        Fidelity of the run.
-    settings : mapping of str to str
-        Knob → value that is cheaper than the sweep's base, or `preset` → its name.
-    expected_error_db : float
-        Sum of the errors of sound pressure measured for each setting against the base (dB). Other cases than the swept
-        one have a margin from held-out cases (`elsewhere`).
-    expected_seconds, base_seconds : float
-        Processor time (s) of a run without cached results, as estimated by `plan`, of the choice and of the base.
-    base_error_db : float
-        Error that the base itself leaves open (dB).
-    sweep, base : str
-        Names of the swept case and of the preset.
-    errors : mapping of str to float
-        Knob → error of its setting (dB).
-    same_case : bool
-        True if the planned cases are the swept one.
+    fidelity: fidelity of the run.
+    settings: knob → value that is cheaper than the sweep's base, or `preset` → its name.
+    expected_error_db: sum of the errors of sound pressure measured for each setting against the base (dB). Other cases
+        than the swept one have a margin from held-out cases (`elsewhere`).
+    expected_seconds, base_seconds: processor time (s) of a run without cached results, as estimated by `plan`, of the
+        choice and of the base.
+    base_error_db: error that the base itself leaves open (dB).
+    sweep, base: names of the swept case and of the preset.
+    errors: knob → error of its setting (dB).
+    same_case: True if the planned cases are the swept one.
     """
 
     fidelity: Fidelity

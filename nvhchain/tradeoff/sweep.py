@@ -37,18 +37,11 @@ _THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA
 class Measurement:
     """One row: a knob at a value, the rest at the base.
 
-    Parameters
-    ----------
-    knob : str
-        Name such as `gear.slices`, or `preset`, or `base`, or `record.` with the field that sets the record's length.
-    value : str
-        Setting in words.
-    stages : dict of str to Cost
-        Cost of every step, cached or computed.
-    deviation : Deviation, optional
-        Deviation from the base; None for a refused run and for the base.
-    refused : str, optional
-        Reason for a refusal.
+    knob: name such as `gear.slices`, or `preset`, or `base`, or `record.` with the field that sets the record's length.
+    value: setting in words.
+    stages: cost of every step, cached or computed.
+    deviation: deviation from the base; None for a refused run and for the base.
+    refused: reason for a refusal.
     """
 
     knob: str
@@ -77,16 +70,11 @@ class Measurement:
 class Tradeoff:
     """All rows of a sweep, the base first.
 
-    Parameters
-    ----------
-    case, base : str
-        Names of the case and the fidelity.
-    measurements : tuple of Measurement
-        Rows.
-    provenance : mapping
-        Version and code of every package, identity and `extent` of the case, knobs of the base, processors and threads.
-    yardstick : FieldPressure, optional
-        Pressure at the base; None for a run-up.
+    case, base: names of the case and the fidelity.
+    measurements: rows.
+    provenance: version and code of every package, identity and `extent` of the case, knobs of the base, processors and
+        threads.
+    yardstick: pressure at the base; None for a run-up.
     """
 
     case: str
@@ -272,7 +260,7 @@ def _deviation(case: Case, spine: Path, base: Path) -> Deviation:
     if (base / "pressure_history.h5").exists():
         histories = [hdf5.load(folder / "pressure_history.h5", PressureHistory) for folder in (spine, base)]
         return deviation_in_time(*histories)
-    orders = [float(order) for order in case.mesh_orders.values()] if isinstance(case, GearboxCase) else []
+    orders = [float(order) for order in case.mesh_orders.values()]
     pressures = [hdf5.load(folder / "pressure.h5", FieldPressure) for folder in (spine, base)]
     return deviation(pressures[0], pressures[1], orders)
 

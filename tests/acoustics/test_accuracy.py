@@ -242,19 +242,23 @@ def test_low_singular_orders_compression_and_unfinished_iterations_are_part_of_t
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:needles, sharp edges or thin gaps")
 def test_a_plate_three_hundred_times_as_wide_as_thick_errs_by_less_than_is_stated():
-    """Yardstick: twice as many elements along each edge; the plate shakes, bends in one wave and breathes."""
-    frequency, width = np.array([50.0, 1200.0]), 0.3
+    """Yardstick: twice as many elements along each edge; the plate shakes, bends in one wave and breathes.
+
+    Each frequency stands alone: beside 1200 Hz nobody hears the line at 50 Hz, and its errors are not stated.
+    """
+    frequencies, width = np.array([50.0, 1200.0]), 0.3
     points = 3.0 * np.random.default_rng(0).normal(size=(20, 3))
 
     def sound(count):
         plate = bodies.cells((count, count, 1), (width, width, 0.001))
-        vectors = transfer_vectors(plate, points, frequency)
         x, y = 2.0 * np.pi * plate.centroids[:, :2].T / width
         normal = plate.normals[:, 2]
         for velocity in (normal, normal * np.cos(x) * np.cos(y), np.abs(normal) * np.cos(0.5 * x) * np.cos(0.5 * y)):
-            yield radiate(vectors, SurfaceVelocity(frequency, np.tile(velocity.astype(complex), (2, 1)), plate))
+            for frequency in frequencies[:, None]:
+                vectors = transfer_vectors(plate, points, frequency)
+                yield radiate(vectors, SurfaceVelocity(frequency, velocity[None].astype(complex), plate))
 
     for coarse, fine in zip(sound(9), sound(18), strict=True):
         error = np.abs(coarse.pressure - fine.pressure).max(axis=1) / np.abs(fine.pressure).max(axis=1)
-        stated = coarse.accuracy.expected_error_db + coarse.accuracy.cancellation_error_db
+        stated = coarse.accuracy.expected_error_db + (coarse.accuracy.cancellation_error_db or 0.0)
         assert 20.0 * np.log10(1.0 + error.max()) < stated

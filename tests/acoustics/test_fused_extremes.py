@@ -7,10 +7,10 @@ import pytest
 
 from nvhchain.acoustics import sphere
 from nvhchain.acoustics.fused import engine
-from nvhchain.acoustics.fused.closure_check import closure_error
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import Surface
 from nvhchain.testing.bodies import box, source_field, twice, united
+from tests.acoustics.closure_error import closure_error
 
 FIDELITY = AcousticsFidelity(elements_per_wavelength=3.0, masters=2)
 

@@ -263,16 +263,19 @@ def test_power_carries_what_the_mesh_lets_expect(air):
 
 @pytest.mark.parametrize("way", ["velocity", "radiation resistance"])
 def test_motions_that_cancel_come_with_their_error(air, coarse, way):
-    """A rotating ellipsoid on a coarse irregular mesh: a lateral quadrupole, at 1 Hz below what the mesh resolves."""
-    lines = np.array([1.0, 200.0])
+    """A rotating ellipsoid on a coarse irregular mesh: a lateral quadrupole, at 1 Hz below what the mesh resolves.
+
+    At 1 Hz it moves so much more that both lines are about as loud.
+    """
+    lines, speed = np.array([1.0, 200.0]), np.array([[1e7], [1.0]])
 
     def power(body, shape):
         if way == "velocity":
-            return sound_power(SurfaceVelocity(lines, np.tile(shape, (2, 1)), body), air=air, fidelity=coarse)
+            return sound_power(SurfaceVelocity(lines, speed * shape, body), air=air, fidelity=coarse)
         left = np.where(body.centroids[:, 0] < 0, shape, 0.0)
         halves = SurfaceShapes(body, np.stack([left, shape - left], axis=1))
         found = radiation_resistance(halves, [1.0, 70.0, 130.0, 200.0], air=air, fidelity=coarse)
-        return power_from_waves(found, lines, np.ones((2, 2), dtype=complex), fidelity=coarse)
+        return power_from_waves(found, lines, speed * np.ones((2, 2), dtype=complex), fidelity=coarse)
 
     with pytest.warns(AccuracyWarning, match=r"cancel each other, .* at 1 line: expect errors .* at 1 Hz"):
         exact, got = (power(*one) for one in bodies.rotating_ellipsoids())

@@ -10,13 +10,14 @@ import pytest
 from nvhchain.acoustics import Bempp, solve_direct, sphere, transfer_vectors
 from nvhchain.acoustics.accuracy import mesh_error as accuracy
 from nvhchain.acoustics.accuracy.mesh_error import expected_accuracy
-from nvhchain.acoustics.fused.closure_check import closure_error, gap_cost, suspect_error
+from nvhchain.acoustics.fused.closure_check import gap_cost, suspect_error
 from nvhchain.acoustics.fused.engine import systems
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import Surface, SurfaceVelocity
 from nvhchain.scene.radiation import _SECONDS_PER_PAIR
 from nvhchain.testing import bodies
+from tests.acoustics.closure_error import closure_error
 
 KNOBS = AcousticsFidelity(elements_per_wavelength=1.0, masters=4, coarsest_elements_per_wavelength=1.0)
 

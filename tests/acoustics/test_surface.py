@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nvhchain.acoustics import check_mesh, check_points, circle_points, required_element_size, sphere
+from nvhchain.acoustics import check_mesh, check_points, required_element_size, sphere
 from nvhchain.acoustics.surfaces.surface import mean_edge
 from nvhchain.errors import InputError
 from nvhchain.fidelity import STANDARD
@@ -56,27 +56,3 @@ def test_a_field_point_on_the_surface_is_refused_and_one_a_hundredth_of_an_edge_
 def test_points_of_the_wrong_shape_or_value_are_refused(points):
     with pytest.raises(InputError, match="field points"):
         check_points(sphere(0.1, 1), points)
-
-
-@pytest.mark.parametrize(
-    ("radius", "centre", "axis", "count", "message"),
-    [
-        (np.nan, (0, 0, 0), (0, 0, 1), 4, "both must be positive"),
-        (np.inf, (0, 0, 0), (0, 0, 1), 4, "both must be positive"),
-        (1.0, (0, 0, 0), (0, 0, 1), 0, "both must be positive"),
-        (1.0, (0, np.nan, 0), (0, 0, 1), 4, "centre of a circle .* three finite coordinates"),
-        (1.0, (0, 0, 0), (0, np.inf, 1), 4, "axis of a circle .* three finite coordinates"),
-        (1.0, (0, 0, 0), (0, 0, 0), 4, "axis of the circle has no length"),
-        (1.0, (0, 0, 0), (0, 1), 4, "axis of a circle .* three finite coordinates"),
-    ],
-)
-def test_circles_without_a_finite_radius_centre_or_axis_are_refused(radius, centre, axis, count, message):
-    with pytest.raises(InputError, match=message):
-        circle_points(radius, centre, axis, count)
-
-
-def test_points_of_a_circle_lie_on_it_whatever_the_length_of_the_axis():
-    for length in (1e-200, 1.0, 1e200):
-        points = circle_points(2.0, (1.0, 2.0, 3.0), (0.0, 0.6 * length, 0.8 * length), 5) - [1.0, 2.0, 3.0]
-        assert np.linalg.norm(points, axis=1) == pytest.approx(2.0)
-        assert points @ [0.0, 0.6, 0.8] == pytest.approx(0.0, abs=1e-12)

@@ -86,3 +86,16 @@ def test_changed_knobs_reach_the_plan(capsys):
     assert len(set(texts)) == 3
     assert "30 slices" in texts[1]
     assert "30 slices" not in texts[0]
+
+
+@pytest.mark.parametrize("digits", [20, 400, 5000])
+def test_whole_numbers_of_hundreds_of_digits_are_named(tmp_path, digits):
+    """They ended in a traceback of integers that are no floats, or have no text."""
+    number = "1" + "0" * digits
+    file = tmp_path / "long.toml"
+    file.write_text(f'kind = "gearbox"\nname = "long"\nx = {number}\n')
+    with pytest.raises(InputError, match=r"long\.toml.*lies beyond 64 bits: write it as a decimal"):
+        load_case(file)
+    file.write_text('kind = "gearbox"\n')
+    with pytest.raises(InputError, match=r"^a\.b.*lies beyond 64 bits"):
+        load_case(file, changes=[f"a.b={number}"])

@@ -10,8 +10,8 @@ import pytest
 import nvhchain as nvh
 from nvhchain.case import Deviations, GearboxCase
 from nvhchain.errors import InputError
-from nvhchain.gear import pitch_deviations
 from nvhchain.scene.bearing_lines import deviation_lines
+from tests.gear.test_deviations import pitch_deviations
 
 
 @pytest.fixture

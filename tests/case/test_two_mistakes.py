@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from nvhchain.case import load_case, save_case
-from nvhchain.case.checks import missing
+from nvhchain.case.toml import missing
 from nvhchain.errors import InputError, mistakes
 from nvhchain.study.parameter import _toml
 from nvhchain.testing.coarse_runs import SMALL

@@ -88,9 +88,11 @@ def test_what_comes_next_is_compiled_ahead_and_nothing_for_sound_where_none_is_a
     monkeypatch.setattr(kernels.acoustics, "compile_kernels", lambda engine, fidelity: asked.append(engine))
     heard = replace(case, quantities=("sound_power",))
     for one, expected in ((case, ["time loop"]), (heard, ["time loop", "fused"])):
-        with ahead.operators_ahead([one], coarse, tmp_path):
+        with ahead.operators_ahead([one], coarse, tmp_path / one.quantities[0]):
             assert asked == expected
         asked.clear()
+        with ahead.operators_ahead([one], coarse, tmp_path / one.quantities[0]):
+            assert not asked, "what is kept needs no second process"
 
 
 @pytest.mark.slow

@@ -19,7 +19,7 @@ from nvhchain.handoff import ForceSpectrum
 from nvhchain.housing import exported_modes
 from nvhchain.interop import write_modal_uff
 from nvhchain.report import contributions
-from nvhchain.report.page.stored import stored_results
+from nvhchain.report.stored import stored_results
 
 pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
 
@@ -209,9 +209,9 @@ def test_what_cannot_be_drawn_is_refused(files, told, plot, name, which, at, mes
 def test_groups_of_an_imported_model_are_its_panels(case, told, tmp_path):
     from nvhchain.fidelity import HousingFidelity
     from nvhchain.housing.casting.mesh import mesh_casting
-    from nvhchain.housing.exchange.casting_model import casting_model
     from nvhchain.interop import write_nastran
-    from nvhchain.report.causes.contributions import _panels
+    from nvhchain.report.parts import _panels
+    from tests.housing.casting_model import casting_model
 
     mesh = mesh_casting(case.housing, HousingFidelity(element_size=0.04, elements_per_turn=10))
     write_nastran(casting_model(mesh, case.housing), tmp_path / "housing.bdf", units="mm-t-s")

@@ -15,9 +15,9 @@ from nvhchain.errors import InputError
 from nvhchain.fidelity import DynamicsFidelity, HousingFidelity
 from nvhchain.housing import bearing_seats, modal_model
 from nvhchain.housing.casting.mesh import mesh_casting
-from nvhchain.housing.exchange.casting_model import casting_model
 from nvhchain.interop import read_nastran, write_modal_hdf5, write_modal_uff, write_nastran, write_vtu
 from nvhchain.scene import preflight
+from tests.housing.casting_model import casting_model
 
 pytestmark = [
     pytest.mark.usefixtures("common_operators"),

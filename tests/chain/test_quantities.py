@@ -129,6 +129,7 @@ def test_efficiency_and_directivity_of_spheres(request, tmp_path, capsys):
     exact = 10 * np.log10(0.5 * 1.21 * 343.0 * 4 * np.pi * 0.1**2 * ka**2 / (1 + ka**2) / 1e-12)
     for level, line in zip(exact, power["lines"], strict=True):
         assert line["limits"][0][0] < level < line["limits"][0][1]
+    assert main(["plot", str(out / "radiation_efficiency.h5")]) == 0
     path.write_text(
         f'base = "{sphere}"\nquantities = ["directivity"]\npulsation = 0.0\nvelocity = [0.0, 0.0, 0.1]\n'
         "frequencies = [200.0, 400.0]\n"
@@ -143,8 +144,9 @@ def test_efficiency_and_directivity_of_spheres(request, tmp_path, capsys):
     np.testing.assert_allclose(index.index[:, at], [level, level], atol=0.1)
     assert f"{level[1]:.1f} dB at aslant" in capsys.readouterr().out
     assert set(json.loads((out / "error_bands.json").read_text())) == {"pressure", "sound_power"}
+    assert not (out / "radiation_efficiency.h5").exists()  # of the other case
+    assert main(["plot", str(out / "directivity.h5")]) == 0
     for name in ("radiation_efficiency", "directivity"):
-        assert main(["plot", str(out / f"{name}.h5")]) == 0
         assert (out / f"{name}.png").stat().st_size > 10_000
 
 

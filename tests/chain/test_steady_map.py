@@ -11,6 +11,7 @@ import nvhchain as nvh
 from nvhchain.chain import steady_map
 from nvhchain.chain.running import OPERATORS
 from nvhchain.cli import main
+from nvhchain.error_band import difference_limits
 from nvhchain.report.sentences import verdict
 from nvhchain.report.steady_states import steady_maps
 
@@ -36,6 +37,8 @@ def test_a_state_of_the_map_has_the_level_of_a_run_at_its_speed_and_torque(cases
     slower = replace(case, operation=replace(case.operation, input_speed=rpm[0] * pi / 30, input_torque=150.0))
     alone = nvh.run(slower, fidelity=coarse, operators=compared[0] / OPERATORS, mesh_laws=ran[0].mesh_laws)
     assert found.level[0, 0] == pytest.approx(alone.overall, abs=0.01)
+    assert found.limits[1, 1] == pytest.approx(ran[0].error_band.overall, abs=0.1)
+    assert found.limits[0, 0] == pytest.approx(replace(alone, supplied=()).error_band.overall, abs=0.1)
     error = alone.bearing_forces.transmission_error
     assert found.transmission_error[0, 0] == pytest.approx(np.ptp(error[:, :2], axis=0), rel=1e-6)
 
@@ -49,7 +52,7 @@ def test_a_state_beyond_the_mesh_law_is_a_gap_with_its_reason(ran):
 
 def test_verdict_table_and_page_hold_the_states(compared, ran, tmp_path):
     results = {result.case.name: result for result in ran}
-    maps = steady_maps(results, [150.0, 200.0, 261.8], None, tmp_path)
+    maps = steady_maps(results, [150.0, 200.0, 261.8], None, tmp_path, tmp_path)
     with (tmp_path / "levels_over_speed.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 6
@@ -61,10 +64,22 @@ def test_verdict_table_and_page_hold_the_states(compared, ran, tmp_path):
         }}}  # fmt: skip
     sentence = next(line for line in verdict(summary) if " 3 speeds" in line)
     by = np.array(maps["slotted"]["level_dBA"]) - np.array(maps["solid"]["level_dBA"])
+    limits = np.array(maps["slotted"]["difference_limits_dB"], dtype=float)
+    low, high = np.nan_to_num(limits[..., 0], nan=-np.inf), np.nan_to_num(limits[..., 1], nan=np.inf)
+    assert ((low < by) & (by < high)).all()
+    bands = [steady_map(of, [261.8]).states[0, 0].band for of in ran]
+    apart = difference_limits(*bands)[0]
+    assert np.isfinite(apart).all()
+    assert high[0, 2] - low[0, 2] < 0.95 * np.ptp(apart), "shared errors cancel"
     louder = int((by > 0).sum())
     most = max(louder, 3 - louder)
     count = "all 3" if most == 3 else f"{most} of 3"
     assert f"{'louder' if louder > 1 else 'quieter'} at {count}" in sentence
+    sure = int(((low > 0) if louder > 1 else (high < 0)).sum())
+    assert f", with 95 % certainty at {'all' if sure == most else sure or 'none'} of them" in sentence
+    (level,) = (key for key in rows[0] if key.endswith(", lower limit"))
+    assert rows[0][level] == "-inf", "no lower limit"
+    assert float(rows[2][level]) < float(rows[2][level.removesuffix(", lower limit")])
     assert (tmp_path / "levels_over_speed.png").stat().st_size > 10_000
 
 

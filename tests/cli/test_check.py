@@ -2,6 +2,7 @@
 
 import re
 
+import meshio
 import numpy as np
 import pytest
 
@@ -254,3 +255,45 @@ def test_a_radiator_at_rest_is_valid_and_names_the_velocity_that_its_run_needs(t
     (tmp_path / "case.toml").write_text(f'{text}[[field_points]]\nname = "p"\nposition = [0, 0, 1]\n')
     assert main(["check", str(tmp_path / "case.toml")]) == 0
     assert "at rest: give the run its velocity with --use FILE" in capsys.readouterr().out
+
+
+BALL = """kind = "radiator"
+name = "ball"
+frequencies = [200, 500]
+pulsation = 1.0
+body = { type = "sphere", radius = 0.1 }
+[[field_points]]
+name = "p"
+position = [0, 0, 1]
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("radius = 0.1", "radius = 0.1, centre = [0, 0, 1e18]", "centre = (0.0, 0.0, 1e+18) m is beyond 10 km"),
+        ("[0, 0, 1]", "[0, 0, 0.09]", "field point 'p' at (0.0, 0.0, 0.09) m lies inside the body: move it out"),
+        ("[200, 500]", "[1e-300, 500]", "frequencies = 1e-300…500 Hz are outside 0.001…100000 Hz"),
+    ],
+)
+def test_what_no_run_of_a_radiator_accepts_is_refused(tmp_path, capsys, old, new, words):
+    """`run` met these after its transfer vectors: "divide by zero", triangles without area."""
+    (tmp_path / "case.toml").write_text(BALL.replace(old, new))
+    assert main(["check", str(tmp_path / "case.toml")]) == 2
+    assert words in capsys.readouterr().err
+
+
+def test_a_microphone_inside_the_surface_of_a_file_is_refused(tmp_path, capsys):
+    body = nvh.acoustics.sphere(0.1, 1)
+    meshio.Mesh(body.vertices, [("triangle", body.triangles)]).write(tmp_path / "ball.stl")
+    text = BALL.replace('{ type = "sphere", radius = 0.1 }', '{ type = "surface_file", file = "ball.stl" }')
+    for position, code in (("[0, 0, 1]", 0), ("[0, 0, 0.05]", 2)):
+        (tmp_path / "case.toml").write_text(text.replace("[0, 0, 1]", position))
+        assert main(["check", str(tmp_path / "case.toml")]) == code
+    assert "field point 0 at [0.0, 0.0, 0.05] m lies inside the body: move it outside" in capsys.readouterr().err
+
+
+def test_changed_knobs_are_checked(tmp_path, capsys):
+    (tmp_path / "case.toml").write_text(BALL)
+    assert main(["check", str(tmp_path / "case.toml"), "--set", "fidelity.acoustics.masters=0"]) == 2
+    assert "masters = 0 is outside" in capsys.readouterr().err

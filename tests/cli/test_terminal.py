@@ -11,11 +11,13 @@ from nvhchain.cli import main
 
 SPHERE = Path(__file__).parents[2] / "cases" / "sphere" / "on_floor.toml"
 LEVELS = (
-    "sphere-over-floor: 92.7 dB(A) (95 % limits 92.5…93.0) at on the floor\n"
+    "sphere-over-floor: 92.7 dB(A) (95 % limits 92.5…92.9) at on the floor\n"
     "sphere-over-floor: 89.8 dB(A) (95 % limits 89.5…90.0) at 1 m up\n"
-    "Limits at on the floor: 100 % from surface mesh (most at 1000 Hz)\n"
+    "Limits at on the floor: 100 % from surface mesh (most at 1000 Hz); "
+    "a finer --fidelity or knobs of fidelity.acoustics narrow it\n"
 )
 FOUND = "sphere-over-floor:\n  transfer_vectors: cached\n  pressure: cached\n"
+FULL = "output cannot be printed: No space left on device: redirect it to where there is room"
 POSIX = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
 
 
@@ -78,9 +80,9 @@ def test_reader_that_left_changes_nothing(finished, stream):
 def test_levels_that_cannot_be_written_are_one_line_and_a_failure(finished):
     with open("/dev/full", "w") as full:
         done = ran(finished, stdout=full, stderr=subprocess.PIPE)
-        assert (done.returncode, done.stderr) == (1, f"{FOUND}nvhchain: [Errno 28] No space left on device\n")
+        assert (done.returncode, done.stderr) == (1, f"{FOUND}nvhchain: {FULL}\n")
         helped = subprocess.run([*command(finished), "--help"], stdout=full, stderr=subprocess.PIPE, encoding="utf-8")
-        assert (helped.returncode, helped.stderr) == (1, "nvhchain: [Errno 28] No space left on device\n")
+        assert (helped.returncode, helped.stderr) == (1, f"nvhchain: {FULL}\n")
         assert ran(finished, stderr=full, stdout=subprocess.PIPE).returncode == 0
 
 
@@ -161,3 +163,20 @@ def test_byte_order_mark_is_skipped_and_another_encoding_refused(tmp_path, capsy
     case.write_text(text, encoding="utf-16")
     assert main(["check", str(case)]) == 2
     assert capsys.readouterr().err == f"nvhchain: {case}: byte 1 is none of UTF-8 text: save the file as UTF-8\n"
+
+
+def test_an_interrupted_command_removes_locks_of_children_that_ended_with_it(tmp_path, monkeypatch):
+    """299 signals in one run of `make kills` found one lock of a study with workers."""
+    from nvhchain import cli
+    from nvhchain.files import result_cache
+
+    monkeypatch.setattr(result_cache.tempfile, "gettempdir", lambda: str(tmp_path))
+    left = tmp_path / f"{result_cache._own_prefix()}-0123456789abcdef.lock"
+    left.touch()
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, "_command", interrupted)
+    assert cli.main(["check", "x"]) == 130
+    assert not left.exists()

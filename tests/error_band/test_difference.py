@@ -115,3 +115,15 @@ def test_bands_of_different_places_are_refused():
     two = ErrorBand(LINES, np.ones((2, 2)), {})
     with pytest.raises(InputError, match="bands have 2 and 1 places"):
         difference_limits(two, band([1.0, 1.0]))
+
+
+def test_moved_natural_frequencies_that_change_two_levels_alike_cancel_in_their_difference():
+    """Each level may fall by 6 dB; together they do, but for 1 dB."""
+    lines, size = np.array([1000.0]), np.array([[1.0]])
+    falling = {"falls": {"housing": 0.25 * size}, "moved": np.array([[0.25], [1.0], [1.2]])}
+    first = ErrorBand(lines, size, {"housing": 0.05 * size}, **falling)
+    second = replace(first, amplitude=2.0 * size, moved=first.moved * np.array([[1.0], [10**-0.1], [1.0]]))
+    apart = difference_limits(first, second)[0]
+    together = difference_limits(first, second, {"housing"})[0]
+    assert together == pytest.approx(20 * np.log10(2.0) + np.array([-1.0, 0.0]))
+    assert apart[0] < together[0] - 1.5

@@ -29,7 +29,7 @@ from nvhchain.error_band import (
     velocity_band,
 )
 from nvhchain.error_band.gears import AMPLIFICATION, law_error
-from nvhchain.error_band.housing import bearing_velocity, shifted, velocity_shares
+from nvhchain.error_band.housing import bearing_velocity, shifted
 from nvhchain.error_band.radiation import level_error, radiation_error
 from nvhchain.error_band.resonances import force_change
 from nvhchain.errors import AccuracyWarning, InputError
@@ -78,9 +78,22 @@ def test_a_coarse_housing_is_wrong_at_its_resonances_and_less_so_when_it_is_fine
     coarse = of(case, DRAFT, housing, parts)
     finer = housing.replace(accuracy=HousingAccuracy([0.0005, 0.001, 0.002]))
     fine = of(case, DRAFT, finer, parts)
-    relative = (coarse.sources["housing"] / coarse.pressure).max(axis=1)
+    relative = (coarse.falls["housing"] / coarse.pressure).max(axis=1)
     assert relative[LINES == 1000.0] > 5 * relative[LINES == 300.0]
-    assert (fine.sources["housing"] < 0.25 * coarse.sources["housing"]).all()
+    assert (fine.falls["housing"].max(axis=1) < 0.3 * coarse.falls["housing"].max(axis=1)).all()
+
+
+def test_at_a_resonance_a_moved_mode_lowers_the_sound_and_hardly_raises_it(case, housing, parts):
+    """An error of one size up and down left no lower limit, or an upper one that no moved mode reaches."""
+    made = of(case, DRAFT, housing, parts)
+    (at,) = np.flatnonzero(LINES == 1000.0)
+    up, down = made.sources["housing"][at], made.falls["housing"][at]
+    assert (down > 5 * up).all()
+    assert (COVERAGE * down < made.pressure[at]).all()
+    _, _, vectors, forces = parts
+    for share in (-1.9, 1.9):
+        other = radiate(vectors, respond(shifted(housing, share), forces), fidelity=DRAFT.acoustics)
+        assert (np.abs(other.pressure[at]) >= made.pressure[at] - 1.05 * COVERAGE * down).all()
 
 
 def test_the_sound_of_a_housing_whose_modes_are_off_by_what_its_mesh_leaves_open_lies_in_the_band(case, housing, parts):
@@ -90,24 +103,6 @@ def test_the_sound_of_a_housing_whose_modes_are_off_by_what_its_mesh_leaves_open
         other = housing.replace(natural_frequency=housing.natural_frequency * np.array(factors))
         level = decibel(radiate(vectors, respond(other, forces), fidelity=DRAFT.acoustics).pressure)
         assert ((made.lower < level) & (level < made.upper)).all()
-
-
-def test_a_mode_may_stand_lower_or_higher_than_it_is(housing):
-    """From 1000 to 995 or 1005 Hz, by the differences of squares that the motion goes with.
-
-    Each line takes the larger change: that of the mode which comes closer. Damping adds little so far away.
-    """
-    beside = ForceSpectrum(np.array([900.0, 1100.0]), load(1.0, 1.0), BEARINGS, input_speed=188.5)
-    below, above = velocity_shares(housing, beside).motion_change[:, 1]
-    assert below == pytest.approx((1000**2 - 900**2) / (995**2 - 900**2) - 1, rel=0.03)
-    assert above == pytest.approx((1100**2 - 1000**2) / (1100**2 - 1005**2) - 1, rel=0.03)
-
-
-def test_modes_whose_error_is_larger_than_their_frequency_stay_modes(housing):
-    """Elements that are far too long for thin walls are warned of, and not refused."""
-    count = len(housing.natural_frequency)
-    wrong = housing.replace(accuracy=HousingAccuracy(frequency_error=np.full(count, 1.5)))
-    assert (shifted(wrong, -1.0).natural_frequency > 0.0).all()
 
 
 def telling(error):
@@ -247,8 +242,8 @@ def test_a_mode_that_does_not_radiate_is_heard_by_the_forces_that_it_changes(cas
     motion = velocity_band(Origin(case, DRAFT), respond(silent, moved)).amplitude
     resultant = np.sqrt((np.abs(moved.force) ** 2).sum(axis=2))
     assert (sound > 0).all()
+    still = replace(case, options=replace(case.options, rigid_housing=True))
     for band, wanted in (
-        (lambda of: error_band(Origin(of, DRAFT, **loaded), pressure, velocity, transfer_vectors=vectors), sound),
         (lambda of: velocity_band(Origin(of, DRAFT, **loaded), velocity), motion),
         (lambda of: force_band(Origin(of, DRAFT, housing=silent, mesh_laws=laws), lines), resultant),
         (lambda of: power_band(Origin(of, DRAFT, **loaded), power, velocity=velocity), None),
@@ -256,8 +251,13 @@ def test_a_mode_that_does_not_radiate_is_heard_by_the_forces_that_it_changes(cas
     ):
         found = band(case).sources["housing"]
         assert (found > 0).all() if wanted is None else found == pytest.approx(wanted, rel=1e-3)
-        still = replace(case, options=replace(case.options, rigid_housing=True))
         assert (band(still).sources["housing"] == 0).all()
+    heard, seats = (
+        error_band(Origin(of, DRAFT, **loaded), pressure, velocity, transfer_vectors=vectors) for of in (case, still)
+    )
+    larger = np.maximum(heard.sources["housing"], heard.falls["housing"])
+    assert ((0.3 * sound < larger) & (larger < 1.5 * sound)).all()  # of one deviation
+    assert (np.maximum(seats.sources["housing"], seats.falls["housing"]) < 1e-9 * np.abs(pressure.pressure).max()).all()
 
 
 def test_a_bearing_that_a_line_hardly_loads_is_as_uncertain_as_the_others_are(case):

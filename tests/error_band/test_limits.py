@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nvhchain.error_band import COVERAGE, ErrorBand, format_level, format_limits
+from nvhchain.error_band import COVERAGE, ErrorBand, difference_limits, format_level, format_limits
 from nvhchain.levels import decibel, overall
 
 
@@ -111,3 +111,18 @@ def test_parts_of_the_overall_limits_add_up_and_name_the_line_that_each_widens_m
 def test_band_without_errors_has_no_parts_of_limits():
     band = ErrorBand(np.array([500.0]), np.ones((1, 2)), {"masters": np.zeros((1, 2))})
     assert [share.tolist() for _, share, _ in band.parts] == [[0.0, 0.0]]
+
+
+def test_an_error_that_lowers_more_than_it_raises_has_limits_of_its_own_on_either_side():
+    size, up, down = np.array([[1.0], [2.0]]), np.array([[0.05], [0.1]]), np.array([[0.4], [0.3]])
+    lines = np.array([1000.0, 2000.0])
+    both = ErrorBand(lines, size, {"housing": up}, falls={"housing": down})
+    rising, falling = ErrorBand(lines, size, {"housing": up}), ErrorBand(lines, size, {"housing": down})
+    np.testing.assert_array_equal(both.upper, rising.upper)
+    np.testing.assert_array_equal(both.lower, falling.lower)
+    np.testing.assert_array_equal(both.overall[0], [falling.overall[0, 0], rising.overall[0, 1]])
+    assert [(name, share[0]) for name, share, _ in both.parts] == [("housing", 1.0)]
+    wider = both.widened("more", 0.2)
+    assert (wider.lower < both.lower).all()
+    assert (wider.upper > both.upper).all()
+    assert difference_limits(both, both, {"housing"}) == pytest.approx(np.zeros((1, 2)), abs=1e-9)

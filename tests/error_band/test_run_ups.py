@@ -156,6 +156,14 @@ def test_forces_of_a_run_up_have_their_level_and_band_at_every_speed(case, housi
     assert exact.overall[0] == pytest.approx([exact.level[0]] * 2)
 
 
+def test_the_widest_part_is_the_one_that_moves_the_whole_most():
+    level, width = np.array([[60.0], [80.0], [70.0]]), np.array([[10.0], [1.0], [3.0]])
+    limits = np.stack([level - width, level + width], axis=2)
+    assert RunUpBand(np.ones(3), level, limits, ()).widest == 1
+    limits[2] = [-np.inf, 90.0]
+    assert RunUpBand(np.ones(3), level, limits, ()).widest == 2
+
+
 def test_mean_lines_of_a_run_up_have_its_level_and_the_errors_of_their_parts():
     """Errors of 10 and 30 % at one line count by the energy of their parts; a silent part adds nothing."""
     frequency = np.array([500.0, 1000.0])

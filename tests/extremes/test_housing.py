@@ -18,9 +18,9 @@ from nvhchain.acoustics import (
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ForceSpectrum, ReducedHousing
 from nvhchain.housing import Bore, GearSpace, respond
-from nvhchain.housing.modes.response import seat_displacement
 from nvhchain.testing.bodies import reference_casting
 from nvhchain.testing.scales import ANY, mostly, powers
+from tests.housing.seat_motion import seat_displacement
 
 BALL = sphere(0.1, 2)
 KNOBS = AcousticsFidelity(elements_per_wavelength=4.0, masters=8)

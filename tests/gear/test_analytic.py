@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from benchmarks.gear.iso6336 import iso_stiffness
 from nvhchain.conventions import STEEL
 from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.fidelity import DRAFT
@@ -15,7 +16,6 @@ from nvhchain.gear import (
     Slots,
     ThinRim,
     flank_compliance,
-    iso_stiffness,
     loaded_mesh,
     mesh_law,
     pair_compliances,

@@ -16,7 +16,6 @@ from nvhchain.gear import (
     MicroGeometry,
     Misalignment,
     PairDeviations,
-    ToothFlanks,
     deviated_load_distribution,
     drawn_deviations,
     flank_tolerances,
@@ -32,7 +31,7 @@ from nvhchain.gear.laws.deviated_pairs import pairs_as_drawn
 from nvhchain.gear.laws.load_distribution import mean_sliding
 from nvhchain.handoff import FloatArray, LoadDistribution, ToothPairs
 from tests.gear.conftest import stage_pair
-from tests.gear.test_deviations import perfect
+from tests.gear.test_deviations import even_flanks, perfect
 
 FIDELITY = replace(DRAFT.gear, slices=8, angles_per_mesh=12, deflections=16, bodies="analytic")
 FORCE, TEETH = 3000.0, 20
@@ -50,7 +49,7 @@ def drawn() -> Drawn:
 
 def sloped(pair: GearPair, slope: float) -> PairDeviations:
     """Pinion with the same helix slope (m) on every flank."""
-    flanks = replace(ToothFlanks.perfect(TEETH), helix_slope=np.full(TEETH, slope))
+    flanks = replace(even_flanks(TEETH), helix_slope=np.full(TEETH, slope))
     return PairDeviations(perfect(pair, 0, drive=flanks, coast=flanks), None)
 
 

@@ -12,7 +12,7 @@ from benchmarks.gear.deviations import KINDS, Errors, errors, kind_deviations
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DRAFT
 from nvhchain.gear.contact.engagement import Engagement
-from nvhchain.gear.deviations.drawn import drawn_deviations, pitch_deviations
+from nvhchain.gear.deviations.drawn import drawn_deviations, eccentric_pitch
 from nvhchain.gear.deviations.flanks import GearDeviations, Ghost, ToothFlanks
 from nvhchain.gear.deviations.pairs import PairDeviations
 from nvhchain.gear.deviations.tolerances import flank_tolerances, standard_tolerance
@@ -38,9 +38,24 @@ def drawn() -> Drawn:
     return pair, law, tooth_pairs(pair, law, nominal_force=FORCE, fidelity=FIDELITY)
 
 
+def even_flanks(teeth: int) -> ToothFlanks:
+    """Flanks without deviations."""
+    none = np.zeros(teeth)
+    return ToothFlanks(none, none, none, none, none)
+
+
+def pitch_deviations(
+    geometry: GearGeometry, deviations: GearDeviations, *, drives: bool = True
+) -> tuple[FloatArray, FloatArray]:
+    """Single and cumulative pitch deviations (n_tooth,) m of the drive flanks, as a measurement finds them."""
+    eccentric = eccentric_pitch(geometry, deviations.eccentricity, deviations.eccentricity_angle, drives=drives)
+    place = deviations.drive.pitch + eccentric
+    return np.roll(place, -1) - place, place - place[0]
+
+
 def perfect(pair: GearPair, gear: int, **changes: object) -> GearDeviations:
     """Gear without deviations but those in `changes`."""
-    flanks = ToothFlanks.perfect(pair.geometries[gear].teeth)
+    flanks = even_flanks(pair.geometries[gear].teeth)
     return GearDeviations(**({"drive": flanks, "coast": flanks} | changes))  # type: ignore[arg-type]
 
 
@@ -124,7 +139,7 @@ def test_one_tooth_out_of_place_is_a_pulse_of_its_load_share(drawn: Drawn) -> No
     pair, law, _ = drawn
     place = np.zeros(20)
     place[3] = 0.2e-6
-    flanks = replace(ToothFlanks.perfect(20), pitch=place)
+    flanks = replace(even_flanks(20), pitch=place)
     found, _ = loaded(drawn, PairDeviations(perfect(pair, 0, drive=flanks), None))
     plain, _ = loaded(drawn, PairDeviations(perfect(pair, 0), None))
     engagement = Engagement(pair, pair_compliances(pair, FIDELITY), FIDELITY)
@@ -184,7 +199,7 @@ def test_each_kind_of_deviation_meets_the_contact_problem(drawn: Drawn, kind: st
 def test_a_ghost_and_a_topography_move_the_error_as_they_are(drawn: Drawn) -> None:
     """A sine of order 37 on all flanks, and one grid that is even, shift the deflection by their material."""
     pair = drawn[0]
-    deep = replace(ToothFlanks.perfect(20), topography=np.full((1, 3, 2), 1e-6))
+    deep = replace(even_flanks(20), topography=np.full((1, 3, 2), 1e-6))
     for changes, closing in (
         ({"ghosts": (Ghost(37.0, 0.5e-6, 0.2),)}, lambda turn: 0.5e-6 * np.cos(37.0 * turn + 0.2)),
         ({"drive": deep}, lambda turn: np.full(len(turn), 1e-6)),
@@ -197,6 +212,6 @@ def test_a_ghost_and_a_topography_move_the_error_as_they_are(drawn: Drawn) -> No
 def test_flanks_that_jam_are_refused(drawn: Drawn) -> None:
     """Material on both flanks of all teeth beyond the backlash."""
     pair = drawn[0]
-    thick = replace(ToothFlanks.perfect(20), topography=np.full((1, 2, 2), 100e-6))
+    thick = replace(even_flanks(20), topography=np.full((1, 2, 2), 100e-6))
     with pytest.raises(InputError, match=r"deviations close the backlash by .* µm too much, the flanks jam"):
         deviated_mesh_law(*drawn, PairDeviations(perfect(pair, 0, drive=thick, coast=thick), None))

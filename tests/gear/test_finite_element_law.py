@@ -8,6 +8,7 @@ from multiprocessing import get_context
 import numpy as np
 import pytest
 
+from benchmarks.gear.iso6336 import iso_stiffness
 from nvhchain.fidelity import DRAFT, STANDARD
 from nvhchain.gear import (
     Engagement,
@@ -16,7 +17,6 @@ from nvhchain.gear import (
     GearPair,
     engaged_reach,
     flank_compliance,
-    iso_stiffness,
     loaded_mesh,
     mesh_law,
     nominal_centre_distance,

@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
+from benchmarks.gear.iso6336 import iso_stiffness
 from nvhchain.conventions import ALUMINIUM, STEEL
 from nvhchain.errors import InputError
 from nvhchain.gear.drawing.blank import Holes, ThinRim
 from nvhchain.gear.drawing.pair import GearPair
-from nvhchain.gear.laws.iso6336 import iso_stiffness
 
 
 @pytest.fixture

@@ -50,7 +50,6 @@ def changed(part, **changes):
         (lambda pair: gear.root_strain_modes(pair, 2, (), (0,), FEW), r"gear = 2: PINION \(0\) or WHEEL \(1\)"),
         (lambda pair: gear.root_strain_modes(pair, 1, (), (0.5,), FEW), r"teeth = \(0.5,\): whole numbers are needed"),
         (lambda pair: gear.nodal_force_strain(pair, 1, (), (0,), (), FEW, friction=30), "friction = 30 is outside 0…1"),
-        (lambda pair: gear.iso_stiffness(pair, specific_load="100"), "specific_load = '100' .* give a number"),
         (lambda pair: gear.nominal_centre_distance(pair.pinion, pair.wheel), "pinion = .* give a GearGeometry"),
         (lambda pair: gear.read_gear_mesh("wheel.msh", scale="mm"), "scale = 'mm' .* give a number"),
     ],

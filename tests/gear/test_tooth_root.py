@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from benchmarks.gear.iso6336 import iso_stiffness
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DRAFT
 from nvhchain.gear import (
@@ -13,7 +14,6 @@ from nvhchain.gear import (
     GearPair,
     Protuberance,
     Relief,
-    iso_stiffness,
     mass_properties,
     nominal_centre_distance,
 )

@@ -200,6 +200,32 @@ def test_an_interruption_that_a_module_in_c_prints_is_not_printed(name, raised):
     assert (done.stdout, done.stderr) == (f"{raised}\n", "")
 
 
+TASK = """
+import asyncio, os, signal
+from nvhchain.cli.termination import termination_interrupts
+signal.signal(signal.SIGINT, signal.default_int_handler)  # background jobs ignore it
+async def lost():
+    raise RuntimeError("the worker ended")
+async def waiting():
+    task = asyncio.ensure_future(lost())
+    await asyncio.sleep(0)
+    os.kill(os.getpid(), signal.{name})
+    await asyncio.sleep(1)
+try:
+    with termination_interrupts():
+        asyncio.run(waiting())
+except KeyboardInterrupt as error:
+    print(type(error).__name__)
+"""
+
+
+@pytest.mark.parametrize(("name", "raised"), [("SIGINT", "KeyboardInterrupt"), ("SIGTERM", "Terminated")])
+def test_tasks_that_end_with_an_interrupted_command_print_nothing(name, raised):
+    """Dask starts workers in tasks, whose errors asyncio prints where nobody asks for them."""
+    done = subprocess.run([sys.executable, "-c", TASK.format(name=name)], capture_output=True, text=True)
+    assert (done.stdout, done.stderr) == (f"{raised}\n", "")
+
+
 @pytest.mark.slow
 def test_spheres_survive_random_signals(tmp_path):
     """In a process of its own, as it is copied for every command; until each signal has come before the end."""

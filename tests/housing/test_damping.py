@@ -7,7 +7,7 @@ from nvhchain.errors import InputError
 from nvhchain.handoff import ForceSpectrum, ReducedHousing, Surface
 from nvhchain.housing import respond
 from nvhchain.housing.modes.damping import DampingCurve
-from nvhchain.housing.modes.response import seat_displacement
+from tests.housing.seat_motion import seat_displacement
 
 TETRAHEDRON = Surface(
     vertices=np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]]),

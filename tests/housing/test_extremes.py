@@ -11,7 +11,8 @@ from nvhchain.handoff import ForceSpectrum
 from nvhchain.housing import Bore, Casting, GearSpace, reduce_housing, respond
 from nvhchain.housing.casting.mesh import mesh_casting
 from nvhchain.housing.casting.solids import casting_recipe
-from nvhchain.housing.reduction import held_matrices, seat_flexibility
+from nvhchain.housing.reduction import held_matrices
+from tests.housing.seat_motion import seat_flexibility
 
 
 def reduced_casting(casting, fidelity, f_max, size=0.04):

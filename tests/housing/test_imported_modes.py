@@ -8,7 +8,6 @@ import pytest
 from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.housing import RadiatingFaces
 from nvhchain.housing.casting.mesh import boundary_faces
-from nvhchain.housing.exchange.casting_model import casting_model
 from nvhchain.housing.exchange.modal_model import modal_model
 from nvhchain.housing.imported.modal_results import (
     has_rigid_motion,
@@ -22,10 +21,11 @@ from nvhchain.housing.modes import seat_modes as seat_modes_module
 from nvhchain.housing.modes.mounting_plane import MountingPlane
 from nvhchain.housing.modes.response import face_displacement
 from nvhchain.housing.modes.truncation import truncation_errors
-from nvhchain.housing.reduction import seat_flexibility
 from nvhchain.housing.skin.shell_sides import outward_sides, outward_skin
 from nvhchain.interop.modes.modal_uff import read_modal_uff
 from nvhchain.interop.modes.modal_uff_out import write_modal_uff
+from tests.housing.casting_model import casting_model
+from tests.housing.seat_motion import seat_flexibility
 
 ENGINE = MountingPlane((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
 F_MAX = 3000.0

@@ -13,7 +13,7 @@ from nvhchain.fem import RitzVectors, factorize
 from nvhchain.fidelity import DRAFT, STANDARD, HousingFidelity
 from nvhchain.housing import reduce_housing
 from nvhchain.housing.casting.mesh import mounting_plane_faces
-from nvhchain.housing.modes.response import face_displacement, seat_displacement
+from nvhchain.housing.modes.response import face_displacement
 from nvhchain.housing.modes.seat_modes import SeatModes, seat_unknowns
 from nvhchain.housing.reduction import (
     bending_wavelength,
@@ -22,10 +22,10 @@ from nvhchain.housing.reduction import (
     held_matrices,
     left_uncorrected,
     reduce_mesh,
-    seat_flexibility,
     with_errors,
 )
 from nvhchain.testing.bodies import reference_casting
+from tests.housing.seat_motion import seat_displacement, seat_flexibility
 
 F_MAX = 4000.0
 """Hz, the band for which conftest.py reduces the test housing."""

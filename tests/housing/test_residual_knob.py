@@ -9,7 +9,8 @@ from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.handoff import HousingAccuracy
 from nvhchain.housing import reduce_housing, reduction, truncation_errors
 from nvhchain.housing.modes.response import face_displacement
-from nvhchain.housing.reduction import apply_residual_knob, seat_flexibility
+from nvhchain.housing.reduction import apply_residual_knob
+from tests.housing.seat_motion import seat_flexibility
 
 F_MAX = 1700.0
 

@@ -6,13 +6,12 @@ import pytest
 from nvhchain.errors import AccuracyWarning
 from nvhchain.housing import bearing_seats, housing_from_modes, reduce_model
 from nvhchain.housing.casting.mesh import mounting_plane_faces, radiating_surface
-from nvhchain.housing.exchange.casting_model import casting_model
 from nvhchain.housing.exchange.modal_model import modal_model
 from nvhchain.housing.imported.modal_results import modal_skin
 from nvhchain.housing.imported.seats import held_holes, seat_rows, seat_walls
 from nvhchain.housing.modes.mounting_plane import MountingPlane
 from nvhchain.housing.modes.response import face_displacement
-from nvhchain.housing.reduction import reduce_mesh, seat_flexibility
+from nvhchain.housing.reduction import reduce_mesh
 from nvhchain.housing.skin.envelope import RadiatingFaces, outer_envelope
 from nvhchain.housing.skin.mapping_error import source_power
 from nvhchain.housing.skin.normal_motion import normal_motion
@@ -26,6 +25,8 @@ from nvhchain.interop import (
     write_modal_uff,
     write_nastran,
 )
+from tests.housing.casting_model import casting_model
+from tests.housing.seat_motion import seat_flexibility
 
 F_MAX = 4000.0
 

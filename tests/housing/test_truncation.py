@@ -8,9 +8,10 @@ import pytest
 from nvhchain.errors import InputError
 from nvhchain.handoff import HousingAccuracy
 from nvhchain.housing.modes import seat_modes as seat_modes_module
-from nvhchain.housing.modes.response import face_displacement, seat_displacement
+from nvhchain.housing.modes.response import face_displacement
 from nvhchain.housing.modes.truncation import truncation_errors
-from nvhchain.housing.reduction import reduce_mesh, seat_flexibility
+from nvhchain.housing.reduction import reduce_mesh
+from tests.housing.seat_motion import seat_displacement, seat_flexibility
 
 F_MAX = 4000.0
 """Hz, the band for which conftest.py reduces the test housing."""

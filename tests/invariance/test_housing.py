@@ -7,7 +7,7 @@ from nvhchain.conventions import STEEL, Material
 from nvhchain.errors import InputError
 from nvhchain.fem import lowest_modes, stiffness_and_mass
 from nvhchain.handoff import ReducedHousing
-from nvhchain.housing.modes.response import seat_displacement
+from tests.housing.seat_motion import seat_displacement
 
 EDGES = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]
 

@@ -7,7 +7,7 @@ PACKAGE = Path(__file__).parents[2] / "nvhchain"
 
 PRINTERS = {
     "files",  # writes it, and finds files by the key in it
-    "report",  # prints it
+    "report/page/sections/making.py",  # prints it
     "cli",
     "handoff/base.py",  # hands it to a copy
     "tradeoff/offers.py",  # record of a sweep, which is no hand-off

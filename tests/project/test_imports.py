@@ -1,5 +1,6 @@
 """The import contract of the architecture, and what `import nvhchain` may cost."""
 
+import ast
 import json
 import statistics
 import subprocess
@@ -47,6 +48,20 @@ def test_importing_the_package_stays_below_half_a_second_and_opens_no_engine():
     runs = [imported_in_fresh_process() for _ in range(3)]
     assert not runs[0][1] & HEAVY
     assert statistics.median(seconds for seconds, _ in runs) < 0.5
+
+
+def test_names_that_are_imported_late_differ_from_the_modules_beside_them():
+    """The import system sets a module as an attribute of its package, too: the name would then be the module."""
+    clashes, looked_at = [], 0
+    for file in (ROOT / "nvhchain").rglob("__init__.py"):
+        text = file.read_text(encoding="utf-8")
+        if "deferred(__name__" in text:
+            found = [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.ImportFrom)]
+            names = {name.name for node in found if file.parent.name in str(node.module) for name in node.names}
+            clashes += [f"{file}: {name}" for name in names & {path.stem for path in file.parent.iterdir()}]
+            looked_at += len(names)
+    assert not clashes
+    assert looked_at > 100
 
 
 @pytest.mark.parametrize("module", ["report.sound.microphones", "report.page.sections.listening.microphones"])

@@ -1,5 +1,6 @@
 """Small stored results of a comparison at one speed, for tests of its page."""
 
+import base64
 import json
 
 import numpy as np
@@ -56,3 +57,8 @@ def summary(levels, **more):
     }
     point = {"name": "rear", "position_m": [0, 0, 1]}
     return {"fidelity": "draft", "field_point": point, "configurations": configurations} | more
+
+
+def unpacked(packed):
+    """Numbers of an array as a page keeps it."""
+    return np.frombuffer(base64.b64decode(packed["bdata"]), "<" + packed["dtype"])

@@ -70,7 +70,7 @@ def test_summary_holds_speed_level_and_orders_of_the_input(compared):
         assert configuration["input_speed_rpm"] == pytest.approx(2500.0)
         assert 30 < configuration["overall_dBA"] < 110
         lower, upper = configuration["error_band_dBA"]
-        assert lower is None  # meshes this coarse leave nothing certain: the housing's own error takes all of the sound
+        assert lower is None or lower < configuration["overall_dBA"] - 3  # meshes this coarse leave little certain
         assert configuration["overall_dBA"] < upper < configuration["overall_dBA"] + 30
         for line, band in zip(configuration["orders"], configuration["lines"], strict=True):
             assert band["frequency_hz"] == line["frequency_hz"]

@@ -14,10 +14,10 @@ from nvhchain.case import HousingModel
 from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.housing import reduce_housing
 from nvhchain.housing.casting.mesh import mesh_casting
-from nvhchain.housing.exchange.casting_model import casting_model
-from nvhchain.housing.reduction import seat_flexibility
 from nvhchain.interop import write_craig_bampton, write_nastran
 from nvhchain.report import export_craig_bampton
+from tests.housing.casting_model import casting_model
+from tests.housing.seat_motion import seat_flexibility
 
 
 @pytest.fixture(scope="module")

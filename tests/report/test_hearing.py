@@ -11,9 +11,9 @@ from nvhchain.files import hdf5
 from nvhchain.handoff import FieldPressure, PressureHistory
 from nvhchain.levels import decibel, overall
 from nvhchain.report.page.sections.listening import hearing as page_hearing
-from nvhchain.report.page.stored import stored_results
 from nvhchain.report.sound.hearing import _order_tones
 from nvhchain.report.sound.write import BACKGROUND
+from nvhchain.report.stored import stored_results
 from nvhchain.sound import Background, Sound, background_sound, write_wav
 from nvhchain.sound.tonality import critical_band
 

@@ -14,8 +14,8 @@ from nvhchain.fidelity import DRAFT
 from nvhchain.files import hdf5
 from nvhchain.handoff import FieldPressure, ForceSpectrum, PressureHistory
 from nvhchain.report import write_page
-from nvhchain.report.page.stored import StoredRun, stored_results
 from nvhchain.report.sound.microphones import run_waves
+from nvhchain.report.stored import StoredRun, stored_results
 from nvhchain.sound import read_wav
 from nvhchain.testing import ball_with_modes
 

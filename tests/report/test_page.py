@@ -1,6 +1,5 @@
 """Page of a run or comparison: what it holds of small stored results, whole or in part, and what it refuses."""
 
-import base64
 import csv
 import json
 import re
@@ -17,12 +16,12 @@ from nvhchain.files import hdf5
 from nvhchain.handoff import BearingForces, FieldPressure, ForceSpectrum, PressureHistory, SurfaceVelocity
 from nvhchain.report import run_up, write_page
 from nvhchain.report.page.sections.speed.run_up import _limits
-from nvhchain.report.page.stored import StoredRun, stored_results
 from nvhchain.report.page.tables import page_tables
 from nvhchain.report.run_up import Curve, main_orders
+from nvhchain.report.stored import StoredRun, stored_results
 from scripts.browser import CHROMIUM, Browser
 from scripts.page_reader import read
-from tests.report.stored_pair import BEARINGS, ORDERS, SEATS, SPEED, case, summary
+from tests.report.stored_pair import BEARINGS, ORDERS, SEATS, SPEED, case, summary, unpacked
 
 PARTS = [
     {"speed_rpm": 600.0, "offsets_db": [-2.0, 3.0]},
@@ -101,10 +100,6 @@ def test_page_takes_nothing_from_the_network(pair):
     assert all(link.startswith("#") for link in read(path).links)
     assert "showSendToCloud: false" in path.read_text()
     assert path.stat().st_size < 6e6
-
-
-def unpacked(packed):
-    return np.frombuffer(base64.b64decode(packed["bdata"]), "<" + packed["dtype"])
 
 
 def test_player_holds_the_lines_of_all_designs_at_one_gain(pair):
@@ -239,30 +234,6 @@ def test_an_ampersand_in_a_name_stands_as_it_is_outside_of_plotly(pair):
     (player,) = (of["data"] for of in page.figures.values() if of["kind"] == "player")
     assert [run["name"] for run in player["runs"]] == ["plain", "holed & thin"]
     assert not any("&amp;" in text for text in [*page.texts, *page.cells])
-
-
-def test_states_over_speed_and_torque_have_a_map_of_each_design_and_of_their_difference(pair):
-    told = summary({"plain": 60.0, "holed": 80.0})
-    axes = {"speed_rpm": [1000.0, 2000.0], "torque_Nm": [50.0, 100.0]}
-    for name, shift in (("plain", 0.0), ("holed", 3.0)):
-        level = [[60.0, 61.0], [None, 64.0 + 2 * shift]] if shift else [[57.0, 66.0], [60.0, 64.0]]
-        told["configurations"][name]["steady_states"] = axes | {"level_dBA": level}
-    (pair / "summary.json").write_text(json.dumps(told))
-    page = read(write_page(pair))
-    (table, _) = (of.rows for of in page_tables(pair) if of.name.startswith("steady_states"))
-    assert table[0] == ["name", "input speed / rpm", "input torque / N m", "dB(A)"]
-    assert ["plain", 2000.0, 50.0, 66.0] in table
-    assert ["holed", 1000.0, 100.0, None] in table
-    both, difference = (of for name, of in page.figures.items() if name.startswith("plot-steady_states"))
-    assert len(both["data"]) == 2
-    assert any(name.startswith("plot-answer") and of["data"] == difference["data"] for name, of in page.figures.items())
-    (of,) = difference["data"]
-    assert unpacked(of["z"]) == pytest.approx([3.0, -5.0, np.nan, 6.0], nan_ok=True)
-    assert difference["layout"]["coloraxis"]["cmin"] == -difference["layout"]["coloraxis"]["cmax"] == -6.0
-    assert of["text"] == [["+3.0", "−5.0"], ["", "+6.0"]]
-    lowest, _, highest = difference["layout"]["coloraxis"]["colorscale"]
-    assert (lowest[1], highest[1]) == ("#0072b2", "#d55e00")  # blue is quieter
-    plotly.graph_objects.Figure(difference["data"], difference["layout"])
 
 
 def test_seconds_of_every_step_are_listed(pair):

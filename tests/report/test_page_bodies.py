@@ -17,8 +17,8 @@ from nvhchain.report.gear_outlines import gear_outlines
 from nvhchain.report.page.sections.bodies.gears import _drawing, _turns
 from nvhchain.report.page.sections.bodies.housing import blocks as housing_blocks
 from nvhchain.report.page.sections.bodies.modes import _carried, _cylinder, blocks
-from nvhchain.report.page.stored import Stored, StoredRun, stored_results
-from nvhchain.report.sound.surface_pressure import add_surface_pressure
+from nvhchain.report.stored import Stored, StoredRun, stored_results
+from nvhchain.report.surface_pressure import add_surface_pressure
 
 CYLINDER = {"rotor": "A", "axis": [0.1, 0.2], "ends": [0.0, 0.4], "radii": [0.02, 0.03], "teeth": 9}
 PLANES = [{"rotor": "A", "shaft": "A", "z": z} for z in (0.3, 0.1)]

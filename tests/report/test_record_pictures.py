@@ -7,7 +7,7 @@ from matplotlib.image import imread
 from nvhchain.cli import main
 from nvhchain.files import hdf5
 from nvhchain.handoff import BearingForces
-from nvhchain.report import drawing
+from nvhchain.report.pictures import drawing
 
 
 def record(folder, speed, *, periodic=True, **left_out):

@@ -162,7 +162,7 @@ def test_failed_target_ends_an_enforced_run_with_exit_code_3(request, tmp_path, 
     assert "pulsating-sphere passes target loud:" in page
 
 
-def test_curve_over_speed_judges_further_steady_speeds_with_the_limits_of_the_own_one():
+def test_curve_over_speed_judges_further_steady_speeds_with_their_limits():
     band = steady_band()
     level, (low, high) = float(band.level[0]), band.overall[0]
     own, pressure = 2000 * RPM, SimpleNamespace(input_speed=2000 * RPM)
@@ -172,6 +172,7 @@ def test_curve_over_speed_judges_further_steady_speeds_with_the_limits_of_the_ow
         "speed_rpm": [500.0, 1500.0, 2000.0, 2500.0],
         "torque_Nm": [10.0, 60.0],
         "level_dBA": [[0.0] * 4, [level + 9, level - 3, level, level + 2]],
+        "limits_dBA": [[[0.0, 0.0]] * 4, [[0.0, 0.0], [None, level], [low, high], [level + 1, level + 4]]],
     }
     made = run((target,), band, pressure=pressure)
     made.case.static_torque = 60.0
@@ -179,8 +180,9 @@ def test_curve_over_speed_judges_further_steady_speeds_with_the_limits_of_the_ow
     assert [of["axis"] for of in alone["points"]] == pytest.approx([own / RPM])
     (found,) = judge(made, states)
     assert [of["axis"] for of in found["points"]] == pytest.approx([1500.0, 2000.0, 2500.0])
-    assert found["points"][2]["limits_dB"] == pytest.approx([low + 2, high + 2])
-    assert (found["passed"], found["limits_of_own_speed"]) == (False, True)
+    assert found["points"][0]["limits_dB"] == [None, pytest.approx(level)]
+    assert found["points"][2]["limits_dB"] == pytest.approx([level + 1, level + 4])
+    assert found["passed"] is False
     assert found["margin_dB"] == pytest.approx(-2.0)
     assert found["at"] == "2500 rpm"
 

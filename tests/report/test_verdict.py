@@ -1,6 +1,7 @@
 """Verdict of a comparison: sentences from a summary whose numbers are known."""
 
 import math
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,6 +11,8 @@ from nvhchain.error_band import ErrorBand, RunUpBand
 from nvhchain.levels import a_weighting
 from nvhchain.plots.marks import joined_orders
 from nvhchain.report import verdict
+from nvhchain.report.page.sections import limits
+from nvhchain.report.stored import Stored, StoredRun
 from nvhchain.report.summary import _difference
 
 
@@ -302,3 +305,16 @@ def test_designs_alike_within_rounding_are_called_alike_and_what_is_open_is_name
     )
     unlimited = second | {"difference_limits_db": [None, None]}
     assert "95 % limits none, the errors may be as large as the sound" in verdict(summary(a=first, b=unlimited))[0]
+
+
+def test_the_page_says_what_narrows_the_limits_and_at_which_speed():
+    def told(**parts):
+        summary = {"error_band_dBA": [50.0, 60.0], "limit_parts": [{"share": 0.9, "frequency_hz": 100.0, **parts}]}
+        run = StoredRun("a", Path(), {**summary, "limit_speed_rpm": 1500.0}, {})
+        return [str(block) for block in limits.blocks(Stored(Path(), summary, (run,)))]
+
+    numerical, spread, other = (told(source=source) for source in ("gear", "input: friction", "radiation"))
+    assert "from gear; a finer --fidelity or knobs of fidelity.gear narrow it." in numerical[-1]
+    assert "The parts are those at 1500 rpm" in numerical[-1]
+    assert "from input: friction; a narrower [spread] narrows it." in spread[-1]
+    assert not any("most of the width" in block for block in other)

@@ -105,15 +105,15 @@ def test_rows_outlast_an_interruption_and_equal_designs_are_run_once(sphere, tmp
 
 
 def test_a_failed_design_is_a_row_with_its_reason_and_is_tried_again(sphere, tmp_path, monkeypatch):
-    study = load_study(written(tmp_path, RADII.replace("5, 10, 20", "10, 2000")))
+    study = load_study(written(tmp_path, RADII.replace("5, 10, 20", "10, 999.9")))
     rows = run_study(study, out=tmp_path / "out", fidelity=nvh.DRAFT)
     assert rows[0].refused is None
-    assert "lies inside the body" in rows[1].refused
+    assert "field point 0" in rows[1].refused
     assert not rows[1].responses
     real, ran = spreading.measure, []
     monkeypatch.setattr(spreading, "measure", lambda case, *rest: ran.append(case.body.radius) or real(case, *rest))
     assert run_study(study, out=tmp_path / "out", fidelity=nvh.DRAFT)[1].refused == rows[1].refused
-    assert ran == [2.0]
+    assert ran == [0.9999]
     lines = write_study(study, rows, tmp_path / "out")
     assert any(line.startswith("1 of 2 runs were refused, the first: ") for line in lines)
     table = list(csv.DictReader(io.StringIO((tmp_path / "out" / "study.csv").read_text())))

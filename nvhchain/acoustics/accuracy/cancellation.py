@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import block_diag, coo_array, csr_array, diags_array
 from scipy.sparse.linalg import SuperLU, splu
 
-from nvhchain.acoustics.accuracy.mesh_error import MESH_ERROR, QUADRATURE_GROWTH
+from nvhchain.acoustics.accuracy.mesh_error import FAINT, MESH_ERROR, QUADRATURE_GROWTH
 from nvhchain.acoustics.interpolation.adaptive import error_decibel
 from nvhchain.acoustics.interpolation.nodes import line_batches
 from nvhchain.acoustics.surfaces.bodies import split_bodies
@@ -18,6 +18,7 @@ from nvhchain.acoustics.surfaces.surface import SHARP_ANGLE, edge_table, mean_ed
 from nvhchain.conventions import Air
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, RigidPlane, SoundAccuracy, Surface, SurfaceVelocity
+from nvhchain.levels import a_weighting
 from nvhchain.runtime.threads import blas_threads
 
 CANCELLATION = 0.22
@@ -246,6 +247,15 @@ def _thrusts(surface: Surface, face_pressure: ComplexArray, quadrature_error: fl
         squared = np.outer(share, share) * ((here.conj().T * body.areas) @ here)
         made.append(_Thrust(squared, middles, extents))
     return made
+
+
+def heard(frequency: FloatArray, amplitude: FloatArray) -> FloatArray:
+    """Return 1 for lines (n_f,) within `FAINT` of the A-weighted strongest, 0 for those that nobody hears beside it."""
+    if not (amplitude > 0.0).any():
+        return np.zeros(len(amplitude))
+    with np.errstate(divide="ignore"):
+        level = 20.0 * np.log10(amplitude / amplitude.max()) + a_weighting(np.maximum(frequency, 1.0))
+    return np.asarray(level > level.max() + 10.0 * np.log10(FAINT), dtype=float)
 
 
 def cancellation_accuracy(

@@ -29,6 +29,9 @@ from nvhchain.errors import warn_caller
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import FloatArray, RigidPlane, SoundAccuracy, Surface, warn_of
 
+FAINT = 1e-6
+"""A-weighted power of a line of sound, relative to the strongest, below which nobody hears it beside that one."""
+
 FACETS = 0.32
 """Error of facets at field points for a round body with its own velocity, relative to the peak. It is relative to the
 mean square of the angle (rad) between neighbouring triangles. Measured (docs/measured/acoustics/surfaces.md): 0.13 for
@@ -255,9 +258,10 @@ def missed_resonances(
     poles : number of poles in the interpolation.
     amplitude, change : (n_f,) result and its change.
 
-    It states the largest error of a line (n_f,) Hz beside a resonance, and how many lines exceed the error of a mesh
-    with `fidelity.elements_per_wavelength`. Without poles, the positions of resonances are unknown: it states the
-    shift, and that of openings half an edge wide as its limit. Nothing is stated for a shift of zero.
+    It states the largest error of a line (n_f,) Hz beside a resonance, unless its amplitude is 0, and how many lines
+    exceed the error of a mesh with `fidelity.elements_per_wavelength`. Without poles, the positions of resonances
+    are unknown: it states the shift, and that of openings half an edge wide as its limit. Nothing is stated for a shift
+    of zero.
     """
     if shift == 0:
         return SoundAccuracy()

@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nvhchain.acoustics.fused.close_pairs import NEAREST
-from nvhchain.acoustics.fused.engine import assemble_rows, stripes
+from nvhchain.acoustics.fused.engine import assemble_rows
 from nvhchain.acoustics.fused.mesh import prepare, quadrature_rules
 from nvhchain.acoustics.fused.splitting import cut
 from nvhchain.acoustics.surfaces.burton_miller import coupling, half_diagonal
 from nvhchain.acoustics.surfaces.clustering import diameter
 from nvhchain.acoustics.surfaces.intersections import facing_pairs, joined_pairs, neighbours
 from nvhchain.fidelity import AcousticsFidelity
-from nvhchain.handoff import ComplexArray, FloatArray, IntArray, RigidPlane, Surface
+from nvhchain.handoff import ComplexArray, FloatArray, IntArray, Surface
 
 FAIR_ORDER = 3
 """Smallest `singular_order` that integrates even triangles well. The closure errors of a sphere, a box and a slab are
@@ -40,36 +40,19 @@ _WIDE = 0.1
 """Gap (edges) that costs no more than other neighbours."""
 
 
-def closure_error(surface: Surface, fidelity: AcousticsFidelity, plane: RigidPlane | None = None) -> float:
-    """Return the area RMS error of the static matrices for constant and linear pressures, the worst of four.
-
-    The pressures are one constant and three linear in a coordinate, one at half the diagonal from the middle. The
-    result is 0 if the integrals are exact. ResourceError as for `stripes`.
-
-    Harmonic functions u inside the body satisfy A u − B ∂u/∂n = u + α ∂u/∂n, tested with the hats. Linear functions are
-    represented exactly on the triangles and take part in all four operators. A constant takes part in the double layer
-    alone. The remaining error is quadrature of near and touching triangles. It is about 1e-5 on a smooth mesh and 1e-4
-    on a box at `standard`. It is 4e-3 and 3e-2 on needles ten and thirty times as long as high. Over a plane, only the
-    constant counts.
-
-    The cost is the assembly of one frequency, in stripes. A run therefore uses `suspect_error`; tests compare it and
-    the quadrature with this error.
-    """
-    weight, functions = _weights(surface), 4 if plane is None else 1
-    square = np.zeros(functions)
-    for rows, a, b in stripes(surface, [_wavenumber(surface)], fidelity, plane):
-        missed = _missed(surface, rows, a[0], b[0])[:, :functions]
-        square += (np.abs(missed) ** 2 / weight[rows, None]).sum(axis=0)
-    return float(np.sqrt(square.max() / surface.areas.sum()))
-
-
 @lru_cache(maxsize=8)
 def suspect_error(
     surface: Surface, fidelity: AcousticsFidelity, rules: AcousticsFidelity | None = None
 ) -> float | None:
-    """Return `closure_error` from the vertices of suspect triangles alone; None without suspects.
+    """Return the area RMS error of the static matrices at suspect triangles, for the worst of four pressures.
 
     rules : fidelity of the engine that assembles the rows; `fidelity` defines needles.
+    Returns error, 0 if the integrals are exact; None without suspects.
+
+    The pressures are one constant and three linear in a coordinate, one at half the diagonal from the middle.
+    Harmonic functions u inside the body satisfy A u − B ∂u/∂n = u + α ∂u/∂n, tested with the hats. Linear functions are
+    represented exactly on the triangles and take part in all four operators. A constant takes part in the double layer
+    alone. The remaining error is quadrature of near and touching triangles.
 
     Other triangles count as exact. Suspects are needles, and triangles across gaps and walls narrower than the smallest
     pieces resolve. Triangles that meet at a sharp edge or tip, or in a narrow notch, are suspects as well. Below

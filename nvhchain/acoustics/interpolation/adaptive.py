@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
@@ -12,7 +11,7 @@ import numpy as np
 
 from nvhchain.acoustics.systems.frequency_blocks import BAND
 from nvhchain.conventions import Progress
-from nvhchain.errors import AccuracyWarning, SolverError, require
+from nvhchain.errors import SolverError, require, without_accuracy_warnings
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, RadiationResistance, SolverRecord, SoundAccuracy, TransferVectors
 
@@ -155,9 +154,8 @@ def choose_masters(
     first_made: tuple[SoundAccuracy, dict[str, Any]] | None = None
     records = list[SolverRecord]()
     while True:
-        with warnings.catch_warnings():
-            if found is not None:  # the first masters, which include both ends of the band, have given the warnings
-                warnings.simplefilter("ignore", AccuracyWarning)
+        # the first masters, which include both ends of the band, have given the warnings
+        with without_accuracy_warnings(silent=found is not None):
             solved, record = source.solve(
                 new, partial(_report, report, 0 if found is None else len(found.frequency), most)
             )
@@ -195,7 +193,8 @@ def choose_masters(
             new = np.union1d(peaks, others)
         else:
             new = _next(found.frequency, lines, error, min(_added(len(found.frequency)), left))
-        new = np.unique(_round_numbers(new))
+        # to ten digits, so that a resumed run requests the same masters in spite of rounding
+        new = np.unique([float(f"{f:.10g}") for f in new])
     report(len(found.frequency), len(found.frequency))
     told = SoundAccuracy(
         estimated_error_db=error_decibel(float(error.max())),
@@ -215,11 +214,6 @@ def squared_norms(weights: ComplexArray, gram: ComplexArray) -> FloatArray:
     """Return squared norms (…,) of weights (…, n_node) times values with these inner products, conjugate first."""
     norm = np.einsum("...i,...i->...", weights.conj() @ gram, weights)
     return np.asarray(np.maximum(norm.real, 0.0))
-
-
-def _round_numbers(frequency: FloatArray) -> FloatArray:
-    """Return frequencies (Hz) to ten digits, so that a resumed run requests the same masters in spite of rounding."""
-    return np.array([float(f"{f:.10g}") for f in frequency])
 
 
 def _report(report: Progress, known: int, most: int, done: int, _: int) -> None:

@@ -9,7 +9,7 @@ from nvhchain.acoustics.accuracy.radiation_levels import level_accuracy
 from nvhchain.acoustics.surfaces.reflecting_plane import check_above, check_plane
 from nvhchain.acoustics.surfaces.surface import check_points, real_numbers
 from nvhchain.conventions import Air
-from nvhchain.errors import InputError, counted, is_whole, require
+from nvhchain.errors import InputError, counted, require
 from nvhchain.handoff import FieldPressure, FloatArray, RadiationEfficiency, RigidPlane, SoundPower, SurfaceVelocity
 from nvhchain.kinds import checked
 
@@ -66,7 +66,8 @@ def spread_power(
         len(negative) == 0,
         f"sound power is negative at {counted(len(negative), 'line')}: no source radiates it; take it from sound_power",
     )
-    mean_square = air.impedance * power.power[:, None] / (_solid_angle(plane) * r**2)
+    solid_angle = 4.0 * np.pi if plane is None else 2.0 * np.pi
+    mean_square = air.impedance * power.power[:, None] / (solid_angle * r**2)
     return FieldPressure(
         power.frequency, x, np.sqrt(2.0 * mean_square), provenance={"stage": "acoustics.spread_power", "phase": "none"}
     )
@@ -160,31 +161,6 @@ def directivity_index(
     return np.asarray(20.0 * np.log10(np.maximum(amplitude, floor) / even.real))
 
 
-@checked
-def circle_points(radius: float, centre: ArrayLike, axis: ArrayLike, count: int) -> FloatArray:
-    """Return field points, evenly spaced on a circle.
-
-    radius: radius (m).
-    centre (3,): centre (m).
-    axis (3,): normal of the circle's plane.
-    Returns (count, 3): points (m). The first lies along the coordinate axis to which `axis` is most nearly normal.
-    """
-    require(
-        0 < radius < np.inf and is_whole(count) and count > 0,
-        f"circle of {count} points at {radius:g} m: both must be positive, the number whole and the radius finite",
-    )
-    middle, normal = positions(centre, "centre of a circle"), positions(axis, "axis of a circle")
-    require(len(middle) == len(normal) == 1, "a circle has one centre and one axis: give three coordinates of each")
-    require(bool(np.any(normal)), "the axis of the circle has no length: give the direction it points to")
-    normal = normal[0] / np.abs(normal).max()
-    normal = normal / np.linalg.norm(normal)
-    first = np.eye(3)[np.abs(normal).argmin()]
-    first = first - (first @ normal) * normal
-    first /= np.linalg.norm(first)
-    angle = 2 * np.pi * np.arange(count)[:, None] / count
-    return middle + radius * (np.cos(angle) * first + np.sin(angle) * np.cross(normal, first))
-
-
 def _plane_wave_power(surface_velocity: SurfaceVelocity, air: Air) -> FloatArray:
     """Return ρc S ⟨v_n²⟩, (n_f,) W."""
     area = float(surface_velocity.surface.areas.sum())
@@ -199,10 +175,6 @@ def positions(points: ArrayLike, subject: str) -> FloatArray:
         f"{subject} of shape {np.shape(points)}: three finite coordinates in m per point are needed",
     )
     return x
-
-
-def _solid_angle(plane: RigidPlane | None) -> float:
-    return 4.0 * np.pi if plane is None else 2.0 * np.pi
 
 
 def _same_lines(power: SoundPower, frequency: FloatArray) -> None:

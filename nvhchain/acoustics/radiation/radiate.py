@@ -8,6 +8,7 @@ from nvhchain.acoustics.accuracy.cancellation import (
     ESTIMATE,
     cancellation_accuracy,
     cancellation_of_motion,
+    heard,
     short_waves,
 )
 from nvhchain.acoustics.accuracy.mesh_error import missed_resonances
@@ -105,13 +106,14 @@ def radiate(
         interpolation_frequency=float(frequency[error.argmax(axis=0)][relative.argmax()]),
         asked_interpolation_error_db=fidelity.master_tolerance_db,
     )
-    told |= missed_resonances(shift, smooth.poles, frequency, loudest, shifted.max(axis=1), fidelity)
+    audible = heard(frequency, loudest)
+    told |= missed_resonances(shift, smooth.poles, frequency, audible * loudest, shifted.max(axis=1), fidelity)
     if of_vectors.elements_per_wavelength is not None:
         one_element = float(atv.frequency[-1]) * of_vectors.elements_per_wavelength
         quadrature = of_vectors.quadrature_error or 0.0
         left = cancellation_of_motion(surface_velocity, loudest, atv.points, atv.air, atv.plane, quadrature)
         short = short_waves(surface_velocity)
-        told |= cancellation_accuracy(frequency, np.sign(loudest), left**2, short, fidelity, one_element, ESTIMATE)
+        told |= cancellation_accuracy(frequency, audible, left**2, short, fidelity, one_element, ESTIMATE)
     warn_of(told)
     return FieldPressure(
         frequency,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nvhchain.acoustics.accuracy.cancellation import cancellation_accuracy, cancellation_pressure, short_waves
+from nvhchain.acoustics.accuracy.cancellation import cancellation_accuracy, cancellation_pressure, heard, short_waves
 from nvhchain.acoustics.accuracy.mesh_error import missed_resonances
 from nvhchain.acoustics.interpolation.nodes import is_opening_resonance, pole_shift_change
 from nvhchain.acoustics.interpolation.paths import Paths
@@ -143,13 +143,13 @@ def field_accuracy(
     amplitude, left, stored = np.abs(values[:, :-2]), values[:, -2].real.copy(), values[:, -1].real
     one_element = float(frequency[-1]) * (expected.elements_per_wavelength or np.inf)
     loudest = amplitude.max(axis=1)
-    heard = loudest > 0  # relative, as squares of a pressure may overflow
-    left[heard] /= loudest[heard]
-    short = short_waves(surface_velocity)
-    accuracy = cancellation_accuracy(frequency, heard.astype(float), left**2, short, fidelity, one_element)
+    some = loudest > 0  # relative, as squares of a pressure may overflow
+    left[some] /= loudest[some]
+    short, audible = short_waves(surface_velocity), heard(frequency, loudest)
+    accuracy = cancellation_accuracy(frequency, audible, left**2, short, fidelity, one_element)
     shift = expected.resonance_shift or 0.0
-    if shift > 0 and stored.any():
-        at = int(stored.argmax())
+    if shift > 0 and (audible * stored).any():
+        at = int((audible * stored).argmax())
         changed = np.array([change(at, int(amplitude[at].argmax()), shift)])
         accuracy |= missed_resonances(shift, 1, frequency[[at]], loudest[[at]], changed, fidelity)
     return accuracy

@@ -38,14 +38,9 @@ from nvhchain.kinds import checked
 class SurfaceShapes:
     """Shapes in which a surface moves: v_n = shapes · q̇.
 
-    Parameters
-    ----------
-    surface : Surface
-        Closed, outward.
-    shapes : (n_face, n_column) array
-        Real outward normal velocity per unit of a coordinate.
-    housing : str
-        Content hash of the reduced housing of the shapes (`housing_shapes`), or empty.
+    surface: closed, outward.
+    shapes (n_face, n_column): real outward normal velocity per unit of a coordinate.
+    housing: content hash of the reduced housing of the shapes (`housing_shapes`), or empty.
     """
 
     surface: Surface

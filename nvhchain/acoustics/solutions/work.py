@@ -40,10 +40,7 @@ HERE = Work()
 class Adaptive:
     """Band in which master frequencies are chosen: as few as `fidelity.master_tolerance_db` permits.
 
-    Parameters
-    ----------
-    low, high : float
-        Limits of the band (Hz).
+    low, high: limits of the band (Hz).
     """
 
     low: float

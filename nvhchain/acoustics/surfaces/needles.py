@@ -56,20 +56,12 @@ _TRIANGLES_PER_AREA = 2.5
 class Remeshed:
     """Remeshed surface with its deviations from the given one.
 
-    Parameters
-    ----------
-    surface : Surface
-        Surface for the solution.
-    original_triangles : int
-        Number of triangles of the replaced surface.
-    aspect : float
-        Ratio of longest edge to height of its longest needle.
-    volume_change : float
-        Relative change of the volume before scaling to the given volume.
-    area_change : float
-        Relative change of the area.
-    distance : float
-        Largest distance between both surfaces (m).
+    surface: surface for the solution.
+    original_triangles: number of triangles of the replaced surface.
+    aspect: ratio of longest edge to height of its longest needle.
+    volume_change: relative change of the volume before scaling to the given volume.
+    area_change: relative change of the area.
+    distance: largest distance between both surfaces (m).
     """
 
     surface: Surface

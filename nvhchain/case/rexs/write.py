@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Literal
 
 from nvhchain.case.gearbox import GearboxCase
-from nvhchain.case.load import load_case
 from nvhchain.case.rexs.model import ImportedCase, imported_case
 from nvhchain.case.rexs.page import import_lines, import_page
 from nvhchain.case.rexs.text import case_text
+from nvhchain.case.toml.load import load_case
 from nvhchain.dynamics.model.assembly import assemble
 from nvhchain.errors import InputError, Mistakes, SolverError, mistakes, require
 from nvhchain.fidelity import DRAFT
@@ -28,12 +28,8 @@ PAGE = "import.md"
 class ImportResult:
     """Files of an import, and its short record.
 
-    Parameters
-    ----------
-    case, page : Path
-        Case file and page.
-    lines : tuple of str
-        Short form of the page.
+    case, page: case file and page.
+    lines: short form of the page.
     """
 
     case: Path

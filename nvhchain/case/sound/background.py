@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from nvhchain.errors import require
+from nvhchain.errors import require, require_within
 from nvhchain.kinds import check_fields
 from nvhchain.sound import Background, Sound, background_sound, recorded_background
 
@@ -30,10 +30,8 @@ class RecordedBackground:
 
     def __post_init__(self) -> None:
         check_fields(self)
-        require(
-            0 < self.full_scale <= 1e6,
-            f"background: full_scale = {self.full_scale:g} Pa is outside 0…1e6 Pa: give the pressure of a sample of 1",
-        )
+        remedy = "give the pressure of a sample of 1"
+        require_within("background: full_scale", self.full_scale, 0, 1e6, "Pa", remedy, above=True)
 
     def sound(self, folder: Path) -> Sound:
         """Return the background as a loop; InputError where the file cannot be read."""

@@ -39,10 +39,19 @@ def read_toml(path: Path) -> tuple[dict[str, Any], str]:
         raise InputError(f"{path}: byte {error.start + 1} is none of UTF-8 text: save the file as UTF-8") from None
     except tomllib.TOMLDecodeError as error:
         raise InputError(_syntax(str(error), path)) from None
+    except InputError:
+        raise
+    except ValueError:
+        raise InputError(f"{path}: {TOO_LONG}") from None
+
+
+TOO_LONG = "a whole number lies beyond 64 bits: write it as a decimal, such as 1e20"
+"""Refusal of whole numbers beyond those of TOML (64 bits)."""
 
 
 def check_texts(value: Any, place: str) -> None:
-    """Refuse (InputError) control characters in any text or key."""
+    """Refuse (InputError) control characters in any text or key, and whole numbers beyond 64 bits."""
+    require(not isinstance(value, int) or -(2**63) <= value < 2**63, f"{place}: {TOO_LONG}")
     if isinstance(value, Mapping):
         for key, inner in value.items():
             check_text(key, f"{place}: key")

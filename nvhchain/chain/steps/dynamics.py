@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from math import cos
 from pathlib import Path
 from typing import Any
 
 from nvhchain import acoustics, dynamics, gear, housing, spectrum
 from nvhchain.case import RadiatorCase
+from nvhchain.chain.loaded import opposing_forces
 from nvhchain.chain.running import Run
 from nvhchain.errors import AccuracyWarning, concerning
 from nvhchain.handoff import BearingForces, ForceSpectrum, ReducedHousing, SurfaceVelocity
@@ -91,7 +93,9 @@ def _contact_forces(run: Run) -> list[dynamics.ContactForce] | None:
 
 def _gearbox(run: Run) -> dynamics.Gearbox:
     """Return the gearbox with the inertia of its gears, and with friction and shuttling if its options have them."""
-    gearbox, options = run.gearbox_at_load, run.loaded.options
+    gearbox, options = run.gearbox_at_load, run.gearbox.options
+    if options.about_static_tilt:
+        gearbox = replace(gearbox, meshes=_about_static_tilt(run, gearbox.meshes))
     if not options.load_distribution:
         return gearbox
     spread = [
@@ -109,6 +113,19 @@ def _gearbox(run: Run) -> dynamics.Gearbox:
         for mesh, of in zip(gearbox.meshes, spread, strict=True)
     )
     return replace(gearbox, meshes=meshes)
+
+
+def _about_static_tilt(run: Run, meshes: Sequence[dynamics.Mesh]) -> tuple[dynamics.Mesh, ...]:
+    """Return meshes that are evenly loaded at the tilt of their laws; shuttling has the moment of the load itself."""
+    found, forces = [], opposing_forces(run.gearbox)
+    for number, mesh in enumerate(meshes):
+        drawn, loaded = (of.stages[number].misalignment for of in (run.gearbox, run.loaded))
+        pair, force, moment = run.gearbox.pairs[number], forces[number], 0.0
+        if force > 0.0 and not run.gearbox.options.models("shuttling"):
+            moment = force * cos(pair.base_helix_angle) * float(run[LOAD_DISTRIBUTIONS][number].offset.mean())
+        tilt = dynamics.StaticTilt(loaded.in_plane - drawn.in_plane, loaded.normal - drawn.normal, moment)
+        found.append(replace(mesh, static_tilt=tilt))
+    return tuple(found)
 
 
 def reduced_housing(run: Run) -> ReducedHousing:

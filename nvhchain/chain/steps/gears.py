@@ -16,11 +16,8 @@ H = TypeVar("H", bound=HandOff)
 
 
 def mesh_laws(run: Run) -> tuple[MeshLaw, ...]:
-    """Mesh law of every stage, with manufacturing deviations, and resistance to tilt where meshes follow tilted gears.
-
-    Returns one per stage.
-    """
-    laws: tuple[MeshLaw, ...] = tuple(mesh_law(run, number) for number in range(len(run.loaded.stages)))
+    """Mesh law of every stage, with manufacturing deviations, and resistance to tilt where meshes follow it."""
+    laws: tuple[MeshLaw, ...] = tuple(mesh_law(run, number) for number in range(len(run.gearbox.stages)))
     if run.gearbox.options.tilt:
         tilts = (of.tilt_ratio for of in run[LOAD_DISTRIBUTIONS])
         laws = tuple(law.replace(tilt_ratio=tilt) for law, tilt in zip(laws, tilts, strict=True))
@@ -73,9 +70,9 @@ def _deviated(run: Run, number: int, law: MeshLaw) -> MeshLaw:
 
 def load_distributions(run: Run) -> tuple[LoadDistribution, ...]:
     """Load distribution along the flanks of every stage; friction and shuttling take it with the deviations."""
-    stages = range(len(run.loaded.stages))
+    stages = range(len(run.gearbox.stages))
     drawn = (_stage_hand_off(run, LOAD_DISTRIBUTIONS, gear.load_distribution, number) for number in stages)
-    if not run.loaded.options.load_distribution:
+    if not run.gearbox.options.load_distribution:
         return tuple(drawn)
     return tuple(_deviated_load(run, number, distribution) for number, distribution in enumerate(drawn))
 

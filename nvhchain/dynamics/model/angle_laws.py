@@ -69,18 +69,11 @@ LARGEST_COEFFICIENT = 1.0
 class MeshFriction:
     """Friction of the drive flanks under nominal load.
 
-    Parameters
-    ----------
-    coefficient : float
-        Coefficient of friction μ.
-    period : float
-        Period of the angles (rad of the wheel).
-    angle : (n_angle,) array
-        Wheel angles (rad), increasing from 0 within one period.
-    sliding : (n_angle,) array
-        Signed share of the force Σ σ F / Σ F, −1 … 1.
-    arm : (n_angle,) array
-        Lever arm Σ σ F s / Σ F (m).
+    coefficient: coefficient of friction μ.
+    period: period of the angles (rad of the wheel).
+    angle (n_angle,): wheel angles (rad), increasing from 0 within one period.
+    sliding (n_angle,): signed share of the force Σ σ F / Σ F, −1 … 1.
+    arm (n_angle,): lever arm Σ σ F s / Σ F (m).
     """
 
     coefficient: float
@@ -124,14 +117,9 @@ FARTHEST = 1.0
 class LoadCentre:
     """Centre of the load of the drive flanks along the face, under nominal load.
 
-    Parameters
-    ----------
-    period : float
-        Period of the angles (rad of the wheel).
-    angle : (n_angle,) array
-        Wheel angles (rad), increasing from 0 within one period.
-    offset : (n_angle,) array
-        Offset from mid-width along z (m).
+    period: period of the angles (rad of the wheel).
+    angle (n_angle,): wheel angles (rad), increasing from 0 within one period.
+    offset (n_angle,): offset from mid-width along z (m).
     """
 
     period: float

@@ -56,6 +56,7 @@ class Assembly:
     contact : (2 n_row, n) pairs of contact rows.
     mesh : (n_row,) index of the mesh of each pair.
     share : (n_row,) share of the pair in the mesh's force; 0 for friction and shuttling.
+    offset : (n_row,) distance of the pair from mid-width along z (m).
     misalignment : (2 n_mesh, n) tilts of each wheel against its pinion (rad; `tilt_wrenches`).
     mesh_error : (n_mesh, n) transmission error of each mesh (m; `error_wrenches`).
     torques : (n_rotor, n) rotation of each shaft where its torques enter, and of each loose gear, along its running
@@ -91,6 +92,7 @@ class Assembly:
     contact: FloatArray
     mesh: IntArray
     share: FloatArray
+    offset: FloatArray
     misalignment: FloatArray
     mesh_error: FloatArray
     torques: FloatArray
@@ -141,6 +143,15 @@ class Assembly:
             load = load if series.preload is None else load - motion.T @ series.preload
         return load
 
+    @property
+    def mass_matrix(self) -> FloatArray:
+        """Mass (n, n) of the unknowns, with the coupling of waves."""
+        return np.diag(self.mass) if self.coupling is None else np.diag(self.mass) + self.coupling
+
+    def opposed(self, face_moment: FloatArray) -> Assembly:
+        """Return the assembly whose teeth oppose the tilt in the plane of action with moments (n_mesh,) (N m)."""
+        return replace(self, side_load=self.side_load - self.misalignment[::2].T @ face_moment)
+
     def wrenches(self, force: FloatArray) -> FloatArray:
         """Return forces and moments (n, n_bearing, motions) on the housing with their constant part (N, N m).
 
@@ -171,7 +182,7 @@ class Assembly:
         """Return the accelerations (n, …) under generalised forces (n, …)."""
         if self.coupling is None:
             return np.asarray((force.T / self.mass).T)
-        return np.asarray(np.linalg.solve(np.diag(self.mass) + self.coupling, force))
+        return np.asarray(np.linalg.solve(self.mass_matrix, force))
 
     def undamped_modes(self, contact_stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return squared frequencies (n,) (rad²/s²) and mass-normalised shapes (n, n), without gyroscopic terms.
@@ -180,7 +191,7 @@ class Assembly:
         """
         stiffness = self.stiffness + (self.contact.T * contact_stiffness) @ self.contact
         if self.coupling is not None:
-            squared, shapes = eigh(stiffness, np.diag(self.mass) + self.coupling)
+            squared, shapes = eigh(stiffness, self.mass_matrix)
             return squared, shapes
         root = 1.0 / np.sqrt(self.mass)
         squared, shapes = eigh(root[:, None] * stiffness * root)
@@ -221,7 +232,7 @@ def assemble(
     n_mode = 0 if housing is None else len(housing.natural_frequency)
     shapes, residual, modal_stiffness, modal_damping = _housing_matrices(gearbox, housing)
 
-    contacts, of_mesh, share = all_wrenches(gearbox, kinematics, mesh_laws, gearbox.face_points)
+    contacts, of_mesh, share, offset = all_wrenches(gearbox, kinematics, mesh_laws, gearbox.face_points)
     series = bearing_series(bearings, residual)
     seats = [
         Wrench(gearbox.shaft_index(bearing.shaft), bearing.z, push)
@@ -309,6 +320,7 @@ def assemble(
         contact=contact_rows(contacts),
         mesh=of_mesh,
         share=share,
+        offset=offset,
         misalignment=contact_rows(
             [
                 tilt
@@ -338,7 +350,8 @@ def assemble(
         link_map=widened(link_map),
         elastic_shaft=np.repeat(np.arange(n_shaft), [len(e.squared) for e in shafts.elastic or ()] or 0),
     )
-    return with_bodies(rigid, mesh_laws).set_speed(input_speed)
+    held = [0.0 if mesh.static_tilt is None else mesh.static_tilt.moment for mesh in gearbox.meshes]
+    return with_bodies(rigid, mesh_laws).set_speed(input_speed).opposed(np.array(held))
 
 
 def rotor_inertia(gearbox: Gearbox) -> FloatArray:

@@ -47,14 +47,9 @@ Motion = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 class Harmonic:
     """Harmonic of a fluctuation, amplitude × cos(order θ + phase), with θ the nominal angle of the input.
 
-    Parameters
-    ----------
-    order : float
-        Cycles per turn of the input, > 0; 2 for a four-cylinder four-stroke engine.
-    amplitude : float
-        Amplitude: N m of a torque, rad/s of a speed.
-    phase : float
-        Phase (rad).
+    order: cycles per turn of the input, > 0; 2 for a four-cylinder four-stroke engine.
+    amplitude: amplitude: N m of a torque, rad/s of a speed.
+    phase: phase (rad).
     """
 
     order: float
@@ -78,24 +73,13 @@ class Harmonic:
 class Fluctuation:
     """Fluctuation of the drive at the input, as harmonics or as a record.
 
-    Parameters
-    ----------
-    quantity : {'torque', 'speed'}
-        Fluctuating quantity.
-    harmonics : tuple of Harmonic
-        Harmonics; none for a record.
-    time : (n,) array
-        Times of a record (s), increasing; the first is the beginning of the run.
-    values : (n,) array
-        Values of a record, N m or rad/s; their mean over time is taken off.
+    quantity: fluctuating quantity, 'torque' or 'speed'.
+    harmonics: harmonics; none for a record.
+    time (n,): times of a record (s), increasing; the first is the beginning of the run.
+    values (n,): values of a record, N m or rad/s; their mean over time is taken off.
 
-    Raises
-    ------
-    InputError
-        If there are both or neither, or a record is not a row of finite numbers against increasing time.
+    Raises InputError if there are both or neither, or a record is not a row of finite numbers against increasing time.
 
-    Notes
-    -----
     Between its samples a record is a straight line. Before its beginning and after its end torque and speed stay at
     their first and last value; the run settles so before its first sample.
     """

@@ -27,36 +27,19 @@ COAXIAL = 1e-5
 class Gearbox:
     """Shafts, bearings and meshes; the meshes must join all shafts and loose gears in one open train (a tree).
 
-    Parameters
-    ----------
-    shafts : tuple of Shaft
-        Shafts.
-    bearings : tuple of Bearing
-        Bearings.
-    meshes : tuple of Mesh
-        Gear meshes.
-    input_shaft, output_shaft : str
-        Names of the shafts where power enters and leaves.
-    input_rotation : int
-        +1 if the input shaft turns counter-clockwise seen from +z (right-hand rule about +z), −1 otherwise.
-    flexible_shafts : bool
-        True if shafts bend and twist (Timoshenko beams).
-    gyroscopic : bool
-        True if the spin of the shafts acts on their tilting motion.
-    face_points : int
-        Points across the face at which every mesh carries: one at mid-width, or more, which feel the tilt of the gears.
-        Two give independent slices their exact resistance to tilt.
-    loose_gears : tuple of LooseGear
-        Gears that turn freely on their shafts. With one, input and output may be the same shaft: a gearbox in neutral,
-        whose input torque only covers the drag. A shaft that carries nothing but loose gears, or other shafts in
-        bearings, stands still.
-    shaft_bearings : tuple of ShaftBearing
-        Bearings between coaxial shafts.
-    gear_bodies : tuple of VibratingBody
-        Gears whose bodies vibrate; all others are rigid on their shafts.
+    meshes: gear meshes.
+    input_shaft, output_shaft: names of the shafts where power enters and leaves.
+    input_rotation: +1 if the input shaft turns counter-clockwise seen from +z (right-hand rule about +z), −1 otherwise.
+    flexible_shafts: True if shafts bend and twist (Timoshenko beams).
+    gyroscopic: True if the spin of the shafts acts on their tilting motion.
+    face_points: points across the face at which every mesh carries: one at mid-width, or more, which feel the tilt of
+        the gears. Two give independent slices their exact resistance to tilt.
+    loose_gears: gears that turn freely on their shafts. With one, input and output may be the same shaft: a gearbox in
+        neutral, whose input torque only covers the drag. A shaft that carries nothing but loose gears, or other shafts
+        in bearings, stands still.
+    shaft_bearings: bearings between coaxial shafts.
+    gear_bodies: gears whose bodies vibrate; all others are rigid on their shafts.
 
-    Notes
-    -----
     Weight is neglected: it is below 1 % of the gear forces.
     """
 

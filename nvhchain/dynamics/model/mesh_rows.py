@@ -188,14 +188,14 @@ def error_wrenches(gearbox: Gearbox, kinematics: Train, mesh: Mesh, law: MeshLaw
 
 def all_wrenches(
     gearbox: Gearbox, kinematics: Train, laws: Sequence[MeshLaw], points: int
-) -> tuple[list[list[Wrench]], IntArray, FloatArray]:
-    """Return the wrenches of all contact rows, and the mesh index and force share of every pair of rows.
+) -> tuple[list[list[Wrench]], IntArray, FloatArray, FloatArray]:
+    """Return the wrenches of all contact rows; mesh index, force share and offset (m) of every pair of rows.
 
     The points of all meshes come first. Rows that depend on the angle only follow, with share 0: for each mesh two
     pairs for friction and one for shuttling, where it has them.
     """
     rows: list[list[Wrench]] = []
-    meshes, shares = [], []
+    meshes, shares, places = [], [], []
     place, weight = face_points(points)
     for k, (mesh, law) in enumerate(zip(gearbox.meshes, laws, strict=True)):
         check_law(gearbox, mesh, law)
@@ -205,6 +205,7 @@ def all_wrenches(
             rows += contact_wrenches(gearbox, kinematics, mesh, law, offset)
             meshes.append(k)
             shares.append(share)
+            places.append(offset)
     for k, (mesh, law) in enumerate(zip(gearbox.meshes, laws, strict=True)):
         channels = friction_wrenches(gearbox, kinematics, mesh, law) if mesh.friction is not None else []
         if mesh.load_centre is not None:
@@ -213,4 +214,5 @@ def all_wrenches(
             rows += [channel, [replace(w, load=-w.load) for w in channel]]
             meshes.append(k)
             shares.append(0.0)
-    return rows, np.array(meshes, dtype=np.int64), np.array(shares)
+            places.append(0.0)
+    return rows, np.array(meshes, dtype=np.int64), np.array(shares), np.array(places)

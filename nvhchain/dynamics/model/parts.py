@@ -171,19 +171,11 @@ class ShaftBearing(Bearing):
 class LooseGear:
     """Gear that turns freely on a shaft, which holds it in all other directions.
 
-    Parameters
-    ----------
-    name : str
-        Name of the gear, by which a mesh calls it in place of a shaft.
-    shaft : str
-        Name of the shaft that carries it.
-    body : RigidBody
-        The gear.
-    drag_torque : float
-        Friction torque between gear and shaft (N m), ≥ 0, constant.
+    name: name of the gear, by which a mesh calls it in place of a shaft.
+    shaft: name of the shaft that carries it.
+    body: the gear.
+    drag_torque: friction torque between gear and shaft (N m), ≥ 0, constant.
 
-    Notes
-    -----
     The drag acts on the gear against its motion relative to the shaft, and with the opposite sign on the shaft. On a
     shaft that turns faster in the same direction it therefore drives the gear. Its sign is that of the nominal speeds:
     the relative speed must not change its sign.
@@ -209,22 +201,13 @@ class LooseGear:
 class VibratingBody:
     """Body of a gear that vibrates, in addition to its rigid body on the shaft.
 
-    Parameters
-    ----------
-    name : str
-        Name of the gear.
-    rotor : str
-        Name of its shaft, or of the gear itself where it is loose.
-    z : float
-        Mid-plane of its face (m).
-    modes : BodyModes
-        Modes with the bore held.
-    ends : tuple of (int, int)
-        Number of every mesh in which it takes part, and 0 as its pinion or 1 as its wheel.
-    damping : float
-        Damping ratio of the modes.
-    held_by_law : bool
-        True where the mesh law holds the static compliance of the modes; laws of analytic bodies do not.
+    name: name of the gear.
+    rotor: name of its shaft, or of the gear itself where it is loose.
+    z: mid-plane of its face (m).
+    modes: modes with the bore held.
+    ends: number of every mesh in which it takes part, and 0 as its pinion or 1 as its wheel.
+    damping: damping ratio of the modes.
+    held_by_law: True where the mesh law holds the static compliance of the modes; laws of analytic bodies do not.
     """
 
     name: str
@@ -237,27 +220,38 @@ class VibratingBody:
 
 
 @dataclass(frozen=True)
-class Mesh:
-    """Gear mesh between two shafts.
+class StaticTilt:
+    """Tilt of the gears of a mesh under their load, at which points across the face carry evenly.
 
     Parameters
     ----------
-    pinion_shaft, wheel_shaft : str
-        Names of the shafts, or of loose gears on them.
-    z : float
-        Mid-plane of the common face width (m).
-    phase : float
-        Wheel angle (rad) of the mesh law when the record begins.
-    friction : MeshFriction, optional
-        Friction of the flanks.
-    load_centre : LoadCentre, optional
-        Centre of the load along the face; mid-width by default.
-    tilt_ratio : float, optional
-        Resistance of the teeth to tilt, relative to independent slices of the same stiffness (`face_points`). By
-        default that of the mesh law, or 1 where it has none.
+    in_plane : float
+        Tilt in the plane of action of the drive flanks (rad), as of `static_misalignment`.
+    normal : float
+        Tilt across that plane (rad).
+    moment : float
+        Moment (N m) of the load about mid-width, by which the teeth oppose the first tilt beside the points.
+    """
 
-    Notes
-    -----
+    in_plane: float
+    normal: float = 0.0
+    moment: float = 0.0
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Gear mesh between two shafts.
+
+    pinion_shaft, wheel_shaft: names of the shafts, or of loose gears on them.
+    z: mid-plane of the common face width (m).
+    phase: wheel angle (rad) of the mesh law when the record begins.
+    friction: friction of the flanks.
+    load_centre: centre of the load along the face; mid-width by default.
+    tilt_ratio: resistance of the teeth to tilt, relative to independent slices of the same stiffness (`face_points`).
+        By default that of the mesh law, or 1 where it has none.
+    static_tilt: tilt that the mesh law includes. By default the law is that of gears as drawn, and the tilt under load
+        moves the load between the points across the face.
+
     The tilt ratio is about 1.8 by the contact problem (docs/measured/dynamics/options.md).
     """
 
@@ -268,6 +262,7 @@ class Mesh:
     friction: MeshFriction | None = None
     load_centre: LoadCentre | None = None
     tilt_ratio: float | None = None
+    static_tilt: StaticTilt | None = None
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -34,7 +34,6 @@ def run_up_time(
     start_speed, end_speed: speeds of the input (rad/s), not negative.
     input_torque: driving torque along the input's rotation (N m).
     output_torque: braking torque on the output shaft (N m).
-    Returns time (s).
 
     Rigid train: acceleration (T_in − ratio T_out) / J, with J its inertia felt at the input.
     """

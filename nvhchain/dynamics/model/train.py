@@ -19,16 +19,10 @@ from nvhchain.kinds import checked
 class Train:
     """Kinematics of the train.
 
-    Parameters
-    ----------
-    speed_ratio : tuple of Fraction
-        Turns of each shaft and loose gear per input turn, exact; positive, or 0 for a shaft that stands still.
-    rotation : tuple of int
-        Sense of rotation of each shaft and loose gear about +z, +1 or −1.
-    law_period : tuple of Fraction
-        Input turns after which each mesh law repeats, exact.
-    common_period : Fraction
-        Input turns after which all mesh laws repeat together, exact.
+    speed_ratio: turns of each shaft and loose gear per input turn, exact; positive, or 0 for a shaft that stands still.
+    rotation: sense of rotation of each shaft and loose gear about +z, +1 or −1.
+    law_period: input turns after which each mesh law repeats, exact.
+    common_period: input turns after which all mesh laws repeat together, exact.
     """
 
     speed_ratio: tuple[Fraction, ...]

@@ -27,39 +27,48 @@ def body_compliance(gearbox: Gearbox, mesh_laws: Sequence[MeshLaw]) -> FloatArra
     return np.zeros(len(mesh_laws)) if found is None else found[:, 0]
 
 
-def flank_transfer(
+def flank_transfers(
     gearbox: Gearbox,
     mesh_laws: Sequence[MeshLaw],
-    housing: ReducedHousing,
+    housings: Sequence[ReducedHousing],
     frequency: FloatArray,
     *,
     input_torque: float,
     input_speed: float,
     fidelity: DynamicsFidelity,
 ) -> ComplexArray:
-    """Return the forces on the housing per force between the flanks of each mesh.
+    """Return the forces on each of some housings per force between the flanks of each mesh.
 
     mesh_laws: one law per mesh, in the gearbox's order.
+    housings: housings that differ by their natural frequencies alone.
     frequency (n_f,): frequencies (Hz).
     input_torque: mean torque along the input's rotation (N m).
     input_speed: speed of the input (rad/s), for gyroscopic terms if `gearbox.gyroscopic`.
-    Returns (n_f, motions · n_bearing, n_mesh) complex array: transfer functions (N/N).
+    Returns (n_housing, n_f, motions · n_bearing, n_mesh) complex array: transfer functions (N/N).
 
-    Meshes are springs of the mean slope of their laws.
+    Meshes are springs of the mean slope of their laws. The housing meets the shafts at its seats alone: with other
+    natural frequencies their compliance differs by ΔG, and the bearing forces become (1 + S ΔG)⁻¹ f. S are the bearing
+    forces per relative displacement of the seats.
     """
     speed = input_speed if gearbox.depends_on_speed else 0.0
-    assembly = assemble(gearbox, mesh_laws, housing, input_speed=speed, fidelity=fidelity)
+    assembly = assemble(gearbox, mesh_laws, housings[0], input_speed=speed, fidelity=fidelity)
     torque = shaft_torques(gearbox, assembly.train, input_torque, assembly.inertia, 0.0)
     nominal = nominal_mesh_forces(assembly, mesh_laws, torque)
     table = tabulate(laws_of_rows(assembly, mesh_laws, nominal), fidelity.angle_refinement)
-    modes = modal_form(assembly, mean_stiffness(assembly, table, nominal))
     pairs = np.arange(len(assembly.mesh))
     carrying = assembly.contact[2 * pairs + (nominal[assembly.mesh] < 0.0)]
     shares = np.where(assembly.mesh == np.arange(len(mesh_laws))[:, None], assembly.share, 0.0)
-    into = modes.input @ -(shares @ carrying).T
-    out = assembly.bearing_stiffness @ modes.displacement + assembly.bearing_damping @ modes.velocity
-    residues = (out.T[:, :, None] * into[:, None, :]).reshape(len(into), -1)
-    turning = 2j * np.pi * frequency[:, None]
+    modes = modal_form(assembly, mean_stiffness(assembly, table, nominal))
+    seats, turning = assembly.bearing_map, 2j * np.pi * frequency[:, None]
+    into = modes.input @ np.hstack([-(shares @ carrying).T, seats.T])
+    residues = ((seats @ modes.displacement).T[:, :, None] * into[:, None, :]).reshape(len(into), -1)
     # Re(out z) is half of the sum over z and its conjugate
-    there = 0.5 / (turning - modes.eigenvalue) @ residues + 0.5 / (turning - modes.eigenvalue.conj()) @ residues.conj()
-    return np.asarray(there.reshape(len(frequency), len(out), -1))
+    moved = 0.5 / (turning - modes.eigenvalue) @ residues + 0.5 / (turning - modes.eigenvalue.conj()) @ residues.conj()
+    springs = assembly.bearings.stiffness + turning[..., None] * assembly.bearings.damping
+    force = springs @ moved.reshape(len(frequency), len(seats), -1)
+    own, held = force[..., : len(mesh_laws)], springs - force[..., len(mesh_laws) :] @ springs
+    shapes = assembly.seat_shapes
+    pairs_of_seats = (shapes[:, None, :] * shapes[None, :, :]).reshape(-1, shapes.shape[1]).T
+    still, *others = (of.receptance(frequency, structural=False) for of in housings)
+    softer = (((of - still) @ pairs_of_seats).reshape(held.shape) for of in others)
+    return np.array([own, *(np.linalg.solve(np.eye(len(seats)) + held @ each, own) for each in softer)])

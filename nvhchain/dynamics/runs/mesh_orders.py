@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -23,12 +24,8 @@ from nvhchain.handoff import ComplexArray, FloatArray, MeshLaw, ReducedHousing
 class OrderForces:
     """Alternating bearing forces of a linear gearbox.
 
-    Parameters
-    ----------
-    order : (n,) array
-        Orders of the input, increasing.
-    force : (n_speed, n, 3 n_bearing) complex array
-        Amplitudes of the forces on the housing (N).
+    order (n,): orders of the input, increasing.
+    force (n_speed, n, 3 n_bearing): amplitudes of the forces on the housing (N).
     """
 
     order: FloatArray
@@ -51,7 +48,7 @@ def order_forces(
     mesh_laws: one law per mesh, in the gearbox's order; of its forces the mean slope counts.
     housing: housing; None for rigid seats.
     deflections sequence of (n_angle,) array or None: quasi-static deflection (m) of each mesh at equally spaced angles
-    of one mesh period; None for an idle mesh.
+    of one mesh period; None for an idle mesh. Points across the face may have rows of their own: (n_point, n_angle).
     input_torque: mean torque along the input's rotation (N m).
     input_speeds: speeds of the input (rad/s).
     Returns forces at every speed. Meshes that share an order add with their phases.
@@ -81,7 +78,7 @@ def order_forces(
 
 def _highest(deflections: Sequence[FloatArray | None]) -> int:
     """Return the highest harmonic that all tables hold."""
-    return min((len(each) for each in deflections if each is not None), default=0) // 2 - 1
+    return min((each.shape[-1] for each in deflections if each is not None), default=0) // 2 - 1
 
 
 def _generalised_forces(
@@ -95,13 +92,17 @@ def _generalised_forces(
     """Return order → generalised force (n,), the sum over all rows of the meshes with this order."""
     gearbox, angle_rows = assembly.gearbox, _angle_rows(assembly.gearbox, mesh_laws, nominal)
     count = int((assembly.share > 0.0).sum())
-    found = dict[Fraction, ComplexArray]()
+    found, points = dict[Fraction, ComplexArray](), Counter[int]()
     for row, mesh in enumerate(assembly.mesh):
         deflection, law, of = deflections[mesh], mesh_laws[mesh], gearbox.meshes[mesh]
         if deflection is None:
             continue
         active = 2 * row + int(row < count and stiffness[2 * row + 1] > 0.0)
-        values = -stiffness[active] * deflection if row < count else angle_rows[row - count]
+        if row < count:
+            values = -stiffness[active] * (deflection if deflection.ndim == 1 else deflection[points[mesh]])
+            points[mesh] += 1
+        else:
+            values = angle_rows[row - count]
         series = 2.0 * np.fft.rfft(values) / len(values)
         wheel = Fraction(assembly.train.speed_ratio[gearbox.rotor_index(of.wheel_shaft)])
         for harmonic in harmonics:

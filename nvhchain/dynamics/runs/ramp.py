@@ -60,17 +60,11 @@ class Ramp:
 class Load(TypedDict):
     """Keyword arguments of every run.
 
-    Parameters
-    ----------
-    input_torque : float
-        Constant torque along the input's rotation (N m). The output torque balances all of it that does not accelerate
-        the train.
-    f_max : float
-        Upper end of the band of interest (Hz).
-    fidelity : DynamicsFidelity
-        Fidelity of the dynamics.
-    contact_forces : sequence of ContactForce, optional
-        One solver per mesh, for `fidelity.mesh_level` "contact".
+    input_torque: constant torque along the input's rotation (N m). The output torque balances all of it that does not
+        accelerate the train.
+    f_max: upper end of the band of interest (Hz).
+    fidelity: fidelity of the dynamics.
+    contact_forces: one solver per mesh, for `fidelity.mesh_level` "contact".
     """
 
     input_torque: float
@@ -82,14 +76,9 @@ class Load(TypedDict):
 class Operation(Load):
     """Keyword arguments of a run-up.
 
-    Parameters
-    ----------
-    start_speed, end_speed : float
-        Speeds of the input (rad/s), not negative; equal for a long record at constant speed.
-    duration : float
-        Duration of the run-up (s).
-    fluctuation : Fluctuation, optional
-        Fluctuation of torque or speed at the input, about the values above.
+    start_speed, end_speed: speeds of the input (rad/s), not negative; equal for a long record at constant speed.
+    duration: duration of the run-up (s).
+    fluctuation: fluctuation of torque or speed at the input, about the values above.
     """
 
     start_speed: float

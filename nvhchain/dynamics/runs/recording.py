@@ -56,10 +56,7 @@ SAME_SOLVER = 1e-9
 class Recording:
     """Record of a run-up in files.
 
-    Parameters
-    ----------
-    paths : tuple of Path
-        Files in their order.
+    paths: files in their order.
     """
 
     paths: tuple[Path, ...]

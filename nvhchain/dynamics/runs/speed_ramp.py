@@ -21,7 +21,7 @@ from nvhchain.dynamics.model.rigid_train import input_inertia
 from nvhchain.dynamics.model.train import train_inertia
 from nvhchain.dynamics.runs.decimation import Decimator, decimator, low_pass, low_pass_reach, record_stride
 from nvhchain.dynamics.runs.ramp import Operation, Ramp
-from nvhchain.dynamics.runs.steady import check_step, settling_time
+from nvhchain.dynamics.runs.steady import check_step, periodic_motion, settling_time, slow_modes
 from nvhchain.dynamics.time_loop.quasi_static import law_phases
 from nvhchain.dynamics.time_loop.simulation import (
     InputMotion,
@@ -33,7 +33,8 @@ from nvhchain.dynamics.time_loop.simulation import (
     set_input_speed,
     simulation,
 )
-from nvhchain.errors import ResourceError, require
+from nvhchain.errors import ResourceError, SolverError, require
+from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import FloatArray, MeshLaw, ReducedHousing
 from nvhchain.runtime.memory import free_memory
 
@@ -52,6 +53,7 @@ class RunUp:
     settling_steps : steps before the first sample, in which the influence of the start decays.
     count : samples of the record.
     drive : fluctuation of the input; None without.
+    settled : knobs of the periodic motion from which the run starts where modes are slow; None: quasi-static start.
     """
 
     models: tuple[Simulation, ...]
@@ -62,6 +64,7 @@ class RunUp:
     settling_steps: int
     count: int
     drive: Drive | None = None
+    settled: DynamicsFidelity | None = None
 
     @property
     def model(self) -> Simulation:
@@ -161,7 +164,15 @@ def prepare(
     models = (model, *(set_input_speed(model, float(speed)) for speed in way[1:]))
     decimators = tuple(decimator(each, stride, taps) for each in models)
     # the quasi-static start is exact from a standstill
-    settle = settling_time(model, fidelity) / fidelity.time_step if ramp.start_speed > 0.0 else 0.0
+    moving = ramp.start_speed > 0.0
+    settle = settling_time(model, fidelity) / fidelity.time_step if moving else 0.0
+    slow = slow_modes(model, fidelity) if moving else np.zeros(0, bool)
+    if slow.any() and fluctuation is not None:
+        frequency = np.abs(model.modes.eigenvalue[slow]).min() / (2.0 * np.pi)
+        raise SolverError(
+            f"the gearbox cannot settle within {fidelity.settle_time:g} s before a run-up under a fluctuation: its "
+            f"mode at {frequency:.4g} Hz decays too slowly; begin from standstill, add damping or raise settle_time"
+        )
     lead = (ceil(settle / stride) + 1) * stride + 2 * decimators[0].half
     drive = None
     if fluctuation is not None:
@@ -176,6 +187,7 @@ def prepare(
         lead,
         max(2, ceil(ramp.duration / (fidelity.time_step * stride) * (1.0 - 1e-9))),
         drive,
+        fidelity if slow.any() else None,
     )
 
 
@@ -198,9 +210,17 @@ def _check_block(model: Simulation, stride: int, half: int, parts: int, f_max: f
 
 
 def start(run: RunUp) -> Standing:
-    """Return the quasi-static solution at the angle from which the run starts."""
+    """Return the motion from which the run starts: the quasi-static one, or a periodic one where modes are slow."""
     # modes of the first block, at the speed in its middle
-    motion = quasi_static_state(run.models[run.model_index(0)], run.phases(0)[0])
+    model = run.models[run.model_index(0)]
+    if run.settled is None:
+        motion = quasi_static_state(model, run.phases(0)[0])
+    else:
+        begun = run.turns(np.array([-run.settling_steps * model.step.step]))
+        try:
+            motion = periodic_motion(model, begun / run.law_period + run.offset, run.ramp.start_speed, run.settled)
+        except (ResourceError, SolverError) as error:
+            raise type(error)(f"{error}; or begin the run-up from standstill") from None
     past = 2 * run.decimator.half
     return Standing(
         0,

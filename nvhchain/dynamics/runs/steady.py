@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
 from math import ceil, gcd, inf, isfinite, lcm, log, pi
 from typing import Unpack
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.fft import next_fast_len
 
 from nvhchain.conventions import Progress
@@ -29,6 +30,7 @@ from nvhchain.dynamics.time_loop.simulation import (
     advance,
     bearing_force,
     quasi_static_state,
+    set_time_step,
     simulation,
 )
 from nvhchain.errors import ResourceError, SolverError, require
@@ -41,6 +43,12 @@ from nvhchain.runtime.threads import one_blas_thread
 
 BLOCK = 8192
 """Steps per call of the time loop: bounds the memory of the state history."""
+
+_LEAST_BLOCKS = 24
+"""Least number of comparisons in which the transient of slow modes is removed; three to ten are usual."""
+
+_LEAST_DAMPING = 1e-6
+"""Damping ratio of a slow mode below which it counts as undamped."""
 
 
 @one_blas_thread
@@ -73,6 +81,9 @@ def bearing_forces(
 
     That influence is 0.58 = 1/(e − 1) of the difference while the flanks stay in mesh. With contact loss it may decay
     more slowly, and follows from the ratio of this difference to the one before.
+
+    Modes that would need longer than `fidelity.settle_time`, such as a rotor on a thin shaft, do not have to decay: the
+    change of each over whole periods states its periodic motion, where it then begins.
 
     The step divides the common period exactly. The phase of every law is reduced in whole numbers, so that the record
     repeats to rounding.
@@ -114,16 +125,10 @@ def bearing_forces(
         ),
         contact_forces=load.get("contact_forces"),
     )
-    cycle = _Cycle(
-        n_step,
-        model.step.step,
-        tuple(int(common / period) for period in kinematics.law_period),
-        law_phases(model.assembly, mesh_laws),
-        np.array([float(period) for period in kinematics.law_period]),
-        None
-        if fluctuation is None
-        else fluctuation.drive(Ramp(input_speed, input_speed, period).motion, own, input_speed, period),
-    )
+    cycle = _cycle(model, n_step, common, law_phases(model.assembly, mesh_laws))
+    if fluctuation is not None:
+        of = Ramp(input_speed, input_speed, period).motion
+        cycle = replace(cycle, drive=fluctuation.drive(of, own, input_speed, period))
     tell = progress if progress is not None else _silent
     motion = _ramp(model, cycle)
     motion, force, angular = _settle(model, motion, cycle, fidelity, tell)
@@ -201,7 +206,7 @@ class _Cycle:
     repeats: tuple[int, ...]
     offset: FloatArray
     law_period: FloatArray
-    drive: Drive | None
+    drive: Drive | None = None
 
     def _middle(self, first: int) -> FloatArray:
         """Return the times (s) of the middles of the block of steps from `first`."""
@@ -230,6 +235,28 @@ class _Cycle:
         return None if self.drive is None else self.drive.torque(self._middle(first), self.step)
 
 
+def _cycle(model: Simulation, count: int, common: Fraction, phases: FloatArray) -> _Cycle:
+    """Return the common period (turns of the input) in `count` steps of the model, from mesh-law phases (n_mesh,)."""
+    periods = model.assembly.train.law_period
+    repeats = tuple(int(common / period) for period in periods)
+    return _Cycle(count, model.step.step, repeats, phases, np.array([float(period) for period in periods]))
+
+
+def periodic_motion(model: Simulation, phases: FloatArray, input_speed: float, fidelity: DynamicsFidelity) -> Motion:
+    """Return the periodic motion at a constant speed (rad/s) of the input where the laws are at `phases` (n_mesh,).
+
+    Raises SolverError where there is none, and ResourceError for periods that do not fit into memory.
+    """
+    common = model.assembly.train.common_period
+    period = float(common) * 2.0 * pi / input_speed
+    _check_memory(period / model.step.step, len(model.bearing_output) + 3 * len(phases) + 1, 1, period)
+    count = next_fast_len(ceil(period / model.step.step), real=True)
+    whole = set_time_step(model, period / count)
+    cycle = _cycle(whole, count, common, phases)
+    settled, _, _ = _settle(whole, _ramp(whole, cycle), cycle, fidelity, _silent)
+    return Motion(settled.state, settled.excess)
+
+
 def _settle(
     model: Simulation,
     motion: Motion,
@@ -239,28 +266,35 @@ def _settle(
 ) -> tuple[Motion, FloatArray, FloatArray]:
     """Run until the influence of the start has decayed; return the result of `_period` for the first settled period."""
     duration = cycle.count * model.step.step
-    needed = settling_time(model, fidelity)
-    apart = ceil(1.0 / (_slowest_decay(model) * duration))
+    slow, needed = slow_modes(model, fidelity), settling_time(model, fidelity)
+    apart = max(1, ceil(needed / (-log(fidelity.settle_level) * duration)))
     blocks = max(2, ceil(fidelity.settle_time / (apart * duration)))
-    expected = min(blocks, max(1, ceil(needed / (apart * duration))))
+    if slow.any():
+        blocks = max(_LEAST_BLOCKS, blocks)
+    expected = min(blocks, max(1, ceil(needed / (apart * duration))) + 2 * int(slow.any()))
     force: FloatArray | None = None
     before = inf
     for block in range(blocks):
+        start = motion
         for _ in range(apart - 1):
             motion = _pass(model, motion, cycle)
         motion, latest, angular = _period(model, motion, cycle)
         report(min(block + 1, expected), expected + 1)
+        swing = float(np.ptp(latest, axis=0).max())
+        # rounding of the static force does not decay; without excitation there is nothing else
+        small, rounding = fidelity.settle_level * swing, 1e-12 * float(np.abs(latest).max())
+        settled, far = _without_transient(model, start, motion, slow, apart * duration)
         if force is not None:
-            change, swing = float(np.abs(latest - force).max()), float(np.ptp(latest, axis=0).max())
-            # rounding of the static force does not decay; without excitation there is nothing else
-            small, rounding = fidelity.settle_level * swing, 1e-12 * float(np.abs(latest).max())
+            change = float(np.abs(latest - force).max())
             # sum of a geometric series; before the second difference its ratio is that of the slowest mode
             left = change**2 / (before - change) if change < before < inf else change
-            if change <= rounding or max(change, left) <= small:
+            if far <= max(small, rounding) and (change <= rounding or max(change, left) <= small):
                 report(expected + 1, expected + 1)
                 return motion, latest, angular
             before = change
         force = latest
+        if far > small:
+            motion = settled
     raise SolverError(
         f"the gearbox has not settled after {blocks * apart * duration:.3g} s: bearing forces still change by "
         f"{change / max(swing, 1e-300):.2g} of their swing between periods (limit {fidelity.settle_level:g}); "
@@ -270,23 +304,48 @@ def _settle(
     )
 
 
-def _slowest_decay(model: Simulation) -> float:
-    """Return the decay rate of the mode that decays most slowly (1/s)."""
-    return -float(model.modes.eigenvalue.real.max())
+def slow_modes(model: Simulation, fidelity: DynamicsFidelity) -> NDArray[np.bool_]:
+    """Return which modes (n_z,) do not fall to `settle_level` within `settle_time`; their transient is removed.
+
+    Raises SolverError if one of them has no damping.
+    """
+    value = model.modes.eigenvalue
+    slow = np.asarray(-value.real * fidelity.settle_time < -log(fidelity.settle_level))
+    undamped = slow & (-value.real < _LEAST_DAMPING * np.abs(value))
+    if undamped.any():
+        frequency = float(np.abs(value[undamped]).min()) / (2 * pi)
+        raise SolverError(
+            f"the gearbox cannot settle: its mode at {frequency:.4g} Hz has no damping; add damping to housing or "
+            "bearings"
+        )
+    return slow
 
 
 def settling_time(model: Simulation, fidelity: DynamicsFidelity) -> float:
-    """Return the time (s) in which the slowest mode falls to `settle_level`; raise SolverError beyond `settle_time`."""
-    decay = _slowest_decay(model)
-    needed = -log(fidelity.settle_level) / decay if decay > 0 else inf
-    if needed > fidelity.settle_time:
-        slowest = abs(model.modes.eigenvalue[np.argmax(model.modes.eigenvalue.real)].imag) / (2 * pi)
-        raise SolverError(
-            f"the gearbox cannot settle to {fidelity.settle_level:g} within {fidelity.settle_time:g} s: its slowest "
-            f"mode, {slowest:.4g} Hz, needs {needed:.3g} s; add damping to housing or bearings, or raise settle_time "
-            "or settle_level"
-        )
-    return needed
+    """Return the time (s) in which all modes but `slow_modes` fall to `settle_level`."""
+    others = model.modes.eigenvalue[~slow_modes(model, fidelity)]
+    return -log(fidelity.settle_level) / float(-others.real.max()) if len(others) else 0.0
+
+
+def _without_transient(
+    model: Simulation, start: Motion, end: Motion, slow: NDArray[np.bool_], duration: float
+) -> tuple[Motion, float]:
+    """Return a motion without the transient of slow modes, and the largest bearing force (N) of that transient.
+
+    start, end: motions `duration` (s) apart, whole common periods.
+
+    Per mode, the periodic motion is z* = z + Δz μ/(1 − μ), with μ = e^{λt} and Δz the change over t. It is exact where
+    the contacts stay linear, and is repeated until the forces no longer change.
+    """
+    if not slow.any():
+        return end, 0.0
+    z, before = (np.array(each.state.reshape(2, -1)) for each in (end, start))
+    factor = np.exp(model.modes.eigenvalue[slow] * duration)
+    change = ((z - before)[0] + 1j * (z - before)[1])[slow] * factor / (1.0 - factor)
+    z[:, slow] += change.real, change.imag
+    output = model.bearing_output.reshape(len(model.bearing_output), 2, -1)[:, :, slow]
+    far = float((np.hypot(output[:, 0], output[:, 1]) @ np.abs(change)).max(initial=0.0))
+    return replace(end, state=z.ravel()), far
 
 
 def _silent(done: int, total: int) -> None:

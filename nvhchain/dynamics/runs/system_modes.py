@@ -29,31 +29,20 @@ HOUSING = "housing"
 class SystemModes:
     """Modes of a gearbox, linear about its mean load.
 
-    Parameters
-    ----------
-    input_speed : float
-        Speed of the input (rad/s), whose gyroscopic terms the modes hold.
-    input_torque : float
-        Torque of the input (N m), at which meshes and bearings are linear.
-    frequency : (n,) array
-        Frequencies |λ|/2π without damping, or Im λ/2π with it (Hz), ascending.
-    damping : (n,) array
-        Damping ratios −Re λ/|λ|; 0 without damping.
-    kinetic_parts : tuple of str
-        Names of the columns of `kinetic`: shafts, loose gears, housing.
-    kinetic : (n, n_part) array
-        Shares of the kinetic energy; rows add up to 1.
-    strain_parts : tuple of str
-        Names of the columns of `strain`: meshes, bearings, flexible shafts, housing.
-    strain : (n, n_part) array
-        Shares of the strain energy; rows add up to 1. A coupled stiffness, such as that of a seat, may give a
-        negative share.
-    bearing_motion : (n, n_bearing, 3) complex array
-        Displacement of the shafts in their bearings along x, y, z for a modal mass of 1 kg.
-    plane_motion : (n, n_plane, 6) complex array
-        Translations and rotations of cross-sections along x, y, z (m, rad), for a modal mass of 1 kg.
-    housing_motion : (n, n_mode) complex array
-        Modal coordinates of the housing, for a modal mass of 1 kg.
+    input_speed: speed of the input (rad/s), whose gyroscopic terms the modes hold.
+    input_torque: torque of the input (N m), at which meshes and bearings are linear.
+    frequency (n,): frequencies |λ|/2π without damping, or Im λ/2π with it (Hz), ascending.
+    damping (n,): damping ratios −Re λ/|λ|; 0 without damping.
+    kinetic_parts: names of the columns of `kinetic`: shafts, loose gears, housing.
+    kinetic (n, n_part): shares of the kinetic energy; rows add up to 1.
+    strain_parts: names of the columns of `strain`: meshes, bearings, flexible shafts, housing.
+    strain (n, n_part): shares of the strain energy; rows add up to 1. A coupled stiffness, such as that of a seat, may
+        give a negative share.
+    bearing_motion (n, n_bearing, 3): displacement of the shafts in their bearings along x, y, z for a modal mass of 1
+        kg.
+    plane_motion (n, n_plane, 6): translations and rotations of cross-sections along x, y, z (m, rad), for a modal mass
+        of 1 kg.
+    housing_motion (n, n_mode): modal coordinates of the housing, for a modal mass of 1 kg.
     """
 
     input_speed: float

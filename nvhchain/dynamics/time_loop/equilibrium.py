@@ -45,29 +45,19 @@ FAR = 5e-3
 class Equilibrium:
     """Gearbox in balance under its torque at standstill.
 
-    Parameters
-    ----------
-    gearbox : Gearbox
-        Gearbox whose bearings have their stiffness and force at this load (`StiffnessMatrix`); bearings without model
-        are unchanged.
-    mesh_force : (n_mesh,) array
-        Forces along the flank normals (N), < 0 on back flanks.
-    bearing_load : (n_bearing, 5) array
-        Forces on the housing along x, y, z (N) and moments about x and y (N m).
-    shaft_bearing_load : (n_shaft_bearing, 5) array
-        Forces and moments of the inner shafts on the outer ones, in the order of `gearbox.shaft_bearings`.
-    displacement : (n_support, 5) array
-        Displacement of the shafts against the seats, then of inner against outer shafts (m, rad).
-    stiffness : (n_support, 5, 5) array
-        Tangent stiffness (N/m, N, N m), in the order of `gearbox.supports`.
-    misalignment : (n_mesh, 2) array
-        Tilts of each wheel against its pinion (rad), as of `static_misalignment`.
-    steps : int
-        Newton steps from the unloaded position.
-    residual : float
-        Largest unbalanced force, relative to the load.
-    unbalance : float
-        Largest sum of forces and moments on a shaft, relative to its largest force or moment.
+    gearbox: gearbox whose bearings have their stiffness and force at this load (`StiffnessMatrix`); bearings without
+        model are unchanged.
+    mesh_force (n_mesh,): forces along the flank normals (N), < 0 on back flanks.
+    bearing_load (n_bearing, 5): forces on the housing along x, y, z (N) and moments about x and y (N m).
+    shaft_bearing_load (n_shaft_bearing, 5): forces and moments of the inner shafts on the outer ones, in the order of
+        `gearbox.shaft_bearings`.
+    displacement (n_support, 5): displacement of the shafts against the seats, then of inner against outer shafts (m,
+        rad).
+    stiffness (n_support, 5, 5): tangent stiffness (N/m, N, N m), in the order of `gearbox.supports`.
+    misalignment (n_mesh, 2): tilts of each wheel against its pinion (rad), as of `static_misalignment`.
+    steps: Newton steps from the unloaded position.
+    residual: largest unbalanced force, relative to the load.
+    unbalance: largest sum of forces and moments on a shaft, relative to its largest force or moment.
     """
 
     gearbox: Gearbox
@@ -90,6 +80,7 @@ def equilibrium(
     *,
     input_torque: float,
     fidelity: DynamicsFidelity | None = None,
+    face_moment: FloatArray | None = None,
 ) -> Equilibrium:
     """Return the static equilibrium of shafts, bearings and housing under a torque.
 
@@ -97,6 +88,7 @@ def equilibrium(
     housing: housing; None for rigid seats.
     input_torque: torque along the input's rotation (N m).
     fidelity: elements and modes of flexible shafts, as in `assemble`.
+    face_moment: (n_mesh,) moment (N m) of the load about mid-width, by which the teeth oppose the tilt; 0 by default.
     Returns loads, displacements and stiffness of the bearings, misalignment of the meshes.
 
     The torques fix the mesh forces, which act at mid-width, spread evenly over the points of meshes that tilt. Unknowns
@@ -112,6 +104,8 @@ def equilibrium(
         for bearing, k in zip(supports, _held(usual), strict=True)
     )
     assembly = assemble(_supported(gearbox, stand_in), mesh_laws, housing, fidelity=fidelity)
+    if face_moment is not None:
+        assembly = assembly.opposed(face_moment)
     n, between = assembly.lateral, assembly.links
     seats = np.vstack([assembly.bearing_map, assembly.link_map])[:, :n]
     load = assembly.load(shaft_torques(gearbox, assembly.train, input_torque))

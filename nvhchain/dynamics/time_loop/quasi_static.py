@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from math import cos, sin
 
 import numpy as np
 
 from nvhchain.dynamics.model.angle_laws import centre_law, friction_laws
 from nvhchain.dynamics.model.assembly import Assembly, assemble
 from nvhchain.dynamics.model.gearbox import Gearbox
+from nvhchain.dynamics.model.parts import StaticTilt
 from nvhchain.dynamics.model.train import shaft_torques
-from nvhchain.dynamics.time_loop.law_table import LawTable, deflection_under, force_at, row_at, slope_at, tabulate
+from nvhchain.dynamics.time_loop.law_table import (
+    LawTable,
+    deflection_under,
+    force_at,
+    mean_slope,
+    row_at,
+    slope_at,
+    tabulate,
+)
 from nvhchain.errors import SolverError, require
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import FloatArray, IntArray, MeshLaw, ReducedHousing
@@ -195,11 +205,56 @@ def static_misalignment(
     drive flanks, > 0 where it closes them towards +z. The second lies across it, > 0 where the wheel leaves the pinion
     towards +z.
     """
+    tilts = opposed_misalignment(gearbox, mesh_laws, housing, input_torque=input_torque, fidelity=fidelity)
+    return tilts(np.zeros(len(mesh_laws)))
+
+
+def opposed_misalignment(
+    gearbox: Gearbox,
+    mesh_laws: Sequence[MeshLaw],
+    housing: ReducedHousing | None,
+    *,
+    input_torque: float,
+    fidelity: DynamicsFidelity | None = None,
+) -> Callable[[FloatArray], FloatArray]:
+    """Return the function from moments of the teeth to the tilts of `static_misalignment`, which they oppose.
+
+    Its argument (n_mesh,) is the moment (N m) of every mesh's load about mid-width, > 0 where more of the load lies
+    towards +z.
+    """
     assembly = assemble(gearbox, mesh_laws, housing, fidelity=fidelity)
     torque = shaft_torques(gearbox, assembly.train, input_torque)
     table = tabulate(laws_of_rows(assembly, mesh_laws, nominal_mesh_forces(assembly, mesh_laws, torque)), 1)
+    phases = law_phases(assembly, mesh_laws)
+
+    def tilts(moment: FloatArray) -> FloatArray:
+        position = static_state(assembly.opposed(moment), table, torque, phases).position
+        return np.asarray((assembly.misalignment @ position).reshape(-1, 2))
+
+    return tilts
+
+
+def face_loads(
+    gearbox: Gearbox, mesh_laws: Sequence[MeshLaw], *, input_torque: float, fidelity: DynamicsFidelity
+) -> list[FloatArray]:
+    """Return the forces (n_point,) (N) that every mesh would have with its whole face loaded as at each of its points.
+
+    The gearbox stands still.
+
+    mesh_laws: one law per mesh, in the gearbox's order; of its forces the mean slope counts.
+    fidelity: elements and modes of flexible shafts, as in `assemble`.
+    """
+    assembly = assemble(gearbox, mesh_laws, None, fidelity=fidelity)
+    torque = shaft_torques(gearbox, assembly.train, input_torque)
+    nominal = nominal_mesh_forces(assembly, mesh_laws, torque)
+    table = tabulate(laws_of_rows(assembly, mesh_laws, nominal), 1)
     position = static_state(assembly, table, torque, law_phases(assembly, mesh_laws)).position
-    return np.asarray((assembly.misalignment @ position).reshape(-1, 2))
+    found: list[list[float]] = [[] for _ in mesh_laws]
+    for row, (mesh, share) in enumerate(zip(assembly.mesh, assembly.share, strict=True)):
+        if share > 0.0:
+            pressed = float(assembly.contact[2 * row] @ position)
+            found[mesh].append(mean_slope(table, row, share * nominal[mesh]) / share * pressed)
+    return [np.array(each) for each in found]
 
 
 def laws_of_rows(assembly: Assembly, mesh_laws: Sequence[MeshLaw], nominal: FloatArray) -> list[MeshLaw]:
@@ -208,15 +263,29 @@ def laws_of_rows(assembly: Assembly, mesh_laws: Sequence[MeshLaw], nominal: Floa
     nominal : (n_mesh,) nominal mesh forces (N), for friction and shuttling.
     """
     laws, beside_waves = [], assembly.laws_beside_waves(mesh_laws)
-    for mesh, share in zip(assembly.mesh, assembly.share, strict=True):
+    for mesh, share, offset in zip(assembly.mesh, assembly.share, assembly.offset, strict=True):
         if share > 0.0:
-            laws.append(beside_waves[mesh].replace(force=share * beside_waves[mesh].force))
+            law = _about_static_tilt(beside_waves[mesh], assembly.gearbox.meshes[mesh].static_tilt, float(offset))
+            laws.append(law.replace(force=share * law.force))
     for mesh, law, force in zip(assembly.gearbox.meshes, mesh_laws, nominal, strict=True):
         if mesh.friction is not None:
             laws += friction_laws(law, mesh.friction, float(force))
         if mesh.load_centre is not None:
             laws.append(centre_law(law, mesh.load_centre, float(force)))
     return laws
+
+
+def _about_static_tilt(law: MeshLaw, tilt: StaticTilt | None, offset: float) -> MeshLaw:
+    """Return the law of a point at an offset (m) from mid-width, loaded there at the static tilt as at mid-width."""
+    if tilt is None:
+        return law
+    arm, double = offset * cos(law.base_helix_angle), 2.0 * law.working_pressure_angle
+    drive, back = arm * tilt.in_plane, arm * (tilt.in_plane * cos(double) + tilt.normal * sin(double))
+    pushing, pulling = (law.deflection[(side * law.force > 0.0).any(axis=0)] for side in (1.0, -1.0))
+    middle = 0.5 * (pulling.max() + pushing.min()) if len(pulling) and len(pushing) else -np.inf
+    moved = law.deflection + np.where(law.deflection > middle, drive, back)
+    falling = bool((np.diff(moved) <= 0.0).any())  # flanks without play between them
+    return law.replace(deflection=law.deflection + drive if falling else moved)
 
 
 def law_phases(assembly: Assembly, mesh_laws: Sequence[MeshLaw]) -> FloatArray:

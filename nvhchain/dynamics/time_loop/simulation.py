@@ -221,15 +221,18 @@ def _discretised(
 
 def set_input_speed(model: Simulation, input_speed: float) -> Simulation:
     """Return the model with the gyroscopic terms of another input speed (rad/s)."""
-    return _discretised(
-        model.assembly.set_speed(input_speed),
-        model.table,
-        model.torque,
-        model.contact_stiffness,
-        model.step.step,
-        model.contact,
-        len(model.step.push) > 0,
-    )
+    return _discretised_again(model, model.assembly.set_speed(input_speed), model.step.step)
+
+
+def set_time_step(model: Simulation, time_step: float) -> Simulation:
+    """Return the model with another length of the step (s); it has the same modes."""
+    return _discretised_again(model, model.assembly, time_step)
+
+
+def _discretised_again(model: Simulation, assembly: Assembly, time_step: float) -> Simulation:
+    """Return the model with another assembly of the same parts, and time step (s)."""
+    given = (model.table, model.torque, model.contact_stiffness, time_step, model.contact)
+    return _discretised(assembly, *given, len(model.step.push) > 0)
 
 
 def carried_over(motion: Motion, source: Simulation, target: Simulation) -> Motion:

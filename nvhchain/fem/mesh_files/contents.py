@@ -37,27 +37,16 @@ class Damaged(FileFormatError):
 class MeshFile:
     """Points, cells and tags of a mesh file.
 
-    Parameters
-    ----------
-    points : (n, 3) array
-        Points in units of the file.
-    cells : list of (str, (m, k) array)
-        Kind and indices of points, in the order of VTK.
-    tagged : dict
-        Indices of points by the name of a point set, or of a point array that is not zero there.
-    groups : dict
-        Indices of points by the name of a group of cells, for its cells that are not solids.
+    points (n, 3): points in units of the file.
+    cells: kind and indices (m, k) of points, in the order of VTK.
+    tagged: indices of points by the name of a point set, or of a point array that is not zero there.
+    groups: indices of points by the name of a group of cells, for its cells that are not solids.
     """
 
     points: FloatArray
     cells: list[tuple[str, IntArray]]
     tagged: dict[str, IntArray] = field(default_factory=dict)
     groups: dict[str, IntArray] = field(default_factory=dict)
-
-    def cells_of_kind(self, kind: str) -> IntArray:
-        """Return the cells (m, k) of one kind."""
-        found = [nodes for name, nodes in self.cells if name == kind]
-        return np.vstack(found) if found else np.empty((0, NODES.get(kind, 0)), dtype=np.int64)
 
     def checked(self) -> MeshFile:
         """Check coordinates and indices, and return the mesh; raises Damaged."""

@@ -18,26 +18,14 @@ from nvhchain.handoff import FloatArray, IntArray
 class ShellBlock:
     """Flat shells of one section.
 
-    Parameters
-    ----------
-    nodes : (m, 3) or (m, 4) int array
-        Corners; the normal is right-handed about their order.
-    material : Material
-        Material.
-    labels : (m,) int array
-        Numbers in the file.
-    thickness : (m,) array
-        Thickness (m).
-    offset : (m,) array
-        Distance of the middle surface from the nodes, along the normal (m).
-    group : str
-        Name of the property or section.
-    bending : float
-        Bending stiffness over that of the full thickness.
-    shear : float
-        Shear area over the full one; 0 for a shell that does not shear.
-    extra_mass : float
-        Mass without stiffness (kg/m²).
+    nodes (m, 3) or (m, 4): corners; the normal is right-handed about their order.
+    labels (m,): numbers in the file.
+    thickness (m,): thickness (m).
+    offset (m,): distance of the middle surface from the nodes, along the normal (m).
+    group: name of the property or section.
+    bending: bending stiffness over that of the full thickness.
+    shear: shear area over the full one; 0 for a shell that does not shear.
+    extra_mass: mass without stiffness (kg/m²).
     """
 
     nodes: IntArray
@@ -55,20 +43,12 @@ class ShellBlock:
 class BeamSection:
     """Cross-section of a beam.
 
-    Parameters
-    ----------
-    area : float
-        Area (m²).
-    about_z, about_y : float
-        Second moments of area for bending along y and along z of the section (m⁴).
-    product : float
-        Product of area ∫yz dA (m⁴).
-    torsion : float
-        Torsion constant (m⁴).
-    shear_y, shear_z : float
-        Shear areas over the area; 0 for a beam that does not shear.
-    extra_mass : float
-        Mass without stiffness (kg/m).
+    area: area (m²).
+    about_z, about_y: second moments of area for bending along y and along z of the section (m⁴).
+    product: product of area ∫yz dA (m⁴).
+    torsion: torsion constant (m⁴).
+    shear_y, shear_z: shear areas over the area; 0 for a beam that does not shear.
+    extra_mass: mass without stiffness (kg/m).
     """
 
     area: float
@@ -85,24 +65,13 @@ class BeamSection:
 class BeamBlock:
     """Straight beams of one section.
 
-    Parameters
-    ----------
-    nodes : (m, 2) int array
-        Ends.
-    material : Material
-        Material.
-    section : BeamSection
-        Cross-section.
-    labels : (m,) int array
-        Numbers in the file.
-    direction : (m, 3) array
-        Vector in the plane of the beam's axis and the y axis of its section.
-    arms : (m, 2, 3) array
-        Position of the beam's ends relative to the nodes (m).
-    released : (m, 12) bool array
-        Motions of both ends, in the beam's axes, that carry no force.
-    group : str
-        Name of the property or section.
+    nodes (m, 2): ends.
+    section: cross-section.
+    labels (m,): numbers in the file.
+    direction (m, 3): vector in the plane of the beam's axis and the y axis of its section.
+    arms (m, 2, 3): position of the beam's ends relative to the nodes (m).
+    released (m, 12): motions of both ends, in the beam's axes, that carry no force.
+    group: name of the property or section.
     """
 
     nodes: IntArray
@@ -119,14 +88,9 @@ class BeamBlock:
 class Springs:
     """Springs between two nodes, or from a node to the ground.
 
-    Parameters
-    ----------
-    nodes : (m, 2) int array
-        Nodes; −1 for the ground.
-    stiffness : (m, 12, 12) array
-        Stiffness in the axes of the model (N/m, N, N m).
-    labels : (m,) int array
-        Numbers in the file.
+    nodes (m, 2): nodes; −1 for the ground.
+    stiffness (m, 12, 12): stiffness in the axes of the model (N/m, N, N m).
+    labels (m,): numbers in the file.
     """
 
     nodes: IntArray
@@ -147,18 +111,11 @@ class Masses:
 class Average:
     """Node that moves as the weighted mean of others (RBE3, distributing coupling).
 
-    Parameters
-    ----------
-    name : str
-        Number or name in the file.
-    node : int
-        Node that follows.
-    components : (6,) bool array
-        Its motions that follow.
-    nodes : (k,) int array
-        Nodes averaged.
-    weights : (k, 6) array
-        Weight of every motion of them.
+    name: number or name in the file.
+    node: node that follows.
+    components (6,): its motions that follow.
+    nodes (k,): nodes averaged.
+    weights (k, 6): weight of every motion of them.
     """
 
     name: str
@@ -184,20 +141,12 @@ class Relation:
 class Tie:
     """Nodes that follow the nearest places on a surface.
 
-    Parameters
-    ----------
-    name : str
-        Name in the file.
-    nodes : (s,) int array
-        Nodes that follow.
-    faces : (f, 8) int array
-        Four corners, −1 for the fourth of a triangle; then the middles of the edges, −1 for missing ones.
-    tolerance : float, optional
-        Largest distance (m); None: a share of the mean edge of the faces.
-    adjust : bool
-        True for nodes that are moved onto the surface.
-    rotations : bool
-        True for rotations that follow, too.
+    name: name in the file.
+    nodes (s,): nodes that follow.
+    faces (f, 8): four corners, −1 for the fourth of a triangle; then the middles of the edges, −1 for missing ones.
+    tolerance: largest distance (m); None: a share of the mean edge of the faces.
+    adjust: True for nodes that are moved onto the surface.
+    rotations: True for rotations that follow, too.
     """
 
     name: str
@@ -212,20 +161,11 @@ class Tie:
 class Structure:
     """Shells, beams, springs, masses and relations of a model.
 
-    Parameters
-    ----------
-    shells, beams : tuple of blocks
-        Elements by section.
-    springs, masses : Springs or Masses, optional
-        All of them.
-    averages : tuple of Average
-        Weighted means.
-    relations : tuple of Relation
-        Multi-point constraints.
-    ties : tuple of Tie
-        Ties.
-    held_rotations : (n, 3) bool array, optional
-        Fixed rotations of the nodes.
+    shells, beams, tuple of blocks: elements by section.
+    springs, masses: all of them.
+    averages: weighted means.
+    relations: multi-point constraints.
+    held_rotations (n, 3): fixed rotations of the nodes.
     """
 
     shells: tuple[ShellBlock, ...] = ()

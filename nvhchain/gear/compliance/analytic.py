@@ -41,16 +41,10 @@ _PROFILE_POINTS = 400
 class SliceCompliance:
     """Deflection of a tooth with its body, per transverse load and width.
 
-    Parameters
-    ----------
-    radius : (n,) array
-        Radii from form to tip form circle (m), rising.
-    compliance : (n,) array
-        Displacement along the line of action per load and width (1/Pa, that is m per N/m).
-    twist : float
-        Displacement of all teeth together per transverse force on any of them (m/N).
-    tilt : float
-        Base helix angle β_b of the gear (rad).
+    radius (n,): radii from form to tip form circle (m), rising.
+    compliance (n,): displacement along the line of action per load and width (1/Pa, that is m per N/m).
+    twist: displacement of all teeth together per transverse force on any of them (m/N).
+    tilt: base helix angle β_b of the gear (rad).
     """
 
     radius: FloatArray

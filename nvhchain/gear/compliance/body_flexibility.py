@@ -38,14 +38,9 @@ class _Repeated:
 
     The unknowns of sector s follow those of sector s − 1.
 
-    Attributes
-    ----------
-    sectors, size : int
-        Number of sectors, unknowns of each.
-    unknowns : (3 n,) int array
-        Unknowns of the nodes, −1 where they are held or outside.
-    images : (sectors, m) int array
-        Nodes of each sector, in the order of their unknowns.
+    sectors, size: number of sectors, unknowns of each.
+    unknowns (3 n,): unknowns of the nodes, −1 where they are held or outside.
+    images (sectors, m): nodes of each sector, in the order of their unknowns.
     """
 
     def __init__(self, turned: IntArray, sectors: int, moving: IntArray, last: IntArray | None = None) -> None:
@@ -131,17 +126,10 @@ class HeldBody:
 
     A `with` statement releases the memory of the factors.
 
-    Attributes
-    ----------
-    unknowns : (teeth, 3 n_i) int array
-        Unknowns of the shared nodes of each tooth, in the order of `CondensedTooth.stiffness`.
-    blank : (3 n,) int array
-        Unknowns of the blank's nodes, −1 on the bore.
+    unknowns (teeth, 3 n_i): unknowns of the shared nodes of each tooth, in the order of `CondensedTooth.stiffness`.
+    blank (3 n,): unknowns of the blank's nodes, −1 on the bore.
 
-    Raises
-    ------
-    ResourceError
-        If a matrix does not fit into memory.
+    Raises ResourceError if a matrix does not fit into memory.
     """
 
     def __init__(self, mesh: GearMesh, tooth: CondensedTooth, material: Material, sector: int) -> None:

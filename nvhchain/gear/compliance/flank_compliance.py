@@ -31,30 +31,18 @@ rim beneath."""
 class FlankCompliance:
     """Compliance of the flanks of one gear on a grid of radius and axial position, bore held.
 
-    Parameters
-    ----------
-    radius : (n_p,) array
-        Radii from the form circle to the tip circle (m), rising.
-    axial : (n_w,) array
-        Axial positions from −b/2 to +b/2 (m), rising.
-    tooth_count : int
-        Teeth of the gear.
-    sector : int
-        Teeth after which the body repeats; 1 if all are alike.
-    blocks : (sector, reach + 1, 2, n_p, n_w, 2, n_p, n_w) array
-        Compliance (m/N) by tooth, distance in teeth, flank and grid point.
-    held : tuple of int, optional
-        Teeth of the sector that `blocks` contains, rising; all by default.  `select_teeth` selects them.
-    friction : (sector, 2 reach + 1, 2, n_p n_w, n_p n_w) array, optional
-        Compliance under friction (m/N) by tooth, distance in teeth and flank.
+    radius (n_p,): radii from the form circle to the tip circle (m), rising.
+    axial (n_w,): axial positions from −b/2 to +b/2 (m), rising.
+    tooth_count: teeth of the gear.
+    sector: teeth after which the body repeats; 1 if all are alike.
+    blocks (sector, reach + 1, 2, n_p, n_w, 2, n_p, n_w): compliance (m/N) by tooth, distance in teeth, flank and grid
+        point.
+    held: teeth of the sector that `blocks` contains, rising; all by default.  `select_teeth` selects them.
+    friction (sector, 2 reach + 1, 2, n_p n_w, n_p n_w): compliance under friction (m/N) by tooth, distance in teeth and
+        flank.
 
-    Raises
-    ------
-    InputError
-        If the shape of `blocks` or the sector does not fit.
+    Raises InputError if the shape of `blocks` or the sector does not fit.
 
-    Notes
-    -----
     Frame: z along the shaft; angles count counter-clockwise about +z.  Tooth k has its centre line at 2π k /
     tooth_count in the mid-width plane z = 0.  The blank's phase is measured in the same plane.
 

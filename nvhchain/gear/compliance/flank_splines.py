@@ -27,13 +27,9 @@ Weights = tuple[NDArray[np.int32], FloatArray]
 class LocalBasis:
     """B-splines that overlap in each interval of a grid, as polynomials.
 
-    Parameters
-    ----------
-    breaks : (n_interval + 1,) array
-        Ends of the intervals (m).
-    powers : (n_interval, degree + 1, degree + 1) array
-        Coefficients by power of the distance from the interval's start and by B-spline.  The first B-spline has the
-        number of the interval.
+    breaks (n_interval + 1,): ends of the intervals (m).
+    powers (n_interval, degree + 1, degree + 1): coefficients by power of the distance from the interval's start and by
+        B-spline.  The first B-spline has the number of the interval.
     """
 
     breaks: FloatArray
@@ -87,16 +83,11 @@ def point_weights(radial_basis: LocalBasis, axial_basis: LocalBasis, radius: Flo
 class FlankSplines:
     """B-spline coefficients of the compliance between flanks of the same side.
 
-    Parameters
-    ----------
-    radial_basis, axial_basis : LocalBasis
-        B-splines.
-    coefficients : (2, n_tooth, reach + 1, n_p n_w, n_p n_w) array
-        Coefficients (m/N) by flank, held tooth and distance in teeth.
-    place : (sector,) int array
-        Position of each tooth of the sector among those held, −1 if absent.
-    friction : (n_tooth, 2 reach + 1, 2, n_p n_w, n_p n_w) array, optional
-        Coefficients of `FlankCompliance.friction` (m/N).
+    radial_basis, axial_basis: B-splines.
+    coefficients (2, n_tooth, reach + 1, n_p n_w, n_p n_w): coefficients (m/N) by flank, held tooth and distance in
+        teeth.
+    place (sector,): position of each tooth of the sector among those held, −1 if absent.
+    friction (n_tooth, 2 reach + 1, 2, n_p n_w, n_p n_w): coefficients of `FlankCompliance.friction` (m/N).
     """
 
     radial_basis: LocalBasis

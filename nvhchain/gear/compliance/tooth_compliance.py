@@ -29,24 +29,15 @@ from nvhchain.handoff import FloatArray, IntArray
 class CondensedTooth:
     """One condensed tooth: three unknowns per shared node, flank points ordered flank, radius, axial.
 
-    Parameters
-    ----------
-    radius : (n_p,) array
-        Radii of the flank points (m).
-    axial : (n_w,) array
-        Axial positions of the flank points (m).
-    stiffness : (3 n_i, 3 n_i) array
-        Stiffness of the shared nodes (N/m).
-    passed : (3 n_i, n) array
-        G, the forces that a unit flank load puts on the shared nodes.
-    own : (n, n) array
-        Flank compliance with the shared nodes held, less that with the centre-line surface held (m/N).
-    left, right, bottom : int array
-        Shared nodes of the pitch's solid mesh, in their order in `stiffness`; left and right exclude those on the
-        bottom.
-    passed_friction, own_friction : array, optional
-        The same for unit forces along the profile, towards the tip; `own_friction` is the normal displacement under
-        them.
+    radius (n_p,): radii of the flank points (m).
+    axial (n_w,): axial positions of the flank points (m).
+    stiffness (3 n_i, 3 n_i): stiffness of the shared nodes (N/m).
+    passed (3 n_i, n): G, the forces that a unit flank load puts on the shared nodes.
+    own (n, n): flank compliance with the shared nodes held, less that with the centre-line surface held (m/N).
+    left, right, bottom: shared nodes of the pitch's solid mesh, in their order in `stiffness`; left and right exclude
+        those on the bottom.
+    passed_friction, own_friction: the same for unit forces along the profile, towards the tip; `own_friction` is the
+        normal displacement under them.
     """
 
     radius: FloatArray

@@ -43,30 +43,17 @@ refinement searches between the neighbours of the best point. The result is exac
 class ContactLines:
     """Slices of all contact lines at one wheel angle; one entry per slice that touches the path of contact.
 
-    Parameters
-    ----------
-    flank : int
-        DRIVE or BACK.
-    side : int
-        Index of the flank in `FlankCompliance`; 0 faces counter-clockwise.
-    tooth : (2, n) int array
-        Tooth of pinion and wheel.
-    axial : (n,) array
-        Middle of the part in contact (m).
-    position : (n,) array
-        Position s on the line of action (m).
-    length : (n,) array
-        Length along the contact line (m).
-    radius : (2, n) array
-        Radius of the contact point on pinion and wheel (m).
-    depth : (2, n) array
-        Depth from the contact point along the normal to the tooth's centre line (m).
-    curvature : (n,) array
-        Radius of relative curvature ρ₁ρ₂/(ρ₁+ρ₂) in the normal plane (m).
-    corner : (n,) array
-        Gap along the normal between an edge beyond the end of the path and the flank (m); 0 on the path.
-    edges : TipEdges
-        Tip edges of both gears near the slices.
+    flank: DRIVE or BACK.
+    side: index of the flank in `FlankCompliance`; 0 faces counter-clockwise.
+    tooth (2, n): tooth of pinion and wheel.
+    axial (n,): middle of the part in contact (m).
+    position (n,): position s on the line of action (m).
+    length (n,): length along the contact line (m).
+    radius (2, n): radius of the contact point on pinion and wheel (m).
+    depth (2, n): depth from the contact point along the normal to the tooth's centre line (m).
+    curvature (n,): radius of relative curvature ρ₁ρ₂/(ρ₁+ρ₂) in the normal plane (m).
+    corner (n,): gap along the normal between an edge beyond the end of the path and the flank (m); 0 on the path.
+    edges: tip edges of both gears near the slices.
     """
 
     flank: int

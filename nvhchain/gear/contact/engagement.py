@@ -72,21 +72,13 @@ class _Phase:
 class Engagement:
     """Gear pair with the flank compliances of both gears, ready for contact at any angle.
 
-    Parameters
-    ----------
-    pair : GearPair
-        Gear pair.
-    compliances : tuple of 2 FlankCompliance or SliceCompliance
-        Compliances of pinion and wheel.
-    fidelity : GearFidelity
-        Slices, contact residual and corner gap.
-    deviations : PairDeviations, optional
-        Deviations of every flank from the drawing; by default there are none.
+    pair: gear pair.
+    compliances: compliances of pinion and wheel.
+    fidelity: slices, contact residual and corner gap.
+    deviations: deviations of every flank from the drawing; by default there are none.
 
-    Raises
-    ------
-    InputError
-        If a compliance belongs to another gear, reaches over too few teeth or does not cover the face width.
+    Raises InputError if a compliance belongs to another gear, reaches over too few teeth or does not cover the face
+        width.
     """
 
     pair: GearPair

@@ -21,7 +21,6 @@ def contact_half_width(
 
     load: load per length of contact line q (N/m).
     curvature_radius: radius of relative curvature ρ = ρ₁ρ₂/(ρ₁+ρ₂) in the normal plane (m).
-    Returns half width (m).
     """
     a = sum(half_space_compliance(m) for m in materials)
     return np.sqrt(2.0 * a * np.asarray(load, float) * np.asarray(curvature_radius, float))

@@ -11,7 +11,7 @@ from math import cos
 
 import numpy as np
 
-from nvhchain.errors import require
+from nvhchain.errors import require_within
 from nvhchain.gear.contact.contact_lines import ContactLines
 from nvhchain.gear.drawing.pair import DRIVE, GearPair
 from nvhchain.handoff import FloatArray
@@ -22,10 +22,7 @@ LARGEST_COEFFICIENT = 1.0
 
 def check_coefficient(friction: float) -> None:
     """Refuse a coefficient of friction outside its range."""
-    require(
-        0 <= friction <= LARGEST_COEFFICIENT,
-        f"friction = {friction:g} is outside 0…{LARGEST_COEFFICIENT:g}: give the coefficient, usual is 0.05",
-    )
+    require_within("friction", friction, 0, LARGEST_COEFFICIENT, "", "give the coefficient, usual is 0.05")
 
 
 def sliding_sense(pair: GearPair, lines: ContactLines) -> FloatArray:

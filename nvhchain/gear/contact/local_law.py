@@ -21,23 +21,13 @@ _SPAN = 1e6
 class LocalLaw:
     """Piecewise law δ_loc = D + q (A − H ln q) per slice, q in N/m; δ and dδ/dq are continuous.
 
-    Parameters
-    ----------
-    limit : (n,) array
-        Load at which the half width reaches half the smaller depth (N/m); the formula is meaningless beyond it.
-    ratio : float
-        Ratio of the loads at successive ends of pieces.
-    level : (n, k + 1) array
-        A (1/Pa).
-    half_slope : (n, k + 1) array
-        H (1/Pa).
-    offset : (n, k + 1) array
-        D (m).
-    energy : (n, k + 1) array
-        E (J/m²), in ∫ δ dq = E + D q + q² (A/2 − H (½ ln q − ¼)).
+    limit (n,): load at which the half width reaches half the smaller depth (N/m); the formula is meaningless beyond it.
+    ratio: ratio of the loads at successive ends of pieces.
+    level (n, k + 1): A (1/Pa).
+    half_slope (n, k + 1): H (1/Pa).
+    offset (n, k + 1): D (m).
+    energy (n, k + 1): E (J/m²), in ∫ δ dq = E + D q + q² (A/2 − H (½ ln q − ¼)).
 
-    Notes
-    -----
     The pieces end at `limit` divided by `ratio`^(k − 1), ..., `ratio`, 1.  Between the ends dδ/dq is linear in ln q, as
     it is for Hertz's strip throughout. The last piece is the tangent from `limit` on (H = 0).  It keeps the law rising;
     the formula itself falls from L ≈ h on.

@@ -61,14 +61,10 @@ _LAYER_END = 60.0
 class TipEdges:
     """Positions of the tip edges of both gears relative to every slice.
 
-    Parameters
-    ----------
-    distance : (2, n) array
-        Distance along the flank from the contact to the tip edge of pinion and wheel (m); 0 where that edge touches.
-    angle : (n,) array
-        Angle φ between the flanks at the edge in the normal plane (rad); −d/ρ where the contact lies inside.
-    wedge : (2,) array
-        Wedge angles W = 90° + α_tip of the tips of pinion and wheel (rad).
+    distance (2, n): distance along the flank from the contact to the tip edge of pinion and wheel (m); 0 where that
+        edge touches.
+    angle (n,): angle φ between the flanks at the edge in the normal plane (rad); −d/ρ where the contact lies inside.
+    wedge (2,): wedge angles W = 90° + α_tip of the tips of pinion and wheel (rad).
     """
 
     distance: FloatArray

@@ -102,17 +102,3 @@ def eccentric_pitch(geometry: GearGeometry, eccentricity: float, angle: float, *
     turn = np.arange(geometry.teeth) * (2.0 * np.pi / geometry.teeth)
     wave = np.sin(turn + angle + alpha) / np.cos(alpha)
     return np.asarray(eccentricity * (wave if drives else -wave))
-
-
-def pitch_deviations(
-    geometry: GearGeometry, deviations: GearDeviations, *, drives: bool = True
-) -> tuple[FloatArray, FloatArray]:
-    """Return single and cumulative pitch deviations of the drive flanks, as a measurement finds them.
-
-    drives: True for a pinion.
-    Returns single (n_tooth,): single pitch deviations (m). cumulative (n_tooth,): cumulative pitch deviations (m), 0
-    at tooth 0; their range is F_p.
-    """
-    eccentric = eccentric_pitch(geometry, deviations.eccentricity, deviations.eccentricity_angle, drives=drives)
-    place = deviations.drive.pitch + eccentric
-    return _steps(place), np.asarray(place - place[0])

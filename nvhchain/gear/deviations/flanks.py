@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from nvhchain.errors import require
+from nvhchain.errors import require, require_within
 from nvhchain.gear.drawing.geometry import GearGeometry
 from nvhchain.handoff import FloatArray, IntArray
 
@@ -22,24 +22,16 @@ LARGEST = 0.5e-3
 class ToothFlanks:
     """Deviations of one flank of every tooth.
 
-    Parameters
-    ----------
-    pitch : (n_tooth,) array
-        Place of the flank (m), an arc in the transverse plane on the reference circle.
-    profile_slope : (n_tooth,) array
-        f_Hα (m), in the transverse plane tangent to the base circle: half is added at the tip and half taken at the
-        other end.
-    profile_form : (n_tooth,) array
-        f_fα (m), the range of a wave along the profile.
-    helix_slope : (n_tooth,) array
-        f_Hβ (m): half is added towards +z and half taken at the other end.
-    helix_form : (n_tooth,) array
-        f_fβ (m), the range of a wave along the face.
-    profile_wave, helix_wave : tuple of 2 float
-        Number of waves over the usable profile, or the face width, and their phase at its start (rad).
-    topography : (n_tooth or 1, n_profile, n_face) array, optional
-        Measured deviations along the normal (m). Steps are even in rolled length from form to tip circle, and in z over
-        the face width. One tooth stands for all.
+    pitch (n_tooth,): place of the flank (m), an arc in the transverse plane on the reference circle.
+    profile_slope (n_tooth,): f_Hα (m), in the transverse plane tangent to the base circle: half is added at the tip and
+        half taken at the other end.
+    profile_form (n_tooth,): f_fα (m), the range of a wave along the profile.
+    helix_slope (n_tooth,): f_Hβ (m): half is added towards +z and half taken at the other end.
+    helix_form (n_tooth,): f_fβ (m), the range of a wave along the face.
+    profile_wave, helix_wave: number of waves over the usable profile, or the face width, and their phase at its start
+        (rad).
+    topography (n_tooth or 1, n_profile, n_face): measured deviations along the normal (m). Steps are even in rolled
+        length from form to tip circle, and in z over the face width. One tooth stands for all.
     """
 
     pitch: FloatArray
@@ -71,12 +63,6 @@ class ToothFlanks:
                 bool((np.abs(self.topography) <= LARGEST).all()),
                 f"topography holds numbers beyond ±{LARGEST:g} m: give it in m",
             )
-
-    @classmethod
-    def perfect(cls, teeth: int) -> ToothFlanks:
-        """Return flanks without deviations."""
-        none = np.zeros(teeth)
-        return cls(none, none, none, none, none)
 
     def shared(self) -> ToothFlanks:
         """Return flanks that all have the mean of the deviations."""
@@ -146,14 +132,10 @@ def _bilinear(grid: FloatArray, tooth: IntArray, profile: FloatArray, face: Floa
 class Ghost:
     """Undulation of all flanks by the generating machine, along the direction of its motion.
 
-    Parameters
-    ----------
-    order : float
-        Waves per turn of the gear, such as the teeth of the machine's index worm wheel.
-    amplitude : float
-        Amplitude along the normal (m).
-    phase : float
-        Phase (rad): amplitude × cos(order × angle of the gear + phase) on the drive flanks, the opposite on the others.
+    order: waves per turn of the gear, such as the teeth of the machine's index worm wheel.
+    amplitude: amplitude along the normal (m).
+    phase: phase (rad): amplitude × cos(order × angle of the gear + phase) on the drive flanks, the opposite on the
+        others.
     """
 
     order: float
@@ -165,19 +147,12 @@ class Ghost:
 class GearDeviations:
     """Deviations of a gear from its drawing.
 
-    Parameters
-    ----------
-    drive, coast : ToothFlanks
-        Flanks that transmit while the pinion drives, and the others.
-    eccentricity : float
-        Distance of the teeth's axis from that of rotation (m), half the run-out F_r.
-    eccentricity_angle : float
-        Angle of the eccentricity from the direction of the mating axis while tooth 0 is in mesh, in running direction
-        (rad).
-    ghosts : tuple of Ghost
-        Undulations.
-    first_tooth : int
-        Tooth at the pitch point at time 0: the phase of assembly.
+    drive, coast: flanks that transmit while the pinion drives, and the others.
+    eccentricity: distance of the teeth's axis from that of rotation (m), half the run-out F_r.
+    eccentricity_angle: angle of the eccentricity from the direction of the mating axis while tooth 0 is in mesh, in
+        running direction (rad).
+    ghosts: undulations.
+    first_tooth: tooth at the pitch point at time 0: the phase of assembly.
     """
 
     drive: ToothFlanks
@@ -188,10 +163,7 @@ class GearDeviations:
     first_tooth: int = 0
 
     def __post_init__(self) -> None:
-        require(
-            0 <= self.eccentricity <= LARGEST,
-            f"eccentricity = {self.eccentricity:g} m is outside 0…{LARGEST:g} m: give it in m",
-        )
+        require_within("eccentricity", self.eccentricity, 0, LARGEST, "m")
         require(
             len(self.drive.pitch) == len(self.coast.pitch),
             f"{len(self.drive.pitch)} drive and {len(self.coast.pitch)} coast flanks: give one of each per tooth",
@@ -216,7 +188,6 @@ class GearDeviations:
         drive: True for the drive flanks.
         pressure_angle: transverse working pressure angle α_wt (rad).
         helix: base helix angle β_b (rad).
-        Returns material (m).
         """
         ahead = 1.0 if drives == drive else -1.0
         way = angle + self.eccentricity_angle

@@ -18,12 +18,8 @@ from nvhchain.handoff import FloatArray, IntArray
 class PairDeviations:
     """Deviations of pinion and wheel.
 
-    Parameters
-    ----------
-    pinion, wheel : GearDeviations, optional
-        Deviations; None for a gear as drawn.
-    misalignment : Misalignment
-        Angles between the axes beyond those of the pair as drawn.
+    pinion, wheel: deviations; None for a gear as drawn.
+    misalignment: angles between the axes beyond those of the pair as drawn.
     """
 
     pinion: GearDeviations | None

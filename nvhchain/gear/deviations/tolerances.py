@@ -24,22 +24,13 @@ _SIZES = (3, 6, 10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500)
 class FlankTolerances:
     """Tolerances of one gear (m).
 
-    Parameters
-    ----------
-    single_pitch : float
-        f_pT, of a pitch against the nominal one, either sign (m).
-    cumulative_pitch : float
-        F_pT, range of the cumulative pitch deviation over a turn (m).
-    profile_slope : float
-        f_HαT, either sign (m).
-    profile_form : float
-        f_fαT (m).
-    helix_slope : float
-        f_HβT, either sign (m).
-    helix_form : float
-        f_fβT (m).
-    run_out : float
-        F_rT, twice the largest eccentricity (m).
+    single_pitch: f_pT, of a pitch against the nominal one, either sign (m).
+    cumulative_pitch: F_pT, range of the cumulative pitch deviation over a turn (m).
+    profile_slope: f_HαT, either sign (m).
+    profile_form: f_fαT (m).
+    helix_slope: f_HβT, either sign (m).
+    helix_form: f_fβT (m).
+    run_out: F_rT, twice the largest eccentricity (m).
     """
 
     single_pitch: float

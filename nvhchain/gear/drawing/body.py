@@ -96,16 +96,10 @@ class GearBody:
 class MassProperties(NamedTuple):
     """Mass and inertia of a homogeneous body.
 
-    Parameters
-    ----------
-    mass : float
-        Mass (kg).
-    polar_inertia : float
-        Moment of inertia about the shaft (kg m²).
-    transverse_inertia : float
-        Moment of inertia about a diameter through the centre of mass, mean over all diameters (kg m²).
-    centre : float
-        Axial position of the centre of mass from mid-width (m).
+    mass: mass (kg).
+    polar_inertia: moment of inertia about the shaft (kg m²).
+    transverse_inertia: moment of inertia about a diameter through the centre of mass, mean over all diameters (kg m²).
+    centre: axial position of the centre of mass from mid-width (m).
     """
 
     mass: float

@@ -28,20 +28,12 @@ _SIZES = (
 class ToothSizes(NamedTuple):
     """Measures of the tooth thickness of a gear.
 
-    Parameters
-    ----------
-    profile_shift : float
-        Profile shift x (normal modules).
-    normal_thickness : float
-        Normal tooth thickness s_n at the reference circle (m).
-    span_teeth : int or None
-        Number of teeth k of the base tangent length; None where no span touches the flanks.
-    base_tangent_length : float or None
-        Base tangent length W_k (m).
-    ball_diameter : float or None
-        Diameter of balls and pins D_M (m); None where no usual size fits.
-    dimension_over_balls, dimension_over_pins : float or None
-        Diametral dimensions M_dK and M_dR (m).
+    profile_shift: profile shift x (normal modules).
+    normal_thickness: normal tooth thickness s_n at the reference circle (m).
+    span_teeth: number of teeth k of the base tangent length; None where no span touches the flanks.
+    base_tangent_length: base tangent length W_k (m).
+    ball_diameter: diameter of balls and pins D_M (m); None where no usual size fits.
+    dimension_over_balls, dimension_over_pins: diametral dimensions M_dK and M_dR (m).
     """
 
     profile_shift: float

@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 
 from nvhchain.dimensions import Length
-from nvhchain.errors import require
+from nvhchain.errors import require, require_within
 from nvhchain.handoff import FloatArray
 from nvhchain.kinds import check_fields
 
@@ -40,10 +40,7 @@ class Relief:
 
     def __post_init__(self) -> None:
         check_fields(self)
-        require(
-            0 <= self.amount <= LARGEST_AMOUNT,
-            f"relief amount = {self.amount:g} m is outside 0…{LARGEST_AMOUNT:g} m: give it in m",
-        )
+        require_within("relief amount", self.amount, 0, LARGEST_AMOUNT, "m")
         require(self.length > 0, f"relief length = {self.length:g} m must be positive")
         require(self.shape in ("linear", "parabolic"), f"relief shape = {self.shape!r}: choose linear or parabolic")
 
@@ -80,11 +77,7 @@ class Flank:
     def __post_init__(self) -> None:
         check_fields(self)
         for name, low in (("profile_crowning", 0.0), ("lead_crowning", 0.0), ("lead_slope", -LARGEST_AMOUNT)):
-            value = getattr(self, name)
-            require(
-                low <= value <= LARGEST_AMOUNT,
-                f"{name} = {value:g} m is outside {low:g}…{LARGEST_AMOUNT:g} m: give it in m",
-            )
+            require_within(name, getattr(self, name), low, LARGEST_AMOUNT, "m")
 
     @property
     def bends_profile(self) -> bool:

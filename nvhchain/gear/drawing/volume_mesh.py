@@ -30,26 +30,14 @@ _UNIT = 1.5
 class VolumeMesh:
     """Imported mesh of a gear; takes the place of the blank in a `GearBody`, whose geometry describes the teeth.
 
-    Parameters
-    ----------
-    nodes : (n, 3) array
-        Positions (m).
-    elements : (m, k) int array
-        Node numbers in the order of VTK.
-    kind : {'tet10', 'hex20'}
-        Kind of element.
-    bore, flanks : int array
-        Nodes of the held bore and of all flanks.
-    order : int
-        Order of the rotational symmetry of the body, 1 for none; only teeth of one sector are computed.
+    nodes (n, 3): positions (m).
+    elements (m, k): node numbers in the order of VTK.
+    kind: kind of element, 'tet10' or 'hex20'.
+    bore, flanks: nodes of the held bore and of all flanks.
+    order: order of the rotational symmetry of the body, 1 for none; only teeth of one sector are computed.
 
-    Raises
-    ------
-    InputError
-        If elements are inverted, tags are missing or node numbers are out of range.
+    Raises InputError if elements are inverted, tags are missing or node numbers are out of range.
 
-    Notes
-    -----
     The frame is that of `FlankCompliance`: z along the shaft from mid-width, tooth 0 on the x axis at z = 0.
     """
 

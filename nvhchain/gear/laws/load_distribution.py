@@ -23,6 +23,9 @@ from nvhchain.gear.laws.transmission_error import angle_blocks, body_period_angl
 from nvhchain.handoff import FloatArray, LoadDistribution
 from nvhchain.kinds import checked
 
+Compliances = tuple[FlankCompliance | SliceCompliance, FlankCompliance | SliceCompliance]
+"""Compliances of pinion and wheel."""
+
 PROBE = 0.02
 """Displacement of the ends of the face for the difference quotient of the tilt stiffness, relative to the
 deflection."""
@@ -34,7 +37,7 @@ def load_distribution(
     *,
     nominal_force: float,
     fidelity: GearFidelity,
-    compliances: tuple[FlankCompliance | SliceCompliance, FlankCompliance | SliceCompliance] | None = None,
+    compliances: Compliances | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
     deviations: PairDeviations | None = None,
@@ -78,14 +81,9 @@ def load_distribution(
 class MeshPeriod:
     """Gear pair under its nominal load over one mesh period, for a first look at what excites a gearbox.
 
-    Parameters
-    ----------
-    distribution : LoadDistribution
-        Place of the load on the flanks. Its period is the mesh period.
-    deflection : (n_angle,) array
-        Mesh deflection at the same angles (m).
-    stiffness : float
-        Mean tangent stiffness along the flank normal (N/m).
+    distribution: place of the load on the flanks. Its period is the mesh period.
+    deflection (n_angle,): mesh deflection at the same angles (m).
+    stiffness: mean tangent stiffness along the flank normal (N/m).
     """
 
     distribution: LoadDistribution
@@ -93,15 +91,18 @@ class MeshPeriod:
     stiffness: float
 
 
-def mesh_period(pair: GearPair, *, nominal_force: float, fidelity: GearFidelity) -> MeshPeriod:
+def mesh_period(
+    pair: GearPair, *, nominal_force: float, fidelity: GearFidelity, compliances: Compliances | None = None
+) -> MeshPeriod:
     """Compute deflection, stiffness and load distribution of a pair over its first mesh period.
 
     nominal_force: force along the flank normal (N).
     fidelity: `angles_per_mesh` angles, slices and residual; `bodies = "analytic"` takes tenths of a second.
+    compliances: as in `mesh_law`; computed if not supplied.
     Returns mesh without the variation between the teeth of a body with openings.
     """
     angle = np.asarray(np.arange(fidelity.angles_per_mesh) * (pair.mesh_period / fidelity.angles_per_mesh))
-    engagement = Engagement(pair, pair_compliances(pair, fidelity), fidelity)
+    engagement = Engagement(pair, compliances or pair_compliances(pair, fidelity), fidelity)
     rows = _carried(engagement, angle, nominal_force)
     closing = close_edges(engagement, rows[:, -1].max())
     if closing is not engagement:

@@ -88,22 +88,14 @@ def quasi_static_transmission_error(law: MeshLaw, force: float) -> tuple[FloatAr
 class LoadedMesh:
     """Equilibrium at one wheel angle under a given normal force.
 
-    Parameters
-    ----------
-    lines : ContactLines
-        Slices.
-    deflection : float
-        δ (m).
-    force : (n,) array
-        Force of each slice (N).
-    pressure : (n,) array
-        Hertzian maximum pressure 2q/(πL) (Pa).
-    tangent_stiffness, secant_stiffness : float
-        dF/dδ and F/δ along the normal (N/m), F the sum of normal forces.
-    torque : tuple of 2 float
-        Torque into the pinion and out of the wheel (N m), friction included.
-    residual : float
-        Residual of the complementarity problem (m): gap of loaded slices or overlap of others, whichever is larger.
+    lines: slices.
+    deflection: δ (m).
+    force (n,): force of each slice (N).
+    pressure (n,): Hertzian maximum pressure 2q/(πL) (Pa).
+    tangent_stiffness, secant_stiffness: dF/dδ and F/δ along the normal (N/m), F the sum of normal forces.
+    torque: torque into the pinion and out of the wheel (N m), friction included.
+    residual: residual of the complementarity problem (m): gap of loaded slices or overlap of others, whichever is
+        larger.
     """
 
     lines: ContactLines

@@ -44,16 +44,11 @@ PINION, WHEEL = 0, 1
 class RootStrainModes:
     """Strain of the static modes at places on some teeth of one gear of a pair.
 
-    Parameters
-    ----------
-    gear : int
-        PINION or WHEEL.
-    teeth : tuple of int
-        Teeth at which the strain is computed.
-    radial_basis, axial_basis : LocalBasis
-        B-splines on the grid of the flank.
-    coefficients : (n_tooth, z, n_place, 6, 2, n_p n_w) array
-        Strain per force (1/N).  [i, d, …, f] belongs to normal forces on flank f of tooth teeth[i] + d.
+    gear: PINION or WHEEL.
+    teeth: teeth at which the strain is computed.
+    radial_basis, axial_basis: B-splines on the grid of the flank.
+    coefficients (n_tooth, z, n_place, 6, 2, n_p n_w): strain per force (1/N).  [i, d, …, f] belongs to normal forces on
+        flank f of tooth teeth[i] + d.
     """
 
     gear: int
@@ -159,18 +154,11 @@ def _gear_body(pair: GearPair, gear: int, teeth: Sequence[int]) -> GearBody:
 class _ProbedTooth:
     """Response to single nodal forces on the flanks of a tooth of the body's mesh, and the tooth's submodel.
 
-    Parameters
-    ----------
-    loaded : (m,) int array
-        Unknowns of the pitch at which the forces act.
-    passed : (3 n_i, m) array
-        Forces passed to the shared nodes.
-    own : (6 n_place, m) array
-        Strain with the shared nodes held (1/N).
-    shared : (6 n_place, 3 n_i) array
-        Strain under displacements of the shared nodes (1/m).
-    submodel : RootSubmodel
-        Finer mesh about the root.
+    loaded (m,): unknowns of the pitch at which the forces act.
+    passed (3 n_i, m): forces passed to the shared nodes.
+    own (6 n_place, m): strain with the shared nodes held (1/N).
+    shared (6 n_place, 3 n_i): strain under displacements of the shared nodes (1/m).
+    submodel: finer mesh about the root.
     """
 
     loaded: IntArray

@@ -38,18 +38,11 @@ and beyond."""
 class StrainGauge:
     """Gauge on the root fillet: the strain along the profile, averaged over its area.
 
-    Parameters
-    ----------
-    flank : int
-        Fillet below the flank that faces +φ (0) or −φ (1).
-    tangent_angle : float
-        Tangent angle of its middle (rad).
-    axial : float
-        Axial position of its middle (m).
-    length : float
-        Length along the profile (m).
-    width : float
-        Width along the tooth (m).
+    flank: fillet below the flank that faces +φ (0) or −φ (1).
+    tangent_angle: tangent angle of its middle (rad).
+    axial: axial position of its middle (m).
+    length: length along the profile (m).
+    width: width along the tooth (m).
     """
 
     flank: int
@@ -63,14 +56,9 @@ class StrainGauge:
 class RootElement:
     """Brick under a point of the root fillet: the strain averaged over its volume.
 
-    Parameters
-    ----------
-    flank : int
-        Fillet below the flank that faces +φ (0) or −φ (1).
-    tangent_angle : float
-        Tangent angle of the point (rad).
-    axial : float
-        Axial position of the point (m).
+    flank: fillet below the flank that faces +φ (0) or −φ (1).
+    tangent_angle: tangent angle of the point (rad).
+    axial: axial position of the point (m).
     """
 
     flank: int

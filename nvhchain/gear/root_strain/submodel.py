@@ -33,14 +33,9 @@ from nvhchain.handoff import FloatArray
 class RootSubmodel:
     """Strain at places on one tooth, six rows per place.
 
-    Parameters
-    ----------
-    tooth : tuple of PitchMesh and SolidMesh
-        Finer pitch.
-    forces : (6 n_place, unknowns of the finer pitch) array
-        Strain per nodal force (1/N).
-    displacement : (6 n_place, unknowns of the coarser pitch) sparse matrix
-        Strain per displacement (1/m).
+    tooth: finer pitch.
+    forces (6 n_place, unknowns of the finer pitch): strain per nodal force (1/N).
+    displacement (6 n_place, unknowns of the coarser pitch): strain per displacement (1/m).
     """
 
     tooth: tuple[PitchMesh, SolidMesh]

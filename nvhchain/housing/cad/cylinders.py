@@ -36,14 +36,12 @@ _MOST_LISTED = 8
 class Cylinder:
     """Cylindrical hole, in one or several faces of the part.
 
-    Parameters
-    ----------
-    faces : numbers of its faces.
-    point : (3,) point on its axis (m), from which `low` and `high` count.
-    axis : (3,) unit vector.
-    radius : radius (m).
-    low, high : its ends along the axis (m).
-    angle : covered angle (rad), up to 2π.
+    faces: numbers of its faces.
+    point: (3,) point on its axis (m), from which `low` and `high` count.
+    axis: (3,) unit vector.
+    radius: radius (m).
+    low, high: its ends along the axis (m).
+    angle: covered angle (rad), up to 2π.
     """
 
     faces: tuple[int, ...]

@@ -9,7 +9,7 @@ import numpy as np
 
 from nvhchain.conventions import ALUMINIUM, Material
 from nvhchain.dimensions import Length
-from nvhchain.errors import check_all, require
+from nvhchain.errors import check_all, require, require_within
 from nvhchain.handoff import FloatArray
 from nvhchain.housing.modes.damping import DampingCurve, check_modal_damping
 from nvhchain.housing.modes.mounting_plane import MountingPlane
@@ -20,10 +20,9 @@ _LARGEST_HOLE = 1.0
 
 
 def _check_radius(radius: float | None, owner: str) -> None:
-    require(
-        radius is None or 2e-4 <= radius <= _LARGEST_HOLE,
-        f"{owner}: radius = {radius} m is outside 0.0002…{_LARGEST_HOLE:g} m: give it in m, or in mm as radius_mm",
-    )
+    if radius is not None:
+        remedy = "give it in m, or in mm as radius_mm"
+        require_within(f"{owner}: radius", radius, 2e-4, _LARGEST_HOLE, "m", remedy)
 
 
 @dataclass(frozen=True)
@@ -135,21 +134,15 @@ class CadPart:
         )
 
     def _check_lengths(self) -> None:
-        require(
-            self.opening is None or 0 < self.opening <= 10,
-            f"opening = {self.opening} m is outside 0…10 m: give it in m, or in mm as opening_mm",
-        )
-        require(
-            0 <= self.smallest_feature <= 0.05,
-            f"smallest_feature = {self.smallest_feature} m is outside 0…0.05 m: give it in m, or in mm as "
-            "smallest_feature_mm",
-        )
         diameter = self.bolt_diameter
-        require(
-            diameter is None or 4e-4 <= diameter <= 2 * _LARGEST_HOLE,
-            f"bolt_diameter = {diameter} m is outside 0.0004…{2 * _LARGEST_HOLE:g} m: give it in m, or in mm as "
-            "bolt_diameter_mm",
-        )
+        for name, value, low, high in (
+            ("opening", self.opening, 0.0, 10.0),
+            ("smallest_feature", self.smallest_feature, 0.0, 0.05),
+            ("bolt_diameter", diameter, 4e-4, 2 * _LARGEST_HOLE),
+        ):
+            if value is not None:
+                remedy = f"give it in m, or in mm as {name}_mm"
+                require_within(name, value, low, high, "m", remedy, above=name == "opening")
         holes = [*([] if diameter is None else [diameter / 2]), *(b.radius for b in self.bolts if b.radius is not None)]
         require(
             self.smallest_feature <= min(holes, default=np.inf),

@@ -43,16 +43,14 @@ _UNKNOWNS_PER_TRIANGLE = 9.0
 class Survey:
     """Part as found in its file, in the frame of the case.
 
-    Parameters
-    ----------
-    nodes : (n, 3) corners of the skin (m).
-    triangles : (k, 3) skin, seen from outside.
-    members : (j, 2) pairs of face and node.
-    seats : bearing → cylinder.
-    bolts : held holes.
-    wall : thickness (m) that the thinnest quarter of the skin does not exceed.
-    volume, area : of the part (m³, m²).
-    notes : what was done to the part.
+    nodes: (n, 3) corners of the skin (m).
+    triangles: (k, 3) skin, seen from outside.
+    members: (j, 2) pairs of face and node.
+    seats: bearing → cylinder.
+    bolts: held holes.
+    wall: thickness (m) that the thinnest quarter of the skin does not exceed.
+    volume, area: of the part (m³, m²).
+    notes: what was done to the part.
     """
 
     nodes: FloatArray

@@ -29,12 +29,10 @@ from nvhchain.housing.modes.response import modal_displacement
 class Contributions:
     """Parts of a pressure.
 
-    Parameters
-    ----------
-    frequency : (n_f,) frequencies (Hz).
-    points : (n_point, 3) field points (m).
-    names : names of the n_part parts.
-    pressure : (n_f, n_point, n_part) complex pressure (Pa); its sum over the parts is the total pressure.
+    frequency: (n_f,) frequencies (Hz).
+    points: (n_point, 3) field points (m).
+    names: names of the n_part parts.
+    pressure: (n_f, n_point, n_part) complex pressure (Pa); its sum over the parts is the total pressure.
     """
 
     frequency: FloatArray

@@ -29,16 +29,10 @@ _MARGIN = 2e-3
 class DrawnSeat:
     """Bearing to be seated.
 
-    Parameters
-    ----------
-    name : str
-        Name of the bearing.
-    axis : tuple of 2 float
-        Axis x, y (m).
-    z : float
-        Mid-plane (m).
-    diameter, width : float
-        Outer diameter and width (m).
+    name: name of the bearing.
+    axis: axis x, y (m).
+    z: mid-plane (m).
+    diameter, width: outer diameter and width (m).
     """
 
     name: str
@@ -52,16 +46,10 @@ class DrawnSeat:
 class DrawnDisc:
     """Body of revolution that needs room: a gear, or a piece of shaft.
 
-    Parameters
-    ----------
-    axis : tuple of 2 float
-        Axis x, y (m).
-    low, high : float
-        Ends (m).
-    radius : float
-        Outer radius (m).
-    gear : bool
-        True for a gear, around which the walls keep their clearance.
+    axis: axis x, y (m).
+    low, high: ends (m).
+    radius: outer radius (m).
+    gear: True for a gear, around which the walls keep their clearance.
     """
 
     axis: tuple[float, float]
@@ -75,14 +63,9 @@ class DrawnDisc:
 class DrawnCasting:
     """Casting with its place and rules.
 
-    Parameters
-    ----------
-    casting : Casting
-        Casting in its own frame, mounting plane at z = 0.
-    shift : float
-        Length (m) that takes z of the unit to z of the casting.
-    rules : tuple of (str, str, str)
-        Quantity, value and rule of every choice.
+    casting: casting in its own frame, mounting plane at z = 0.
+    shift: length (m) that takes z of the unit to z of the casting.
+    rules: quantity, value and rule of every choice.
     """
 
     casting: Casting
@@ -122,7 +105,7 @@ def draw_casting(
     spaces = _spaces(seats, discs, radial, boss)
     draft = _rounded(0.02 * (last[0] - first[0]))
     casting = Casting(
-        bores=tuple(_bore(seat, lengths[seat.name], shift) for seat in seats),
+        bores=tuple(Bore(of.name, (*of.axis, of.z + shift), 0.5 * of.diameter, lengths[of.name]) for of in seats),
         gear_spaces=spaces,
         wall=wall,
         end_wall=end_wall,
@@ -228,10 +211,6 @@ def _narrowed(thinner: Mapping[str, float]) -> tuple[tuple[str, str, str], ...]:
 
 def _middle(group: Sequence[DrawnSeat]) -> float:
     return 0.5 * (min(seat.z for seat in group) + max(seat.z for seat in group))
-
-
-def _bore(seat: DrawnSeat, length: float, shift: float) -> Bore:
-    return Bore(seat.name, (*seat.axis, seat.z + shift), 0.5 * seat.diameter, length)
 
 
 def _axes(places: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:

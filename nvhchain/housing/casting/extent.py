@@ -27,7 +27,6 @@ def encloses(casting: Casting, points: FloatArray) -> NDArray[np.bool_]:
     """Return True for points within the outer walls; bosses, ribs and flange protrude.
 
     points shape (k, 3): places (m).
-    Returns True inside the outer walls.
     """
     inside = (points[:, 2] > 0.0) & (points[:, 2] < casting.depth)
     inside[inside] = inner_distance(outline_at(casting, casting.wall), points[inside, :2]) > 0.0

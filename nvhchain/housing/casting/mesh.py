@@ -32,14 +32,12 @@ _TOUCH = 1e-6
 class HousingMesh:
     """Quadratic tetrahedra with the parts that the reduction needs.
 
-    Parameters
-    ----------
-    nodes : (n, 3) nodes (m).
-    elements : (m, 10) node numbers.
-    seats : node numbers of each bore.
-    bolts : node numbers of each bolt.
-    skin : (k, 6) outward faces in contact with the outside air.
-    motions : 3 for seats that take forces, 5 for those that take moments about x and y, too.
+    nodes: (n, 3) nodes (m).
+    elements: (m, 10) node numbers.
+    seats: node numbers of each bore.
+    bolts: node numbers of each bolt.
+    skin: (k, 6) outward faces in contact with the outside air.
+    motions: 3 for seats that take forces, 5 for those that take moments about x and y, too.
     """
 
     nodes: FloatArray

@@ -172,7 +172,6 @@ def has_rigid_motion(model: ModalModel, f_max: float) -> bool:
     """Return True if a mode is rigid: nothing then holds the structure.
 
     f_max: upper limit of the band (Hz).
-    Returns True for a free structure.
     """
     return bool(model.frequency[0] < _rigid_limit(f_max))
 

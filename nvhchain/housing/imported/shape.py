@@ -51,7 +51,6 @@ def modes_shape(
 
     positions: position (3,) of every bearing, m.
     labels: node labels of bearings that are named in the file.
-    Returns nodes, skin and one node for each seat.
     """
     rows = seat_rows(modes, positions, labels)
     seats: dict[str, IntArray] = {name: rows[[i]] for i, name in enumerate(positions)}

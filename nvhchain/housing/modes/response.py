@@ -26,7 +26,7 @@ def respond(
     damping: damping ratio of all modes over the frequency of the line; by default the housing's modal damping.
     Returns normal velocity (n_f, n_face) m/s.
     """
-    force = aligned_force(housing, force_spectrum)
+    force = force_spectrum.sort_bearings(housing.names, housing.motions)
     loaded = np.flatnonzero((force != 0).any(axis=1))
     if loaded.size == 0:
         loaded = np.array([0])  # no force anywhere: one line of zeros
@@ -43,11 +43,6 @@ def respond(
         for part in (slice(at, at + LINES_PER_PRODUCT) for at in range(0, loaded.size, LINES_PER_PRODUCT))
     ]
     return SurfaceVelocity.superposition(frequency, np.concatenate(coordinates), _shapes(housing), housing.surface)
-
-
-def aligned_force(housing: ReducedHousing, spectrum: ForceSpectrum) -> ComplexArray:
-    """Return forces (n_f, motions · n_bearing) in the order of the housing's seats (N, N m)."""
-    return spectrum.sort_bearings(housing.names, housing.motions)
 
 
 def modal_displacement(
@@ -96,24 +91,6 @@ def _coordinates(
 def _shapes(housing: ReducedHousing) -> FloatArray:
     """Return outward shapes (n_mode + motions · n_bearing, n_face) of modes, kg^-½, and residual flexibility, m/N."""
     return np.vstack([housing.normal_shapes, housing.flat_residual])
-
-
-def seat_displacement(
-    housing: ReducedHousing,
-    frequency: FloatArray,
-    force: ComplexArray,
-    *,
-    structural: bool | None = None,
-    damping: DampingCurve | None = None,
-) -> ComplexArray:
-    """Return the displacement (n_f, motions · n_bearing) m of the seats: modal sum plus residual.
-
-    structural, damping : as in `respond`.
-    """
-    q = modal_displacement(housing, frequency, force, structural=structural, damping=damping)
-    shapes = housing.flat_shapes
-    residual = housing.seat_residual.reshape(force.shape[1], -1)
-    return times_real(q, shapes) + times_real(force / _residual_loss(housing, frequency, structural, damping), residual)
 
 
 def _receptance(

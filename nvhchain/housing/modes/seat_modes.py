@@ -33,15 +33,13 @@ infinity, of the faces 0.2 % with each.
 class SeatModes:
     """Modes and Ritz vectors.
 
-    Parameters
-    ----------
-    frequency : (m,) natural frequencies (Hz), 0 for rigid modes.
-    shapes : (n, m) mode shapes (kg^-½).
-    ritz : Ritz vectors of the excluded modes.
-    finer, plain : more such vectors, and those before frequencies are corrected: their difference is the truncation
+    frequency: (m,) natural frequencies (Hz), 0 for rigid modes.
+    shapes: (n, m) mode shapes (kg^-½).
+    ritz: Ritz vectors of the excluded modes.
+    finer, plain: more such vectors, and those before frequencies are corrected: their difference is the truncation
         error.
-    seats : (motions · n_seat,) unknowns of the seats.
-    limit : highest frequency of the modes (Hz).
+    seats: (motions · n_seat,) unknowns of the seats.
+    limit: highest frequency of the modes (Hz).
     """
 
     frequency: FloatArray

@@ -27,11 +27,9 @@ _LINES = 128
 class Vectors:
     """Modes or Ritz vectors at the seats and on the radiating faces.
 
-    Parameters
-    ----------
-    frequency : (k,) frequencies (Hz).
-    seats : (k, motions · n_seat) mass-normalised shapes (kg^-½).
-    faces : (k, n_face) outward normal shapes.
+    frequency: (k,) frequencies (Hz).
+    seats: (k, motions · n_seat) mass-normalised shapes (kg^-½).
+    faces: (k, n_face) outward normal shapes.
     """
 
     frequency: FloatArray

@@ -58,21 +58,12 @@ _LEVEL_STEPS = 5
 class RadiatingFaces:
     """Choice of the radiating faces of a housing.
 
-    Parameters
-    ----------
-    size : float
-        Edge length (m).
-    mounting_plane : MountingPlane, optional
-        Rigid plane that closes the housing; None for a closed housing.
-    opening : float, optional
-        Diameter (m) of the largest hole that counts as closed; `size` by default.
-    surface : Surface, optional
-        Radiating surface, used as it is; made from the skin by default.
+    size: edge length (m).
+    mounting_plane: rigid plane that closes the housing; None for a closed housing.
+    opening: diameter (m) of the largest hole that counts as closed; `size` by default.
+    surface: radiating surface, used as it is; made from the skin by default.
 
-    Raises
-    ------
-    InputError
-        If a length is not positive.
+    Raises InputError if a length is not positive.
     """
 
     size: float
@@ -92,13 +83,11 @@ class RadiatingFaces:
 class Envelope:
     """Radiating surface and the part of the skin that belongs to it.
 
-    Parameters
-    ----------
-    surface : closed outward surface.
-    silent : (n_face,) bool, faces on the mounting plane.
-    exposed : (k,) bool, facets of the skin in contact with the air.
-    outer : the exposed facets; those of shells lie at their faces.
-    notes : findings in words.
+    surface: closed outward surface.
+    silent: (n_face,) bool, faces on the mounting plane.
+    exposed: (k,) bool, facets of the skin in contact with the air.
+    outer: the exposed facets; those of shells lie at their faces.
+    notes: findings in words.
     """
 
     surface: Surface

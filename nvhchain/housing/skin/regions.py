@@ -38,14 +38,12 @@ _MARGIN = 3
 class Regions:
     """Voxels of edge `size` (m); voxel (i, j, k) has its centre at origin + size · (i, j, k) in the grid's frame.
 
-    Parameters
-    ----------
-    label : `WALL`, `EXTERIOR`, `CAVITY` or `PLUG` of every voxel.
-    origin : centre of the first voxel (m).
-    axes : (3, 3) columns are the grid's axes in space.
-    size : edge of a voxel (m).
-    has_floor : True if the grid ends at the mounting plane, half a voxel below its first layer.
-    narrow : for every smaller ball that found cavities, their volume (m³) and the ball's diameter (m).
+    label: `WALL`, `EXTERIOR`, `CAVITY` or `PLUG` of every voxel.
+    origin: centre of the first voxel (m).
+    axes: (3, 3) columns are the grid's axes in space.
+    size: edge of a voxel (m).
+    has_floor: True if the grid ends at the mounting plane, half a voxel below its first layer.
+    narrow: for every smaller ball that found cavities, their volume (m³) and the ball's diameter (m).
     """
 
     label: IntArray

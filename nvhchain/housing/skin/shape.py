@@ -12,16 +12,10 @@ from nvhchain.handoff import FloatArray, IntArray
 class HousingShape:
     """Surface of a housing.
 
-    Parameters
-    ----------
-    nodes : (n, 3) array
-        Nodes (m).
-    triangles : (k, 3) int array
-        Corners of flat triangles, inside and outside of the walls.
-    seats : mapping of str to int array
-        Bearing → nodes of its seat.
-    supports : tuple of int array
-        Nodes of every bolt or other support; empty where unknown.
+    nodes (n, 3): nodes (m).
+    triangles (k, 3): corners of flat triangles, inside and outside of the walls.
+    seats: bearing → nodes of its seat.
+    supports: nodes of every bolt or other support; empty where unknown.
     """
 
     nodes: FloatArray

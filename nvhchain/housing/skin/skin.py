@@ -19,13 +19,11 @@ from nvhchain.housing.skin.shell_sides import distinct, outward_sides
 class Skin:
     """Boundary of a solid.
 
-    Parameters
-    ----------
-    nodes : (n + q, 3) nodes of the model, then the centres of four-cornered faces (m).
-    facets : (k, 6) corners counter-clockwise seen from outside, then mid-edge nodes.
-    interpolation : (n + q, n) values at `nodes` from those at the nodes of the model.
-    sheets : (k,) bool, or one for all, facets of shells, without known material behind them.
-    depth : (k,) or one for all, distance from the nodes to the air in front of the facets of shells (m).
+    nodes: (n + q, 3) nodes of the model, then the centres of four-cornered faces (m).
+    facets: (k, 6) corners counter-clockwise seen from outside, then mid-edge nodes.
+    interpolation: (n + q, n) values at `nodes` from those at the nodes of the model.
+    sheets: (k,) bool, or one for all, facets of shells, without known material behind them.
+    depth: (k,) or one for all, distance from the nodes to the air in front of the facets of shells (m).
     """
 
     nodes: FloatArray

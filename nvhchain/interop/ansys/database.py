@@ -46,16 +46,14 @@ class Section:
 class Database:
     """Tables of an archive.
 
-    Parameters
-    ----------
-    parts : contents of the model as read so far.
-    system : units of the file.
-    types : number → type of the element and its key options.
-    constants : number → real constants.
-    constants_of : number → property label → value, of materials.
-    sections : number → section.
-    elements : all elements.
-    axes : node → its own axes (3, 3) as columns.
+    parts: contents of the model as read so far.
+    system: units of the file.
+    types: number → type of the element and its key options.
+    constants: number → real constants.
+    constants_of: number → property label → value, of materials.
+    sections: number → section.
+    elements: all elements.
+    axes: node → its own axes (3, 3) as columns.
     """
 
     parts: Parts

@@ -16,20 +16,12 @@ from nvhchain.interop.forces.channel_units import unit_called, unit_in_name
 class Record:
     """Contents of an imported file, unchanged.
 
-    Parameters
-    ----------
-    source : str
-        Name in messages.
-    channels : mapping of str to (n_t,) array
-        Values of each channel.
-    units : mapping of str to str
-        Units of channels that the file states.
-    times : mapping of str to (n_t,) array
-        Time axes (s) of channels that the file gives.
-    unusable : mapping of str to str
-        Channels that cannot be used, with the reason.
-    rotations : frozenset of str, optional
-        Channels about an axis, which are moments; None where the file does not part them from forces.
+    source: name in messages.
+    channels: name → values (n_t,) of each channel.
+    units: units of channels that the file states.
+    times: name → time axis (n_t,) in s, of channels that the file gives.
+    unusable: channels that cannot be used, with the reason.
+    rotations: channels about an axis, which are moments; None where the file does not part them from forces.
     """
 
     source: str

@@ -44,16 +44,10 @@ SAMPLE_RATE_MATCH = 1e-5
 class BearingChannels:
     """Three force channels of one bearing, and two of its moments where they are recorded.
 
-    Parameters
-    ----------
-    name : str
-        Name of the bearing.
-    x, y, z : str
-        Channel names, along the axes of the record's frame.
-    position : (float, float, float), optional
-        Position in the gearbox frame (m); by default the position given by name on reading.
-    mx, my : str, optional
-        Channels of the moments about the gearbox's x and y at the centre of the bearing.
+    name: name of the bearing.
+    x, y, z: channel names, along the axes of the record's frame.
+    position: position in the gearbox frame (m); by default the position given by name on reading.
+    mx, my: channels of the moments about the gearbox's x and y at the centre of the bearing.
     """
 
     name: str
@@ -87,36 +81,23 @@ class BearingChannels:
 class ForceChannels:
     """Meaning of a record of bearing forces.
 
-    Parameters
-    ----------
-    bearings : tuple of BearingChannels
-        Bearings in the order of the hand-off.
-    force_unit : str
-        Unit of all force channels.
-    moment_unit : str, optional
-        Unit of all channels of moments; needed with them.
-    acts_on : {"housing", "shaft"}
-        Body that the recorded force acts on; forces on the `shaft` change sign.
-    speed : float, optional
-        Constant speed of the input shaft (rad/s); else speed_channel.
-    speed_channel, speed_unit : str
-        Channel of the input shaft's speed, and its unit.
-    time_channel, time_unit : str
-        Channel of time, and its unit; else sample_rate.
-    sample_rate : float, optional
-        Sampling rate (Hz); refines the time axis of a UFF file.
-    resample_rate : float, optional
-        Rate (Hz) to which the record is low-pass filtered and resampled; without it, jitter and gaps are refused.
-    rotation : (3, 3) tuple of float
-        Rows are the axes of the record's frame in the gearbox frame, right-handed and orthonormal.
-    periodic : bool
-        True if the record covers whole periods of a steady state.
-    mesh_deflection, transmission_error : tuple of str
-        Channels of the meshes in their order, in length_unit, with signs as in `BearingForces`.
-    output_lag : str, optional
-        Channel of the whole gearbox, in angle_unit, with the sign as in `BearingForces`.
-    length_unit, angle_unit : str
-        Units of these channels.
+    bearings: bearings in the order of the hand-off.
+    force_unit: unit of all force channels.
+    moment_unit: unit of all channels of moments; needed with them.
+    acts_on: 'housing' or 'shaft', the body that the recorded force acts on; forces on the shaft change sign.
+    speed: constant speed of the input shaft (rad/s); else speed_channel.
+    speed_channel, speed_unit: channel of the input shaft's speed, and its unit.
+    time_channel, time_unit: channel of time, and its unit; else sample_rate.
+    sample_rate: sampling rate (Hz); refines the time axis of a UFF file.
+    resample_rate: rate (Hz) to which the record is low-pass filtered and resampled; without it, jitter and gaps are
+        refused.
+    rotation (3, 3): rows are the axes of the record's frame in the gearbox frame, right-handed and
+        orthonormal.
+    periodic: True if the record covers whole periods of a steady state.
+    mesh_deflection, transmission_error: channels of the meshes in their order, in length_unit, with signs as in
+        `BearingForces`.
+    output_lag: channel of the whole gearbox, in angle_unit, with the sign as in `BearingForces`.
+    length_unit, angle_unit: units of these channels.
     """
 
     bearings: tuple[BearingChannels, ...]

@@ -51,14 +51,9 @@ _ASYMMETRY = 1e-5
 class MatrixNames:
     """Names of the matrices of a superelement.
 
-    Parameters
-    ----------
-    stiffness, mass : str, optional
-        Stiffness and mass; by default the usual ones that the file has.
-    damping : str, optional
-        Viscous damping.
-    recovery : str, optional
-        Recovery of the motions of nodes from the unknowns.
+    stiffness, mass: stiffness and mass; by default the usual ones that the file has.
+    damping: viscous damping.
+    recovery: recovery of the motions of nodes from the unknowns.
     """
 
     stiffness: str | None = None
@@ -71,14 +66,9 @@ class MatrixNames:
 class SuperelementFiles:
     """Files of a superelement.
 
-    Parameters
-    ----------
-    matrices : tuple of Path
-        Files of the matrices.
-    deck : Path, optional
-        Nastran deck with the boundary nodes and the elements of the skin.
-    nodes : tuple of int
-        Boundary nodes in the order of matrices without names of their unknowns, six motions each.
+    matrices: files of the matrices.
+    deck: Nastran deck with the boundary nodes and the elements of the skin.
+    nodes: boundary nodes in the order of matrices without names of their unknowns, six motions each.
     """
 
     matrices: tuple[Path, ...]

@@ -29,12 +29,10 @@ class Mode:
 class Geometry:
     """Nodes and elements that modes refer to, in units of the file.
 
-    Parameters
-    ----------
-    nodes : label → place (3,).
-    elements : descriptor of dataset 2412 and labels of the nodes, of shells and solids.
-    axes : label → axes (3, 3), as columns, in which the node moves; missing for global ones.
-    subject : the table of elements as messages call it.
+    nodes: label → place (3,).
+    elements: descriptor of dataset 2412 and labels of the nodes, of shells and solids.
+    axes: label → axes (3, 3), as columns, in which the node moves; missing for global ones.
+    subject: the table of elements as messages call it.
     """
 
     nodes: Mapping[int, list[float]]

@@ -47,13 +47,11 @@ _WHOLE = 0.999
 class UniversalSkin:
     """Skin of a universal file.
 
-    Parameters
-    ----------
-    triangles : (k, 6), as in `ModalModel`.
-    two_sided : (k,) bool, as in `ModalModel`.
-    centres : (q, n) values at added nodes in the middles of four-cornered faces, from those at the n nodes of the file.
+    triangles: (k, 6), as in `ModalModel`.
+    two_sided: (k,) bool, as in `ModalModel`.
+    centres: (q, n) values at added nodes in the middles of four-cornered faces, from those at the n nodes of the file.
         Added nodes are numbered on from n.
-    notes : choices in words.
+    notes: choices in words.
     """
 
     triangles: IntArray

@@ -20,14 +20,9 @@ from nvhchain.interop.rexs.unit import ImportedLoad, ImportedSideLoad
 class Power:
     """Flow of power through the unit.
 
-    Parameters
-    ----------
-    input_shaft, output_shaft : int
-        Shafts.
-    rotation : int
-        Rotation of the input about +z.
-    loads : tuple of ImportedLoad
-        Load cases, the chosen one first.
+    input_shaft, output_shaft: shafts.
+    rotation: rotation of the input about +z.
+    loads: load cases, the chosen one first.
     """
 
     input_shaft: int

@@ -80,18 +80,11 @@ _LONGEST_NAME = 28
 class Parts:
     """Components of a gear unit by what they stand on.
 
-    Parameters
-    ----------
-    document : Document
-        Contents of the file.
-    findings : Findings
-        Record.
-    names : dict
-        Name of every shaft, gear, stage and bearing in the case, by component.
-    rotor : dict
-        Shaft that a shaft turns with, itself or the first of those that are coupled to it.
-    idle : frozenset of int
-        Gears on couplings that are not engaged.
+    document: contents of the file.
+    findings: record.
+    names: name of every shaft, gear, stage and bearing in the case, by component.
+    rotor: shaft that a shaft turns with, itself or the first of those that are coupled to it.
+    idle: gears on couplings that are not engaged.
     """
 
     document: Document

@@ -19,12 +19,8 @@ _PARALLEL = 1e-4
 class Frame:
     """Place and axes of a component in the frame of the file.
 
-    Parameters
-    ----------
-    origin : ndarray of float, shape (3,)
-        Place (m).
-    axes : ndarray of float, shape (3, 3)
-        Rows u, v, w.
+    origin (3,): place (m).
+    axes (3, 3): rows u, v, w.
     """
 
     origin: FloatArray
@@ -89,16 +85,10 @@ def _axes(u: FloatArray, w: FloatArray) -> FloatArray | None:
 class Line:
     """Axis of a shaft in the frame of the case.
 
-    Parameters
-    ----------
-    axis : ndarray of float, shape (2,), optional
-        Place x, y (m); None where it follows from the stages.
-    start : float
-        z of the shaft's origin (m).
-    direction : int
-        +1 where its u axis points along +z, else −1.
-    placed : bool
-        False where the line follows from a coupling or bearing.
+    axis (2,): place x, y (m); None where it follows from the stages.
+    start: z of the shaft's origin (m).
+    direction: +1 where its u axis points along +z, else −1.
+    placed: False where the line follows from a coupling or bearing.
     """
 
     axis: FloatArray | None

@@ -14,14 +14,9 @@ from nvhchain.interop.rexs.contents.findings import Findings
 class Section:
     """Piece of a shaft; diameters may differ at its ends.
 
-    Parameters
-    ----------
-    start, end : float
-        Planes (m).
-    outer, inner : tuple of 2 float
-        Diameters at start and end (m).
-    young, poisson, density : float
-        Material (Pa; kg/m³).
+    start, end: planes (m).
+    outer, inner: diameters at start and end (m).
+    young, poisson, density: material (Pa; kg/m³).
     """
 
     start: float
@@ -37,16 +32,9 @@ class Section:
 class ImportedSideLoad:
     """Force and moment from outside on a shaft.
 
-    Parameters
-    ----------
-    shaft : str
-        Shaft.
-    z : float
-        Place (m).
-    force : tuple of 3 float
-        Force along x, y, z (N).
-    moment : tuple of 2 float
-        Moment about x and y (N m).
+    z: place (m).
+    force: force along x, y, z (N).
+    moment: moment about x and y (N m).
     """
 
     shaft: str
@@ -59,12 +47,8 @@ class ImportedSideLoad:
 class ImportedMass:
     """Mass on a shaft: a flange, a coupling half, a rotor.
 
-    Parameters
-    ----------
-    z : float
-        Centre of mass (m).
-    mass, polar_inertia, transverse_inertia : float
-        Mass (kg) and moments of inertia about the axis and across it (kg m²).
+    z: centre of mass (m).
+    mass, polar_inertia, transverse_inertia: mass (kg) and moments of inertia about the axis and across it (kg m²).
     """
 
     z: float
@@ -77,16 +61,9 @@ class ImportedMass:
 class ImportedShaft:
     """Shaft.
 
-    Parameters
-    ----------
-    name : str
-        Name.
-    axis : tuple of 2 float, optional
-        Place of the axis x, y (m).
-    sections : tuple of Section
-        Pieces.
-    masses : tuple of ImportedMass
-        Additional masses.
+    axis: place of the axis x, y (m).
+    sections: pieces.
+    masses: additional masses.
     """
 
     name: str
@@ -111,16 +88,10 @@ class ImportedShaft:
 class ImportedRelief:
     """Relief of a tip or root.
 
-    Parameters
-    ----------
-    amount : float
-        Amount at the end (m).
-    length : float, optional
-        Rolled length (m).
-    diameter : float, optional
-        Diameter of its start (m), in place of the length.
-    shape : str
-        Shape in REXS.
+    amount: amount at the end (m).
+    length: rolled length (m).
+    diameter: diameter of its start (m), in place of the length.
+    shape: shape in REXS.
     """
 
     amount: float
@@ -133,12 +104,8 @@ class ImportedRelief:
 class FlankShape:
     """Modifications of one flank.
 
-    Parameters
-    ----------
-    tip_relief, root_relief : ImportedRelief, optional
-        Reliefs.
-    profile_crowning, lead_crowning : float
-        Amounts (m).
+    tip_relief, root_relief: reliefs.
+    profile_crowning, lead_crowning: amounts (m).
     """
 
     tip_relief: ImportedRelief | None = None
@@ -151,46 +118,26 @@ class FlankShape:
 class ImportedGear:
     """Cylindrical gear; None marks what the file leaves open.
 
-    Parameters
-    ----------
-    name, shaft : str
-        Names.
-    z : float, optional
-        Mid-plane (m).
-    teeth : int
-        Number of teeth.
-    module : float
-        Normal module (m).
-    pressure_angle, helix_angle : float
-        Normal pressure angle and helix angle (rad), > 0 right-handed.
-    face_width : float
-        Face width (m).
-    profile_shift : float, optional
-        Profile shift (normal modules).
-    addendum, dedendum, rack_tip_radius : float, optional
-        Basic profile (normal modules).
-    tip_radius, root_radius, bore_radius : float, optional
-        Circles (m).
-    allowance : float, optional
-        Reduction of the normal tooth thickness (m).
-    thickness : float, optional
-        Normal tooth thickness at the reference circle (m).
-    span : tuple of (float, int), optional
-        Base tangent length (m) and the teeth that it spans.
-    ball_size : tuple of (float, float, str), optional
-        Dimension over balls or pins (m), their diameter (m), and `balls` or `pins`.
-    ball_deviation, ball : float, optional
-        Mean deviation of the dimension over balls or pins, and their diameter (m).
-    tip_chamfer : float
-        Radial height of the tip chamfer (m).
-    protuberance : tuple of (float, float, float or None), optional
-        Amount and machining allowance (m), and angle (rad, None where the file has none) of the tool's protuberance.
-    flanks : tuple of 2 FlankShape
-        Left and right flank.
-    loaded_flanks : dict
-        Stage → `left` or `right`, where the file names the loaded flank.
-    young, poisson, density : float
-        Material (Pa; kg/m³).
+    name, shaft: names.
+    z: mid-plane (m).
+    teeth: number of teeth.
+    module: normal module (m).
+    pressure_angle, helix_angle: normal pressure angle and helix angle (rad), > 0 right-handed.
+    face_width: face width (m).
+    profile_shift: profile shift (normal modules).
+    addendum, dedendum, rack_tip_radius: basic profile (normal modules).
+    tip_radius, root_radius, bore_radius: circles (m).
+    allowance: reduction of the normal tooth thickness (m).
+    thickness: normal tooth thickness at the reference circle (m).
+    span: base tangent length (m) and the teeth that it spans.
+    ball_size: dimension over balls or pins (m), their diameter (m), and `balls` or `pins`.
+    ball_deviation, ball: mean deviation of the dimension over balls or pins, and their diameter (m).
+    tip_chamfer: radial height of the tip chamfer (m).
+    protuberance: amount and machining allowance (m), and angle (rad, None where the file has none) of the tool's
+        protuberance.
+    flanks: left and right flank.
+    loaded_flanks: stage → `left` or `right`, where the file names the loaded flank.
+    young, poisson, density: material (Pa; kg/m³).
     """
 
     name: str
@@ -227,22 +174,13 @@ class ImportedGear:
 class ImportedStage:
     """Gear stage.
 
-    Parameters
-    ----------
-    name, pinion, wheel : str
-        Names; the pinion drives.
-    centre_distance : float, optional
-        Centre distance (m).
-    angle : float, optional
-        Direction of the wheel's axis from that of the pinion, from +y towards +x (rad).
-    backlash : float, optional
-        Mean normal backlash (m).
-    circumferential_backlash : float, optional
-        Mean backlash in the transverse section (m).
-    shift_sum : float, optional
-        Sum of the profile shifts (normal modules).
-    stated : dict
-        Results in the file for comparison: `contact_ratio`, `overlap_ratio`, `total_contact_ratio`,
+    name, pinion, wheel: names; the pinion drives.
+    centre_distance: centre distance (m).
+    angle: direction of the wheel's axis from that of the pinion, from +y towards +x (rad).
+    backlash: mean normal backlash (m).
+    circumferential_backlash: mean backlash in the transverse section (m).
+    shift_sum: sum of the profile shifts (normal modules).
+    stated: results in the file for comparison: `contact_ratio`, `overlap_ratio`, `total_contact_ratio`,
         `working_pressure_angle` (rad), `common_face_width` (m).
     """
 
@@ -261,42 +199,25 @@ class ImportedStage:
 class ImportedBearing:
     """Bearing between a shaft and the casing, or between two shafts.
 
-    Parameters
-    ----------
-    name, shaft : str
-        Names.
-    outer_shaft : str
-        Shaft around it; empty for the casing.
-    z : float
-        Mid-plane (m).
-    kind : str
-        Type in REXS, such as `radial_grooved_ball_bearing`; `concept_bearing` without one.
-    bore, outer_diameter, width : float, optional
-        Boundary dimensions (m).
-    radial_stiffness, axial_stiffness : float, optional
-        Stiffness in the file (N/m).
-    matrix : tuple of 5 tuples of 5 float, optional
-        Stiffness at the operating point for x, y, z, θx, θy (N/m, N, N m), where it is more than these two.
-    axial : str
-        Axial support along z, `both_directions`, `positive`, `negative` or `no_direction`.
-    elements, rows : int, optional
-        Rolling elements of a row, and rows.
-    row_distance : float, optional
-        Distance of neighbouring rows (m).
-    element_diameter, element_length : float, optional
-        Sizes of the rolling elements (m); of rollers the length in contact, where the file has it.
-    pitch_diameter, inner_groove_radius, outer_groove_radius : float, optional
-        Circle of element centres, and radii of the grooves of a ball bearing (m).
-    contact_angle : float, optional
-        Contact angle (rad).
-    dynamic_load_rating, static_load_rating : float, optional
-        Radial load ratings (N).
-    clearance : float, optional
-        Radial clearance (m), in operation where the file states it.
-    axial_clearance : float
-        Axial clearance in operation (m), < 0 for a preload distance.
-    catalogue : dict
-        All these and other data as they stand in the file, in the words of REXS.
+    name, shaft: names.
+    outer_shaft: shaft around it; empty for the casing.
+    z: mid-plane (m).
+    kind: type in REXS, such as `radial_grooved_ball_bearing`; `concept_bearing` without one.
+    bore, outer_diameter, width: boundary dimensions (m).
+    radial_stiffness, axial_stiffness: stiffness in the file (N/m).
+    matrix: stiffness at the operating point for x, y, z, θx, θy (N/m, N, N m), where it is more than these two.
+    axial: axial support along z, `both_directions`, `positive`, `negative` or `no_direction`.
+    elements, rows: rolling elements of a row, and rows.
+    row_distance: distance of neighbouring rows (m).
+    element_diameter, element_length: sizes of the rolling elements (m); of rollers the length in contact, where the
+        file has it.
+    pitch_diameter, inner_groove_radius, outer_groove_radius: circle of element centres, and radii of the grooves of a
+        ball bearing (m).
+    contact_angle: contact angle (rad).
+    dynamic_load_rating, static_load_rating: radial load ratings (N).
+    clearance: radial clearance (m), in operation where the file states it.
+    axial_clearance: axial clearance in operation (m), < 0 for a preload distance.
+    catalogue: all these and other data as they stand in the file, in the words of REXS.
     """
 
     name: str
@@ -331,18 +252,11 @@ class ImportedBearing:
 class ImportedLoad:
     """Load case.
 
-    Parameters
-    ----------
-    name : str
-        Number in the file.
-    speed : float, optional
-        Speed of the input (rad/s), ≥ 0.
-    torque : float, optional
-        Torque of the input along its rotation (N m); negative where it coasts.
-    share : float, optional
-        Share of the operating time.
-    reversed : bool
-        True where the input turns against its rotation in the chosen load case.
+    name: number in the file.
+    speed: speed of the input (rad/s), ≥ 0.
+    torque: torque of the input along its rotation (N m); negative where it coasts.
+    share: share of the operating time.
+    reversed: True where the input turns against its rotation in the chosen load case.
     """
 
     name: str
@@ -356,30 +270,14 @@ class ImportedLoad:
 class GearUnit:
     """Parallel-shaft gear unit.
 
-    Parameters
-    ----------
-    name, version, application : str
-        Name; version of REXS and program that wrote the file.
-    shafts : tuple of ImportedShaft
-        Shafts.
-    gears : tuple of ImportedGear
-        Gears.
-    stages : tuple of ImportedStage
-        Stages, from the input.
-    bearings : tuple of ImportedBearing
-        Bearings.
-    input_shaft, output_shaft : str
-        Names of the shafts.
-    input_rotation : int
-        +1 where the input turns by the right-hand rule about +z, else −1.
-    loads : tuple of ImportedLoad
-        Load cases; the first is the chosen one.
-    casing_material : tuple of 3 float, optional
-        Young's modulus (Pa), Poisson's ratio and density (kg/m³).
-    findings : Findings
-        Record of the import.
-    side_loads : tuple of ImportedSideLoad
-        Forces and moments from outside, of the chosen load case.
+    name, version, application: name; version of REXS and program that wrote the file.
+    stages: stages, from the input.
+    input_shaft, output_shaft: names of the shafts.
+    input_rotation: +1 where the input turns by the right-hand rule about +z, else −1.
+    loads: load cases; the first is the chosen one.
+    casing_material: Young's modulus (Pa), Poisson's ratio and density (kg/m³).
+    findings: record of the import.
+    side_loads: forces and moments from outside, of the chosen load case.
     """
 
     name: str

@@ -31,18 +31,16 @@ class Rigid:
 class Parts:
     """Contents of a file with the numbers of the file.
 
-    Parameters
-    ----------
-    nodes : label → (3,).
-    elements : (kind, property) → labels and rows of node labels.
-    materials : property → Material (SI).
-    rigid : rigid sets.
-    held : label → held components `1` … `6`.
-    rotated : label → its own displacement frame.
-    oblique : those of held nodes whose frame does not lie along the axes.
-    groups : name → node labels.
-    structure : shells, beams, springs, masses and relations.
-    notes : findings in words.
+    nodes: label → (3,).
+    elements: (kind, property) → labels and rows of node labels.
+    materials: property → Material (SI).
+    rigid: rigid sets.
+    held: label → held components `1` … `6`.
+    rotated: label → its own displacement frame.
+    oblique: those of held nodes whose frame does not lie along the axes.
+    groups: name → node labels.
+    structure: shells, beams, springs, masses and relations.
+    notes: findings in words.
     """
 
     source: str

@@ -87,15 +87,13 @@ class Beams:
 class StructureParts:
     """Items of a file with its labels of nodes, in SI.
 
-    Parameters
-    ----------
-    shells, beams : section → elements.
-    shell_sections, beam_sections : section → its law.
-    springs : label, two nodes (None: ground), stiffness (12, 12).
-    masses : label, node, mass matrix (6, 6).
-    averages : name, node, components (6,) bool, nodes, weights (k, 6).
-    relations : name, node, component, others as (node, component, coefficient).
-    ties : name, nodes, faces of eight nodes or None, tolerance (m), adjusting, with rotations.
+    shells, beams: section → elements.
+    shell_sections, beam_sections: section → its law.
+    springs: label, two nodes (None: ground), stiffness (12, 12).
+    masses: label, node, mass matrix (6, 6).
+    averages: name, node, components (6,) bool, nodes, weights (k, 6).
+    relations: name, node, component, others as (node, component, coefficient).
+    ties: name, nodes, faces of eight nodes or None, tolerance (m), adjusting, with rotations.
     """
 
     shells: dict[str, Shells] = field(default_factory=lambda: defaultdict(Shells))

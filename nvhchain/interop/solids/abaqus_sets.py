@@ -40,23 +40,21 @@ Motion = Callable[[FloatArray], FloatArray]
 class AbaqusFile:
     """Contents of a file as read so far.
 
-    Parameters
-    ----------
-    groups : node sets by their names as first written.
-    sections : owner, element set, material, area of trusses.
-    closed : names defined by the part of the instance, by their kind.
-    contents : keyword blocks of every part.
-    offsets : owner → offset of its labels.
-    motions : instance → its motion.
-    late : level and instance of blocks that wait for all others.
-    laws : owner and block of sections of shells, beams, masses and springs.
-    faces : owner and name of a surface → nodes of its faces, corners first.
-    transforms : node → axes (3, 3) of its motions, as columns.
-    orientations : name → axes (3, 3).
-    behaviors : name → stiffness of connectors by component 0 … 5; `behavior` is the current one.
-    level : `part`, `instance` or `assembly`, the current place in the file.
-    part : current part, in upper case.
-    instance : last instance.
+    groups: node sets by their names as first written.
+    sections: owner, element set, material, area of trusses.
+    closed: names defined by the part of the instance, by their kind.
+    contents: keyword blocks of every part.
+    offsets: owner → offset of its labels.
+    motions: instance → its motion.
+    late: level and instance of blocks that wait for all others.
+    laws: owner and block of sections of shells, beams, masses and springs.
+    faces: owner and name of a surface → nodes of its faces, corners first.
+    transforms: node → axes (3, 3) of its motions, as columns.
+    orientations: name → axes (3, 3).
+    behaviors: name → stiffness of connectors by component 0 … 5; `behavior` is the current one.
+    level: `part`, `instance` or `assembly`, the current place in the file.
+    part: current part, in upper case.
+    instance: last instance.
     """
 
     parts: Parts

@@ -157,14 +157,12 @@ def _frame(name: str, card: list[str], frames: Mapping[int, Frame], grids: Mappi
 class Deck:
     """Cards of a deck with what they rest on.
 
-    Parameters
-    ----------
-    cards : name → cards.
-    parts : contents as read so far.
-    system : units of the file.
-    frames : coordinate systems.
-    materials : function that returns MAT1 by number, for a section named in its messages.
-    mass : PARAM WTMASS, mass in kg per unit of the file's masses and densities over `system.mass`.
+    cards: name → cards.
+    parts: contents as read so far.
+    system: units of the file.
+    frames: coordinate systems.
+    materials: function that returns MAT1 by number, for a section named in its messages.
+    mass: PARAM WTMASS, mass in kg per unit of the file's masses and densities over `system.mass`.
     """
 
     cards: Cards

@@ -34,10 +34,7 @@ _SHAPES = {"hex20": "hex", "tet10": "tet"}
 class View:
     """Parallel projection.
 
-    Parameters
-    ----------
-    elevation, azimuth : float
-        Direction of the viewer (rad): above the xz-plane, and from +z towards +x.
+    elevation, azimuth: direction of the viewer (rad): above the xz-plane, and from +z towards +x.
     """
 
     elevation: float = 0.35

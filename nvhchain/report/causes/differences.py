@@ -142,7 +142,7 @@ def run_up_causes(
     maps : (Waterfall, Waterfall) waterfalls against order.
     """
     total = REFERENCE_PRESSURE**2 * 10 ** (np.array(levels_dBA) / 10)
-    energy = np.array([_order_energy(of, orders) for of in maps])
+    energy = np.array([_order_energies(of, orders).sum(axis=0) for of in maps])
     part = (energy[1] - energy[0]) / _mean(total)
     shown = np.argsort(-np.abs(part), kind="stable")[:LINES]
     found: list[dict[str, Any]] = [
@@ -210,11 +210,6 @@ def _lasting(maps: Sequence[Waterfall], order: float) -> bool:
         if energy[first:last].sum() < 0.5 * energy.sum():
             return True
     return False
-
-
-def _order_energy(of: Waterfall, orders: Sequence[float]) -> FloatArray:
-    """Return the A-weighted mean square (n,) of orders over the time of a run-up."""
-    return np.asarray(_order_energies(of, orders).sum(axis=0))
 
 
 def _order_energies(of: Waterfall, orders: Sequence[float]) -> FloatArray:

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
 
 from nvhchain import acoustics
-from nvhchain.errors import AccuracyWarning, InputError
+from nvhchain.errors import InputError, without_accuracy_warnings
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
-from nvhchain.files import hdf5
 from nvhchain.handoff import (
     FieldPressure,
     FloatArray,
@@ -37,6 +34,7 @@ def stored_parts(
     forces: ForceSpectrum,
     operators: tuple[Sequence[TransferVectors], Sequence[ReducedHousing]],
     frequency: FloatArray,
+    fidelity: AcousticsFidelity = STANDARD.acoustics,
 ) -> tuple[Contributions, Contributions] | None:
     """Return the pressure by path and by mode at single lines; None where no operators add up to the stored pressure.
 
@@ -45,7 +43,6 @@ def stored_parts(
     operators : transfer vectors and housings on the surface, among which those of the run are.
     frequency : (n,) lines of the run (Hz), rising.
     """
-    fidelity = acoustics_fidelity(pressure)
     for vectors in operators[0]:
         for housing in operators[1]:
             found = line_parts(pressure, forces, housing, vectors, frequency, fidelity=fidelity)
@@ -83,8 +80,7 @@ def force_parts(
 ) -> tuple[Contributions, Contributions] | None:
     """Return the pressure by path and by mode that forces cause; None for operators of different surfaces."""
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", AccuracyWarning)  # the run has given them
+        with without_accuracy_warnings():
             modal = acoustics.modal_transfer_vectors(vectors, housing, load.frequency, fidelity=fidelity)
             functions = acoustics.noise_transfer_functions(modal, housing).functions
             modes = modal_contributions(modal, housing, load)
@@ -94,17 +90,3 @@ def force_parts(
     parts = functions.reshape(*functions.shape[:2], -1) * force[:, None, :]
     names = tuple(f"{name} {axis}" for name in housing.names for axis in PATHS[: housing.motions])
     return Contributions(load.frequency, vectors.points, names, parts), modes
-
-
-def acoustics_fidelity(of: HandOff) -> AcousticsFidelity:
-    """Return the knobs with which a hand-off of sound was computed; those of `standard` where it does not name them."""
-    try:
-        return AcousticsFidelity(**of.provenance["fidelity"])
-    except (KeyError, TypeError, InputError):
-        return STANDARD.acoustics
-
-
-def radiating(files: Sequence[Path], kind: type[H], surface: str) -> list[H]:
-    """Return the hand-offs of a kind on a surface, by its content hash."""
-    found = [hdf5.load(path, kind) for path in files if hdf5.record(path)[0] == kind.__name__]
-    return [of for of in found if of.surface.content_hash == surface]  # type: ignore[attr-defined]

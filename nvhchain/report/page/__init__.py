@@ -10,8 +10,8 @@ from typing import Any
 from nvhchain.errors import InputError
 from nvhchain.files.hdf5 import write_text
 from nvhchain.report.page.sections import RENEWED, SECTIONS, section_module
-from nvhchain.report.page.stored import TRADEOFF, Stored, stored_results
 from nvhchain.report.page.tradeoff import tradeoff_sections
+from nvhchain.report.stored import TRADEOFF, Stored, stored_results
 
 
 def write_page(folder: str | Path, *, added: Collection[str] = ()) -> Path:

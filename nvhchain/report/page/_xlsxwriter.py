@@ -7,9 +7,6 @@ from io import BytesIO
 
 import xlsxwriter
 
-LONGEST_NAME = 31
-"""Largest number of characters in the name of a sheet."""
-
 Cell = str | float | None
 """Content of a cell; None is empty."""
 

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from nvhchain.names import printable
 from nvhchain.plots.marks import COLOURS
+from nvhchain.report.stored import rounded
 
 DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
 SYMBOLS = ("circle", "diamond", "square", "triangle-up", "cross", "x")
@@ -115,16 +116,6 @@ def packed(values: ArrayLike, kind: str = "f4") -> dict[str, Any]:
     if array.ndim > 1:
         found["shape"] = ", ".join(map(str, array.shape))
     return found
-
-
-def rounded(values: Iterable[float | None], digits: int = 2) -> list[float | None]:
-    """Return numbers for JSON; None for none, or for one that is not finite."""
-    return [None if value is None or not np.isfinite(value) else round(float(value), digits) for value in values]
-
-
-def significant(values: Iterable[float | None]) -> list[float | None]:
-    """Return numbers for JSON with seven significant digits; None for none, or for one that is not finite."""
-    return [None if value is None or not np.isfinite(value) else float(f"{value:.7g}") for value in values]
 
 
 def axes(x: str, y: str, **more: Any) -> dict[str, Any]:

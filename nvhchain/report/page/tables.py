@@ -20,7 +20,7 @@ from nvhchain.files.atomic_write import write_output
 from nvhchain.files.hdf5 import writable_folder, write_text
 from nvhchain.report.page.blocks import Figure, Hero, Table
 from nvhchain.report.page.sections import SECTIONS, section_module
-from nvhchain.report.page.stored import is_study, stored_results
+from nvhchain.report.stored import is_study, stored_results
 from nvhchain.runtime.extras import check_installed
 
 FOLDER = "tables"

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from nvhchain.levels import number_text
-from nvhchain.report.page.blocks import DASHES, SYMBOLS, Figure, Hero, Table, axes, colour, label, rounded, upright
-from nvhchain.report.page.stored import TRADEOFF, json_table
+from nvhchain.report.page.blocks import DASHES, SYMBOLS, Figure, Hero, Table, axes, colour, label, upright
+from nvhchain.report.stored import TRADEOFF, json_table, rounded
 
 GOOD = 0.5
 """Error (dB) of mesh harmonics below which a cheaper setting is named on the first screen."""

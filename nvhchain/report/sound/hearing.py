@@ -14,9 +14,8 @@ from nvhchain.errors import require
 from nvhchain.files.hdf5 import write_text
 from nvhchain.handoff import FloatArray
 from nvhchain.plots.marks import order_name
-from nvhchain.report.page.blocks import rounded
-from nvhchain.report.page.stored import Stored, StoredRun, stored_results
 from nvhchain.report.sound.write import BACKGROUND
+from nvhchain.report.stored import Stored, StoredRun, rounded, stored_results
 from nvhchain.sound import (
     Hearing,
     Sound,

@@ -18,7 +18,7 @@ from nvhchain.fidelity import PRESETS, STANDARD, Fidelity
 from nvhchain.files import hdf5
 from nvhchain.files.hdf5 import write_text
 from nvhchain.handoff import FieldPressure, FloatArray, ForceSpectrum, RadiationResistance, ReducedHousing, SoundPower
-from nvhchain.report.page.stored import StoredRun, stored_results
+from nvhchain.report.stored import StoredRun, stored_results
 
 MICROPHONES, BALLOON = "microphones", "balloon"
 """Names of the hand-offs that are added to the folder of a run."""

@@ -11,9 +11,9 @@ from nvhchain.case.checks.names import nearest
 from nvhchain.errors import require
 from nvhchain.handoff import FieldPressure, PressureHistory
 from nvhchain.interop import write_pressure_uff, write_spectrum_uff
-from nvhchain.report.page.stored import StoredRun, stored_results
 from nvhchain.report.sound.microphones import MICROPHONES, added_names
 from nvhchain.report.sound.write import BACKGROUND
+from nvhchain.report.stored import StoredRun, stored_results
 from nvhchain.sound import (
     Sound,
     background_beside,

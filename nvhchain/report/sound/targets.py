@@ -44,16 +44,12 @@ def judge(result: Result, states: Mapping[str, Any] | None = None) -> list[dict[
 
     The confidence of several speeds or frequencies is the least of them: errors of one step move all levels alike.
     If they were independent of each other it would be lower, at least `confidence_bound` = 1 − Σ(1 − p).
-
-    Levels at further speeds have no limits of their own. They are judged with the distances to the limits that the
-    level at the run's own speed has; `limits_of_own_speed` is then true.
     """
     found = []
     for target in result.case.targets:
         points = list(_points(target, result))
         further = list(_further(target, points, states, result.case)) if states else []
-        every = sorted([*points, *further], key=lambda one: one.axis)
-        found.append(_entry(target, every) | ({"limits_of_own_speed": True} if further else {}))
+        found.append(_entry(target, sorted([*points, *further], key=lambda one: one.axis)))
     return found
 
 
@@ -141,22 +137,20 @@ def _points(target: Target, result: Result) -> Iterator[_Judged]:
 
 def _further(target: Target, points: Sequence[_Judged], states: Mapping[str, Any], case: Case) -> Iterator[_Judged]:
     """Yield A-weighted levels at further speeds, of the first microphone and the case's torque."""
-    if not (target.input_speed and points and target.weighted and target.quantity == "pressure"):
+    if not (target.input_speed and target.weighted and target.quantity == "pressure"):
         return
     if target.field_point and target.field_point != states["field_point"]:
         return
     torque = getattr(case, "static_torque", 0.0)
-    rows = [row for of, row in zip(states["torque_Nm"], states["level_dBA"], strict=True) if isclose(of, torque)]
-    if not rows:
-        return
-    (own,) = points
-    edges = [edge - own.level for edge in own.limits]
-    for rpm, level in zip(states["speed_rpm"], rows[0], strict=True):
-        speed = rpm * pi / 30
-        inside = target.input_speed[0] * (1 - 1e-9) <= speed <= target.input_speed[-1] * (1 + 1e-9)
-        if inside and level is not None and abs(speed - own.axis) > 1e-6 * speed:
-            limits = (level + edges[0], level + edges[1])
-            yield _Judged(speed, level, limits, _interpolated(target.input_speed, target.level, speed))
+    rows = zip(states["torque_Nm"], states["level_dBA"], states["limits_dBA"], strict=True)
+    found = [(levels, limits) for of, levels, limits in rows if isclose(of, torque)]
+    for levels, limits in found[:1]:
+        for rpm, level, (low, high) in zip(states["speed_rpm"], levels, limits, strict=True):
+            speed = rpm * pi / 30
+            inside = target.input_speed[0] * (1 - 1e-9) <= speed <= target.input_speed[-1] * (1 + 1e-9)
+            if inside and level is not None and all(abs(speed - one.axis) > 1e-6 * speed for one in points):
+                edges = (-inf if low is None else low, high)
+                yield _Judged(speed, level, edges, _interpolated(target.input_speed, target.level, speed))
 
 
 def _run_up_points(target: Target, band: RunUpBand, place: int, result: Result) -> Iterator[_Judged]:
@@ -196,6 +190,8 @@ def _part(band: ErrorBand, lines: np.ndarray) -> ErrorBand:
         frequency=band.frequency[lines],
         amplitude=band.amplitude[lines],
         sources={name: source[lines] for name, source in band.sources.items()},
+        falls={name: source[lines] for name, source in band.falls.items()},
+        moved=None,
     )
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from math import inf
 from typing import Any
 
-from nvhchain.report.page.blocks import Figure, Hero, axes, label, significant
+from nvhchain.report.page.blocks import Figure, Hero, axes, label
+from nvhchain.report.stored import significant
 from nvhchain.study.differences import order_doubt
 from nvhchain.study.page.results import Results, design_text, text_of, unit_of
 from nvhchain.study.page.scatter import distribution

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from nvhchain.report.page.blocks import Figure, Table, Text, axes, label, significant
+from nvhchain.report.page.blocks import Figure, Table, Text, axes, label
+from nvhchain.report.stored import significant
 from nvhchain.study.analysis import idle_parameters
 from nvhchain.study.page.results import Results, text_of, unit_of
 

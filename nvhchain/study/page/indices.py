@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from nvhchain.report.page.blocks import Figure, Table, Text, axes, label, rounded
+from nvhchain.report.page.blocks import Figure, Table, Text, axes, label
+from nvhchain.report.stored import rounded
 from nvhchain.study.analysis import sensitivity
 from nvhchain.study.page.results import Results, unit_of
 from nvhchain.study.quality import share_text

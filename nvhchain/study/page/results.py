@@ -21,14 +21,7 @@ from nvhchain.study.rows import Row
 class Results:
     """Rows of a study and what follows from them.
 
-    Parameters
-    ----------
-    study : Study
-        Study.
-    rows : tuple of Row
-        Rows.
-    lines : tuple of str
-        Lines that sum it up.
+    lines: lines that sum it up.
     """
 
     study: Study

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from nvhchain.levels import number_text
-from nvhchain.report.page.blocks import Figure, Table, Text, axes, label, rounded, significant
+from nvhchain.report.page.blocks import Figure, Table, Text, axes, label
+from nvhchain.report.stored import rounded, significant
 from nvhchain.study.definition import DRAWN
 from nvhchain.study.page.results import Results, level_text, limits_of, point_texts, point_titles, unit_of
 from nvhchain.study.quality import (

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from nvhchain.report.page.blocks import Figure, Table, axes, label, significant
+from nvhchain.report.page.blocks import Figure, Table, axes, label
+from nvhchain.report.stored import significant
 from nvhchain.study.page.results import Results, response_text, text_of, unit_of
 from nvhchain.study.plans.optimise import scores
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from nvhchain.report.page.blocks import Figure, Table, Text, axes, bars, label, significant
+from nvhchain.report.page.blocks import Figure, Table, Text, axes, bars, label
+from nvhchain.report.stored import significant
 from nvhchain.study.page.results import Results, point_texts, point_titles, text_of, unit_of
 from nvhchain.study.plans.gradient import slopes
 

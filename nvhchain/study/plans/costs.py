@@ -56,18 +56,11 @@ PRESSURE_MEGABYTES = (350.0, 2e-3)
 class Cost:
     """Estimated cost of one step over a study.
 
-    Parameters
-    ----------
-    name : str
-        Step in words.
-    times : int
-        Number of different results of the step.
-    seconds : float
-        Processor time of each (s).
-    megabytes : float
-        Peak memory of each (MB).
-    disk : float
-        Size of the files of all results (MB), right within a factor of three; 0 where they are not kept.
+    name: step in words.
+    times: number of different results of the step.
+    seconds: processor time of each (s).
+    megabytes: peak memory of each (MB).
+    disk: size of the files of all results (MB), right within a factor of three; 0 where they are not kept.
     """
 
     name: str

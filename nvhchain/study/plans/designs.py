@@ -16,13 +16,10 @@ from nvhchain.errors import InputError, require
 from nvhchain.files.result_cache import fingerprint
 from nvhchain.handoff import FloatArray
 from nvhchain.study.definition import Study
-from nvhchain.study.parameter import Parameter
+from nvhchain.study.parameter import Design, Parameter
 
 STEPS = 3
 """Largest number of steps of a slope, each half of the one before."""
-
-Design = dict[str, Any]
-"""Name of a parameter → its value."""
 
 
 def list_designs(study: Study) -> list[Design]:
@@ -65,10 +62,7 @@ def _base_value(study: Study, parameter: Parameter, base: Case) -> Any:
 
 
 def count_designs(study: Study) -> int:
-    """Return the number of designs of a plan, each draw of a search for itself; the largest number of a gradient.
-
-    Returns number of designs.
-    """
+    """Return the number of designs of a plan, each draw of a search for itself; the largest number of a gradient."""
     count = study.designs
     if study.plan == "grid":
         count = prod(len(parameter.levels) for parameter in study.parameters)

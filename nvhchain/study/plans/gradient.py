@@ -29,20 +29,12 @@ FLAT_DB = 0.02
 class Slope:
     """Slope of a response in a parameter at the middle of all ranges.
 
-    Parameters
-    ----------
-    parameter, response : str
-        Names.
-    speed_rpm, torque : float, optional
-        Operating point, where the study sets it (rpm, N·m).
-    value : float
-        Slope, in units of the response per unit of the parameter.
-    error : float
-        Error of the difference quotient, estimated from two steps.
-    limits : tuple of float or None
-        95 % confidence limits of the slope of a level, from its fidelity; None where there are none.
-    step : float
-        Smallest step, in the unit of the parameter.
+    parameter, response: names.
+    speed_rpm, torque: operating point, where the study sets it (rpm, N·m).
+    value: slope, in units of the response per unit of the parameter.
+    error: error of the difference quotient, estimated from two steps.
+    limits: 95 % confidence limits of the slope of a level, from its fidelity; None where there are none.
+    step: smallest step, in the unit of the parameter.
     """
 
     parameter: str

@@ -17,8 +17,7 @@ from nvhchain.errors import require
 from nvhchain.handoff import FloatArray
 from nvhchain.study.analysis import responses_of
 from nvhchain.study.definition import Study
-from nvhchain.study.parameter import Parameter
-from nvhchain.study.plans.designs import Design
+from nvhchain.study.parameter import Design, Parameter
 from nvhchain.study.rows import Evaluate, Row
 
 EVOLVED = 0.6
@@ -44,20 +43,12 @@ BROKEN, REFUSED = 1e12, 1e15
 class Score:
     """Response of a design with its draws, at its worst operating point.
 
-    Parameters
-    ----------
-    design : int
-        Number of the design.
-    values : dict
-        Parameter → value.
-    responses : dict
-        Response → value that the percentage of the goal includes; empty for a refused design.
-    excess : float
-        Sum of the relative excesses over targets; 0 for a design that meets them.
-    refused : str, optional
-        Reason why a run of the design failed, or the response that it lacks.
-    outside : tuple of str
-        Parameters of the base case that lie outside their values or range.
+    design: number of the design.
+    values: parameter → value.
+    responses: response → value that the percentage of the goal includes; empty for a refused design.
+    excess: sum of the relative excesses over targets; 0 for a design that meets them.
+    refused: reason why a run of the design failed, or the response that it lacks.
+    outside: parameters of the base case that lie outside their values or range.
     """
 
     design: int

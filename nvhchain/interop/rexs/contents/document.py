@@ -15,12 +15,8 @@ MOST_COMPONENTS = 100_000
 class Attribute:
     """Value of a component.
 
-    Parameters
-    ----------
-    value : object
-        Text, number, flag, or lists of them.
-    unit : str
-        Unit in the file; empty where it has none.
+    value: text, number, flag, or lists of them.
+    unit: unit in the file; empty where it has none.
     """
 
     value: Any
@@ -31,16 +27,10 @@ class Attribute:
 class Component:
     """Part of a gear unit.
 
-    Parameters
-    ----------
-    id : int
-        Number, unique in the file.
-    type : str
-        Kind of component, by its name in REXS 2.0.
-    name : str
-        Name in the file.
-    attributes : dict
-        Attributes by their name in REXS 2.0.
+    id: number, unique in the file.
+    type: kind of component, by its name in REXS 2.0.
+    name: name in the file.
+    attributes: attributes by their name in REXS 2.0.
     """
 
     id: int
@@ -58,16 +48,10 @@ class Component:
 class Relation:
     """Relation of components.
 
-    Parameters
-    ----------
-    id : int
-        Number.
-    type : str
-        Kind, such as "assembly".
-    order : int
-        Position among ordered relations.
-    refs : tuple of (str, int)
-        Role and component of every end.
+    id: number.
+    type: kind, such as "assembly".
+    order: position among ordered relations.
+    refs: role and component of every end.
     """
 
     id: int
@@ -84,12 +68,8 @@ class Relation:
 class LoadCase:
     """Load case: components with the attributes that hold in it.
 
-    Parameters
-    ----------
-    name : str
-        Number, after that of its spectrum where the file has several.
-    components : dict
-        Attributes by component.
+    name: number, after that of its spectrum where the file has several.
+    components: attributes by component.
     """
 
     name: str
@@ -100,18 +80,10 @@ class LoadCase:
 class Document:
     """Contents of a file.
 
-    Parameters
-    ----------
-    version : str
-        Version of REXS.
-    application : str
-        Program that wrote the file.
-    components : dict
-        Components by number.
-    relations : tuple of Relation
-        Relations, by order.
-    load_cases : tuple of LoadCase
-        Load cases.
+    version: version of REXS.
+    application: program that wrote the file.
+    components: components by number.
+    relations: relations, by order.
     """
 
     version: str

@@ -12,18 +12,10 @@ Kind = Literal["taken", "assumed", "missing", "left out", "differs"]
 class Finding:
     """One line of the record.
 
-    Parameters
-    ----------
-    kind : str
-        `taken`, `assumed`, `missing`, `left out` or `differs`.
-    part : str
-        Component, such as "gear pinion".
-    quantity : str
-        Quantity.
-    value : str
-        Value with its unit.
-    source : str
-        Attribute, standard or rule.
+    kind: `taken`, `assumed`, `missing`, `left out` or `differs`.
+    part: component, such as "gear pinion".
+    value: value with its unit.
+    source: attribute, standard or rule.
     """
 
     kind: Kind
@@ -37,12 +29,8 @@ class Finding:
 class Findings:
     """Growing record, and the mistakes that refuse a file.
 
-    Parameters
-    ----------
-    lines : list of Finding
-        Lines in the order of reading.
-    mistakes : list of str
-        Mistakes, each with value, limit and remedy.
+    lines: lines in the order of reading.
+    mistakes: mistakes, each with value, limit and remedy.
     """
 
     lines: list[Finding] = field(default_factory=list)

@@ -26,14 +26,8 @@ _CODES = {"float32": "f", "float64": "d", "int32": "i"}
 class Values:
     """Reader of one component's attributes.
 
-    Parameters
-    ----------
-    component : Component
-        Component.
-    findings : Findings
-        Record that takes mistakes.
-    attributes : Mapping, optional
-        Attributes in place of the component's own, such as those of a load case.
+    findings: record that takes mistakes.
+    attributes: attributes in place of the component's own, such as those of a load case.
     """
 
     def __init__(

@@ -19,14 +19,9 @@ Value = tuple[float | int | str | bool | Sequence[float], str]
 class Draft:
     """Components and relations of a file in the making.
 
-    Parameters
-    ----------
-    components : list
-        Type, name and attributes of every component; numbers follow from 1 on.
-    relations : list
-        Type and ends (role, component) of every relation.
-    load_case : dict
-        Attributes by component.
+    components: type, name and attributes of every component; numbers follow from 1 on.
+    relations: type and ends (role, component) of every relation.
+    load_case: attributes by component.
     """
 
     components: list[tuple[str, str, dict[str, Value]]] = field(default_factory=list)

@@ -25,7 +25,6 @@ from nvhchain.report.page.sections.cases import differing, value_rows
 from nvhchain.report.page.sections.lines.levels import UNITS
 from nvhchain.report.page.sections.speed.run_up import over_speed_traces, speed_range
 from nvhchain.report.page.sections.speed.steady_states import difference_maps, over_steady_speeds, stored_states
-from nvhchain.report.page.stored import Stored
 from nvhchain.report.run_up import constant_speed
 from nvhchain.report.sentences import (
     ALIKE,
@@ -37,6 +36,7 @@ from nvhchain.report.sentences import (
     verdict,
 )
 from nvhchain.report.sound.targets import target_sentence
+from nvhchain.report.stored import Stored
 
 TITLE = "Verdict"
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from nvhchain.levels import number_text
 from nvhchain.report.page.blocks import Table, Text
-from nvhchain.report.page.stored import Stored
+from nvhchain.report.stored import Stored
 
 TITLE = "Cases"
 

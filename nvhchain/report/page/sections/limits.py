@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from nvhchain.error_band import remedy
 from nvhchain.report.page.blocks import Table, Text
-from nvhchain.report.page.stored import Stored
+from nvhchain.report.stored import Stored, StoredRun
 
 TITLE = "Confidence limits"
 
@@ -49,4 +50,18 @@ def blocks(stored: Stored) -> list[Any]:
     ]
     head = ("configuration", "source", "meaning", "share", "most at / Hz")
     table = Table(head, rows, "Parts of the limits of the overall level: shares of the squared error.", numbers=3)
-    return [Text(EXPLANATION), *([table] if rows else [])]
+    return [
+        Text(EXPLANATION),
+        *([table] if rows else []),
+        *(Text(told) for run in stored.runs if (told := _narrower(run))),
+    ]
+
+
+def _narrower(run: StoredRun) -> str:
+    """Return where the limits of a run are widest, and what narrows them."""
+    parts, speed = run.summary.get("limit_parts", []), run.summary.get("limit_speed_rpm")
+    told = remedy(str(parts[0]["source"])) if parts else ""
+    if not told:
+        return ""
+    at = "" if speed is None else f" The parts are those at {speed:.0f} rpm, where its limits are widest."
+    return f"{run.name}: most of the width is from {parts[0]['source']}; {told}.{at}"

@@ -8,7 +8,7 @@ from typing import Any
 
 from nvhchain.files import hdf5
 from nvhchain.report.page.blocks import Table, Text
-from nvhchain.report.page.stored import Stored
+from nvhchain.report.stored import Stored
 
 TITLE = "How it was made"
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from nvhchain.handoff import FloatArray
 from nvhchain.report.page.blocks import Figure, Table, colour, grid, label, packed
-from nvhchain.report.page.stored import Stored, StoredRun
+from nvhchain.report.stored import Stored, StoredRun
 
 TITLE = "Gears"
 

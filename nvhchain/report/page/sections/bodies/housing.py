@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import Any
 
 import numpy as np
@@ -10,11 +9,11 @@ import numpy as np
 from nvhchain import levels
 from nvhchain.acoustics import interpolate_vectors
 from nvhchain.conventions import REFERENCE_VELOCITY
-from nvhchain.errors import InputError
+from nvhchain.errors import InputError, without_accuracy_warnings
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, SurfacePressure, SurfaceVelocity, TransferVectors
 from nvhchain.report.causes.paths import SUM_ERROR
 from nvhchain.report.page.moving import Colours, MovingBody, moving_bodies
-from nvhchain.report.page.stored import Stored, StoredRun
+from nvhchain.report.stored import Stored, StoredRun
 
 TITLE = "Housing"
 
@@ -97,8 +96,7 @@ def _contribution(
     heard = np.where(present, run.pressure.pressure[nearest, 0], 0.0)
     for vectors in stored.radiating(TransferVectors, of.surface.content_hash):
         try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # the run has given them
+            with without_accuracy_warnings():
                 at_lines = interpolate_vectors(vectors, frequencies[present]).vectors[:, 0]
         except InputError:
             continue

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from nvhchain.handoff import ComplexArray, FloatArray, ReducedHousing, Surface, SurfaceVelocity
-from nvhchain.report.page.blocks import Figure, Table, colour, grid, label, panel, rounded, upright
+from nvhchain.report.page.blocks import Figure, Table, colour, grid, label, panel, upright
 from nvhchain.report.page.moving import Colours, MovingBody, moving_bodies
-from nvhchain.report.page.stored import Stored, StoredRun
+from nvhchain.report.stored import Stored, StoredRun, rounded
 
 TITLE = "Modes"
 

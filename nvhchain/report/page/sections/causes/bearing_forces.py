@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from nvhchain.handoff import BearingForces, FloatArray, ForceSpectrum
-from nvhchain.report.page.blocks import Figure, Table, colour, curve, grid, packed, rounded
-from nvhchain.report.page.stored import Stored, StoredRun
+from nvhchain.report.page.blocks import Figure, Table, colour, curve, grid, packed
 from nvhchain.report.run_up import constant_speed
+from nvhchain.report.stored import Stored, StoredRun, rounded
 
 TITLE = "Bearing forces"
 

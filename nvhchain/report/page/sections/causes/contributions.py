@@ -22,11 +22,11 @@ from nvhchain.handoff import (
 )
 from nvhchain.housing.casting.contributions import Contributions
 from nvhchain.report.causes.mode_pairs import first_names, renamed
-from nvhchain.report.causes.paths import acoustics_fidelity, stored_parts
+from nvhchain.report.causes.paths import stored_parts
 from nvhchain.report.causes.run_up import order_parts
-from nvhchain.report.page.blocks import Figure, Text, axes, bars, curve, grid, label, packed, panel, rounded
-from nvhchain.report.page.stored import Stored, StoredRun
+from nvhchain.report.page.blocks import Figure, Text, axes, bars, curve, grid, label, packed, panel
 from nvhchain.report.run_up import Curve, loudest
+from nvhchain.report.stored import Stored, StoredRun, rounded
 
 TITLE = "Contributions"
 
@@ -73,7 +73,7 @@ def _by_path_and_mode(stored: Stored) -> list[Any]:
         if velocity is not None and forces is not None and len(lines):
             surface = velocity.surface.content_hash
             operators = (stored.radiating(TransferVectors, surface), stored.radiating(ReducedHousing, surface))
-            found = stored_parts(pressure, forces, operators, stored.line_scale(run) * lines)
+            found = stored_parts(pressure, forces, operators, stored.line_scale(run) * lines, run.acoustics)
             parts |= {} if found is None else {number: found}
     if not parts:
         return []
@@ -151,7 +151,7 @@ def _parts_of(stored: Stored, run: StoredRun, order: float, high: float) -> tupl
     vectors = stored.radiating(TransferVectors, housing.surface.content_hash)
     if len(vectors) != 1:
         return None
-    return order_parts(forces, housing, vectors[0], order, high=high, fidelity=acoustics_fidelity(vectors[0]))
+    return order_parts(forces, housing, vectors[0], order, high=high, fidelity=run.acoustics)
 
 
 def _agree(curves: list[Curve], paths: Contributions, order: float) -> bool:

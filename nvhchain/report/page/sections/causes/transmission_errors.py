@@ -10,7 +10,7 @@ from scipy.integrate import cumulative_trapezoid
 from nvhchain import plots
 from nvhchain.handoff import BearingForces
 from nvhchain.report.page.blocks import Figure, curve, grid, label, packed
-from nvhchain.report.page.stored import Stored
+from nvhchain.report.stored import Stored
 
 TITLE = "Transmission errors"
 

@@ -8,9 +8,9 @@ from textwrap import wrap
 from typing import Any
 
 from nvhchain.levels import number_text
-from nvhchain.report.page.blocks import LOUDER, QUIETER, Figure, Table, Text, axes, label, rounded
-from nvhchain.report.page.stored import Stored, StoredRun
+from nvhchain.report.page.blocks import LOUDER, QUIETER, Figure, Table, Text, axes, label
 from nvhchain.report.sentences import between_orders, differing_records
+from nvhchain.report.stored import Stored, StoredRun, rounded
 
 TITLE = "Why"
 

@@ -7,7 +7,7 @@ from typing import Any
 from nvhchain import plots
 from nvhchain.levels import a_weighting
 from nvhchain.report.page.blocks import Figure, Table, axes, label, level_bars
-from nvhchain.report.page.stored import Stored
+from nvhchain.report.stored import Stored
 
 TITLE = "Orders"
 

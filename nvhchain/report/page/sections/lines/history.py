@@ -12,7 +12,7 @@ from nvhchain.errors import InputError
 from nvhchain.handoff import FieldPressure, FloatArray
 from nvhchain.plots.history import OVERSAMPLING
 from nvhchain.report.page.blocks import Figure, colour, curve, grid, packed
-from nvhchain.report.page.stored import Stored
+from nvhchain.report.stored import Stored
 
 TITLE = "Pressure over time"
 

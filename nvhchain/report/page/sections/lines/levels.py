@@ -6,7 +6,7 @@ from typing import Any
 
 from nvhchain.levels import number_text, place_text
 from nvhchain.report.page.blocks import Table, limits_text
-from nvhchain.report.page.stored import Stored
+from nvhchain.report.stored import Stored
 
 TITLE = "Microphones"
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from nvhchain import levels
 from nvhchain.handoff import FieldPressure, FloatArray, SoundPower
-from nvhchain.report.page.blocks import DASHES, Figure, colour, label, rounded, symbol
-from nvhchain.report.page.stored import Stored, StoredRun
+from nvhchain.report.page.blocks import DASHES, Figure, colour, label, symbol
+from nvhchain.report.stored import Stored, StoredRun, rounded
 
 TITLE = "Spectra"
 

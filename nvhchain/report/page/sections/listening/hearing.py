@@ -6,8 +6,8 @@ from typing import Any
 
 from nvhchain.levels import number_text
 from nvhchain.report.page.blocks import Figure, Table, Text, curve, grid, limits_text, packed, shade
-from nvhchain.report.page.stored import Stored, StoredRun
 from nvhchain.report.sound.hearing import over_noise
+from nvhchain.report.stored import Stored, StoredRun
 from nvhchain.sound.tonality import prominence_limits
 
 TITLE = "Hearing"

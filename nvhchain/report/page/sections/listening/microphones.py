@@ -9,8 +9,8 @@ import numpy as np
 from nvhchain import levels
 from nvhchain.handoff import FieldPressure
 from nvhchain.report.page.blocks import Figure, Table, packed
-from nvhchain.report.page.stored import Stored, StoredRun
 from nvhchain.report.sound.microphones import BALLOON, added_levels, balloon_shape
+from nvhchain.report.stored import Stored, StoredRun
 
 TITLE = "Directivity"
 

@@ -12,8 +12,8 @@ from nvhchain.errors import InputError
 from nvhchain.handoff import PressureHistory
 from nvhchain.report.page.blocks import Figure, Table, Text, colour, packed
 from nvhchain.report.page.sections.speed.run_up import kind_of_record
-from nvhchain.report.page.stored import Stored, StoredRun
 from nvhchain.report.sound.write import BACKGROUND
+from nvhchain.report.stored import Stored, StoredRun
 from nvhchain.sound import Loop, Sound, order_track, read_wav, run_up_sound, steady_loop
 from nvhchain.sound.orders import LEAST_TURNS
 from nvhchain.sound.signals import RATES, audible_rate

@@ -19,8 +19,8 @@ from nvhchain.report.page.blocks import (
     symbol,
     whiskers,
 )  # fmt: skip
-from nvhchain.report.page.stored import Stored
 from nvhchain.report.sound.targets import percent
+from nvhchain.report.stored import Stored
 
 TITLE = "Targets"
 
@@ -30,8 +30,6 @@ EXPLANATION = (
     "speeds or frequencies it is the least of them. Errors of the model itself, such as joints, damping or tolerances "
     "of the real gearbox, are not included."
 )
-
-BORROWED = " Further steady speeds take the distances to their limits from the speed of the case."
 
 
 def blocks(stored: Stored) -> list[Any]:
@@ -44,8 +42,7 @@ def blocks(stored: Stored) -> list[Any]:
     table = Table(head, [_row(name, of) for _, name, of in judged], numbers=4)
     names = dict.fromkeys(of["name"] for _, _, of in judged if len(of["points"]) > 1)
     figures = [_figure([one for one in judged if one[2]["name"] == name]) for name in names]
-    borrowed = any(of.get("limits_of_own_speed") for _, _, of in judged)
-    return [table, *figures, Text(EXPLANATION + (BORROWED if borrowed else ""), style="small")]
+    return [table, *figures, Text(EXPLANATION, style="small")]
 
 
 def _row(name: str, target: Mapping[str, Any]) -> tuple[str, ...]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from contextlib import suppress
 from typing import Any
 
@@ -11,14 +10,14 @@ import numpy as np
 from nvhchain import levels
 from nvhchain.acoustics import interpolate_vectors
 from nvhchain.conventions import REFERENCE_VELOCITY
-from nvhchain.errors import InputError
+from nvhchain.errors import InputError, without_accuracy_warnings
 from nvhchain.handoff import BearingForces, ComplexArray, FloatArray, ReducedHousing, TransferVectors
 from nvhchain.housing import respond
 from nvhchain.report.causes.run_up import LEAST_RISE, order_forces
 from nvhchain.report.page.moving import Colours, MovingBody, moving_bodies
 from nvhchain.report.page.sections.bodies.housing import CONTRIBUTION, in_phase
-from nvhchain.report.page.stored import Stored
 from nvhchain.report.run_up import Curve
+from nvhchain.report.stored import Stored
 
 TITLE = "Housing over speed"
 
@@ -119,8 +118,7 @@ def _contribution(
         apart = np.linalg.norm(of.points - point, axis=1)
         if apart.min() > SAME_PLACE:
             continue
-        with suppress(InputError), warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # the run has given them
+        with suppress(InputError), without_accuracy_warnings():
             at_lines = interpolate_vectors(of, lines).vectors[back, apart.argmin()]
             return in_phase(at_lines * motion, housing.surface.areas)
     return None

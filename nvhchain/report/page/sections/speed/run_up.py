@@ -25,8 +25,8 @@ from nvhchain.report.page.blocks import (
     shade,
     symbol,
 )  # fmt: skip
-from nvhchain.report.page.stored import Stored, StoredRun
 from nvhchain.report.run_up import Curve, constant_speed
+from nvhchain.report.stored import Stored, StoredRun
 from nvhchain.spectrum import Waterfall
 
 TITLE = "Run-up"

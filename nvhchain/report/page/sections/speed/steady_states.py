@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from nvhchain.error_band import format_limits
 from nvhchain.handoff import FloatArray
 from nvhchain.levels import number_text
 from nvhchain.report.page.blocks import (
@@ -18,16 +19,21 @@ from nvhchain.report.page.blocks import (
     curve,
     grid,
     heat_map,
-    rounded,
+    label,
+    shade,
     symbol,
     upright,
 )
-from nvhchain.report.page.stored import Stored
+from nvhchain.report.sentences import DIFFERENCE, decided_states
+from nvhchain.report.stored import Stored, rounded
 
 TITLE = "Steady speeds"
 
 RANGE = 45.0
 """Range (dB) of levels."""
+
+LEVEL = "limits_dBA"
+"""Key of steady states in summary.json: limits of the levels."""
 
 
 def blocks(stored: Stored) -> list[Any]:
@@ -35,10 +41,7 @@ def blocks(stored: Stored) -> list[Any]:
     states = stored_states(stored)
     if not states:
         return []
-    note = (
-        f"Overall level at {stored.microphone}, in steady states with the operators of the run. Single states have "
-        "no confidence limits."
-    )
+    note = f"Overall level at {stored.microphone}, in steady states with the operators of the run."
     failed = [f"{name}, {reason}" for name, of in states.items() for reason in of.get("failed", [])]
     remarks = [f"{name}: {remark}" for name, of in states.items() for remark in of.get("remarks", [])]
     found: list[Any] = [Text(note), *(Text(f"Not computed: {text}") for text in failed[:3]), *map(Text, remarks)]
@@ -57,17 +60,23 @@ def stored_states(stored: Stored) -> dict[str, Any]:
 def over_steady_speeds(stored: Stored, *, height: int = 300) -> Figure:
     """Return the curves of all configurations at their first torque."""
     states = stored_states(stored)
-    traces = [
+    curves = [
         _curve(number, name, of["speed_rpm"], _levels(of)[0], "dB(A)")
         for number, (name, of) in enumerate(states.items())
     ]
-    top = max(float(np.nanmax(_levels(of)[0])) for of in states.values())
-    layout = axes("input speed / rpm", "level / dB(A)", yaxis={"range": [top - RANGE, top + 3.0]})
+    levels = [level for of in states.values() for level in (_levels(of)[0], *_ends(of, LEVEL)[0].T)]
+    top = max(float(np.nanmax(level, initial=-1e3)) for level in levels)
+    bottom = max(float(np.nanmax(_levels(of)[0])) for of in states.values()) - RANGE
+    traces = _limits(states, LEVEL, bottom, top) + curves
+    layout = axes("input speed / rpm", "level / dB(A)", yaxis={"range": [bottom, top + 3.0]})
     speed = stored.runs[0].pressure.input_speed * 30 / np.pi if stored.runs[0].pressure is not None else 0.0
     if speed:
         layout["shapes"] = [upright(round(speed, 1), "dot", "#8a929b")]
     return Figure(
-        "Overall level over steady input speeds. Dotted: the speed of the case.", traces, layout, height=height
+        f"Overall level over steady input speeds{_with_limits(states, LEVEL)}. Dotted: the speed of the case.",
+        traces,
+        layout,
+        height=height,
     )
 
 
@@ -75,9 +84,48 @@ def _levels(of: Any) -> FloatArray:
     return np.array(of["level_dBA"], dtype=float)
 
 
+def _ends(of: Any, key: str) -> FloatArray:
+    """Return limits (n_torque, n_speed, 2); nan where a state has none, and at an open end."""
+    missing = [[(None, None)] * len(of["speed_rpm"])] * len(of["torque_Nm"])
+    return np.array(of.get(key, missing), dtype=float)
+
+
+def _with_limits(states: dict[str, Any], key: str) -> str:
+    """Return the words for limits, where a configuration has any."""
+    return ", with 95 % limits" if any(np.isfinite(_ends(of, key)).any() for of in states.values()) else ""
+
+
+def _limits(states: dict[str, Any], key: str, bottom: float, top: float) -> list[dict[str, Any]]:
+    """Return the shaded limits of unbroken runs of states; open ends are at the edges `bottom` and `top` (dB)."""
+    found = []
+    for number, (name, of) in enumerate(states.items()):
+        ends = _ends(of, key)[0]
+        known = np.flatnonzero(np.isfinite(ends).any(axis=1))
+        for run in np.split(known, np.flatnonzero(np.diff(known) > 1) + 1):
+            speed = np.array(of["speed_rpm"])[run].tolist()
+            low, high = (
+                np.nan_to_num(each, nan=edge).tolist() for each, edge in zip(ends[run].T, (bottom, top), strict=True)
+            )
+            if speed:
+                found.append(shade(number, name, [*speed, *speed[::-1]], [*high, *low[::-1]]))
+    return found
+
+
+def _ranges(of: Any, key: str) -> list[list[str]]:
+    """Return the limits of a map as texts; empty ones where there are none."""
+
+    def text(low: float, high: float) -> str:
+        if np.isnan(high):
+            return "" if np.isnan(low) else f" (at least {number_text(low)})"
+        return f" ({format_limits((None if np.isnan(low) else low, high))})"
+
+    return [[text(*ends) for ends in row] for row in _ends(of, key).tolist()]
+
+
 def _curve(number: int, name: str, speed: list[float], level: FloatArray, unit: str) -> dict[str, Any]:
     style: dict[str, Any] = {"mode": "lines+markers", "marker": {"symbol": symbol(number), "size": 6}}
-    return curve(number, name, rounded(speed, 1), rounded(level), "%{x:.0f} rpm: %{y:.1f} " + unit, **style)
+    hover = "%{x:.0f} rpm: %{y:.1f} " + unit
+    return curve(number, name, rounded(speed, 1), rounded(level), hover, legendgroup=label(name), **style)
 
 
 def _differences(states: dict[str, Any]) -> dict[str, Any]:
@@ -88,24 +136,34 @@ def _differences(states: dict[str, Any]) -> dict[str, Any]:
 
 def _difference(states: dict[str, Any]) -> Figure:
     """Return every configuration minus the first over speed."""
-    traces = [
+    differences = _differences(states)
+    curves = [
         _curve(number, name, of["speed_rpm"], level[0], "dB")
-        for number, (name, (of, level)) in enumerate(_differences(states).items(), start=1)
+        for number, (name, (of, level)) in enumerate(differences.items(), start=1)
     ]
+    shown = [np.abs(values) for of, level in differences.values() for values in (level[0], *_ends(of, DIFFERENCE)[0].T)]
+    edge = max(1.0, *(float(np.nanmax(values, initial=0.0)) for values in shown)) + 1.0
+    named = dict(zip(["", *differences], states.values(), strict=True))
+    traces = _limits(named, DIFFERENCE, -edge, edge) + curves
     for trace in traces:
-        trace["showlegend"] = True
-    layout = axes("input speed / rpm", "difference / dB", yaxis={"zerolinecolor": "#5b636b", "zerolinewidth": 2})
-    return Figure(f"Difference from {next(iter(states))}; above 0 louder.", traces, layout, height=260)
+        trace["showlegend"] = trace["mode"] != "lines"
+    layout = axes(
+        "input speed / rpm",
+        "difference / dB",
+        yaxis={"zerolinecolor": "#5b636b", "zerolinewidth": 2, "range": [-edge, edge]},
+    )
+    caption = f"Difference from {next(iter(states))}{_with_limits(states, DIFFERENCE)}; above 0 louder."
+    return Figure(caption, traces, layout, height=260)
 
 
-def _maps(levels: dict[str, Any], unit: str, caption: str, *, height: int = 380) -> Figure:
+def _maps(levels: dict[str, Any], unit: str, caption: str, *, limits: str = LEVEL, height: int = 380) -> Figure:
     """Return maps over speed and torque, side by side with one scale of colours."""
     top = max(float(np.nanmax(level)) for _, level in levels.values())
     layout = grid(list(levels), min(len(levels), 2), "input speed / rpm", "input torque / N m")
     layout |= colour_scale(top, RANGE, unit)
-    hover = "%{x:.0f} rpm, %{y:g} N m: %{z:.1f} " + unit
+    hover = "%{x:.0f} rpm, %{y:g} N m: %{z:.1f} " + unit + "%{customdata}"
     traces = [
-        heat_map(place, name, of["speed_rpm"], of["torque_Nm"], level, hover)
+        heat_map(place, name, of["speed_rpm"], of["torque_Nm"], level, hover) | {"customdata": _ranges(of, limits)}
         for place, (name, (of, level)) in enumerate(levels.items())
     ]
     return Figure(f"{caption} Colours: {unit}.", traces, layout, height=height)
@@ -115,13 +173,19 @@ def difference_maps(states: dict[str, Any], *, height: int = 380) -> Figure:
     """Return maps of every configuration minus the first, with the differences as numbers."""
     levels = _differences(states)
     most = max(1.0, *(float(np.nanmax(np.abs(level))) for _, level in levels.values()))
-    caption = f"Overall level minus that of {next(iter(states))}: orange louder, blue quieter."
-    figure = _maps(levels, "dB", caption, height=height)
+    brackets = "; in brackets where the 95 % limits hold 0" if _with_limits(states, DIFFERENCE) else ""
+    caption = f"Overall level minus that of {next(iter(states))}: orange louder, blue quieter{brackets}."
+    figure = _maps(levels, "dB", caption, limits=DIFFERENCE, height=height)
     colours = [[0.0, QUIETER], [0.5, "#f6f7f9"], [1.0, LOUDER]]
     scale = {"colorscale": colours, "cmin": round(-most, 1), "cmax": round(most, 1)}
     figure.layout["coloraxis"] |= scale
-    for trace, (_, level) in zip(figure.data, levels.values(), strict=True):
+    for trace, (of, level) in zip(figure.data, levels.values(), strict=True):
+        open_ones = ~decided_states(of, level)
         numbers = [[number_text(x, "+.1f") if np.isfinite(x) else "" for x in row] for row in level.tolist()]
+        numbers = [
+            [f"({text})" if text and undecided else text for text, undecided in zip(*row, strict=True)]
+            for row in zip(numbers, open_ones.tolist(), strict=True)
+        ]
         trace |= {
             "text": numbers,
             "texttemplate": "%{text}",

@@ -1,4 +1,4 @@
-"""Mesh stiffness of a pair of discs after ISO 6336-1:2019, Method B, for comparison; not part of the chain.
+"""Mesh stiffness of a pair of discs after ISO 6336-1:2019, Method B, a yardstick of mesh laws and benchmarks.
 
 Stiffness is per unit face width in the transverse plane, in N/(m m): 1e9 × the standard's N/(mm µm).
 """

@@ -31,7 +31,7 @@ from nvhchain.handoff import (
 from nvhchain.interop import write_gear_field_vtu
 from nvhchain.names import printable
 from nvhchain.plots.files import check_format, save
-from nvhchain.report.housing_pictures import SUFFIXES, draw_housings, draw_velocities, write_motion
+from nvhchain.report.pictures.housing import SUFFIXES, draw_housings, draw_velocities, write_motion
 from nvhchain.report.run_up import constant_speed, input_frequency_waterfall, input_order_waterfall, sample_rate
 from nvhchain.spectrum import BAND_MARGIN
 

@@ -34,8 +34,8 @@ from nvhchain.report.case_record import is_recorded, recorded_case
 from nvhchain.report.causes.paths import force_parts
 from nvhchain.report.causes.run_up import order_load, result_parts
 from nvhchain.report.marks import order_marks
-from nvhchain.report.page.stored import SAME_LEVEL, stored_results
 from nvhchain.report.run_up import curves_of, loudest, run_up_maps
+from nvhchain.report.stored import SAME_LEVEL, stored_results
 from nvhchain.report.summary import write_summary
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -14,12 +14,12 @@ import numpy as np
 
 from nvhchain import levels
 from nvhchain.errors import InputError, require
+from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.files import hdf5
 from nvhchain.handoff import FieldPressure, FloatArray, HandOff, PressureHistory, ReducedHousing
 from nvhchain.levels import place_text
 from nvhchain.names import check_names
 from nvhchain.plots.marks import OrderMarks, joined_orders, order_name
-from nvhchain.report.causes.paths import radiating
 from nvhchain.report.run_up import Curve, curves_of, run_up_maps, sample_rate
 from nvhchain.spectrum import Waterfall
 
@@ -51,10 +51,22 @@ class StoredRun:
     _loaded: dict[str, Any] = field(default_factory=dict, repr=False)
 
     def hand_off(self, name: str, kind: type[H]) -> H | None:
-        """Return the hand-off of a step, or None where the run has not come so far or does not need it."""
+        """Return the hand-off of a step, or None where the run has not come so far or does not need it.
+
+        InputError for a file that is not the one of the run.
+        """
         path = self.folder / f"{name}.h5"
         if name not in self._loaded:
-            self._loaded[name] = hdf5.load(path, kind) if path.is_file() else None
+            of_run = self.summary.get("hand_offs", {})
+            stated = of_run.get(name)
+            made = stated is not None or name not in of_run
+            found = hdf5.load(path, kind) if made and path.is_file() else None
+            require(
+                found is None or stated in (None, found.content_hash),
+                f"{path} is not of the run or comparison that summary.json describes: repeat that one, or put its own "
+                "file back",
+            )
+            self._loaded[name] = found
         return cast("H | None", self._loaded[name])
 
     @cached_property
@@ -78,6 +90,16 @@ class StoredRun:
     def record(self, name: str) -> dict[str, Any]:
         """Return the object in a JSON file of the run; empty without one."""
         return json_table(self.folder / name)
+
+    @property
+    def acoustics(self) -> AcousticsFidelity:
+        """Knobs of the acoustics of the run; those of `standard` in a folder that no command has written."""
+        recorded = self.case.get("acoustics", {})
+        stated: dict[str, Any] = {key: tuple(of) if isinstance(of, list) else of for key, of in recorded.items()}
+        try:
+            return AcousticsFidelity(**stated) if stated else STANDARD.acoustics
+        except (TypeError, InputError):  # knobs of another version
+            return STANDARD.acoustics
 
     @property
     def points(self) -> list[str]:
@@ -181,7 +203,8 @@ class Stored:
         """Return the hand-offs of a kind on a surface, by its content hash; each file is read once."""
         key = (kind.__name__, surface)
         if key not in self._radiating:
-            self._radiating[key] = radiating(self.hand_off_files, kind, surface)
+            found = [hdf5.load(path, kind) for path in self.hand_off_files if hdf5.record(path)[0] == kind.__name__]
+            self._radiating[key] = [of for of in found if of.surface.content_hash == surface]  # type: ignore[attr-defined]
         return cast("list[H]", self._radiating[key])
 
 
@@ -296,3 +319,13 @@ def json_table(path: Path) -> dict[str, Any]:
         raise InputError(f"{path} cannot be read ({error}): run `nvhchain run` or `compare` again") from None
     require(isinstance(found, dict) and bool(found), f"{path} holds no table: run `nvhchain run` or `compare` again")
     return dict(found)
+
+
+def rounded(values: Iterable[float | None], digits: int = 2) -> list[float | None]:
+    """Return numbers for JSON; None for none, or for one that is not finite."""
+    return [None if value is None or not np.isfinite(value) else round(float(value), digits) for value in values]
+
+
+def significant(values: Iterable[float | None]) -> list[float | None]:
+    """Return numbers for JSON with seven significant digits; None for none, or for one that is not finite."""
+    return [None if value is None or not np.isfinite(value) else float(f"{value:.7g}") for value in values]

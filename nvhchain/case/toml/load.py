@@ -11,14 +11,14 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from nvhchain.case.checks.mended import mended
-from nvhchain.case.checks.missing import REQUIRED, assumed_stiffness, missing_values
 from nvhchain.case.checks.names import nearest, unknown_names
 from nvhchain.case.gearbox import GearboxCase
 from nvhchain.case.radiator import RadiatorCase
 from nvhchain.case.sound import check_targets
 from nvhchain.case.toml.lines import Table, merged_places, placed, with_line
-from nvhchain.case.toml.read import check_texts, read_toml
+from nvhchain.case.toml.mended import mended
+from nvhchain.case.toml.missing import REQUIRED, assumed_stiffness, missing_values
+from nvhchain.case.toml.read import TOO_LONG, check_texts, read_toml
 from nvhchain.case.toml.table import build
 from nvhchain.dimensions import without_unit
 from nvhchain.errors import InputError, Mistakes, mistakes, require
@@ -148,10 +148,11 @@ def _hidden(table: Table, wrong: Sequence[str], path: str) -> list[str]:
 
 def _check_judgeable(case: Case, path: str) -> None:
     """Refuse (InputError) targets whose level a case does not have; cases derived from it may leave levels out."""
-    speeds = case.speeds if isinstance(case, GearboxCase) else None
     band = (case.band.low, case.band.high) if isinstance(case, GearboxCase) else None
     try:
-        check_targets(case.targets, case.quantities, tuple(point.name for point in case.field_points), speeds, band)
+        check_targets(
+            case.targets, case.quantities, tuple(point.name for point in case.field_points), case.speeds, band
+        )
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 
@@ -171,7 +172,9 @@ def parse_change(text: str) -> dict[str, Any]:
             table = tomllib.loads(f"{path} = {right}")
         except tomllib.TOMLDecodeError:
             continue
-        check_texts(table, text)
+        except ValueError:
+            raise InputError(f"{path.strip()}: {TOO_LONG}") from None
+        check_texts(table, text if len(text) < 200 else path.strip())
         return table
     raise InputError(f"{path.strip()!r} is no path of a value: separate keys by dots, and quote names with spaces")
 

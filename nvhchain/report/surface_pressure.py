@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 
 import numpy as np
 
 from nvhchain import acoustics, levels
-from nvhchain.errors import AccuracyWarning, require
+from nvhchain.errors import require, without_accuracy_warnings
 from nvhchain.files import hdf5
 from nvhchain.handoff import SurfaceVelocity, TransferVectors
-from nvhchain.report.causes.paths import acoustics_fidelity
 from nvhchain.report.page.sections.bodies.housing import SURFACE_PRESSURE, at_lines, loudest_lines
-from nvhchain.report.page.stored import Stored, StoredRun, stored_results
+from nvhchain.report.stored import Stored, StoredRun, stored_results
 
 
 def add_surface_pressure(folder: str | Path, count: int) -> list[str]:
@@ -39,11 +37,9 @@ def _solved(stored: Stored, run: StoredRun, velocity: SurfaceVelocity, frequenci
     )
     nearest = np.unique(np.abs(velocity.frequency[:, None] - frequencies).argmin(axis=0))
     rows = nearest[np.abs(velocity.frequency[nearest, None] - frequencies).min(axis=1) <= 1.0]
-    fidelity = acoustics_fidelity(vectors[0])
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", AccuracyWarning)  # the run has given them
+    with without_accuracy_warnings():
         found = acoustics.surface_pressure(
-            at_lines(velocity, rows), air=vectors[0].air, plane=vectors[0].plane, fidelity=fidelity
+            at_lines(velocity, rows), air=vectors[0].air, plane=vectors[0].plane, fidelity=run.acoustics
         )
     hdf5.save(found, run.folder / f"{SURFACE_PRESSURE}.h5")
     level = levels.decibel(found.pressure)

@@ -1,0 +1,1 @@
+"""Pictures of stored hand-offs and of bodies of a case."""

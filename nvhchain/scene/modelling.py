@@ -28,6 +28,7 @@ DECIMALS = 3
 IMPOSSIBLE = "cannot be modelled"
 """Begin of the note of an option that the case does not allow."""
 
+
 @dataclass(frozen=True)
 class OptionEstimate:
     """Estimated effect of one option, on top of all that is modelled.

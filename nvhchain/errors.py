@@ -128,11 +128,27 @@ def without_accuracy_warnings(*, silent: bool = True) -> Iterator[None]:
         _SILENT.reset(token)
 
 
+_COLLECTED: ContextVar[list[AccuracyWarning] | None] = ContextVar("collected", default=None)
+
+
+@contextmanager
+def collected_warnings() -> Iterator[list[AccuracyWarning]]:
+    """Yield a list to which every accuracy warning of this thread is added; they are issued as before."""
+    given: list[AccuracyWarning] = []
+    token = _COLLECTED.set(given)
+    try:
+        yield given
+    finally:
+        _COLLECTED.reset(token)
+
+
 def warn_caller(message: str, category: type[Warning] = AccuracyWarning, *, kind: str = "") -> None:
     """Issue a warning that points at the first caller outside this package."""
     if _SILENT.get() and category is AccuracyWarning:
         return
     warning = AccuracyWarning(message, kind) if category is AccuracyWarning else category(message)
+    if isinstance(warning, AccuracyWarning) and (collected := _COLLECTED.get()) is not None:
+        collected.append(warning)
     level, frame = 2, sys._getframe(1)
     while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == __package__:
         level, frame = level + 1, frame.f_back

@@ -263,16 +263,17 @@ def compare(options: argparse.Namespace) -> int:
     """Compute several cases and write their comparison."""
     from nvhchain.chain.prefetch import operators_ahead
     from nvhchain.chain.running import OPERATORS
-    from nvhchain.report import check_comparable, compare
+    from nvhchain.report import check_comparable, compare, stands_already
 
     cases = [_case(options, path) for path in options.cases]
     check_comparable(cases)
     check_enforced(options.enforce, cases)
     states = _states(options, cases)
     fidelity, out, watcher = _fidelity(options, cases), Path(options.out), Console()
+    idle = stands_already(cases, fidelity, out, states)
     with (
-        _executor(options) as executor,
-        nullcontext() if executor else operators_ahead(cases, fidelity, out / OPERATORS, watcher),
+        nullcontext() if idle else _executor(options) as executor,
+        nullcontext() if idle or executor else operators_ahead(cases, fidelity, out / OPERATORS, watcher),
     ):
         speeds, torques = states
         work: dict[str, Any] = {"executor": executor, "watcher": watcher, "speeds": speeds, "torques": torques}

@@ -8,6 +8,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
 from typing import Any, TextIO, cast
 
 from nvhchain.cli.output import show
@@ -112,6 +113,10 @@ class Console:
         """Print the name of the case that is run."""
         show(f"{name}:", error=True)
         self._indent, self._case = "  ", name
+
+    def unchanged(self, folder: Path) -> None:
+        """Print that a comparison stands in its folder already."""
+        show(f"nothing has changed since {folder} was written: nothing is computed", error=True)
 
     def ahead(self, finished: Callable[[], Mapping[tuple[str, str], float]]) -> None:
         """Receive a function that returns (case, step) → seconds of the steps that another process has computed."""

@@ -9,7 +9,7 @@ from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from nvhchain.case import Case
 from nvhchain.chain.result import Result
 from nvhchain.chain.running import OPERATORS
 from nvhchain.error_band import ErrorBand
-from nvhchain.errors import InputError, require
+from nvhchain.errors import InputError, collected_warnings, require
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.files.hdf5 import writable_folder, write_text
 from nvhchain.files.result_cache import Watcher
@@ -34,6 +34,7 @@ from nvhchain.report.sound.microphones import add_balloons
 from nvhchain.report.sound.write import write_sounds
 from nvhchain.report.steady_states import FIGURE, TABLE, steady_maps
 from nvhchain.report.summary import transmission_errors, write_summary
+from nvhchain.report.unchanged import RECORD, earlier_summary, fingerprint_of, keep_record
 from nvhchain.runtime.folder_lock import hold_folder
 from nvhchain.runtime.threads import one_blas_thread
 from nvhchain.scene import modelled_alike, preflight
@@ -55,6 +56,15 @@ _SAME_PLACE = 1e-6
 
 _SUFFIXES = (".json", ".txt", ".csv", ".png", ".wav", ".html")
 """Suffixes of the files that a comparison writes beside the folders of its cases."""
+
+
+@runtime_checkable
+class UnchangedWatcher(Watcher, Protocol):
+    """Watcher that also learns that a comparison stands in its folder already."""
+
+    def unchanged(self, folder: Path) -> None:
+        """Receive the folder of a comparison for which nothing is computed."""
+        ...
 
 
 @checked
@@ -108,14 +118,27 @@ def compare(
     The hand-offs of a case lie in out/<name>, the shared operators in out/operators. Figures (PNG), sound (WAV), table
     of differences (text, CSV), summary.json and the page report.html lie in `out` itself. Those of an earlier
     comparison are removed first. Two comparisons in one folder wait for each other.
+
+    Nothing is computed or written where the folder holds this comparison already. Cases, fidelity, program and
+    libraries are then the same, the cases read no files, and no file of the comparison is missing or altered.
     """
     check_comparable(cases)
     if speeds is not None:
         for case in cases:
             chain.check_states(case, speeds, torques)
     out = writable_folder(out, "out")
+    key = fingerprint_of(cases, fidelity, (speeds, torques))
     with hold_folder(out):
-        return _compared(cases, fidelity, out, executor, watcher, (speeds, torques), answered)
+        if (standing := earlier_summary(out, key)) is not None:
+            if isinstance(watcher, UnchangedWatcher):
+                watcher.unchanged(out)
+            if answered is not None:
+                answered(standing)
+            return standing
+        with collected_warnings() as warnings:
+            summary = _compared(cases, fidelity, out, executor, watcher, (speeds, torques), answered)
+        keep_record(out, key, warnings)
+        return summary
 
 
 def _remove_earlier(out: Path) -> None:
@@ -126,6 +149,7 @@ def _remove_earlier(out: Path) -> None:
     except (OSError, ValueError, TypeError, KeyError, InputError):
         names = []
     of_names = [file.format(name) for name in names for file in ("sound-{}.wav", "surface_velocity-{}.png")]
+    (out / RECORD).unlink(missing_ok=True)
     fixed = (*_WRITTEN, TABLE, FIGURE, *_STEADY, *_RUN_UP) if names else ("summary.json",)
     for file in (*fixed, *of_names):
         (out / file).unlink(missing_ok=True)

@@ -1,0 +1,135 @@
+"""Comparisons that stand in their folder already: neither the cases, nor their files, nor the program have changed."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import platform
+from collections.abc import Iterator, Sequence
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from nvhchain.case import Case
+from nvhchain.errors import AccuracyWarning, concerning, warn_caller
+from nvhchain.fidelity import Fidelity
+from nvhchain.files.hdf5 import write_text
+from nvhchain.files.result_cache import fingerprint
+
+RECORD = "made_from.json"
+"""File that holds what a comparison was made from, the hashes of its files, and its warnings."""
+
+_LIBRARIES = (
+    "numpy", "scipy", "numba", "gmsh", "h5py", "pypardiso", "mkl", "cvxopt", "bempp-cl", "mosqito",
+    "matplotlib", "plotly", "jinja2", "pyvista",
+)  # fmt: skip
+"""Packages with which results and figures are made."""
+
+
+def fingerprint_of(cases: Sequence[Case], fidelity: Fidelity, states: tuple[Any, ...]) -> str | None:
+    """Return the hash of all that a comparison is made from; None for cases whose files may have changed.
+
+    states: further speeds and torques.
+    """
+    if any(_names_files(case) for case in cases):
+        return None
+    return fingerprint(_program(), [*cases], fidelity, [None if of is None else [*of] for of in states])
+
+
+def _names_files(part: Any) -> bool:
+    """Return True for a case that reads files, which may include others."""
+    return any("file" in name and value for name, value in _fields(part))
+
+
+def _fields(part: Any) -> Iterator[tuple[str, Any]]:
+    """Yield name and value of every field of a dataclass and of those inside."""
+    if isinstance(part, tuple):
+        for inner in part:
+            yield from _fields(inner)
+    elif dataclasses.is_dataclass(part):
+        for field in dataclasses.fields(part):
+            value = getattr(part, field.name)
+            yield field.name, value
+            yield from _fields(value)
+
+
+@cache
+def _program() -> str:
+    """Return the hash of the source of this package and of the versions of the libraries."""
+    root = Path(__file__).parents[1]
+    sources = [path for path in sorted(root.rglob("*")) if path.is_file() and "__pycache__" not in path.parts]
+    content = [(path.relative_to(root).as_posix(), path.read_bytes()) for path in sources]
+    return fingerprint(platform.python_version(), [_version(name) for name in _LIBRARIES], content)
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return ""
+
+
+def earlier_summary(out: Path, key: str | None) -> dict[str, Any] | None:
+    """Return the content of summary.json in a folder that holds this comparison, and repeat its warnings.
+
+    out: folder of the comparison.
+    key: hash of what the comparison is made from.
+    Returns None where it was made from something else, or where one of its files is missing or altered.
+    """
+    record = _record(out, key)
+    if record is None:
+        return None
+    for text, kind, about in record["warnings"]:
+        _warn_again(text, kind, about)
+    summary: dict[str, Any] = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    return summary
+
+
+def stands_already(
+    cases: Sequence[Case], fidelity: Fidelity, out: Path, states: tuple[Any, ...] = (None, None)
+) -> bool:
+    """Return True where a folder holds this comparison already.
+
+    states: further speeds and torques.
+    """
+    return _record(out, fingerprint_of(cases, fidelity, states)) is not None
+
+
+def _record(out: Path, key: str | None) -> dict[str, Any] | None:
+    """Return the record of a comparison whose files are all as they were written, or None."""
+    try:
+        record = json.loads((out / RECORD).read_text(encoding="utf-8"))
+        whole = record["key"] == key and "summary.json" in record["files"]
+        if not whole or any(_digest(out / name) != digest for name, digest in record["files"].items()):
+            return None
+        told = [(str(text), str(kind), [str(name) for name in about]) for text, kind, about in record["warnings"]]
+    except (OSError, ValueError, TypeError, KeyError, AttributeError):
+        return None
+    return {**record, "warnings": told}
+
+
+def _warn_again(text: str, kind: str, about: Sequence[str]) -> None:
+    if about:
+        with concerning(about[0]):
+            _warn_again(text, kind, about[1:])
+    else:
+        warn_caller(text, kind=kind)
+
+
+def keep_record(out: Path, key: str | None, warnings: Sequence[AccuracyWarning]) -> None:
+    """Write what a comparison was made from; nothing without a key.
+
+    warnings: all that the comparison gave.
+    """
+    if key is None:
+        return
+    files = {path.relative_to(out).as_posix(): _digest(path) for path in sorted(out.rglob("*")) if path.is_file()}
+    told = [(str(each), each.kind, each.about) for each in warnings]
+    write_text(out / RECORD, json.dumps({"key": key, "files": files, "warnings": told}) + "\n")
+
+
+def _digest(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

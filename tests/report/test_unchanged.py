@@ -1,0 +1,183 @@
+"""A comparison that stands in its folder is neither computed nor written again; whatever changes makes it anew."""
+
+import json
+import shutil
+from contextlib import nullcontext
+from dataclasses import replace
+
+import pytest
+
+import nvhchain as nvh
+from nvhchain.case import RecordedBackground
+from nvhchain.cli import main
+from nvhchain.errors import AccuracyWarning, concerning, warn_caller
+from nvhchain.report import compare, comparison, unchanged
+from nvhchain.testing.coarse_runs import Record
+
+
+class Listener(Record):
+    def __init__(self):
+        super().__init__()
+        self.folders = []
+
+    def unchanged(self, folder):
+        self.folders.append(folder)
+
+
+@pytest.fixture(scope="module")
+def sphere(pytestconfig):
+    return nvh.load_case(pytestconfig.rootpath / "cases" / "sphere" / "pulsating.toml")
+
+
+@pytest.fixture(scope="module")
+def first(sphere, tmp_path_factory):
+    """Folder of a comparison, and its summary."""
+    out = tmp_path_factory.mktemp("first")
+    return out, compare([sphere], fidelity=nvh.DRAFT, out=out)
+
+
+@pytest.fixture
+def written(first, tmp_path):
+    """Copy of that folder, and the summary."""
+    shutil.copytree(first[0], tmp_path, dirs_exist_ok=True)
+    return tmp_path, first[1]
+
+
+def again(cases, out, **others):
+    """Summary and watcher of one more comparison in the folder."""
+    watcher = Listener()
+    return compare(cases, **{"fidelity": nvh.DRAFT, "out": out, "watcher": watcher, **others}), watcher
+
+
+def test_nothing_is_computed_or_written_where_nothing_has_changed(sphere, written):
+    out, summary = written
+    times = {path: path.stat().st_mtime_ns for path in out.rglob("*")}
+    answers = []
+    found, watcher = again([sphere], out, answered=answers.append)
+    assert found == summary == answers[0]
+    assert (watcher.began, watcher.ended, watcher.folders) == ([], [], [out])
+    assert {path: path.stat().st_mtime_ns for path in out.rglob("*")} == times
+
+
+@pytest.mark.parametrize(
+    ("name", "damage"),
+    [
+        ("report.html", "missing"),
+        ("{case}/pressure.h5", "altered"),
+        ("summary.json", "altered"),
+        (unchanged.RECORD, "altered"),
+    ],
+)
+def test_a_missing_or_altered_file_is_made_anew(name, damage, sphere, written):
+    out, summary = written
+    name = name.format(case=sphere.name)
+    before = (out / name).read_bytes()
+    if damage == "missing":
+        (out / name).unlink()
+    else:
+        (out / name).write_bytes(before[:-9] + b"?" + before[-8:])
+    found, watcher = again([sphere], out)
+    assert found == summary
+    assert watcher.folders == []
+    assert watcher.ended
+    assert again([sphere], out)[1].folders == [out]
+
+
+def test_what_the_user_adds_to_the_folder_disturbs_nothing(sphere, written):
+    out, _ = written
+    (out / "notes.txt").write_text("loud")
+    assert again([sphere], out)[1].folders == [out]
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda sphere: {"cases": [replace(sphere, frequencies=(100.0, 210.0))]},
+        lambda sphere: {"cases": [replace(sphere, name="other")]},
+        lambda sphere: {"cases": [sphere, replace(sphere, name="other")]},
+        lambda sphere: {
+            "fidelity": replace(nvh.DRAFT, acoustics=replace(nvh.DRAFT.acoustics, master_tolerance_db=0.4))
+        },
+    ],
+    ids=["case", "name", "one more", "fidelity"],
+)
+def test_another_comparison_is_computed(change, sphere, written):
+    out, _ = written
+    changed = {"cases": [sphere], **change(sphere)}
+    _, watcher = again(changed.pop("cases"), out, **changed)
+    assert watcher.folders == []
+    assert watcher.ended
+
+
+def test_another_program_computes_anew(sphere, written, monkeypatch):
+    out, _ = written
+    monkeypatch.setattr(unchanged, "_program", lambda: "later version")
+    assert again([sphere], out)[1].folders == []
+
+
+def test_every_library_of_the_package_that_computes_or_draws_counts(sphere, monkeypatch):
+    before = unchanged.fingerprint_of([sphere], nvh.DRAFT, (None, None))
+    unchanged._program.cache_clear()
+    monkeypatch.setattr(unchanged, "version", lambda name: "99" if name == "scipy" else "1")
+    try:
+        assert unchanged.fingerprint_of([sphere], nvh.DRAFT, (None, None)) != before
+    finally:
+        unchanged._program.cache_clear()
+
+
+def test_speeds_and_torques_belong_to_the_comparison(pytestconfig):
+    case = nvh.load_case(pytestconfig.rootpath / "cases" / "small" / "single_stage.toml")
+    keys = {
+        unchanged.fingerprint_of([case], nvh.DRAFT, states)
+        for states in ((None, None), ((100.0,), None), ((100.0,), (5.0,)), ((100.0, 5.0), None))
+    }
+    assert len(keys) == 4
+
+
+def test_cases_that_read_files_are_always_looked_at(sphere, tmp_path):
+    """A file may include others, which the case does not name."""
+    with_file = replace(sphere, background=RecordedBackground(file="cabin.wav"))
+    assert unchanged.fingerprint_of([sphere], nvh.DRAFT, (None, None)) is not None
+    assert unchanged.fingerprint_of([sphere, with_file], nvh.DRAFT, (None, None)) is None
+    unchanged.keep_record(tmp_path, None, [])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_interrupted_comparison_leaves_no_record(sphere, written, monkeypatch):
+    out, _ = written
+    monkeypatch.setattr(comparison, "write_page", lambda folder: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        compare([replace(sphere, frequencies=(150.0,))], fidelity=nvh.DRAFT, out=out)
+    assert not (out / unchanged.RECORD).exists()
+
+
+def test_warnings_are_repeated_with_their_kind_and_subject(sphere, tmp_path, monkeypatch):
+    """They are told from the record, whether the comparison is computed or not."""
+
+    def coarse(*arguments, **names):
+        with concerning("ball"), concerning("pressure"):
+            warn_caller("elements of 40 mm are too long", kind="elements")
+        return made(*arguments, **names)
+
+    made = comparison._written
+    monkeypatch.setattr(comparison, "_written", coarse)
+    for _ in range(2):
+        with pytest.warns(AccuracyWarning, match="40 mm") as given:
+            compare([sphere], fidelity=nvh.DRAFT, out=tmp_path)
+        (told,) = [each.message for each in given if "40 mm" in str(each.message)]
+        assert (told.kind, told.about) == ("elements", ("ball", "pressure"))
+
+
+def test_the_command_says_so_and_starts_no_second_process(sphere, pytestconfig, tmp_path, monkeypatch, capsys):
+    file = str(pytestconfig.rootpath / "cases" / "sphere" / "pulsating.toml")
+    monkeypatch.chdir(tmp_path)
+    assert main(["compare", file, "--fidelity", "draft"]) == 0
+    first = capsys.readouterr().out
+    started = []
+    monkeypatch.setattr("nvhchain.chain.prefetch.operators_ahead", lambda *of: started.append(of) or nullcontext())
+    assert main(["compare", file, "--fidelity", "draft"]) == 0
+    second = capsys.readouterr()
+    assert second.out == first
+    assert "nothing has changed since out was written" in second.err
+    assert started == []
+    assert json.loads((tmp_path / "out" / unchanged.RECORD).read_text())["files"]

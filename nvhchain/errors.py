@@ -133,13 +133,19 @@ _COLLECTED: ContextVar[list[AccuracyWarning] | None] = ContextVar("collected", d
 
 @contextmanager
 def collected_warnings() -> Iterator[list[AccuracyWarning]]:
-    """Yield a list to which every accuracy warning of this thread is added; they are issued as before."""
+    """Yield a list to which every accuracy warning of this thread is added; they are issued as before.
+
+    A list of warnings around it receives them, too.
+    """
     given: list[AccuracyWarning] = []
+    around = _COLLECTED.get()
     token = _COLLECTED.set(given)
     try:
         yield given
     finally:
         _COLLECTED.reset(token)
+        if around is not None:
+            around += given
 
 
 def warn_caller(message: str, category: type[Warning] = AccuracyWarning, *, kind: str = "") -> None:

@@ -168,7 +168,7 @@ class SurfaceFile:
         remeshed = remesh_needles(given, edge)
         if remeshed is None:
             return given
-        warn_caller(str(remeshed))
+        warn_caller(str(remeshed), kind="remeshed surface")
         return remeshed.surface
 
     def read(self, folder: Path) -> Surface:

@@ -41,7 +41,7 @@ from nvhchain.dynamics import equilibrium as balanced
 from nvhchain.dynamics.model.rigid_train import input_inertia
 from nvhchain.dynamics.model.shaft_beam import covered_places
 from nvhchain.dynamics.runs.ramp import Ramp as SpeedRamp
-from nvhchain.errors import InputError, check_all, counted, require, require_all, warn_caller
+from nvhchain.errors import InputError, check_all, concerning, counted, require, require_all, warn_caller
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.gear import (
     GearPair,
@@ -164,7 +164,7 @@ class GearboxCase:
             lambda: check_fit(self),
         )
         for text in doubtful_places(self):
-            warn_caller(text)
+            warn_caller(text, kind="place")
 
     def __repr__(self) -> str:
         parts = f"{counted(len(self.stages), 'stage')}, {counted(len(self.bearings), 'bearing')}"
@@ -331,20 +331,20 @@ class GearboxCase:
     def pairs(self) -> tuple[GearPair, ...]:
         """Gear pair of every stage."""
         gears, driven = {gear.name: gear for gear in self.gears}, {stage.wheel for stage in self.stages}
-        try:
-            return tuple(
-                GearPair(
-                    *offset_bodies(
-                        gears[stage.pinion].idler_body if stage.pinion in driven else gears[stage.pinion].body,
-                        gears[stage.wheel].body,
-                        (gears[stage.pinion].z, gears[stage.wheel].z),
-                    ),
+
+        def pair(stage: Stage) -> GearPair:
+            pinion, wheel = gears[stage.pinion], gears[stage.wheel]
+            drawn = pinion.idler_body if stage.pinion in driven else pinion.body
+            with concerning(stage.name):
+                return GearPair(
+                    *offset_bodies(drawn, wheel.body, (pinion.z, wheel.z)),
                     stage.drawn_axes[0],
-                    sense=self.rotations[gears[stage.pinion].rotor],
+                    sense=self.rotations[pinion.rotor],
                     misalignment=stage.misalignment,
                 )
-                for stage in self.stages
-            )
+
+        try:
+            return tuple(map(pair, self.stages))
         except InputError as error:
             raise InputError(f"stages: {error}") from None
 

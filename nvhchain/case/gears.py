@@ -11,7 +11,7 @@ from nvhchain.case.deviations import Deviations, StageTolerances
 from nvhchain.conventions import STEEL, Material
 from nvhchain.dimensions import Length
 from nvhchain.dynamics import RigidBody
-from nvhchain.errors import InputError, Mistakes, mistakes, require, require_within
+from nvhchain.errors import InputError, Mistakes, concerning, mistakes, require, require_within
 from nvhchain.gear import (
     Differential,
     GearBody,
@@ -192,13 +192,14 @@ def set_backlashes(gears: Sequence[Gear], stages: Sequence[Stage]) -> tuple[Gear
             continue
         pair = [found[stage.pinion], found[stage.wheel]]
         try:
-            shapes = set_backlash(
-                pair[0].geometry,
-                pair[1].geometry,
-                stage.centre_distance,
-                normal=stage.normal_backlash,
-                circumferential=stage.circumferential_backlash,
-            )
+            with concerning(stage.name):
+                shapes = set_backlash(
+                    pair[0].geometry,
+                    pair[1].geometry,
+                    stage.centre_distance,
+                    normal=stage.normal_backlash,
+                    circumferential=stage.circumferential_backlash,
+                )
             for gear, shape in zip(pair, shapes, strict=True):
                 found[gear.name] = gear if shape is gear.geometry else replace(gear, geometry=shape)
         except InputError as error:

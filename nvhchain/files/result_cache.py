@@ -21,7 +21,7 @@ from filelock import FileLock, Timeout
 
 from nvhchain import __version__
 from nvhchain.conventions import Progress
-from nvhchain.errors import FileFormatError, concerning
+from nvhchain.errors import AccuracyWarning, FileFormatError, collected_warnings, concerning, warn_caller
 from nvhchain.files import hdf5
 from nvhchain.files.atomic_write import write_atomic
 from nvhchain.handoff import HandOff, warn_of
@@ -163,6 +163,13 @@ def _file(name: str, key: str) -> str:
     return f"{name.replace('{key}', key[:10])}.h5"
 
 
+def _unstated(warnings: Sequence[AccuracyWarning], made: HandOff) -> list[tuple[str, str]]:
+    """Return text and kind of every warning that does not follow from the accuracy of a result."""
+    stated = {doubt.text for accuracy in made.accuracies() for doubt in accuracy.doubts()}
+    found = [(str(warning), warning.kind) for warning in warnings if str(warning) not in stated]
+    return list(dict.fromkeys(found))
+
+
 @runtime_checkable
 class Watcher(Protocol):
     """Observer of a run: steps begin, advance and end."""
@@ -248,7 +255,8 @@ class ResultCache:
         Returns result with key, step, version, knobs and seconds of its making in its provenance.
 
         A damaged file is computed again. If another process is computing the result, it is waited for. A cached result
-        repeats the warnings of its accuracy. Variants (`{key}`) are also kept in NVHCHAIN_CACHE, if it is set.
+        repeats the warnings of its accuracy and those that were given while it was made. Variants (`{key}`) are also
+        kept in NVHCHAIN_CACHE, if it is set.
         """
         version = code_version(package)
         key, stage, path = self._place(name, version, inputs, fidelity)
@@ -271,9 +279,11 @@ class ResultCache:
                 _log.info("%s: begins", stage)
                 _log.debug("%s: key %s, %s", stage, key, path or "not kept")
                 started = time.perf_counter()
-                made = compute(partial(self.watcher.step, stage))
+                with collected_warnings() as warnings:
+                    made = compute(partial(self.watcher.step, stage))
                 seconds = round(time.perf_counter() - started, 3)
-                result: H = made.replace(provenance={**made.provenance, **provenance, "seconds": seconds})
+                told = {"warnings": _unstated(warnings, made), "seconds": seconds}
+                result: H = made.replace(provenance={**made.provenance, **provenance, **told})
                 for place in filter(None, (path, common)):
                     hdf5.save(result, place)
                 _log.info("%s: computed in %.1f s", stage, time.perf_counter() - started)
@@ -282,6 +292,8 @@ class ResultCache:
             _log.info("%s: cached in %s", stage, path)
             self.watcher.end(stage, "cached")
             warn_of(there)
+            for text, its_kind in there.provenance.get("warnings", ()):
+                warn_caller(text, kind=its_kind)
             return there
 
     def find(self, name: str, kind: type[H], package: str, inputs: Sequence[Any], *, fidelity: Any) -> H | None:

@@ -6,7 +6,13 @@ import pytest
 
 import nvhchain as nvh
 from nvhchain.chain.cached import cached_results
+from nvhchain.chain.running import Run
+from nvhchain.chain.steps.dynamics import _contact_inputs
+from nvhchain.chain.steps.gears import mesh_law
 from nvhchain.cli import main
+from nvhchain.errors import AccuracyWarning
+from nvhchain.files.result_cache import ResultCache, fingerprint
+from nvhchain.scene import Scene
 
 pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")
 
@@ -48,6 +54,34 @@ def test_another_torque_leaves_housing_and_transfer_vectors(finished, coarse):
 def test_nothing_is_cached_in_an_empty_folder(finished, coarse, tmp_path):
     assert cached_results(finished[0], fidelity=coarse, out=tmp_path / "none") == set()
     assert not (tmp_path / "none").exists()
+
+
+@pytest.mark.filterwarnings("default::nvhchain.errors.AccuracyWarning")
+def test_a_law_from_the_cache_warns_of_analytic_bodies_as_the_first_one_does(pytestconfig, tmp_path):
+    case = nvh.load_case(pytestconfig.rootpath / "cases" / "gearbox" / "slotted.toml")
+    knobs = replace(nvh.DRAFT, gear=replace(nvh.DRAFT.gear, bodies="analytic", angles_per_mesh=4, deflections=8))
+    told = []
+    for _ in range(2):
+        with pytest.warns(AccuracyWarning, match="rim that bends") as given:
+            mesh_law(Run(Scene(case, knobs), ResultCache(tmp_path), ResultCache(tmp_path)), 0)
+        told.append([(str(each.message), each.message.kind, each.message.about) for each in given])
+    assert told[0] == told[1]
+
+
+def test_the_contact_problems_of_a_run_belong_to_the_key_of_its_forces(pytestconfig):
+    """With supplied laws nothing else of the forces tells one gear from another."""
+    case = nvh.load_case(pytestconfig.rootpath / "cases" / "small" / "single_stage.toml")
+    wider = nvh.load_case(
+        pytestconfig.rootpath / "cases" / "small" / "single_stage.toml",
+        changes=["gears.wheel.geometry.face_width_mm=15"],
+    )
+    contact = replace(nvh.DRAFT, dynamics=replace(nvh.DRAFT.dynamics, mesh_level="contact"))
+    sliced = replace(contact, gear=replace(contact.gear, slices=2 * contact.gear.slices))
+    of = [
+        _contact_inputs(Run(Scene(each, knobs))) for each, knobs in ((case, contact), (wider, contact), (case, sliced))
+    ]
+    assert len({fingerprint(*each) for each in of}) == 3
+    assert _contact_inputs(Run(Scene(case, nvh.DRAFT))) == ()
 
 
 @pytest.mark.slow

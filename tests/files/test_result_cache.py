@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 from nvhchain import DRAFT
-from nvhchain.errors import AccuracyWarning, InputError
+from nvhchain.errors import AccuracyWarning, InputError, warn_caller
 from nvhchain.files import hdf5
 from nvhchain.files.result_cache import ResultCache, code_version, fingerprint, origin
-from nvhchain.handoff import FieldPressure, SoundAccuracy
+from nvhchain.handoff import FieldPressure, SoundAccuracy, warn_of
 
 
 @pytest.fixture
@@ -58,6 +58,33 @@ def test_what_is_found_repeats_the_warnings_of_its_making(tmp_path):
     with pytest.warns(AccuracyWarning, match="0.1 element edges from the surface") as found:
         ask()
     assert found[0].message.about == ("pressure",)
+
+
+def test_warnings_without_a_statement_of_accuracy_are_repeated_too(tmp_path):
+    """Those of a part that is cached itself count for both; one that follows from the accuracy is given once."""
+    cache, near = ResultCache(tmp_path), SoundAccuracy(clearance=0.1, expected_error_nearest_db=2.0)
+
+    def ask(name, compute):
+        return cache.cached(name, FieldPressure, "acoustics", (1.0,), compute, fidelity=None)
+
+    def part(progress):
+        warn_caller("the rim does not bend", kind="rims")
+        return FieldPressure([50.0], [[0.0, 0, 1]], [[1.0]])
+
+    def whole(progress):
+        ask("part", part)
+        warn_of(near)
+        return FieldPressure([50.0], [[0.0, 0, 1]], [[1.0]], accuracy=near)
+
+    for _ in range(2):
+        with pytest.warns(AccuracyWarning) as found:
+            ask("whole", whole)
+        told = [(str(each.message).partition(":")[0], each.message.kind) for each in found]
+        assert len(told) == 2
+        assert ("the rim does not bend", "rims") in told
+    with pytest.warns(AccuracyWarning, match="rim") as found:
+        ask("part", part)
+    assert len(found) == 1
 
 
 def test_a_stale_statement_of_accuracy_reaches_nothing_that_follows(tmp_path):

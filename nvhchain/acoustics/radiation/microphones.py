@@ -149,7 +149,8 @@ def check_array(
         warn_caller(
             f"array radius {radius:g} m is {radius / dimension:.2g} times the source's dimension of {dimension:.3g} m, "
             f"{NEAREST:g} times are needed (ISO 3744): its positions see single parts of the surface; take "
-            f"{NEAREST * dimension:.3g} m or more"
+            f"{NEAREST * dimension:.3g} m or more",
+            kind="array radius",
         )
     step = 0.3 if standard == "ISO 3744" else 0.1 if plane is None else 0.05
     resolved = 0.375 * air.speed_of_sound / (dimension * step)
@@ -157,7 +158,8 @@ def check_array(
         warn_caller(
             f"the positions of {standard} lie {step:g} radii apart in height, which resolves the lobes of a source of "
             f"{dimension:.3g} m up to {resolved:.4g} Hz; {highest:.4g} Hz asked: the power of a tone may be several dB "
-            f"off above; take {'ISO 3745 or ' if step == 0.3 else ''}the power from the surface"
+            f"off above; take {'ISO 3745 or ' if step == 0.3 else ''}the power from the surface",
+            kind="array positions",
         )
 
 

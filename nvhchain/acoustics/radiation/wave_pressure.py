@@ -84,7 +84,8 @@ def wave_pressure(
         worst = int(near.argmax())
         warn_caller(
             f"field point {worst} at {places[worst].tolist()} m is so near that waves of the highest degree are "
-            f"{100 * near[worst]:.2g} % of its pressure: take a point farther away, or more multipole_digits"
+            f"{100 * near[worst]:.2g} % of its pressure: take a point farther away, or more multipole_digits",
+            kind="near field point",
         )
     expected = resistance.accuracy.expected_error_db
     return FieldPressure(

@@ -51,7 +51,7 @@ def check_fit(case: GearboxCase) -> None:
     require_all(text for overlap, text in found if overlap > ROUNDING)
     for overlap, text in found:
         if overlap > _EXACT:
-            warn_caller(f"{text} (passes as the rounding of a drawing)")
+            warn_caller(f"{text} (passes as the rounding of a drawing)", kind="fit")
 
 
 def _bores(gears: Iterable[Gear], shafts: Mapping[str, Shaft]) -> Iterator[tuple[float, str]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -14,7 +13,7 @@ from nvhchain import acoustics, dynamics, gear, housing, spectrum
 from nvhchain.case import RadiatorCase
 from nvhchain.chain.loaded import opposing_forces
 from nvhchain.chain.running import Run
-from nvhchain.errors import AccuracyWarning, concerning
+from nvhchain.errors import concerning, warn_caller
 from nvhchain.handoff import BearingForces, ForceSpectrum, ReducedHousing, SurfaceVelocity
 from nvhchain.scene.bearing_lines import damping_lines
 from nvhchain.scene.steps import (
@@ -30,12 +29,12 @@ from nvhchain.scene.steps import (
 def bearing_forces(run: Run) -> BearingForces:
     """Bearing forces over whole common periods at constant speed, or while the input speed changes."""
     for line in damping_lines(run.gearbox):
-        warnings.warn(AccuracyWarning(line, "bearing damping"), stacklevel=2)
+        warn_caller(line, kind="bearing damping")
     simulate: Callable[..., BearingForces] = dynamics.run_up if run.case.running_up else dynamics.bearing_forces
     gearbox, laws, housing, operation = _gearbox(run), run[MESH_LAWS], run.housing_in_loop, _operation(run)
     made: BearingForces = run.cached(
         BEARING_FORCES,
-        (gearbox, laws, housing, operation),
+        (gearbox, laws, housing, operation, *_contact_inputs(run)),
         lambda progress: simulate(
             gearbox,
             laws,
@@ -89,6 +88,13 @@ def _contact_forces(run: Run) -> list[dynamics.ContactForce] | None:
         replace(gear.engaged(pair, abs(force), run.fidelity.gear)[0], deviations=deviations).mesh_force
         for pair, force, deviations in zip(case.pairs, case.mesh_forces, case.deviations, strict=True)
     ]
+
+
+def _contact_inputs(run: Run) -> tuple[Any, ...]:
+    """Return what the contact problems are made of; nothing for the mesh level of laws, which have it."""
+    if run.fidelity.dynamics.mesh_level != "contact":
+        return ()
+    return run.loaded.pairs, run.loaded.mesh_forces, run.loaded.deviations, run.fidelity.gear
 
 
 def _gearbox(run: Run) -> dynamics.Gearbox:

@@ -89,7 +89,7 @@ def set_backlash(
             "leave out thickness_allowance or thickness of a gear",
         )
         if abs(found - wanted) > 1e-9:
-            warn_caller(f"{text} (passes as the rounding of a drawing)")
+            warn_caller(f"{text} (passes as the rounding of a drawing)", kind="backlash")
         return pinion, wheel
     shifted = [gear for gear in open_ if isinstance(gear.profile_shift, Unstated)]
     angle = pinion.normal_pressure_angle

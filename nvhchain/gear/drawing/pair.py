@@ -132,7 +132,8 @@ class GearPair:
             return self.wheel
         warn_caller(
             f"backlash is {1e6 * found:.4g} µm: counts as zero, the wheel is drawn thinner by as much (passes as the "
-            "rounding of a drawing)"
+            "rounding of a drawing)",
+            kind="backlash",
         )
         self.__dict__.pop("backlash")
         self.__dict__.pop("working_thickness")
@@ -348,7 +349,8 @@ def _with_pitch_of(wheel: GearBody, pinion: GearBody) -> GearBody:
         return wheel
     warn_caller(
         f"base pitches differ by {abs(ratio - 1):.3g}: {text}; those of the pinion count (passes as the rounding of a "
-        "drawing)"
+        "drawing)",
+        kind="base pitch",
     )
     tip, angle = w.tip_circle_radius, p.normal_pressure_angle
     same = replace(w, normal_module=p.normal_module, normal_pressure_angle=angle, tip_radius=tip, thickness=None)

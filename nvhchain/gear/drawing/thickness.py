@@ -202,4 +202,4 @@ def _agree(gear: GearGeometry, measured: MeasuredThickness, one: float, text: st
         "most: correct or leave out one of them",
     )
     if apart > _EXACT:
-        warn_caller(f"tooth thickness {text} (passes as the rounding of a drawing)")
+        warn_caller(f"tooth thickness {text} (passes as the rounding of a drawing)", kind="tooth thickness")

@@ -12,7 +12,9 @@ from nvhchain.errors import require
 from nvhchain.fem.solid_model import RigidSet, SolidModel
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import ReducedHousing
+from nvhchain.housing import CraigBampton
 from nvhchain.housing.cad.survey import Survey
+from nvhchain.housing.exchange.craig_bampton import exchange_model
 from nvhchain.kinds import NAMES
 
 if TYPE_CHECKING:
@@ -64,6 +66,10 @@ class Cad(housing.CadPart, Housing):
         path = Path(case.folder) / self.file
         require(path.is_file(), f"{path}: no such STEP file")
         return path.read_bytes(), case.seats
+
+    def exchange(self, case: GearboxCase, modes_to: float, face_size: float, knobs: HousingFidelity) -> CraigBampton:
+        """Mesh the part and return its Craig–Bampton matrices."""
+        return exchange_model(*self.model(case, knobs), f_top=modes_to)
 
     def reduce(
         self, case: GearboxCase, contents: tuple[Any, ...], face_size: float, knobs: HousingFidelity, progress: Any

@@ -15,7 +15,10 @@ from nvhchain.case.checks.names import nearest
 from nvhchain.case.housing import Housing, lowest_wall_frequency
 from nvhchain.errors import InputError, check_all, require, require_all
 from nvhchain.fidelity import HousingFidelity
-from nvhchain.handoff import ReducedHousing
+from nvhchain.handoff import ReducedHousing, Surface
+from nvhchain.housing import CraigBampton
+from nvhchain.housing.casting.contributions import Panels, casting_panels
+from nvhchain.housing.exchange.craig_bampton import exchange_casting
 from nvhchain.housing.reduction import bending_wavelength, check_bending_resolution, check_thin_walls
 from nvhchain.kinds import NAMES
 
@@ -165,6 +168,19 @@ class Casting(housing.Casting, Housing):
     def shape(self, case: GearboxCase, knobs: HousingFidelity) -> housing.HousingShape:
         """Return the surface with seats and bolts, for pictures."""
         return housing.casting_shape(self, knobs)
+
+    def bending_wavelength(self, frequency: float) -> float:
+        """Return the bending wavelength (m) of the thinner wall."""
+        return bending_wavelength(self, frequency)
+
+    def panels(self, case: GearboxCase, surface: Surface) -> Panels:
+        """Return walls and mounting plane of the radiating surface."""
+        return casting_panels(self, surface)
+
+    def exchange(self, case: GearboxCase, modes_to: float, face_size: float, knobs: HousingFidelity) -> CraigBampton:
+        """Mesh the casting and return its Craig–Bampton matrices."""
+        size = self.face_size(face_size)
+        return exchange_casting(self, f_max=case.band.high, f_top=modes_to, surface_size=size, fidelity=knobs)
 
     def read(self, case: GearboxCase, face_size: float) -> tuple[Any, ...]:
         """Return nothing: a casting has no files."""

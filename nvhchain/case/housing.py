@@ -7,11 +7,12 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 from nvhchain.case.bodies import Extent
-from nvhchain.errors import require
+from nvhchain.errors import InputError, require
 from nvhchain.fem.solid_model import RigidSet, SolidModel
 from nvhchain.fidelity import HousingFidelity
-from nvhchain.handoff import ReducedHousing
-from nvhchain.housing import HousingShape, RadiatingFaces, reduce_model
+from nvhchain.handoff import ReducedHousing, Surface
+from nvhchain.housing import CraigBampton, HousingShape, RadiatingFaces, reduce_model
+from nvhchain.housing.casting.contributions import Panels
 
 if TYPE_CHECKING:
     from nvhchain.case.gearbox import GearboxCase
@@ -84,6 +85,27 @@ class Housing(Protocol):
 
     def read(self, case: GearboxCase, face_size: float) -> tuple[Any, ...]:
         """Return the contents of all files of the housing, which `reduce` takes."""
+
+    def included_content(self, case: GearboxCase) -> Any:
+        """Return what files hold that the file of the housing includes; None by default."""
+        return None
+
+    def bending_wavelength(self, frequency: float) -> float | None:
+        """Return the bending wavelength (m) of the thinnest wall; None where the case does not state the walls."""
+        return None
+
+    def panels(self, case: GearboxCase, surface: Surface) -> Panels | None:
+        """Return the named parts of the radiating surface; None where it has none."""
+        return None
+
+    def exchange(self, case: GearboxCase, modes_to: float, face_size: float, knobs: HousingFidelity) -> CraigBampton:
+        """Return the Craig–Bampton matrices with modes up to `modes_to` (Hz).
+
+        face_size: edge length (m) of the radiating triangles that the waves in air need.
+        """
+        raise InputError(
+            f"{case.name}: modes from a file have no mass and stiffness at the seats: give the model itself"
+        )
 
     def reduce(
         self, case: GearboxCase, contents: tuple[Any, ...], face_size: float, knobs: HousingFidelity, progress: Any

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
 
 from nvhchain import housing, interop
 from nvhchain.case.bodies import Extent, SurfaceFile
@@ -15,10 +18,12 @@ from nvhchain.errors import require, require_within
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fem.solid_model import SolidModel
 from nvhchain.fidelity import HousingFidelity
-from nvhchain.handoff import ReducedHousing
-from nvhchain.housing import DampingCurve, MountingPlane
+from nvhchain.handoff import FloatArray, IntArray, ReducedHousing, Surface
+from nvhchain.housing import CraigBampton, DampingCurve, MountingPlane
+from nvhchain.housing.casting.contributions import Panels, group_panels
+from nvhchain.housing.exchange.craig_bampton import exchange_model
 from nvhchain.housing.modes.damping import check_modal_damping, damping_of_modes
-from nvhchain.names import check_names
+from nvhchain.names import check_names, safe_names
 
 if TYPE_CHECKING:
     from nvhchain.case.gearbox import GearboxCase
@@ -104,6 +109,20 @@ class HousingModel(Housing):
     def read(self, case: GearboxCase, face_size: float) -> tuple[Any, ...]:
         """Return the model of the file and its includes, and the seats of the case."""
         return self.model(case), case.seats
+
+    def included_content(self, case: GearboxCase) -> SolidModel:
+        """Return the model with what its file includes."""
+        return self.model(case)
+
+    def panels(self, case: GearboxCase, surface: Surface) -> Panels | None:
+        """Return the groups of nodes of the model on the surface."""
+        model = self.model(case)
+        return _group_panels(surface, model.nodes, model.groups)
+
+    def exchange(self, case: GearboxCase, modes_to: float, face_size: float, knobs: HousingFidelity) -> CraigBampton:
+        """Return the Craig–Bampton matrices of the model."""
+        model = self.model(case)
+        return exchange_model(model, housing.bearing_seats(model, case.seats, self._nodes), f_top=modes_to)
 
     def reduce(
         self, case: GearboxCase, contents: tuple[Any, ...], face_size: float, knobs: HousingFidelity, progress: Any
@@ -213,6 +232,12 @@ class HousingModes(Housing):
         surface = None if self.surface is None else self.surface.solved(Path(case.folder), face_size)
         return self.model(case), surface, case.seats
 
+    def panels(self, case: GearboxCase, surface: Surface) -> Panels | None:
+        """Return the groups of nodes on the surface; others, such as those of the seats, are no panels."""
+        model = self.model(case)
+        skin = {name: rows[np.isin(rows, model.triangles)] for name, rows in model.groups.items()}
+        return _group_panels(surface, model.nodes, skin)
+
     def reduce(
         self, case: GearboxCase, contents: tuple[Any, ...], face_size: float, knobs: HousingFidelity, progress: Any
     ) -> ReducedHousing:
@@ -312,3 +337,10 @@ class Superelement(HousingModes):
 def _check_opening(opening: float | None) -> None:
     if opening is not None:
         require_within("opening", opening, 0, 10, "m", "give it in m, or in mm as opening_mm", above=True)
+
+
+def _group_panels(surface: Surface, nodes: FloatArray, members: Mapping[str, IntArray]) -> Panels | None:
+    """Return the panels of groups of nodes; None without any."""
+    names = safe_names(members)
+    groups = {name: nodes[rows] for name, rows in zip(names, members.values(), strict=True) if len(rows)}
+    return group_panels(surface, groups) if groups else None

@@ -107,8 +107,7 @@ class Run:
     ) -> Any:
         """Return the hand-off of a step: cached on disk if its inputs have not changed, else computed.
 
-        `gear_stage` is the name of the gear stage for steps with one hand-off each. `remind` repeats warnings for a
-        cached hand-off.
+        `gear_stage` is the name of the gear stage for steps with one hand-off each.
         """
         cache, name = self._place(step, gear_stage)
         return cache.cached(name, step.kind, step.code, inputs, compute, fidelity=self.scene.knobs(step))

@@ -7,6 +7,7 @@ import getpass
 import hashlib
 import logging
 import os
+import re
 import shutil
 import tempfile
 import time
@@ -55,23 +56,43 @@ def _bytes(item: Any) -> bytes:
     return f"{type(item).__name__}:{item!r};".encode()
 
 
-_USED = {"gear": ("fem",), "housing": ("fem", "interop"), "acoustics": ("fem",)}
-"""Package → other packages whose code its results depend on."""
+_IMPORT = re.compile(r"^\s*(?:from nvhchain import ([\w, ()]+)|(?:from|import) nvhchain\.(\w+))", re.MULTILINE)
+
+_CALLERS = ("chain/steps", "chain/loaded.py")
+"""Code that calls the packages and gives them their inputs."""
 
 
 @cache
 def code_version(package: str) -> str:
-    """Return the package version with a digest of the source of `package` and its basis, and of the version of files.
+    """Return the package version with a digest of the source of `package`, of all that it imports, and of the steps.
 
     New code, or another form of files, so invalidates old results.
     """
     root = Path(__file__).parents[1]
-    source = root / package
-    files = sorted(source.rglob("*.py")) if source.is_dir() else [source.with_suffix(".py")]
-    files += [root / "conventions.py", *sorted((root / "handoff").rglob("*.py"))]
-    for used in _USED.get(package, ()):
-        files += sorted((root / used).rglob("*.py"))
+    files = [file for name in sorted(_used(package)) for file in _sources(root / name)]
+    files += [file for name in _CALLERS for file in _sources(root / name)]
     return f"{__version__}+{fingerprint(hdf5.SCHEMA_VERSION, *(file.read_bytes() for file in files))[:12]}"
+
+
+def _used(package: str) -> set[str]:
+    """Return a package and the packages and modules of nvhchain that it imports, and so on."""
+    root, found, left = Path(__file__).parents[1], set[str](), {package}
+    while left:
+        name = left.pop()
+        found.add(name)
+        text = "\n".join(file.read_text(encoding="utf-8") for file in _sources(root / name))
+        imported = {part.strip(" ()") for names, one in _IMPORT.findall(text) for part in (one or names).split(",")}
+        left |= {other for other in imported - found if _sources(root / other)}
+    return found
+
+
+@cache
+def _sources(place: Path) -> tuple[Path, ...]:
+    """Return the files of a package or module; none for what is neither."""
+    if place.is_dir():
+        return tuple(sorted(place.rglob("*.py")))
+    file = place.with_suffix(".py")
+    return (file,) if file.is_file() else ()
 
 
 def cached_result(path: Path | None, kind: type[H], key: str) -> H | None:

@@ -1,4 +1,4 @@
-"""Values of a case by their paths, kept beside its results in case.json."""
+"""Values of a case by their paths, and outlines of its gears, kept beside its results in case.json."""
 
 from __future__ import annotations
 
@@ -10,11 +10,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from nvhchain.case import Case
+import numpy as np
+
+from nvhchain.case import Case, GearboxCase
 from nvhchain.dimensions import UNITS, si_unit
 from nvhchain.fidelity import Fidelity
 from nvhchain.files.hdf5 import writable_folder, write_text
-from nvhchain.report.gear_outlines import gear_outlines
+from nvhchain.gear import GearBody
+from nvhchain.handoff import FloatArray
 from nvhchain.report.marks import mesh_orders, slot_orders
 from nvhchain.scene.steps import DIRECTIVITY, NOISE_TRANSFER_FUNCTIONS, PRESSURE, PRESSURE_HISTORY, STEPS
 
@@ -33,6 +36,9 @@ _UNHEARD = ("quantities", "spread", "targets", "background")
 
 _HEARD = (PRESSURE, NOISE_TRANSFER_FUNCTIONS, PRESSURE_HISTORY, DIRECTIVITY)
 """Steps whose results hold at the microphones of a case."""
+
+FLANK, FILLET, SIDE = 9, 8, 7
+"""Points along an involute, along a fillet, and along each of four sides of an opening."""
 
 
 @contextmanager
@@ -143,3 +149,41 @@ def _drawn(value: Any, factor: float) -> Any:
     if isinstance(value, bool | str | int):
         return value
     return float(f"{value / factor:.9g}") if isinstance(value, float) else str(value)
+
+
+def gear_outlines(case: Case) -> dict[str, Any]:
+    """Return the outlines of the gears and the places of the stages, for case.json; empty for a radiator.
+
+    `gears`: name → teeth, tooth (radius in m and angle in rad from its centre line, one half from the root to the tip),
+    bore (m), openings (radius, angle; count). `stages`: names of both gears and their places (m).
+    """
+    if not isinstance(case, GearboxCase):
+        return {}
+    axes = {shaft.name: list(shaft.axis) for shaft in case.shafts}
+    places = {gear.name: axes[gear.shaft] for gear in case.gears}
+    return {
+        "gears": {gear.name: _outline(gear.body) for gear in case.gears},
+        "stages": {
+            stage.name: [{"gear": name, "place": places[name]} for name in (stage.pinion, stage.wheel)]
+            for stage in case.stages
+        },
+    }
+
+
+def _outline(body: GearBody) -> dict[str, Any]:
+    of = body.geometry
+    root, angle = of.fillet(np.linspace(1.0, 0.0, FILLET, endpoint=False))
+    flank, half = of.outline(FLANK)
+    tooth = np.column_stack([np.append(root, flank), np.append(angle, half)])
+    found: dict[str, Any] = {"teeth": of.teeth, "tooth": _short(tooth), "bore": of.bore_radius}
+    web, cut = body.blank.web, body.blank.cutouts
+    if web is not None:
+        found["web"] = [web.hub_radius, web.rim_radius]
+    if cut is not None:
+        sides = [np.column_stack(cut.outline(side, np.linspace(0.0, 1.0, SIDE, endpoint=False))) for side in range(4)]
+        found["openings"] = {"count": cut.count, "phase": cut.phase, "outline": _short(np.concatenate(sides))}
+    return found
+
+
+def _short(points: FloatArray) -> list[list[float]]:
+    return [[float(f"{r:.6g}"), float(f"{angle:.6g}")] for r, angle in points]

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from nvhchain import acoustics, housing, interop
-from nvhchain.case import Cad, Case, GearboxCase, HousingModel
+from nvhchain import acoustics, interop
+from nvhchain.case import Case, GearboxCase
 from nvhchain.errors import InputError, require
 from nvhchain.fidelity import STANDARD, Fidelity
-from nvhchain.housing import Casting, CraigBampton
-from nvhchain.housing.exchange.craig_bampton import exchange_casting, exchange_model
+from nvhchain.housing import CraigBampton
 from nvhchain.interop.superelement import check_craig_bampton_path
 
 
@@ -32,22 +31,7 @@ def export_craig_bampton(
         "that",
     )
     check_craig_bampton_path(path)
-    given = case.housing
-    if isinstance(given, Casting):
-        wanted = acoustics.required_element_size(case.band.high, case.air, fidelity.acoustics)
-        size = housing.face_size(given, wanted)
-        made = exchange_casting(
-            given, f_max=case.band.high, f_top=modes_to, surface_size=size, fidelity=fidelity.housing
-        )
-    elif isinstance(given, HousingModel):
-        model = interop.read_solid_model(Path(case.folder) / given.file, units=given.units, spc=given.spc)
-        names = {seat.name: seat.nodes for seat in given.seats}
-        made = exchange_model(model, housing.bearing_seats(model, case.seats, names), f_top=modes_to)
-    elif isinstance(given, Cad):
-        made = exchange_model(*given.model(case, fidelity.housing), f_top=modes_to)
-    else:
-        raise InputError(
-            f"{case.name}: modes from a file have no mass and stiffness at the seats: give the model itself"
-        )
+    face_size = acoustics.required_element_size(case.band.high, case.air, fidelity.acoustics)
+    made = case.housing.exchange(case, modes_to, face_size, fidelity.housing)
     interop.write_craig_bampton(made, path)
     return made

@@ -11,24 +11,17 @@ from typing import Any
 import numpy as np
 
 from nvhchain import acoustics, chain, levels, plots
-from nvhchain.case import Cad, Case, GearboxCase
+from nvhchain.case import Case, GearboxCase
 from nvhchain.chain.result import Result
 from nvhchain.errors import InputError, require
-from nvhchain.fem.modal_model import ModalModel
-from nvhchain.fem.solid_model import SolidModel
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.files.hdf5 import writable_folder, write_text
 from nvhchain.files.result_cache import Watcher
-from nvhchain.handoff import Surface
-from nvhchain.housing import Casting, respond
+from nvhchain.housing import respond
 from nvhchain.housing.casting.contributions import (
     Contributions,
-    Panels,
-    casting_panels,
-    group_panels,
     panel_contributions,
 )
-from nvhchain.names import safe_names
 from nvhchain.plots.files import save
 from nvhchain.report.case_record import is_recorded, recorded_case
 from nvhchain.report.causes.paths import force_parts
@@ -116,7 +109,7 @@ def contributions(
     if turns is not None:
         load = order_load(of[forces], of["transfer_vectors"], turns, high=float(case.band.high))
         velocity = None if load is None else respond(of["housing"], load)
-    panels = None if velocity is None else _panels(case, velocity.surface)
+    panels = None if velocity is None else case.housing.panels(case, velocity.surface)
     if panels is not None and velocity is not None:
         radiate = partial(acoustics.radiate, of["transfer_vectors"], fidelity=fidelity.acoustics)
         found["panels"] = panel_contributions(velocity, panels, radiate)
@@ -167,21 +160,6 @@ def _loudest_order(result: Result) -> float:
     cuts = [of for of in curves if of.order is not None]
     require(len(cuts) > 0, f"{result.case.name} has no loud order over its run-up: give `order`")
     return loudest(cuts)[0]
-
-
-def _panels(case: GearboxCase, surface: Surface) -> Panels | None:
-    """Return the named parts of the surface, or None where the housing has none."""
-    if isinstance(case.housing, Casting):
-        return casting_panels(case.housing, surface)
-    if isinstance(case.housing, Cad):  # its faces have no names
-        return None
-    model: SolidModel | ModalModel = case.housing.model(case)
-    members = dict(model.groups)
-    if isinstance(model, ModalModel):  # its file may hold nodes off the skin, such as those of the seats
-        members = {name: rows[np.isin(rows, model.triangles)] for name, rows in members.items()}
-    names = safe_names(members)
-    groups = {name: model.nodes[rows] for name, rows in zip(names, members.values(), strict=True) if len(rows)}
-    return group_panels(surface, groups) if groups else None
 
 
 def _line(parts: Contributions, frequency: float | None) -> int:

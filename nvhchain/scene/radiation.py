@@ -132,7 +132,7 @@ def _solved(
 def _add_needle_cost(planned: PlannedStep, case: Case, knobs: AcousticsFidelity, extent: Extent) -> PlannedStep:
     """Add the time for needles and narrow gaps of an imported surface to a step."""
     surface = extent.surface
-    if surface is None or case.engine != "fused" or len(surface.triangles) > _LARGEST_SEARCHED:
+    if surface is None or not acoustics.ENGINES[case.engine].adapts or len(surface.triangles) > _LARGEST_SEARCHED:
         return planned
     each, once = needle_seconds(surface, knobs)
     return replace(planned, seconds=planned.seconds + planned.counts["masters"] * each + once)

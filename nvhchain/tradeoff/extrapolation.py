@@ -11,8 +11,6 @@ from nvhchain.error_band import COVERAGE
 from nvhchain.error_band.gears import AMPLIFICATION, relative_law_error
 from nvhchain.errors import require
 from nvhchain.fidelity import Fidelity
-from nvhchain.housing import Casting
-from nvhchain.housing.reduction import bending_wavelength
 
 MARGIN = 6.4
 """Ratio of the error of the worst mesh harmonic in another case to that in the swept case.
@@ -45,8 +43,7 @@ def extent(case: Case) -> dict[str, Any]:
     wheels = [geometry[stage.wheel] for stage in case.stages]
     widths = [wheel.face_width / wheel.normal_module for wheel in wheels]
     overlaps = [width * sin(abs(wheel.helix_angle)) / pi for width, wheel in zip(widths, wheels, strict=True)]
-    wave = bending_wavelength(case.housing, case.band.high) if isinstance(case.housing, Casting) else None
-    return {"width": widths, "overlap": overlaps, "wave": wave}
+    return {"width": widths, "overlap": overlaps, "wave": case.housing.bending_wavelength(case.band.high)}
 
 
 def _is_extent(swept: Mapping[str, Any]) -> bool:

@@ -11,8 +11,7 @@ from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from nvhchain import interop
-from nvhchain.case import Case, GearboxCase, HousingModel
+from nvhchain.case import Case, GearboxCase
 from nvhchain.conventions import Progress
 from nvhchain.errors import SolverError, require
 from nvhchain.fidelity import REFERENCE, Fidelity
@@ -221,9 +220,8 @@ def _identity(case: Case, fidelity: Fidelity) -> str:
 def case_identity(case: Case) -> str:
     """Hash of a case and the contents of its files, without their paths."""
     contents: list[Any] = [(Path(case.folder) / name).read_bytes() for name in _files(case)]
-    if isinstance(case, GearboxCase) and isinstance(case.housing, HousingModel):  # its file may include others
-        given = case.housing
-        contents.append(interop.read_solid_model(Path(case.folder) / given.file, units=given.units, spc=given.spc))
+    if isinstance(case, GearboxCase) and (included := case.housing.included_content(case)) is not None:
+        contents.append(included)
     return fingerprint(replace(case, folder=""), contents)
 
 

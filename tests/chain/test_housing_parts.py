@@ -210,14 +210,13 @@ def test_groups_of_an_imported_model_are_its_panels(case, told, tmp_path):
     from nvhchain.fidelity import HousingFidelity
     from nvhchain.housing.casting.mesh import mesh_casting
     from nvhchain.interop import write_nastran
-    from nvhchain.report.parts import _panels
     from tests.housing.casting_model import casting_model
 
     mesh = mesh_casting(case.housing, HousingFidelity(element_size=0.04, elements_per_turn=10))
     write_nastran(casting_model(mesh, case.housing), tmp_path / "housing.bdf", units="mm-t-s")
     foreign = replace(case, housing=HousingModel("housing.bdf", "mm-t-s"), folder=str(tmp_path))
     surface = told[1]["panels"] and hdf5.load(told[0] / "surface_velocity.h5").surface
-    panels = _panels(foreign, surface)
+    panels = foreign.housing.panels(foreign, surface)
     assert "SKIN" in panels.names
     assert len(np.unique(panels.part)) > 1
     model = exported_modes(hdf5.load(next(told[0].glob("housing-*.h5"))))
@@ -229,7 +228,7 @@ def test_groups_of_an_imported_model_are_its_panels(case, told, tmp_path):
     assert len(beside) == 4
     groups = {**ends, "flange": np.concatenate([ends["flange"], beside]), "beside": beside}
     write_modal_uff(replace(model, groups=groups), tmp_path / "modes.unv")
-    modal = _panels(replace(foreign, housing=ModalResults("modes.unv")), surface)
+    modal = ModalResults("modes.unv").panels(foreign, surface)
     assert set(modal.names) == {"flange", "rear"}
     rear = surface.centroids[:, 2] > 0.6 * case.housing.depth
     assert (np.array(modal.names)[modal.part[rear]] == "rear").all()

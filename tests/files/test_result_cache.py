@@ -5,6 +5,7 @@ import sys
 import warnings
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from pathlib import Path
 from subprocess import PIPE
 from threading import Event
 from time import sleep
@@ -14,7 +15,7 @@ import pytest
 
 from nvhchain import DRAFT
 from nvhchain.errors import AccuracyWarning, InputError, warn_caller
-from nvhchain.files import hdf5
+from nvhchain.files import hdf5, result_cache
 from nvhchain.files.result_cache import ResultCache, code_version, fingerprint, origin
 from nvhchain.handoff import FieldPressure, SoundAccuracy, warn_of
 
@@ -121,6 +122,33 @@ def test_results_in_files_of_another_form_are_computed_again(counted, monkeypatc
     run(1.0)
     code_version.cache_clear()
     assert len(calls) == 2
+
+
+@pytest.mark.parametrize(
+    ("package", "counts", "does_not"),
+    [
+        ("gear", ("gear/laws/mesh_law.py", "fem/eigen.py", "kinds.py", "chain/steps/gears.py"), "housing/reduction.py"),
+        ("dynamics", ("dynamics/runs/linear.py", "bearings/rows.py", "runtime/threads.py"), "gear/laws/mesh_law.py"),
+        ("acoustics", ("acoustics/fused/engine.py", "levels.py", "handoff/base.py"), "report/summary.py"),
+    ],
+)
+def test_results_depend_on_all_code_that_makes_them(package, counts, does_not, monkeypatch):
+    """That of a package, of all that it imports, and of the steps that call it; on no other."""
+    before, plain = code_version(package), Path.read_bytes
+
+    def version(changed):
+        code_version.cache_clear()
+        file = Path(result_cache.__file__).parents[1] / changed
+        assert file.is_file()
+        monkeypatch.setattr(Path, "read_bytes", lambda path: plain(path) + b"#" * (path == file))
+        return code_version(package)
+
+    try:
+        assert all(version(changed) != before for changed in counts)
+        assert version(does_not) == before
+    finally:
+        monkeypatch.undo()
+        code_version.cache_clear()
 
 
 def test_changed_inputs_and_fidelity_are_computed_again(counted):

@@ -67,3 +67,18 @@ def test_names_that_are_imported_late_differ_from_the_modules_beside_them():
 @pytest.mark.parametrize("module", ["report.sound.microphones", "report.page.sections.listening.microphones"])
 def test_microphones_are_added_without_the_packages_that_draw_and_compile(module):
     assert not imported_in_fresh_process(f"nvhchain.{module}")[1] & {"gmsh", "matplotlib", "numba", "pyvista"}
+
+
+def test_no_folder_holds_more_than_14_modules_and_no_module_more_than_500_lines():
+    folders = [folder for folder in (ROOT / "nvhchain").rglob("*") if folder.is_dir()]
+    crowded = {str(folder): many for folder in folders if (many := len(modules(folder))) > 14}
+    long = {str(path): lines for path in (ROOT / "nvhchain").rglob("*.py") if (lines := count_lines(path)) > 500}
+    assert (crowded, long) == ({}, {})
+
+
+def modules(folder):
+    return [path for path in folder.glob("*.py") if path.name != "__init__.py"]
+
+
+def count_lines(path):
+    return len(path.read_text(encoding="utf-8").splitlines())

@@ -13,7 +13,7 @@ from nvhchain.errors import InputError
 from nvhchain.fidelity import DRAFT
 from nvhchain.files import hdf5
 from nvhchain.handoff import FieldPressure, SurfaceVelocity
-from nvhchain.report.gear_outlines import gear_outlines
+from nvhchain.report.case_record import gear_outlines
 from nvhchain.report.page.sections.bodies.gears import _drawing, _turns
 from nvhchain.report.page.sections.bodies.housing import blocks as housing_blocks
 from nvhchain.report.page.sections.bodies.modes import _carried, _cylinder, blocks

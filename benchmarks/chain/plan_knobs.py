@@ -18,7 +18,7 @@ from nvhchain.errors import InputError, ResourceError
 from nvhchain.fidelity import DRAFT, Fidelity
 from nvhchain.files.result_cache import Unwatched
 from nvhchain.scene import PlannedStep, preflight
-from nvhchain.tradeoff.knobs import NOT_SWEPT, PACKAGES
+from nvhchain.tradeoff.knobs import PACKAGES, UNSWEPT
 from nvhchain.tradeoff.measure import Cost, Ledger, measured_run
 
 CASE = "cases/small/single_stage.toml"
@@ -31,7 +31,7 @@ FURTHER = {
     "housing.samples_per_face": (4.0,),
 }
 """Factors beyond those, for knobs whose work is cheap on the small case."""
-LIMITS = frozenset(name for name, why in NOT_SWEPT.items() if why.startswith("a limit"))
+LIMITS = frozenset(name for name, why in UNSWEPT.items() if why.startswith("a limit"))
 
 
 def settings(names: tuple[str, ...]) -> Iterator[tuple[str, Fidelity]]:

@@ -27,8 +27,8 @@ from nvhchain.runtime.deferred import deferred
 if TYPE_CHECKING:
     from nvhchain.error_band.band import (
         COVERAGE,
-        KNOBS,
         LIMITS,
+        NUMERICAL,
         ErrorBand,
         format_level,
         format_limits,

@@ -184,7 +184,7 @@ class ErrorBand:
         return np.stack([lower, np.maximum(upper, self.level)], axis=1)
 
 
-KNOBS = {
+NUMERICAL = {
     "gear": "gear",
     "housing": "housing",
     "modes left out": "housing",
@@ -199,8 +199,8 @@ KNOBS = {
 
 def remedy(source: str) -> str:
     """Return what narrows limits that a source widens most; empty where nothing does."""
-    if source in KNOBS:
-        return f"a finer --fidelity or knobs of fidelity.{KNOBS[source]} narrow it"
+    if source in NUMERICAL:
+        return f"a finer --fidelity or knobs of fidelity.{NUMERICAL[source]} narrow it"
     if source == "options left out":
         return "an option with decibels in `plan`, switched on in [options], or a finer --fidelity narrows it"
     return "a narrower [spread] narrows it" if source.startswith("input: ") else ""

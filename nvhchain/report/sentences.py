@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from math import inf
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
-from nvhchain.error_band import KNOBS, LIMITS, format_parts, remedy
+from nvhchain.error_band import LIMITS, NUMERICAL, format_parts, remedy
 from nvhchain.handoff import FloatArray
 from nvhchain.levels import a_weighting, number_text
 from nvhchain.plots.marks import joined_orders, order_name
@@ -44,9 +45,6 @@ SILENCE = -100.0
 ALIKE = 0.05
 """Difference (dB) of levels that rounding to tenths does not part."""
 
-ALIKE_WORDS = "are alike within rounding, 0.0 dB apart at"
-"""Words between the names and the place of levels that are alike."""
-
 DOUBTS = ("within these limits either may be the louder", "the limits leave open whether one is louder")
 """Words of an undecided difference: of levels that differ, and of those that are alike."""
 
@@ -55,6 +53,24 @@ DIFFERENCE = "difference_limits_dB"
 
 HEARD = 0.0
 """Level (dB(A)) at and below which nobody hears a line, the threshold of hearing."""
+
+
+@dataclass(frozen=True)
+class Remark:
+    """Sentence of a verdict.
+
+    text: as it is printed; indented where it belongs to the sentence before.
+    kind: `difference` of two designs, `speeds` over which they differ, `part` of a difference, or `limits`.
+    question: title of the parts that explain a difference.
+    apart: place and limits of a difference as sentences of their own.
+    undecided: True where either of the designs may be the louder.
+    """
+
+    text: str
+    kind: Literal["difference", "speeds", "part", "limits"] = "part"
+    question: str = ""
+    apart: str = ""
+    undecided: bool = False
 
 
 def verdict(summary: Mapping[str, Any]) -> list[str]:
@@ -78,13 +94,18 @@ def verdict(summary: Mapping[str, Any]) -> list[str]:
     The limits of a difference are those of `nvhchain.error_band.difference_limits`. Without those of summary.json, the
     errors of both levels add up.
     """
+    return [remark.text for remark in remarks(summary)]
+
+
+def remarks(summary: Mapping[str, Any]) -> list[Remark]:
+    """Return the sentences of `verdict`, each with what it is about."""
     (base, first), *others = summary["configurations"].items()
     if not others:
         return []
     point = summary["field_point"]["name"]
-    sentences = []
+    found = []
     for name, configuration in others:
-        sentences.append(_overall(name, configuration, base, first, point))
+        found.append(_overall(name, configuration, base, first, point))
         mesh, slots = joined_orders(
             (design, of.get("mesh_orders", {}), of.get("slot_orders", {}))
             for design, of in ((base, first), (name, configuration))
@@ -93,20 +114,21 @@ def verdict(summary: Mapping[str, Any]) -> list[str]:
         if "over_speed" in configuration:
             parts = _lines(configuration, first, origin) if "causes" in configuration else []
             differ = differing_records((name, configuration), (base, first))
-            sentences += [
-                _over_speed(name, configuration, first),
-                *([f"  {differ}; levels are means over each"] if differ else []),
-                *(parts or _orders(name, configuration, base, first)),
-            ]
+            found.append(_over_speed(name, configuration, first))
+            texts = [f"  {differ}; levels are means over each"] if differ else []
+            texts += parts or _orders(name, configuration, base, first)
         else:
-            sentences += [*_states(name, configuration, first), *_lines(configuration, first, origin)]
-    return sentences + [line for name, of in summary["configurations"].items() for line in _limits(name, of)]
+            found += _states(name, configuration, first)
+            texts = _lines(configuration, first, origin)
+        found += map(Remark, texts)
+    limits = [text for name, of in summary["configurations"].items() for text in _limits(name, of)]
+    return found + [Remark(text, "limits") for text in limits]
 
 
-def _overall(name: str, other: Mapping[str, Any], base: str, first: Mapping[str, Any], point: str) -> str:
+def _overall(name: str, other: Mapping[str, Any], base: str, first: Mapping[str, Any], point: str) -> Remark:
     difference = other["overall_dBA"] - first["overall_dBA"]
     if min(other["overall_dBA"], first["overall_dBA"]) <= SILENCE:
-        return f"{name} and {base} cannot be compared at {point}: one of them is silent"
+        return Remark(f"{name} and {base} cannot be compared at {point}: one of them is silent")
     if "difference_limits_db" in other:
         (least, most), how = _ends(other["difference_limits_db"]), ""
     else:
@@ -115,17 +137,24 @@ def _overall(name: str, other: Mapping[str, Any], base: str, first: Mapping[str,
     word = "louder" if difference > 0 else "quieter"
     if difference < 0:
         least, most = -most, -least
-    limits = f"{LIMITS} {_interval(least, most)}{how}"
-    alike = abs(difference) < ALIKE
-    decided = "" if least > 0 else f"; {DOUBTS[alike]}{_remedy((base, first), (name, other))}"
+    alike, limits = abs(difference) < ALIKE, f"{_interval(least, most)}{how}"
+    narrower = "" if least > 0 else _remedy((base, first), (name, other))
+    doubt = "" if least > 0 else f"; {DOUBTS[alike]}"
     speeds = {round(float(of.get("input_speed_rpm") or 0.0), 3) for of in (other, first)}
     speed = ""
     if "over_speed" not in other and all(speeds):
         own, of_first = (f"{of['input_speed_rpm']:g} rpm" for of in (other, first))
         speed = f" and {own}" if len(speeds) == 1 else f", {name} at {own} and {base} at {of_first}"
+    change = f"{name} is {abs(difference):.1f} dB {word} than {base}"
     if alike:
-        return f"{name} and {base} {ALIKE_WORDS} {point}{speed} ({limits}){decided}"
-    return f"{name} is {abs(difference):.1f} dB {word} than {base} at {point}{speed} ({limits}){decided}"
+        change = f"{name} and {base} are alike within rounding, 0.0 dB apart"
+    return Remark(
+        f"{change} at {point}{speed} ({LIMITS} {limits}){doubt}{narrower}",
+        "difference",
+        question="Why they differ:" if alike else f"Why {name} is {word}:",
+        apart=f"At {point}{speed}. {LIMITS} of this difference: {limits}{narrower}",
+        undecided=bool(doubt),
+    )
 
 
 def over_speed_difference(other: Mapping[str, Any], first: Mapping[str, Any]) -> tuple[FloatArray, FloatArray]:
@@ -136,20 +165,18 @@ def over_speed_difference(other: Mapping[str, Any], first: Mapping[str, Any]) ->
     return speed[chosen], level[chosen] - np.interp(speed[chosen], base_speed, base_level)
 
 
-def _over_speed(name: str, other: Mapping[str, Any], first: Mapping[str, Any]) -> str:
+def _over_speed(name: str, other: Mapping[str, Any], first: Mapping[str, Any]) -> Remark:
     speed, difference = over_speed_difference(other, first)
     if not len(speed):
-        return "  no speed is common to both"
+        return Remark("  no speed is common to both")
     ends = int(difference.argmin()), int(difference.argmax())
     word, count = _majority(difference)
     low, high = (f"{number_text(difference[at], '+.1f')} dB at {speed[at]:.0f} rpm" for at in ends)
-    return (
-        f"  from {speed[0]:.0f} to {speed[-1]:.0f} rpm {name} is {word} at {_of_all(count, len(speed))} speeds: "
-        f"between {low} and {high}"
-    )
+    text = f"  from {speed[0]:.0f} to {speed[-1]:.0f} rpm {name} is {word} at {_of_all(count, len(speed))} speeds: "
+    return Remark(f"{text}between {low} and {high}", "speeds")
 
 
-def _states(name: str, other: Mapping[str, Any], first: Mapping[str, Any]) -> list[str]:
+def _states(name: str, other: Mapping[str, Any], first: Mapping[str, Any]) -> list[Remark]:
     """Return the sentence on further steady speeds and torques; none without any."""
     of, before = other.get("steady_states"), first.get("steady_states")
     if of is None or before is None:
@@ -170,10 +197,9 @@ def _states(name: str, other: Mapping[str, Any], first: Mapping[str, Any]) -> li
     where = f"{_of_all(count, known.sum())} {what}"
     if DIFFERENCE in of:
         where += f", with 95 % certainty at {'all' if sure.sum() == count > 0 else sure.sum() or 'none'} of them"
-    return [
-        f"  from {speed[0]:.0f} to {speed[-1]:.0f} rpm {name} is {word} at {where}: "
-        f"between {low} dB at {at[0]} and {high} dB at {at[1]}; {energy} dB in the energy mean"
-    ]
+    text = f"  from {speed[0]:.0f} to {speed[-1]:.0f} rpm {name} is {word} at {where}: "
+    text += f"between {low} dB at {at[0]} and {high} dB at {at[1]}; {energy} dB in the energy mean"
+    return [Remark(text, "speeds")]
 
 
 def decided_states(of: Mapping[str, Any], difference: FloatArray) -> Any:
@@ -427,7 +453,7 @@ def _remedy(*configurations: tuple[str, Mapping[str, Any]]) -> str:
     _, _, source, name = max(parts)
     if not (narrower := remedy(source)):
         return ""
-    cause = f"the numerical error of the {source}" if source in KNOBS else f"from {source}"
+    cause = f"the numerical error of the {source}" if source in NUMERICAL else f"from {source}"
     return f"; most of this width is {cause} in {name}: {narrower}"
 
 

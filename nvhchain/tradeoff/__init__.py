@@ -2,7 +2,7 @@
 
 from nvhchain.tradeoff.deviation import Deviation, deviation, deviation_in_time
 from nvhchain.tradeoff.files import save_tradeoff
-from nvhchain.tradeoff.knobs import KNOBS, NOT_SWEPT, Knob, knobs_of, records, variants
+from nvhchain.tradeoff.knobs import SWEPT_KNOBS, UNSWEPT, Knob, knobs_of, records, variants
 from nvhchain.tradeoff.planner import cheapest
 from nvhchain.tradeoff.shipped import shipped_sweep
 from nvhchain.tradeoff.sweep import Measurement, Tradeoff, tradeoff

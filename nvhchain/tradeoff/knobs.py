@@ -81,10 +81,10 @@ def _swept() -> Iterator[Knob]:
                 yield Knob(stage, names, values, read_by, sweep.finer, sweep.hours)
 
 
-KNOBS: tuple[Knob, ...] = tuple(_swept())
+SWEPT_KNOBS: tuple[Knob, ...] = tuple(_swept())
 """All swept knobs, in the order of `nvhchain.fidelity`."""
 
-NOT_SWEPT: dict[str, str] = {
+UNSWEPT: dict[str, str] = {
     f"{stage}.{one.name}": reason
     for stage in PACKAGES
     for one in fields(getattr(STANDARD, stage))
@@ -92,7 +92,9 @@ NOT_SWEPT: dict[str, str] = {
 }
 """Knobs that change no result, or only refine it, each with the reason."""
 
-FINER_SETTINGS = frozenset((knob.name, setting_text(value)) for knob in KNOBS if knob.finer for value in knob.values)
+FINER_SETTINGS = frozenset(
+    (knob.name, setting_text(value)) for knob in SWEPT_KNOBS if knob.finer for value in knob.values
+)
 """Knobs and values with a finer model or step than any preset: their change of the result is no error."""
 
 RECORDS = (0.25, 0.5, 2.0)
@@ -105,10 +107,12 @@ def knobs_of(case: Case, names: Sequence[str] | None = None, supplied: Collectio
     names: names of knobs, of their fields or of parts of the fidelity. `preset` and `record` are accepted but are no
     knobs. By default all knobs except those that take hours.
     supplied: names of the supplied hand-offs, as for `run`.
-    Returns knobs in the order of `KNOBS`.
+    Returns knobs in the order of `SWEPT_KNOBS`.
     """
     looked_at = [
-        knob for knob in KNOBS if _affects_case(knob, case) and not is_unused(knob.package, knob.fields, case, supplied)
+        knob
+        for knob in SWEPT_KNOBS
+        if _affects_case(knob, case) and not is_unused(knob.package, knob.fields, case, supplied)
     ]
     if names is None:
         return tuple(knob for knob in looked_at if not knob.hours)

@@ -12,7 +12,7 @@ from nvhchain.errors import AccuracyWarning, InputError, require
 from nvhchain.fidelity import PRESETS, Fidelity
 from nvhchain.scene import check_knobs
 from nvhchain.tradeoff import extrapolation
-from nvhchain.tradeoff.knobs import FINER_SETTINGS, NOT_SWEPT, PRESET, Knob, knobs_by_package, knobs_of, setting_text
+from nvhchain.tradeoff.knobs import FINER_SETTINGS, PRESET, UNSWEPT, Knob, knobs_by_package, knobs_of, setting_text
 from nvhchain.tradeoff.sweep import Measurement, Tradeoff, case_identity
 
 _WARNED_OF = frozenset({"acoustics.radiation"})
@@ -94,7 +94,7 @@ def base_of(sweep: Tradeoff) -> Fidelity:
         f"{stage}.{name}"
         for stage, knobs in then.items()
         for name, value in knobs.items()
-        if now.get(stage, {}).get(name) != value and not NOT_SWEPT.get(f"{stage}.{name}", "").startswith("a limit")
+        if now.get(stage, {}).get(name) != value and not UNSWEPT.get(f"{stage}.{name}", "").startswith("a limit")
     ]
     require(
         not changed,

@@ -15,7 +15,7 @@ from nvhchain.errors import SolverError, require, without_accuracy_warnings
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, RadiationResistance, SolverRecord, SoundAccuracy, TransferVectors
 
-KNOBS = ("masters", "master_tolerance_db", "interpolation_points", "interpolation_poles")
+MASTER_KNOBS = ("masters", "master_tolerance_db", "interpolation_points", "interpolation_poles")
 """Knobs that decide which masters are chosen."""
 
 NARROWEST = 1e-7

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from nvhchain.acoustics.interpolation.adaptive import KNOBS, Chosen, error_decibel
+from nvhchain.acoustics.interpolation.adaptive import MASTER_KNOBS, Chosen, error_decibel
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import RadiationResistance, SolverRecord, SoundAccuracy, TransferVectors
 
@@ -38,10 +38,10 @@ def adapted_masters(problem: ExteriorProblem, chosen: Chosen[H], quantity: type[
     """Return the chosen masters, with the knobs of the choice in the provenance."""
     record, accuracy = sum(chosen.records, SolverRecord()), chosen.masters.accuracy
     if problem.fidelity.radiation == "boundary_elements":
-        made = solution_provenance(problem, quantity.step, (*quantity.knobs, *KNOBS), record)
+        made = solution_provenance(problem, quantity.step, (*quantity.knobs, *MASTER_KNOBS), record)
         accuracy |= solver_accuracy(SoundAccuracy(), record, problem.fidelity)
     else:
-        taken = knob_text(problem.fidelity, ("radiation", "field_near_ratio", *KNOBS))
+        taken = knob_text(problem.fidelity, ("radiation", "field_near_ratio", *MASTER_KNOBS))
         made = {"stage": f"acoustics.{quantity.step}", "fidelity": taken}
     made = chosen.masters.provenance | made
     return chosen.masters.replace(accuracy=accuracy | chosen.accuracy, provenance=made)

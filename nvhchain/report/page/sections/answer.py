@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from typing import Any
 
 import numpy as np
@@ -28,12 +27,12 @@ from nvhchain.report.page.sections.speed.steady_states import difference_maps, o
 from nvhchain.report.run_up import constant_speed
 from nvhchain.report.sentences import (
     ALIKE,
-    ALIKE_WORDS,
     DOUBTS,
     SILENCE,
+    Remark,
     differing_records,
     over_speed_difference,
-    verdict,
+    remarks,
 )
 from nvhchain.report.sound.targets import target_sentence
 from nvhchain.report.stored import Stored
@@ -52,19 +51,16 @@ AUDIBLE = 1.0
 DIFFERENCES = 3
 """Largest number of differing values that are named."""
 
-DIFFERENCE = re.compile(rf"(.+?) (?:is [0-9.]+ dB (louder|quieter) than .+? at|{re.escape(ALIKE_WORDS)}) ")
-"""Begin of the sentence on a difference, up to the place of the microphone."""
-
 
 def blocks(stored: Stored) -> list[Any]:
     """Return the first screen, and what an unfinished run has so far."""
-    sentences = verdict(stored.summary) if stored.summary.get("field_point") else []
-    doubt = any(words in sentence for sentence in sentences for words in DOUBTS)
+    told = remarks(stored.summary) if stored.summary.get("field_point") else []
+    doubt = any(remark.undecided for remark in told)
     hero = Hero(
         headline=_headline(stored),
         doubt=_undecided(stored, doubt=doubt),
         sentences=[
-            *(_compared(stored, sentences, doubt=doubt) or _single(stored)),
+            *(_compared(stored, told, doubt=doubt) or _single(stored)),
             *_next_quietest(stored),
             *_targets(stored),
             *_differing(stored),
@@ -98,29 +94,21 @@ def _next_quietest(stored: Stored) -> list[str]:
     return [f"{LIMITS[0].upper()}{LIMITS[1:]} of the level of {second} less that of {quiet}: {low}…{high} dB."]
 
 
-def _compared(stored: Stored, sentences: list[str], *, doubt: bool) -> list[str]:
+def _compared(stored: Stored, told: list[Remark], *, doubt: bool) -> list[str]:
     """Return the sentences of the verdict in the order of the questions: how much, at which speeds, and why."""
     found: list[str] = []
     why = ""
-    for sentence in sentences:
-        if match := DIFFERENCE.match(sentence):
-            name, word = match.groups()
-            why = f"Why {name} is {word}:" if word else "Why they differ:"
-            found.append(f"At {_limits_apart(sentence[match.end() :])}" if len(stored.runs) == 2 else sentence)
-        elif sentence.startswith("  from "):
-            found.append(f"F{sentence[3:]}")
-        elif doubt or not sentence.startswith("Limits of "):
-            found += [why] * (bool(why) and sentence.startswith(" "))
-            found.append(sentence)
+    for remark in told:
+        if remark.kind == "difference":
+            why = remark.question
+            found.append(remark.apart if len(stored.runs) == 2 else remark.text)
+        elif remark.kind == "speeds":
+            found.append(f"F{remark.text[3:]}")
+        elif doubt or remark.kind != "limits":
+            found += [why] * (bool(why) and remark.text.startswith(" "))
+            found.append(remark.text)
             why = ""
     return found
-
-
-def _limits_apart(place: str) -> str:
-    """Return the place and the limits of a difference as two sentences, without the words of doubt."""
-    for words in DOUBTS:
-        place = place.replace(f"; {words}", "")
-    return re.sub(rf" \({LIMITS} ([^()]*)\)", rf". {LIMITS} of this difference: \1", place, count=1)
 
 
 def _targets(stored: Stored) -> list[str]:

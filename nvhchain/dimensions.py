@@ -35,7 +35,7 @@ UNITS: dict[str, tuple[str, float]] = {
 """Suffix of a key → SI unit of the fields that accept it, factor to that unit."""
 
 
-def without_unit(key: str) -> str:
+def strip_unit(key: str) -> str:
     """Return a key without the suffix of its unit."""
     suffix = next((f"_{unit}" for unit in UNITS if key.endswith(f"_{unit}")), "")
     return key.removesuffix(suffix)

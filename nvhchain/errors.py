@@ -116,7 +116,7 @@ _SILENT: ContextVar[bool] = ContextVar("silent", default=False)
 
 
 @contextmanager
-def without_accuracy_warnings(*, silent: bool = True) -> Iterator[None]:
+def silence_accuracy_warnings(*, silent: bool = True) -> Iterator[None]:
     """Issue no accuracy warnings in this thread, where a run has given them already; other threads go on with theirs.
 
     silent: False to issue them as before.

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import cos, sin
 
-from nvhchain.bearings.catalogue import RollingBearing, without_play
+from nvhchain.bearings.catalogue import RollingBearing, describe_no_play
 from nvhchain.bearings.hertz import Groove, ball_stiffness
 from nvhchain.bearings.internal import Internal, ball_geometry
 from nvhchain.bearings.rows import BallRow
@@ -37,7 +37,7 @@ def _derived(bearing: DeepGroove | AngularContact, clearance: float, kind: str) 
     made = list(bearing.internal.derived)
     if bearing.inner_groove_radius is None or bearing.outer_groove_radius is None:
         made.append(f"groove radii {INNER_OSCULATION:g} and {OUTER_OSCULATION:g} of the ball diameter")
-    return (*made, *without_play(clearance, kind))
+    return (*made, *describe_no_play(clearance, kind))
 
 
 @dataclass(frozen=True)

@@ -95,7 +95,7 @@ class RollingBearing(ABC):
 
     def __post_init__(self) -> None:
         check_fields(self)
-        require_all(self._outside())
+        require_all(self._limit_mistakes())
         require(
             self.arrangement in ("single", "back_to_back", "face_to_face", "tandem"),
             f"{self.title}: arrangement = {self.arrangement!r}: choose single, back_to_back, face_to_face or tandem",
@@ -119,7 +119,7 @@ class RollingBearing(ABC):
         )
         _ = self.rows
 
-    def _outside(self) -> list[str]:
+    def _limit_mistakes(self) -> list[str]:
         """Return the mistakes of values outside their limits."""
         wrong = []
         for field in fields(self):
@@ -251,7 +251,7 @@ class RollingBearing(ABC):
         return self.internal.derived
 
 
-def without_play(play: float, kind: str) -> tuple[str, ...]:
+def describe_no_play(play: float, kind: str) -> tuple[str, ...]:
     """Return the statement about a clearance (m) of 0, which is what a case without one has."""
     return (f"no {kind}",) if abs(play) < 1e-12 else ()
 

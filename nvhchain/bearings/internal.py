@@ -137,7 +137,7 @@ def ball_geometry(given: Given) -> Internal:
         return _checked(given, made(given.count, given.diameter))
     section, static = given.needs("elements and element_diameter")
 
-    def from_rating(count: int) -> float:
+    def rated_diameter(count: int) -> float:
         diameter = 0.6 * section
         for _ in range(60):
             rating = ratings.ball_static_rating(given.rows, count, diameter, pitch, given.angle)
@@ -149,7 +149,7 @@ def ball_geometry(given: Given) -> Internal:
         made_of = [(max(3, round(static / one)), given.diameter)]
     else:
         counts = range(4, 61) if given.count is None else [given.count]
-        made_of = [(count, from_rating(count)) for count in counts]
+        made_of = [(count, rated_diameter(count)) for count in counts]
         if given.count is None:
             largest = max(made(z, min(0.85 * section, sin(pi / z) * pitch)).static_rating for z in counts)
             require(

@@ -66,7 +66,7 @@ def settle(
             way = np.asarray(np.linalg.solve(held, factor * load - force))
         except np.linalg.LinAlgError:
             way = np.asarray(np.linalg.solve(stiffness + spring, factor * load - force))
-        x, force, stiffness = _along(forces, factor * load, x, way, float((force - factor * load) @ way))
+        x, force, stiffness = _step(forces, factor * load, x, way, float((force - factor * load) @ way))
     raise SolverError(
         f"the forces did not balance within {STEPS} Newton steps: residual {residual:.3g} of {tolerance:g}"
     )
@@ -76,7 +76,7 @@ NEAR = 0.45
 """Residual below which the surplus of the load is lowered."""
 
 
-def _along(
+def _step(
     forces: Forces, load: FloatArray, x: FloatArray, way: FloatArray, first: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return position, force and stiffness after a step along `way`, changed where its end is far from the minimum.

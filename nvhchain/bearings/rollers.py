@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import cos, sin, tan
 
-from nvhchain.bearings.catalogue import RollingBearing, angle_of, without_play
+from nvhchain.bearings.catalogue import RollingBearing, angle_of, describe_no_play
 from nvhchain.bearings.internal import Internal, roller_geometry
 from nvhchain.bearings.rows import RollerRow, crowned_profile, logarithmic_profile
 from nvhchain.dimensions import Angle, Length
@@ -98,7 +98,7 @@ class Cylindrical(RollingBearing):
         return (
             *self.internal.derived,
             "logarithmic profile of ISO/TS 16281",
-            *without_play(self.clearance, "clearance"),
+            *describe_no_play(self.clearance, "clearance"),
         )
 
 
@@ -154,7 +154,7 @@ class Tapered(RollingBearing):
         """Statements about all values that were derived or assumed."""
         angle = angle_of(self.title, self.contact_angle, self.load_ratio)[1]
         profile = "logarithmic profile of ISO/TS 16281"
-        return (*angle, *self.internal.derived, profile, *without_play(self.axial_clearance, "axial clearance"))
+        return (*angle, *self.internal.derived, profile, *describe_no_play(self.axial_clearance, "axial clearance"))
 
 
 @dataclass(frozen=True)
@@ -224,4 +224,4 @@ class Spherical(RollingBearing):
         """Statements about all values that were derived or assumed."""
         angle = angle_of(self.title, self.contact_angle, self.load_ratio)[1]
         crown = f"rollers of {SPHERICAL_OSCULATION:g} of the raceways' profile radius"
-        return (*angle, *self.internal.derived, crown, *without_play(self.clearance, "clearance"))
+        return (*angle, *self.internal.derived, crown, *describe_no_play(self.clearance, "clearance"))

@@ -245,11 +245,11 @@ class GearboxCase:
             (x1, y1), (x2, y2) = axes[pinion.shaft], axes[wheel.shaft]
             distance = hypot(x2 - x1, y2 - y1)
             if abs(distance - stage.centre_distance) >= _CENTRE_TOLERANCE:
-                in_mm = abs(1e-3 * stage.centre_distance - distance) < 0.1 * distance
+                mm_text = abs(1e-3 * stage.centre_distance - distance) < 0.1 * distance
                 yield (
                     f"stage {stage.name}: centre_distance = {1e3 * stage.centre_distance:.3f} mm, but its shafts are "
                     f"{1e3 * distance:.3f} mm apart: "
-                    + (f"write centre_distance_mm = {stage.centre_distance:g}" if in_mm else "move a shaft axis")
+                    + (f"write centre_distance_mm = {stage.centre_distance:g}" if mm_text else "move a shaft axis")
                 )
 
     states_velocity = False

@@ -118,10 +118,10 @@ class Options:
     @property
     def load_distribution(self) -> bool:
         """True where friction, shuttling or meshes about a static tilt need the place of the load on the flanks."""
-        return any(map(self.models, LOADED)) or self.about_static_tilt
+        return any(map(self.models, LOADED)) or self.resists_static_tilt
 
     @property
-    def about_static_tilt(self) -> bool:
+    def resists_static_tilt(self) -> bool:
         """True where meshes resist tilts about that of their laws."""
         return self.models("tilt") and self.models("loaded_misalignment")
 

@@ -12,7 +12,7 @@ from typing import Any
 from nvhchain.case import Case, GearboxCase
 from nvhchain.chain import steps
 from nvhchain.chain.running import H, Run
-from nvhchain.errors import without_accuracy_warnings
+from nvhchain.errors import silence_accuracy_warnings
 from nvhchain.fidelity import Fidelity
 from nvhchain.files.result_cache import ResultCache, Unwatched
 from nvhchain.scene import Scene
@@ -74,7 +74,7 @@ def cached_results(
     found = _Found()
     spine, shared = (_Reading(Path(folder), found) for folder in (out, operators or out))
     run = _Looking(Scene(case, fidelity), spine, shared)
-    with without_accuracy_warnings():
+    with silence_accuracy_warnings():
         for step in (step for step in run.scene.steps if only is None or step in only):
             with suppress(_MissingError):
                 run.hand_offs[step] = steps.MADE_BY[step](run)

@@ -254,7 +254,7 @@ def _heard(case: GearboxCase, result: Result, operators: str | Path | None) -> S
         surface_velocity=velocity,
         pressure=FieldPressure(chosen.frequency, vectors.points, pressure, input_speed=spectrum.input_speed),
         supplied=tuple(name for name in result.supplied if name in exact),
-        decision=result.decision and result.decision.at_state(case),
+        decision=result.decision and result.decision.estimated_at(case),
     )
     band = heard.error_band
     assert isinstance(band, ErrorBand)

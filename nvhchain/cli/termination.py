@@ -47,7 +47,7 @@ def termination_interrupts() -> Iterator[None]:
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         numbers.append(signal.SIGINT)
     before, hooks = [signal.signal(number, _interrupt) for number in numbers], (sys.unraisablehook, sys.excepthook)
-    sys.unraisablehook, sys.excepthook = _raised_again, _without_interruptions
+    sys.unraisablehook, sys.excepthook = _raised_again, _print_error
     _raised.clear()
     try:
         yield
@@ -80,7 +80,7 @@ def _raised_again(dropped: Any) -> None:
     _send_again(number)
 
 
-def _without_interruptions(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+def _print_error(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
     """Print an exception that C code prints, such as that of NumPy's modules; an interruption ends in a line."""
     if not issubclass(kind, KeyboardInterrupt):
         sys.__excepthook__(kind, error, trace)
@@ -98,7 +98,7 @@ def _send_again(number: signal.Signals) -> None:
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:
-    if _in_call_by_c(frame):
+    if _is_called_by_c(frame):
         _send_again(signal.Signals(number))
         return
     logging.getLogger("asyncio").disabled = True  # tasks of dask end with their workers, and would print it
@@ -112,7 +112,7 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
     raise _raised[-1]
 
 
-def _in_call_by_c(frame: FrameType | None) -> bool:
+def _is_called_by_c(frame: FrameType | None) -> bool:
     """Return True if one of the callers is among `_CALLED_BY_C`."""
     while frame is not None and frame.f_code.co_name not in _CALLED_BY_C:
         frame = frame.f_back

@@ -61,7 +61,7 @@ def difference_limits(first: ErrorBand, second: ErrorBand, shared: Collection[st
         if name in shared and bool(np.all(common <= _sum(before, name) ** 2 + _sum(after, name) ** 2)):
             shift += common
             fixed.append(name)
-    (fall, rise), (falling, rising) = (_sides(_without(band, fixed)) for band in (first, second))
+    (fall, rise), (falling, rising) = (_sides(_drop_sources(band, fixed)) for band in (first, second))
     with np.errstate(divide="ignore"):
         both = -20.0 * np.log10(np.maximum(1.0 - COVERAGE * np.sqrt(shift), 0.0))
     difference = second.level - first.level
@@ -73,7 +73,7 @@ def difference_limits(first: ErrorBand, second: ErrorBand, shared: Collection[st
     )
 
 
-def _without(band: ErrorBand, sources: Collection[str]) -> ErrorBand:
+def _drop_sources(band: ErrorBand, sources: Collection[str]) -> ErrorBand:
     """Return the band without the errors of `sources`."""
     return replace(band, sources={name: error for name, error in band.sources.items() if name not in sources})
 

@@ -183,7 +183,7 @@ def force_error(case: GearboxCase, laws: Sequence[MeshLaw], fidelity: GearFideli
         number = np.arange(1, max(len(harmonics), count) // teeth + 2)
         error = law_error(wheel.geometry, fidelity, number)
         if any(of.geometry.micro != MicroGeometry() for of in (pinion, wheel)):
-            error *= _against_compliance(law, force, harmonics, teeth)
+            error *= _compliance_ratio(law, force, harmonics, teeth)
         own, wrong = _law_spectrum(harmonics, teeth, error, fidelity, count)
         table = _table_error(law, force, deflection, teeth) / harmonics[0]
         wrong[: len(table)] = np.hypot(wrong[: len(table)], table)
@@ -194,7 +194,7 @@ def force_error(case: GearboxCase, laws: Sequence[MeshLaw], fidelity: GearFideli
     return folded(spectra, highest)
 
 
-def _against_compliance(law: MeshLaw, force: float, harmonics: FloatArray, teeth: int) -> float:
+def _compliance_ratio(law: MeshLaw, force: float, harmonics: FloatArray, teeth: int) -> float:
     """Return the strongest mesh harmonic of the compliance over that of the transmission error, 1 or more.
 
     harmonics: those of the transmission error.

@@ -16,7 +16,7 @@ from scipy.special import ndtri
 
 from nvhchain.acoustics import modal_transfer_vectors
 from nvhchain.case import GearboxCase
-from nvhchain.errors import without_accuracy_warnings
+from nvhchain.errors import silence_accuracy_warnings
 from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import (
     ComplexArray,
@@ -133,7 +133,7 @@ def transfer_vectors(
     vectors: TransferVectors, housing: ReducedHousing, lines: FloatArray, fidelity: Fidelity
 ) -> ModalTransferVectors:
     """Return modal transfer vectors at lines (n_f,) Hz, for `pressure_shares`, without repeating the run's warnings."""
-    with without_accuracy_warnings():
+    with silence_accuracy_warnings():
         return modal_transfer_vectors(vectors, housing, lines, fidelity=fidelity.acoustics)
 
 

@@ -96,10 +96,10 @@ def error_band(
         estimate = acoustics.interpolation_error(transfer_vectors, velocity, fidelity=fidelity.acoustics)
         sources["masters"] = MASTER_MARGIN * estimate / COVERAGE
     band = ErrorBand(lines, size, sources)
-    return band if vectors is None else _with_housing_at_heard_lines(band, origin, vectors)
+    return band if vectors is None else _add_housing_error(band, origin, vectors)
 
 
-def _with_housing_at_heard_lines(band: ErrorBand, origin: Origin, vectors: ModalTransferVectors) -> ErrorBand:
+def _add_housing_error(band: ErrorBand, origin: Origin, vectors: ModalTransferVectors) -> ErrorBand:
     """Return the band of a pressure with the source `housing`, computed at the lines that are heard."""
     case, housing, spectrum, heard = origin.case, origin.housing, origin.force_spectrum, _heard(band)
     assert isinstance(case, GearboxCase)
@@ -109,7 +109,7 @@ def _with_housing_at_heard_lines(band: ErrorBand, origin: Origin, vectors: Modal
     moved, forces = modal.moved_housings(housing), _forces_at_lines(spectrum, lines)
     changes = force_changes(case, origin.fidelity, housing, moved, origin.mesh_laws, forces)
     at = vectors.replace(frequency=lines, modes=vectors.modes[heard], residual=vectors.residual[heard])
-    made = with_housing(ErrorBand(lines, band.amplitude[heard], {}), housing, forces, at, moved, changes)
+    made = add_housing(ErrorBand(lines, band.amplitude[heard], {}), housing, forces, at, moved, changes)
     up, down = (_spread(band, heard, of["housing"]) for of in (made.sources, made.downward))
     return replace(band, sources={**band.sources, "housing": up}, falls={"housing": down}, moved=made.moved)
 
@@ -129,7 +129,7 @@ def _spread(band: ErrorBand, heard: IntArray, error: FloatArray) -> FloatArray:
     return np.stack(of, axis=1) * band.amplitude
 
 
-def with_housing(
+def add_housing(
     band: ErrorBand,
     housing: ReducedHousing,
     forces: ForceSpectrum,

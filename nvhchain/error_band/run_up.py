@@ -12,7 +12,7 @@ from nvhchain import acoustics, levels
 from nvhchain.case import GearboxCase
 from nvhchain.error_band import housing as modal
 from nvhchain.error_band.band import COVERAGE, SILENT_LEVEL, ErrorBand
-from nvhchain.error_band.quantities import MASTER_MARGIN, Origin, force_band, force_sources, times, with_housing
+from nvhchain.error_band.quantities import MASTER_MARGIN, Origin, add_housing, force_band, force_sources, times
 from nvhchain.error_band.radiation import radiation_error
 from nvhchain.error_band.resonances import force_change, force_changes
 from nvhchain.errors import counted
@@ -210,7 +210,7 @@ def run_up_band(
         share = float(np.linalg.norm(size)) / max(float(np.linalg.norm(sounds[loudest])), 1e-300)
         band = ErrorBand(lines, size, sources | times(between, share))
         if origin.housing is not None:
-            band = with_housing(band, housing, instant.spectrum, vectors, moved, changes)
+            band = add_housing(band, housing, instant.spectrum, vectors, moved, changes)
         bands.append(band)
     parts = np.array_split(history.pressure, len(instants))
     rate = (len(history.time) - 1) / float(history.time[-1] - history.time[0])

@@ -226,7 +226,7 @@ def _lanczos(
                 if unchanged > _PROBES:
                     break
                 if revealed < 0:
-                    block, weighted, coupling = _with_random(block, coupling, basis[:, :size], M, random)
+                    block, weighted, coupling = _add_random(block, coupling, basis[:, :size], M, random)
                 revealed = found
         if block.shape[1] == 0 or size + block.shape[1] > capacity:
             raise SolverError(
@@ -292,7 +292,7 @@ def _next_block(
     return block, np.matmul(weighted, normalise, out=Q), lower.T @ R
 
 
-def _with_random(
+def _add_random(
     block: FloatArray, coupling: FloatArray, basis: FloatArray, M: Any, random: np.random.Generator
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return an M-orthonormal block with as many random directions beside it, its product with M, and its coupling."""

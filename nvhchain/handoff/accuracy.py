@@ -273,7 +273,7 @@ class SoundAccuracy(Accuracy):
         yield from self._resonance_doubts()
         yield from self._line_doubts()
         yield from self._level_doubts()
-        yield from self._near_field_doubts()
+        yield from self._doubts_nearby()
 
     def _mesh_doubts(self) -> Iterator[Doubt]:
         size, asked = 1e3 * (self.element_size or 0.0), self.asked_error_db
@@ -383,7 +383,7 @@ class SoundAccuracy(Accuracy):
             "0.11); choose radiation = 'boundary_elements' or raise the lower frequency",
         )
 
-    def _near_field_doubts(self) -> Iterator[Doubt]:
+    def _doubts_nearby(self) -> Iterator[Doubt]:
         if _exceeds(self.needed_distance, self.nearest_distance):
             yield Doubt(
                 "near field of a point",

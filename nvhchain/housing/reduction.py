@@ -183,7 +183,7 @@ def reduce_mesh(
     every = modes.every
     errors = frequency_errors(mesh.nodes, mesh.elements, casting.material, T @ every.shapes, every.frequency)
     ratio = thin_walls.long_edge(mesh.nodes, mesh.skin) / min(casting.wall, casting.end_wall)
-    modes, errors = with_errors(modes, errors, corrected=fidelity.corrected_frequencies, left=left_uncorrected(ratio))
+    modes, errors = state_errors(modes, errors, corrected=fidelity.corrected_frequencies, left=left_uncorrected(ratio))
     report(3)
     at = SkinMotion(sp.csr_matrix(motion @ T), surface, sp.csr_matrix(displaced @ T), places)
     seats = {bore.name: bore.centre for bore in casting.bores}
@@ -259,7 +259,7 @@ def left_uncorrected(ratio: float) -> float:
     return _LEFT_LONG if ratio <= thin_walls.LONGEST_MEASURED else _LEFT_ELSEWHERE
 
 
-def with_errors(
+def state_errors(
     modes: SeatModes, errors: FloatArray, *, corrected: bool, ratio: float | None = None, left: float = _LEFT
 ) -> tuple[SeatModes, FloatArray]:
     """Return the modes and Ritz vectors, and the relative error that is stated of their frequencies.

@@ -99,7 +99,7 @@ def _run_up_table(configurations: Mapping[str, Mapping[str, Any]]) -> Table:
     overall = {name: float(of["overall_dBA"]) for name, of in configurations.items()}
     edges = {name: of["error_band_dBA"] for name, of in configurations.items()}
     rows = [("whole record / dB(A)", "", *_cells(overall, names), *_edges(edges, names))]
-    curves = {name: _over_speed(of["over_speed"]) for name, of in configurations.items()}
+    curves = {name: _speed_rows(of["over_speed"]) for name, of in configurations.items()}
     speeds = curves[names[0]][0]
     for speed in speeds if np.ptp(speeds) >= _SAME_SPEED * speeds.mean() else ():
         here = {
@@ -120,7 +120,7 @@ def _run_up_table(configurations: Mapping[str, Mapping[str, Any]]) -> Table:
     return Table(header, tuple(rows))
 
 
-def _over_speed(rows: Any) -> tuple[np.ndarray, np.ndarray]:
+def _speed_rows(rows: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return rising speeds (n,) rpm, and level and limits (n, 3); NaN for no limit."""
     table = np.array([[row["speed_rpm"], row["level_dBA"], *row["limits_dBA"]] for row in rows], dtype=float)
     table = table[table[:, 0].argsort()]

@@ -51,7 +51,7 @@ def recorded_case(case: Case, fidelity: Fidelity, folder: Path) -> Iterator[None
     folder: folder of the run; made if it is missing.
     """
     writable_folder(folder, "out")
-    for path in _of_another(case, fidelity, folder):
+    for path in _stale_files(case, fidelity, folder):
         path.unlink(missing_ok=True)
     for path in [*(folder / name for name in _DERIVED), *folder.glob("sound-*.wav")]:
         path.unlink(missing_ok=True)
@@ -64,7 +64,7 @@ def recorded_case(case: Case, fidelity: Fidelity, folder: Path) -> Iterator[None
         raise
 
 
-def _of_another(case: Case, fidelity: Fidelity, folder: Path) -> list[Path]:
+def _stale_files(case: Case, fidelity: Fidelity, folder: Path) -> list[Path]:
     """Return the sound of another case or fidelity in a folder.
 
     A run that is interrupted would leave it beside new forces. It costs little beside the forces and motions from which

@@ -125,12 +125,12 @@ def main_orders(maps: Sequence[Waterfall], marks: OrderMarks) -> list[float]:
         if not energy[line] > 10 ** (-LEAST_RANGE / 10) * energy.max():
             break
         if energy[line] == energy[max(line - 2, 0) : line + 3].max():
-            found += _at_harmonics([float(axis[line])], axis, marks)
+            found += _snap_to_harmonics([float(axis[line])], axis, marks)
     named = [order for order in dict.fromkeys(found) if order_name(order, marks.mesh, marks.slots)]
     return sorted(list(dict.fromkeys([*named, *found]))[:MAIN_ORDERS])
 
 
-def _at_harmonics(orders: Sequence[float], axis: FloatArray, marks: OrderMarks) -> list[float]:
+def _snap_to_harmonics(orders: Sequence[float], axis: FloatArray, marks: OrderMarks) -> list[float]:
     """Return orders in which those within the resolution of a mesh harmonic are this harmonic, if it is a line."""
     found = set()
     for order in orders:

@@ -114,7 +114,7 @@ def remarks(summary: Mapping[str, Any]) -> list[Remark]:
         if "over_speed" in configuration:
             parts = _lines(configuration, first, origin) if "causes" in configuration else []
             differ = differing_records((name, configuration), (base, first))
-            found.append(_over_speed(name, configuration, first))
+            found.append(_run_up_remark(name, configuration, first))
             texts = [f"  {differ}; levels are means over each"] if differ else []
             texts += parts or _orders(name, configuration, base, first)
         else:
@@ -157,7 +157,7 @@ def _overall(name: str, other: Mapping[str, Any], base: str, first: Mapping[str,
     )
 
 
-def over_speed_difference(other: Mapping[str, Any], first: Mapping[str, Any]) -> tuple[FloatArray, FloatArray]:
+def speed_difference(other: Mapping[str, Any], first: Mapping[str, Any]) -> tuple[FloatArray, FloatArray]:
     """Return the speeds (n,) rpm of a run-up that the first one has, too, and the level less that of the first (dB)."""
     speed, level = _curve(other["over_speed"])
     base_speed, base_level = _curve(first["over_speed"])
@@ -165,14 +165,14 @@ def over_speed_difference(other: Mapping[str, Any], first: Mapping[str, Any]) ->
     return speed[chosen], level[chosen] - np.interp(speed[chosen], base_speed, base_level)
 
 
-def _over_speed(name: str, other: Mapping[str, Any], first: Mapping[str, Any]) -> Remark:
-    speed, difference = over_speed_difference(other, first)
+def _run_up_remark(name: str, other: Mapping[str, Any], first: Mapping[str, Any]) -> Remark:
+    speed, difference = speed_difference(other, first)
     if not len(speed):
         return Remark("  no speed is common to both")
     ends = int(difference.argmin()), int(difference.argmax())
     word, count = _majority(difference)
     low, high = (f"{number_text(difference[at], '+.1f')} dB at {speed[at]:.0f} rpm" for at in ends)
-    text = f"  from {speed[0]:.0f} to {speed[-1]:.0f} rpm {name} is {word} at {_of_all(count, len(speed))} speeds: "
+    text = f"  from {speed[0]:.0f} to {speed[-1]:.0f} rpm {name} is {word} at {_count_of(count, len(speed))} speeds: "
     return Remark(f"{text}between {low} and {high}", "speeds")
 
 
@@ -194,7 +194,7 @@ def _states(name: str, other: Mapping[str, Any], first: Mapping[str, Any]) -> li
     word, count = _majority(difference[known])
     what = "steady states" if len(torque) > 1 else "speeds"
     sure = decided_states(of, difference) & ((difference > 0) == (word == "louder"))
-    where = f"{_of_all(count, known.sum())} {what}"
+    where = f"{_count_of(count, known.sum())} {what}"
     if DIFFERENCE in of:
         where += f", with 95 % certainty at {'all' if sure.sum() == count > 0 else sure.sum() or 'none'} of them"
     text = f"  from {speed[0]:.0f} to {speed[-1]:.0f} rpm {name} is {word} at {where}: "
@@ -216,7 +216,7 @@ def _majority(difference: Any) -> tuple[str, int]:
     return ("louder", louder) if louder >= quieter else ("quieter", quieter)
 
 
-def _of_all(count: int, total: int) -> str:
+def _count_of(count: int, total: int) -> str:
     return f"all {total}" if count == total > 1 else f"{count} of {total}"
 
 
@@ -251,17 +251,16 @@ def _lines(other: Mapping[str, Any], first: Mapping[str, Any], origin: Callable[
     difference = other["overall_dBA"] - first["overall_dBA"]
     if not difference:
         return []
-    causes = other.get("causes") or _by_level(other, first)
+    causes = other.get("causes") or _level_causes(other, first)
     lines = sorted((of for of in causes if of["order"] is not None), key=lambda of: -abs(of["part_db"]))
     found = [
-        (
-            of["part_db"],
-            f"{_line(of, origin(of['order']))} {_beyond(of, first, other) or _change(*of['levels_dBA']) + _reason(of)}",
-        )
+        (of["part_db"], _told(of, origin(of["order"]), first, other))
         for of in lines[:LINES]
         if abs(of["part_db"] / difference) >= LEAST_SHARE and abs(of["part_db"]) >= ALIKE
     ]
-    found += [(of["part_db"], between_orders(of) + _parting(of, first, other)) for of in causes if "speeds_rpm" in of]
+    found += [
+        (of["part_db"], sound_between_orders(of) + _parting(of, first, other)) for of in causes if "speeds_rpm" in of
+    ]
     found.sort(key=lambda of: -abs(of[0]))
     left = round(difference, 1) - sum(round(part, 1) for part, _ in found)  # of the levels as they are written
     if abs(left) > 0.05:
@@ -269,7 +268,13 @@ def _lines(other: Mapping[str, Any], first: Mapping[str, Any], origin: Callable[
     return [f"  {number_text(part, '+.1f')} dB: {text}" for part, text in found]
 
 
-def between_orders(cause: Mapping[str, Any]) -> str:
+def _told(cause: Mapping[str, Any], origin: str, first: Mapping[str, Any], other: Mapping[str, Any]) -> str:
+    """Return how a line changes, and why."""
+    change = _crossing(cause, first, other) or _change(*cause["levels_dBA"]) + _reason(cause)
+    return f"{_line(cause, origin)} {change}"
+
+
+def sound_between_orders(cause: Mapping[str, Any]) -> str:
     """Return the name of sound between orders that lies about one speed."""
     low, high = (f"{speed:.0f}" for speed in cause["speeds_rpm"])
     return f"sound between the orders at {low}{'' if low == high else f'…{high}'} rpm"
@@ -308,7 +313,7 @@ def _line(cause: Mapping[str, Any], origin: str) -> str:
     return f"order {order:g}" + (f" ({where})" if where else "")
 
 
-def _beyond(cause: Mapping[str, Any], *designs: Mapping[str, Any]) -> str:
+def _crossing(cause: Mapping[str, Any], *designs: Mapping[str, Any]) -> str:
     """Return how an order leaves or enters the band; empty unless another speed puts it above all lines in a design."""
     speeds = [float(of.get("input_speed_rpm") or 0.0) for of in designs]
     highest = max((line["frequency_hz"] for of in designs for line in of.get("orders", [])), default=inf)
@@ -328,7 +333,7 @@ def _change(before: float | None, after: float | None) -> str:
     return f"{'rises' if after > before else 'falls'} from {_level(before)} to {_level(after)} dB(A)"
 
 
-def _by_level(other: Mapping[str, Any], first: Mapping[str, Any]) -> list[dict[str, Any]]:
+def _level_causes(other: Mapping[str, Any], first: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Return lines with their parts in the difference, from levels alone."""
     levels = [{round(line["order"], 6): line for line in of["orders"]} for of in (first, other)]
     found = []

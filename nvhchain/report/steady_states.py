@@ -53,7 +53,7 @@ def steady_maps(
         watching.end(step, "computed")
     write_text(out / TABLE, _table(results, maps))
     if all(len(of.torque) == 1 for of in maps.values()):
-        save(_beside_the_spectrum(maps, results), out / FIGURE)
+        save(_draw_levels(maps, results), out / FIGURE)
     found = {name: _summary(of, results[name].case.field_points[0].name) for name, of in maps.items()}
     (_, first), *others = maps.items()
     for name, of in others:
@@ -61,7 +61,7 @@ def steady_maps(
     return found
 
 
-def _beside_the_spectrum(maps: Mapping[str, SteadyMap], results: Mapping[str, Result]) -> list[Axes]:
+def _draw_levels(maps: Mapping[str, SteadyMap], results: Mapping[str, Result]) -> list[Axes]:
     """Draw levels over speed, and beside them the A-weighted spectra at the speed of the cases."""
     figure = Figure(figsize=(15.0, 5.0), layout="constrained")
     levels, spectrum = figure.subplots(1, 2, width_ratios=(0.42, 0.58))

@@ -162,14 +162,14 @@ class Stored:
         return curves_of(self.run_up_maps, self.marks)
 
     @cached_property
-    def by_order(self) -> bool:
+    def compared_by_order(self) -> bool:
         """True if the steady runs have different input speeds: their lines correspond by order, not by frequency."""
         speeds = {round(of.input_speed, 6) if (of := run.pressure) is not None else 0.0 for run in self.runs}
         return len(speeds) > 1 and min(speeds) > 0
 
     def line_scale(self, run: StoredRun) -> float:
         """Return what multiplies the number of a line to its frequency (Hz) in a run: 1, or turns per second."""
-        return run.pressure.input_speed / (2 * np.pi) if self.by_order and run.pressure is not None else 1.0
+        return run.pressure.input_speed / (2 * np.pi) if self.compared_by_order and run.pressure is not None else 1.0
 
     @property
     def microphone(self) -> str:

@@ -19,7 +19,7 @@ from nvhchain.files.hdf5 import write_text
 from nvhchain.gear import quasi_static_transmission_error
 from nvhchain.handoff import FieldPressure, FloatArray
 from nvhchain.report.causes.differences import causes, named_or_lasting, run_up_causes
-from nvhchain.report.causes.run_up import with_parts
+from nvhchain.report.causes.run_up import add_parts
 from nvhchain.report.marks import mesh_orders, order_marks, slot_orders
 from nvhchain.report.run_up import Curve, curve_title, curves_of, run_up_maps, run_up_summary, window_levels
 from nvhchain.report.sound.targets import judge
@@ -99,7 +99,7 @@ def _configurations(results: Mapping[str, Result]) -> dict[str, Any]:
             both = float(found[first]["overall_dBA"]), float(found[name]["overall_dBA"])
             in_order = maps[first][1], maps[name][1]
             lines = run_up_causes(both, in_order, named_or_lasting(curves[name], in_order, marks))
-            found[name]["causes"] = with_parts(lines, results[first], results[name])
+            found[name]["causes"] = add_parts(lines, results[first], results[name])
     return found
 
 

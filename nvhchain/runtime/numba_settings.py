@@ -27,7 +27,7 @@ class _WithoutFile(MetaPathFinder):
         if spec is not None and spec.loader is not None:
             execute = spec.loader.exec_module
 
-            def without_file(module: ModuleType) -> None:
+            def execute_alone(module: ModuleType) -> None:
                 kept = sys.modules.get("yaml")
                 sys.modules["yaml"] = None  # type: ignore[assignment]
                 try:
@@ -40,7 +40,7 @@ class _WithoutFile(MetaPathFinder):
                         sys.modules["yaml"] = kept
                 module._config_fname = ""  # type: ignore[attr-defined]
 
-            spec.loader.exec_module = without_file  # type: ignore[method-assign]
+            spec.loader.exec_module = execute_alone  # type: ignore[method-assign]
         return spec
 
 

@@ -42,11 +42,11 @@ def bearing_lines(case: GearboxCase) -> tuple[str, ...]:
             made = f"{bearing.model.title}: {', '.join(bearing.model.derived) or 'all as given'}"
             inside.setdefault(made, []).append(bearing.name)
         lines.append(text)
-    lines += [f"{_of_bearings(names)}: {made}" for made, names in inside.items()]
+    lines += [f"{_bearing_names(names)}: {made}" for made, names in inside.items()]
     return (*lines, *damping_lines(case))
 
 
-def _of_bearings(names: list[str] | tuple[str, ...]) -> str:
+def _bearing_names(names: list[str] | tuple[str, ...]) -> str:
     """Return `bearing(s) A1, A2`; of more than four bearings the first three and their number."""
     if len(names) <= _NAMED:
         return f"bearing(s) {', '.join(names)}"
@@ -58,7 +58,7 @@ def damping_lines(case: GearboxCase) -> tuple[str, ...]:
     if not case.undamped:
         return ()
     return (
-        f"{_of_bearings(case.undamped)} have no damping in the case and take {USUAL_DAMPING:g} s times their "
+        f"{_bearing_names(case.undamped)} have no damping in the case and take {USUAL_DAMPING:g} s times their "
         "stiffness (Krämer: 0.25e-5 to 2.5e-5 s): give stiffness_damping, loss_factor, or radial_damping",
     )
 

@@ -114,7 +114,7 @@ class LinearGearbox:
         tilts = self._tilts(self._model(replace(options, tilt=False))) if evenly else None
         gearbox, laws, deflections = self._model(options, tilts)
         if options.tilt is True and not evenly:
-            deflections = self._under_tilt(gearbox, laws, deflections)
+            deflections = self._tilted_deflections(gearbox, laws, deflections)
         of, band = self.case.operation, self.case.band
         found = dynamics.order_forces(
             gearbox,
@@ -131,7 +131,7 @@ class LinearGearbox:
         weight = 10.0 ** (0.1 * levels.a_weighting(np.where(inside, frequency, 1e3))) * self._walls(frequency)
         return np.asarray((np.abs(found.force) ** 2).sum(axis=2) * np.where(inside, weight, 0.0))
 
-    def _under_tilt(
+    def _tilted_deflections(
         self, gearbox: Gearbox, laws: list[MeshLaw], deflections: list[FloatArray | None]
     ) -> list[FloatArray | None]:
         """Return the deflections (n_point, n_angle) of points across faces that tilt loads unevenly.

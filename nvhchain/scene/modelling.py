@@ -98,7 +98,7 @@ class Modelling:
         return tuple(each.line(self.tolerance_db) for each in self.options)
 
     @property
-    def against_estimate(self) -> tuple[OptionEstimate, ...]:
+    def disputed(self) -> tuple[OptionEstimate, ...]:
         """Options that the case leaves out by hand though their estimate exceeds the tolerance."""
         return tuple(
             each for each in self.options if each.stated and not each.modelled and each.distance_db > self.tolerance_db
@@ -117,9 +117,9 @@ class Modelling:
             parts += [f"left out: {off}, in all {number_text(self.left_out_db, '+.1f')} dB"] if off else []
             parts += [f"{IMPOSSIBLE}: {', '.join(never)} (see plan)"] if never else []
             found.append("; ".join(parts))
-        return (*found, *(each.line(self.tolerance_db) for each in self.against_estimate))
+        return (*found, *(each.line(self.tolerance_db) for each in self.disputed))
 
-    def at_state(self, case: GearboxCase) -> Modelling:
+    def estimated_at(self, case: GearboxCase) -> Modelling:
         """Return the decision with the error of what it leaves out, estimated at the speed and torque of a case.
 
         case: case without `auto`, with the options that are modelled.

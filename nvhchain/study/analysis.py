@@ -96,7 +96,7 @@ def main_effects(study: Study, rows: Sequence[Row]) -> list[Effect]:
         for name, given in _columns(study, known).items():
             here = known
             if name in POINT:
-                here = _with_all_points(known)
+                here = _complete_rows(known)
                 given = [row.speed_rpm if name == POINT[0] else row.torque for row in here]
             if len(set(map(str, given))) > 1 and name not in confounded:
                 values, gearboxes = np.array([row.responses[response] for row in here]), _gearboxes(study, here)
@@ -106,7 +106,7 @@ def main_effects(study: Study, rows: Sequence[Row]) -> list[Effect]:
     return sorted(found, key=lambda effect: (names.index(effect.response), -effect.share))
 
 
-def _with_all_points(rows: Sequence[Row]) -> list[Row]:
+def _complete_rows(rows: Sequence[Row]) -> list[Row]:
     """Return the rows of designs with all operating points: others would move the means of some points only."""
     points: dict[int, set[Point]] = {}
     for row in rows:

@@ -10,7 +10,7 @@ from typing import Any, Literal, get_args
 
 from nvhchain.case.checks.names import nearest
 from nvhchain.case.toml.read import check_texts, read_toml
-from nvhchain.dimensions import without_unit
+from nvhchain.dimensions import strip_unit
 from nvhchain.errors import InputError, Mistakes, check_all, is_whole, mistakes, require, require_all, require_each
 from nvhchain.kinds import check_fields
 from nvhchain.names import check_names
@@ -248,9 +248,9 @@ class Study:
     def _check_paths(self) -> None:
         """Refuse places of the case that two parameters set, or a parameter and the operating points."""
         points = (("operation.input_speed_rpm", "speeds_rpm"), ("operation.input_torque", "torques"))
-        owners = {without_unit(path): name for path, name in points if getattr(self, name)}
+        owners = {strip_unit(path): name for path, name in points if getattr(self, name)}
         for parameter in self.varied:
-            own = {without_unit(path): path for path in parameter.given_paths}
+            own = {strip_unit(path): path for path in parameter.given_paths}
             for place, path in own.items():
                 for other, owner in owners.items():
                     require(

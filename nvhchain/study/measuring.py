@@ -134,7 +134,7 @@ def measure_drawn(
     began = time.monotonic()
 
     def run(responses: dict[str, float], limits: Limits) -> dict[str, Any] | None:
-        alike = _with_same_lines(mean, case)
+        alike = _match_lines(mean, case)
         reference = _reference_of(alike, fidelity, operators, asked, watcher)  # limits hold the options left out
         housing = _damped(reference.housing, case, mean)
         driven = replace(case, quantities=("bearing_forces",))
@@ -156,7 +156,7 @@ def measure_drawn(
     return _outcome(case, run, began)
 
 
-def _with_same_lines(mean: Case, case: Case) -> Case:
+def _match_lines(mean: Case, case: Case) -> Case:
     """Return the mean case with gears that deviate, if by nothing, where those of the other one do."""
     if not isinstance(mean, GearboxCase) or not isinstance(case, GearboxCase):
         return mean

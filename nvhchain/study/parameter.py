@@ -185,10 +185,10 @@ class Parameter:
     def base_value(self, case: Case) -> Any:
         """Return the value of a case in the unit of the paths; None where it states none, or several."""
         given = dict(case_values(case))
-        in_si = dict(_in_si(path, value) for path, value in given.items() if isinstance(value, int | float))
+        in_si = dict(_convert(path, value) for path, value in given.items() if isinstance(value, int | float))
         found = []
         for path in self.paths:
-            stem, factor = _in_si(path, 1.0)
+            stem, factor = _convert(path, 1.0)
             value = given.get(path)
             if value is None and stem in in_si:
                 value = float(f"{in_si[stem] / factor:.9g}")
@@ -272,7 +272,7 @@ def _unit(path: str) -> str:
     return next((unit for pattern, unit in _SI if re.search(pattern, key)), "")
 
 
-def _in_si(path: str, value: float) -> tuple[str, float]:
+def _convert(path: str, value: float) -> tuple[str, float]:
     """Return a path without the unit at its end, and its value in SI units."""
     for unit, (_, factor) in UNITS.items():
         if path.endswith(f"_{unit}"):

@@ -114,11 +114,11 @@ def run_study(
         else:
             rows = runs.rows(list(enumerate(list_designs(study))))
         if study.plan in DRAWN:
-            rows = _with_idle(runs, rows)
+            rows = _add_idle(runs, rows)
     return [replace(row, remarks=tuple(found) if index == 0 else ()) for index, row in enumerate(rows)]
 
 
-def _with_idle(runs: _Runs, rows: list[Row]) -> list[Row]:
+def _add_idle(runs: _Runs, rows: list[Row]) -> list[Row]:
     """Return the rows of draws; the first one names the parameters that leave all responses alone.
 
     Every parameter changes in all draws, so that means over groups differ by chance. A parameter without a clear share
@@ -187,7 +187,7 @@ def remarks(study: Study, fidelity: Fidelity) -> list[str]:
     with suppress(InputError, SolverError):  # a run states its reason
         for case in gearboxes[:1]:
             made = modelled(case, fidelity)
-            lines += [f"{case.name}: {each.line(made.tolerance_db)}" for each in made.against_estimate]
+            lines += [f"{case.name}: {each.line(made.tolerance_db)}" for each in made.disputed]
     return [line for line in dict.fromkeys(lines) if line]
 
 

@@ -15,7 +15,7 @@ from nvhchain.error_band.gears import (
     LAYER_RIPPLE,
     SLICE_ERROR,
     UNKNOWN,
-    _against_compliance,
+    _compliance_ratio,
     _table_error,
     folded,
     force_error,
@@ -94,19 +94,17 @@ def test_errors_of_the_compliance_remain_where_relief_cancels_its_harmonic():
     made = law.replace(deflection=deflection, force=np.maximum(relieved, 0.0))
     _, error = quasi_static_transmission_error(made, force)
     harmonics = np.abs(np.fft.rfft(error)) / len(error)
-    assert _against_compliance(made, force, harmonics, teeth) == pytest.approx(1 / left, rel=0.02)
+    assert _compliance_ratio(made, force, harmonics, teeth) == pytest.approx(1 / left, rel=0.02)
     even = law.replace(deflection=deflection, force=deflection / (mean * (1 + 0.1 * wave)))
     _, error = quasi_static_transmission_error(even, force)
-    assert _against_compliance(even, force, np.abs(np.fft.rfft(error)) / len(error), teeth) == pytest.approx(
-        1, rel=0.01
-    )
+    assert _compliance_ratio(even, force, np.abs(np.fft.rfft(error)) / len(error), teeth) == pytest.approx(1, rel=0.01)
 
 
 def test_limits_of_forces_count_what_relief_cancels_only_where_a_gear_has_micro_geometry(case, monkeypatch):
     relief = MicroGeometry(drive=Flank(profile_crowning=5e-6))
     gear = case.gears[1]
     relieved = replace(case, gears=(case.gears[0], replace(gear, geometry=replace(gear.geometry, micro=relief))))
-    monkeypatch.setattr("nvhchain.error_band.gears._against_compliance", lambda *_: 5.0)
+    monkeypatch.setattr("nvhchain.error_band.gears._compliance_ratio", lambda *_: 5.0)
     plain, more = (
         force_error(of, [mesh_law([1e-6])], REFERENCE.gear, 80.0).relative(np.array([20.0]))[0]
         for of in (case, relieved)

@@ -22,7 +22,7 @@ from nvhchain.housing.reduction import (
     held_matrices,
     left_uncorrected,
     reduce_mesh,
-    with_errors,
+    state_errors,
 )
 from nvhchain.testing.bodies import reference_casting
 from tests.housing.seat_motion import seat_displacement, seat_flexibility
@@ -171,15 +171,15 @@ def rms(values):
 def test_a_correction_keeps_rigid_modes_and_the_order_of_frequencies_with_their_shapes():
     shapes, none = np.arange(12.0).reshape(3, 4), RitzVectors(np.zeros(0), np.zeros((3, 0)))
     modes = SeatModes(np.array([0.0, 100.0, 101.0, 200.0]), shapes, none, none, none, np.arange(3), 200.0)
-    lower, left = with_errors(modes, np.array([0.0, 0.01, 0.1, 0.0]), corrected=True)
+    lower, left = state_errors(modes, np.array([0.0, 0.01, 0.1, 0.0]), corrected=True)
     np.testing.assert_allclose(lower.frequency, [0.0, 101 * np.sqrt(0.9), 100 * np.sqrt(0.99), 200.0])
     np.testing.assert_array_equal(lower.shapes, shapes[:, [0, 2, 1, 3]])
     moved = 1.0 - np.sqrt([1.0, 0.9, 0.99, 1.0])
     np.testing.assert_allclose(left, 0.4 * moved)
-    _, left = with_errors(modes, np.array([0.0, 0.01, 0.1, 0.0]), corrected=True, left=0.6)
+    _, left = state_errors(modes, np.array([0.0, 0.01, 0.1, 0.0]), corrected=True, left=0.6)
     np.testing.assert_allclose(left, 0.6 * moved)
     for ratio, share in ((2.6, 0.4), (0.5, 1.2), (12.0, 1.2)):  # thin walls, solid bodies, elements that are too long
-        _, left = with_errors(modes, np.array([0.0, 0.01, 0.1, 0.0]), corrected=True, ratio=ratio)
+        _, left = state_errors(modes, np.array([0.0, 0.01, 0.1, 0.0]), corrected=True, ratio=ratio)
         rounded = 0.0025 * min(ratio, 3.5) ** 2 * np.array([0.0, 1.0, 1.0, 1.0])
         np.testing.assert_allclose(left, np.hypot(share * moved, rounded))
 
@@ -188,7 +188,7 @@ def test_ritz_vectors_are_corrected_as_modes_are_and_stay_above_them():
     shapes = np.arange(6.0).reshape(3, 2)
     ritz = RitzVectors(np.array([210.0, 220.0]), shapes)
     modes = SeatModes(np.array([100.0, 200.0]), shapes, ritz, ritz, ritz, np.arange(3), 205.0)
-    lower, left = with_errors(modes, np.array([0.0, 0.0, 0.05, 0.19]), corrected=True)
+    lower, left = state_errors(modes, np.array([0.0, 0.0, 0.05, 0.19]), corrected=True)
     np.testing.assert_allclose(lower.ritz.frequency, [200.0, 210 * np.sqrt(0.95)])
     np.testing.assert_array_equal(lower.ritz.shapes, shapes[:, ::-1])
     np.testing.assert_allclose(left[2:], 0.4 * (1 - np.sqrt([0.81, 0.95])))

@@ -47,8 +47,10 @@ def test_a_harmonic_between_the_lines_of_a_short_record_leaves_the_loudest_line(
     marks = OrderMarks(mesh={"stage": 22.0}, slots={})
     lines = np.arange(300) * (4.0 / 15.0)  # 66 lies between two of them
     loud = float(lines[247])
-    assert run_up._at_harmonics([loud], lines, marks) == [loud]
-    assert run_up._at_harmonics([79.9], np.arange(1000) * 0.1, OrderMarks(mesh={"stage": 20.0}, slots={})) == [80.0]
+    assert run_up._snap_to_harmonics([loud], lines, marks) == [loud]
+    assert run_up._snap_to_harmonics([79.9], np.arange(1000) * 0.1, OrderMarks(mesh={"stage": 20.0}, slots={})) == [
+        80.0
+    ]
 
 
 def test_a_record_of_nearly_constant_speed_has_no_slider_over_speed():

@@ -17,7 +17,7 @@ from nvhchain.fidelity import DRAFT
 from nvhchain.handoff import BearingForces, ForceSpectrum, PressureHistory
 from nvhchain.housing import respond
 from nvhchain.housing.casting.contributions import Panels, panel_contributions
-from nvhchain.report.causes.run_up import order_load, order_parts, with_parts
+from nvhchain.report.causes.run_up import add_parts, order_load, order_parts
 from nvhchain.report.page.sections.speed.run_up import _contact_loss as remarks
 from nvhchain.report.run_up import Curve
 from nvhchain.report.summary import _add_curve_limits, _contact_loss
@@ -90,18 +90,18 @@ def test_modes_and_paths_add_up_to_the_part_of_an_order_in_a_difference(runs):
     heard = [10 * np.log10(e / REFERENCE_PRESSURE**2) for e in energy]
     line = {"order": ORDER, "frequency_hz": None, "levels_dBA": heard, "part_db": 4.2}
     rest = {"order": None, "part_db": 0.3, "lines": None}
-    found, other = with_parts([line, rest], *runs)
+    found, other = add_parts([line, rest], *runs)
     assert other == rest
     for kind in ("modes", "paths"):
         assert sum(of["part_db"] for of in found[kind]) == pytest.approx(4.2, abs=1e-9)
     assert {of["name"] for of in found["paths"] if abs(of["part_db"]) > 1e-6} <= {"A1 x", "A1 y", "A1 z"}
-    (wrong,) = with_parts([line | {"levels_dBA": [heard[0], heard[1] + 6.0]}], *runs)
+    (wrong,) = add_parts([line | {"levels_dBA": [heard[0], heard[1] + 6.0]}], *runs)
     assert "modes" not in wrong  # the record disagrees with the parts
-    (none,) = with_parts([line], runs[0], replace(runs[1], transfer_vectors=None))
+    (none,) = add_parts([line], runs[0], replace(runs[1], transfer_vectors=None))
     assert "modes" not in none
     forces = runs[1].bearing_forces
     faster = replace(runs[1], bearing_forces=forces.replace(input_speed=1.2 * forces.input_speed))
-    (other,) = with_parts([line], runs[0], faster)
+    (other,) = add_parts([line], runs[0], faster)
     assert "modes" not in other  # another ramp
 
 

@@ -114,7 +114,7 @@ def test_points_about_the_static_tilt_are_loaded_evenly(small, monkeypatch):
     gearbox, _, deflections = linear._model(both, linear._tilts(linear._model(PLAIN)))
     alone = linear._model(replace(PLAIN, loaded_misalignment=True), linear._tilts(linear._model(PLAIN)))[2]
     with monkeypatch.context() as patched:
-        patched.setattr(LinearGearbox, "_under_tilt", lambda *_: pytest.fail("the tilt is in the laws already"))
+        patched.setattr(LinearGearbox, "_tilted_deflections", lambda *_: pytest.fail("the tilt is in the laws already"))
         assert linear.power(both).sum() > 0.0
     assert gearbox.face_points == 2
     np.testing.assert_array_equal(deflections[0], alone[0])
@@ -148,7 +148,7 @@ def test_options_stated_by_hand_stay_and_are_named(small):
     decision = modelled(asked, nvh.DRAFT)
     assert decision.case.options.friction == 0.08
     assert not decision.case.options.flexible_shafts
-    assert [each.option for each in decision.against_estimate] == ["flexible_shafts"]
+    assert [each.option for each in decision.disputed] == ["flexible_shafts"]
     assert "left out by the case, would change the sound: −" in "\n".join(decision.lines)
 
 

@@ -221,7 +221,7 @@ def test_a_parameter_of_one_variant_is_tried_in_that_variant():
     bodies = ("solid", "holes", "solid", "holes", "holes", "solid")
     rows = rows_of([(n, {"body": body, "radius": 1.0 + 0.1 * n}) for n, body in enumerate(bodies)])
     runs = SimpleNamespace(study=study, report=lambda line: None, rows=rows_of)
-    assert running._with_idle(runs, rows)[0].idle == ()
+    assert running._add_idle(runs, rows)[0].idle == ()
 
 
 @pytest.mark.parametrize("plan", ["monte_carlo", "latin_hypercube", "sobol", "sensitivity"])
@@ -272,7 +272,7 @@ def test_parameters_that_vary_alike_or_share_a_level_are_tried_one_by_one():
     assert 20 / 400 < next(one.share for one in main_effects(study, rows) if one.parameter == "y") < 20 / 40
     reported = []
     runs = SimpleNamespace(study=study, report=reported.append, rows=rows_of)
-    assert set(running._with_idle(runs, rows)[0].idle) == {"y", "z"}
+    assert set(running._add_idle(runs, rows)[0].idle) == {"y", "z"}
     assert len(reported) == 2
 
 

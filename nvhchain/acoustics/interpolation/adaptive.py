@@ -11,7 +11,7 @@ import numpy as np
 
 from nvhchain.acoustics.systems.frequency_blocks import BAND
 from nvhchain.conventions import Progress
-from nvhchain.errors import SolverError, require, without_accuracy_warnings
+from nvhchain.errors import SolverError, require, silence_accuracy_warnings
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, RadiationResistance, SolverRecord, SoundAccuracy, TransferVectors
 
@@ -155,7 +155,7 @@ def choose_masters(
     records = list[SolverRecord]()
     while True:
         # the first masters, which include both ends of the band, have given the warnings
-        with without_accuracy_warnings(silent=found is not None):
+        with silence_accuracy_warnings(silent=found is not None):
             solved, record = source.solve(
                 new, partial(_report, report, 0 if found is None else len(found.frequency), most)
             )

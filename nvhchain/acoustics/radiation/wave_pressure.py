@@ -58,7 +58,7 @@ def wave_pressure(
     lines = np.flatnonzero(velocity.any(axis=1) & (frequency > 0))
     nodes = waves_nodes(resistance, fidelity)
     outgoing = OutgoingWaves(housing.surface, resistance.plane, places, _order(resistance, housing.surface))
-    summed = _at_few_points if outgoing.few else _at_many_points
+    summed = _few_pressures if outgoing.few else _many_pressures
     pressure = np.zeros((len(frequency), len(places)), dtype=complex)
     error, last = np.zeros(pressure.shape), np.zeros(pressure.shape)
     waves: dict[int, ComplexArray] = {}
@@ -67,7 +67,7 @@ def wave_pressure(
         for node in np.flatnonzero(sets.any(axis=(0, 1))).tolist():
             if node not in waves:
                 of = np.sqrt(resistance.air.impedance) * node_waves(resistance, nodes, node)
-                waves[node] = outgoing.by_degree(of) if outgoing.few else of
+                waves[node] = outgoing.degree_sums(of) if outgoing.few else of
         k = 2 * np.pi / resistance.air.speed_of_sound * frequency[piece]
         (pressure[piece], *errors), highest = summed(outgoing, k, velocity[piece], sets, waves)
         last[piece], error[piece] = np.abs(highest), np.abs(errors).max(axis=0)
@@ -98,7 +98,7 @@ def wave_pressure(
     )
 
 
-def _at_few_points(
+def _few_pressures(
     outgoing: OutgoingWaves,
     wavenumber: FloatArray,
     velocity: ComplexArray,
@@ -107,7 +107,7 @@ def _at_few_points(
 ) -> tuple[ComplexArray, ComplexArray]:
     """Return pressures (n_set, n_k, n_point), and the part of the highest degree in those of the first set.
 
-    waves: node → sums over the orders of each degree at the points (`OutgoingWaves.by_degree`). Only they depend on
+    waves: node → sums over the orders of each degree at the points (`OutgoingWaves.degree_sums`). Only they depend on
     the node, so that the waves themselves are never summed.
     """
     top = np.zeros(len(wavenumber), dtype=int)
@@ -124,14 +124,14 @@ def _at_few_points(
     return total, highest
 
 
-def _at_many_points(
+def _many_pressures(
     outgoing: OutgoingWaves,
     wavenumber: FloatArray,
     velocity: ComplexArray,
     sets: ComplexArray,
     waves: Mapping[int, ComplexArray],
 ) -> tuple[ComplexArray, ComplexArray]:
-    """Return the same as `_at_few_points`; `waves` holds node → waves (n_row, n_column)."""
+    """Return the same as `_few_pressures`; `waves` holds node → waves (n_row, n_column)."""
     used = np.flatnonzero(sets.any(axis=(0, 1))).tolist()
     total = np.zeros((len(sets), len(wavenumber), max(len(waves[node]) for node in used)), dtype=complex)
     for node in used:

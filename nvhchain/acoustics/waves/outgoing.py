@@ -75,7 +75,7 @@ class OutgoingWaves:
         """True where sums over degrees at the points are fewer numbers than the waves, and no mirror image is added."""
         return not self._mirrors and self._count <= self.order + 1
 
-    def by_degree(self, waves: ComplexArray) -> ComplexArray:
+    def degree_sums(self, waves: ComplexArray) -> ComplexArray:
         """Return the sums Σ_m a_lm Y_lm (n_column, n_point, n_degree) of waves (n_row, n_column) at the points."""
         found = np.zeros((waves.shape[1], self._count, self.order + 1), dtype=complex)
         degree = self._degree[: len(waves)]

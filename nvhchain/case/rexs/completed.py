@@ -70,7 +70,7 @@ def shared_data(unit: GearUnit) -> GearUnit:
     return replace(unit, gears=tuple(gears.values()))
 
 
-def _by_measure(unit: GearUnit, gear: ImportedGear) -> ImportedGear:
+def _measured_shift(unit: GearUnit, gear: ImportedGear) -> ImportedGear:
     """Return a gear without profile shift with that of its measured thickness, where the file has one."""
     if gear.profile_shift is not None or gear.thickness is not None or gear.allowance is not None:
         return gear
@@ -86,7 +86,7 @@ def _by_measure(unit: GearUnit, gear: ImportedGear) -> ImportedGear:
 
 def _shifted(unit: GearUnit, stage: ImportedStage, pinion: ImportedGear, wheel: ImportedGear) -> list[ImportedGear]:
     """Return both gears with profile shifts, from the centre distance where the file has none."""
-    pinion, wheel = (_by_measure(unit, gear) for gear in (pinion, wheel))
+    pinion, wheel = (_measured_shift(unit, gear) for gear in (pinion, wheel))
     open_ = [gear for gear in (pinion, wheel) if gear.profile_shift is None]
     if not open_:
         return [pinion, wheel]

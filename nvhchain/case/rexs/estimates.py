@@ -169,7 +169,7 @@ def _dimensions(unit: GearUnit, bearing: ImportedBearing, shaft_diameter: float)
         return bore, outer, width
     named, source = named_sizes(bearing.catalogue.get("catalogue_designation", "")), "by its designation and ISO 15"
     if named is None:
-        named, source = _in_name(bearing, bore or shaft_diameter), "by its name in the file and ISO 15"
+        named, source = _named_dimensions(bearing, bore or shaft_diameter), "by its name in the file and ISO 15"
     if named is not None and shaft_diameter and abs(named[0] - shaft_diameter) > 0.2 * shaft_diameter:
         text = f"bore {1e3 * named[0]:.4g} mm by its designation, shaft {1e3 * shaft_diameter:.4g} mm"
         unit.findings.add("differs", bearing.name, "designation", text, "not used; is a sleeve missing in the file?")
@@ -186,7 +186,7 @@ def _dimensions(unit: GearUnit, bearing: ImportedBearing, shaft_diameter: float)
     return bore, outer, width
 
 
-def _in_name(bearing: ImportedBearing, bore: float) -> Sizes | None:
+def _named_dimensions(bearing: ImportedBearing, bore: float) -> Sizes | None:
     """Return the dimensions (m) of a designation in a bearing's name whose bore is that of its shaft."""
     for word in re.findall(
         r"\d+\s*[xX×]\s*\d+\s*[xX×]\s*\d+|\b[A-Z]{0,3}[ -]?\d{3,5}\b", bearing.catalogue.get("name", "")

@@ -154,7 +154,7 @@ def _operation(unit: GearUnit, places: Arrangement, gears: dict[str, GearGeometr
         speed = USUAL_SPEED
         unit.findings.add("assumed", "operation", "input speed", "1500 rpm", "none in the file")
     if torque is None:
-        first = next(stage for stage in unit.stages if _on(unit, stage.pinion, unit.input_shaft))
+        first = next(stage for stage in unit.stages if _sits_on(unit, stage.pinion, unit.input_shaft))
         pinion = gears[first.pinion]
         width = min(places.widths[first.pinion], places.widths[first.wheel])
         torque = float(f"{USUAL_LINE_LOAD * width * pinion.pitch_radius:.2g}")
@@ -163,7 +163,7 @@ def _operation(unit: GearUnit, places: Arrangement, gears: dict[str, GearGeometr
     return speed, torque
 
 
-def _on(unit: GearUnit, gear: str, shaft: str) -> bool:
+def _sits_on(unit: GearUnit, gear: str, shaft: str) -> bool:
     return any(item.name == gear and item.shaft == shaft for item in unit.gears)
 
 
@@ -288,7 +288,7 @@ def _band(unit: GearUnit, gears: dict[str, GearGeometry], speed: float) -> tuple
         (
             speed / (2 * pi) * gears[stage.pinion].teeth
             for stage in unit.stages
-            if _on(unit, stage.pinion, unit.input_shaft)
+            if _sits_on(unit, stage.pinion, unit.input_shaft)
         ),
         default=0.0,
     )

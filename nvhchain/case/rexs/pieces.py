@@ -67,7 +67,7 @@ def pieces(
                     )
                     piece = replace(piece, outer=bore)
             found = _joined(found, piece)
-    return _without_gaps(shaft, found, places, findings)
+    return _fill_gaps(shaft, found, places, findings)
 
 
 def _rings(parts: list[Piece]) -> list[Piece]:
@@ -82,7 +82,7 @@ def _rings(parts: list[Piece]) -> list[Piece]:
     return found
 
 
-def _without_gaps(shaft: ImportedShaft, found: list[Piece], places: Sequence[float], findings: Findings) -> list[Piece]:
+def _fill_gaps(shaft: ImportedShaft, found: list[Piece], places: Sequence[float], findings: Findings) -> list[Piece]:
     """Return the cylinders with gaps filled, and ends that reach all places."""
     if not found:
         return []

@@ -67,7 +67,7 @@ def path_steps(text: str) -> tuple[list[str | int], int]:
     return steps, end
 
 
-def with_line(message: str, file: str, table: Mapping[str, Any]) -> str:
+def add_line(message: str, file: str, table: Mapping[str, Any]) -> str:
     """Return a message as `file:line: message`, by the path at its begin and the parts and fields that it names.
 
     A change of the file, which has line 0, is named instead of the line.

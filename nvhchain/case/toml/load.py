@@ -15,12 +15,12 @@ from nvhchain.case.checks.names import nearest, unknown_names
 from nvhchain.case.gearbox import GearboxCase
 from nvhchain.case.radiator import RadiatorCase
 from nvhchain.case.sound import check_targets
-from nvhchain.case.toml.lines import Table, merged_places, placed, with_line
+from nvhchain.case.toml.lines import Table, add_line, merged_places, placed
 from nvhchain.case.toml.mended import mended
 from nvhchain.case.toml.missing import REQUIRED, assumed_stiffness, missing_values
 from nvhchain.case.toml.read import TOO_LONG, check_texts, read_toml
 from nvhchain.case.toml.table import build
-from nvhchain.dimensions import without_unit
+from nvhchain.dimensions import strip_unit
 from nvhchain.errors import InputError, Mistakes, mistakes, require
 from nvhchain.interop import ForceChannels
 from nvhchain.kinds import NAMES, checked
@@ -72,10 +72,10 @@ def load_case(path: str | Path, *, changes: Sequence[str] = ()) -> Case:
     table = _read(path, ())
     try:
         for change in changes:
-            table = _merge(table, _by_name(parse_change(change), table, change), f"{change}: ")
+            table = _merge(table, _list_named(parse_change(change), table, change), f"{change}: ")
         return _built(table, path)
     except InputError as error:
-        raise Mistakes([with_line(text, str(path), table) for text in mistakes(error)]) from None
+        raise Mistakes([add_line(text, str(path), table) for text in mistakes(error)]) from None
 
 
 def _built(table: Table, path: Path) -> Case:
@@ -179,7 +179,7 @@ def parse_change(text: str) -> dict[str, Any]:
     raise InputError(f"{path.strip()!r} is no path of a value: separate keys by dots, and quote names with spaces")
 
 
-def _by_name(change: Mapping[str, Any], table: Mapping[str, Any], text: str) -> Table:
+def _list_named(change: Mapping[str, Any], table: Mapping[str, Any], text: str) -> Table:
     """Return a change in which tables by name are lists of named tables, where the case has such lists.
 
     Values have the text of the change as their place, in line 0.
@@ -193,7 +193,7 @@ def _by_name(change: Mapping[str, Any], table: Mapping[str, Any], text: str) -> 
                 require(name in names, f"{text}: no {name!r} in {key}: {nearest(name, names)}")
             items = {item["name"]: item for item in old}  # type: ignore[union-attr]
             placed[key] = [
-                _merge({"name": name}, _by_name(inner, items[name], text), text)
+                _merge({"name": name}, _list_named(inner, items[name], text), text)
                 if isinstance(inner, Mapping)
                 else inner
                 for name, inner in value.items()
@@ -203,7 +203,7 @@ def _by_name(change: Mapping[str, Any], table: Mapping[str, Any], text: str) -> 
                 f"{text}: {key} are tables: name the field that changes",
             )
         elif isinstance(value, Mapping) and isinstance(old, Mapping):
-            placed[key] = _by_name(value, old, text)
+            placed[key] = _list_named(value, old, text)
             if "type" in old:
                 placed[key].setdefault("type", old["type"])
         else:
@@ -247,7 +247,7 @@ def _merge(base: Mapping[str, Any], change: Mapping[str, Any], place: str) -> Ta
     """
     merged = Table(base, merged_places(base, change), getattr(change, "place", None) or getattr(base, "place", None))
     for key, value in change.items():
-        for other in [one for one in merged if one not in change and without_unit(one) == without_unit(key)]:
+        for other in [one for one in merged if one not in change and strip_unit(one) == strip_unit(key)]:
             del merged[other]
         old = merged.get(key)
         if isinstance(value, Mapping) and isinstance(old, Mapping) and value.get("type") == old.get("type"):

@@ -12,7 +12,7 @@ from typing import Any
 
 from nvhchain.case.checks.names import unknown_references
 from nvhchain.case.toml.lines import path_steps
-from nvhchain.dimensions import without_unit
+from nvhchain.dimensions import strip_unit
 from nvhchain.housing import Casting
 
 _defaults = (field.name for field in fields(Casting) if field.default is not MISSING)
@@ -55,7 +55,7 @@ def mended(table: Mapping[str, Any], wrong: Sequence[str], path: str) -> dict[st
         elif steps and steps[0] != "band" and (proposed := _PROPOSED.search(text)):
             part = _part(right, steps)
             if isinstance(part, dict):
-                _without(part, without_unit(proposed["key"]))
+                _drop_field(part, strip_unit(proposed["key"]))
                 part[proposed["key"]] = float(proposed["value"])
         elif len(steps) > 2 and steps[0] == "gears" and steps[2] == "geometry":
             _fit_gear(right, steps[1], text)
@@ -64,7 +64,7 @@ def mended(table: Mapping[str, Any], wrong: Sequence[str], path: str) -> dict[st
         elif steps and steps[0] == "operation":
             _replace_operation(right.get("operation"), text)
         elif (named := _OPTIONAL.search(text)) and isinstance(right.get("housing"), dict):
-            _without(right["housing"], named["field"])
+            _drop_field(right["housing"], named["field"])
         elif steps and (steps[0] in _STAND_INS or steps[0] not in _NEEDED):
             right.pop(str(steps[0]), None)
     for name, value in _STAND_INS.items():
@@ -100,9 +100,9 @@ def _fit_gear(table: Mapping[str, Any], number: str | int, text: str) -> None:
         return
     shared = ("normal_module", "normal_pressure_angle", "helix_angle", "face_width", "bore_radius")
     for field in set(_FIELD.findall(text)):
-        given = [(key, value) for key, value in mate.items() if without_unit(key) == field]
+        given = [(key, value) for key, value in mate.items() if strip_unit(key) == field]
         if field in shared and given and isinstance(given[0][1], int | float):
-            _without(own, field)
+            _drop_field(own, field)
             own[given[0][0]] = -given[0][1] if field == "helix_angle" else given[0][1]
         elif field == "teeth":
             distance, module = (
@@ -129,11 +129,11 @@ def _replace_support(table: Mapping[str, Any], steps: Sequence[str | int], text:
         return
     for field in set(_FIELD.findall(text)):
         if field not in _REQUIRED:
-            _without(part, field)
+            _drop_field(part, field)
     if steps[0] == "shafts" and "segment" in text:
         part.pop("segments", None)
     for field in _BEARING if steps[0] == "bearings" else ():
-        if not any(without_unit(key) == field for key in part) and "model" not in part:
+        if not any(strip_unit(key) == field for key in part) and "model" not in part:
             part[field] = _BEARING[field]
 
 
@@ -167,7 +167,7 @@ def _oppose_hands(table: Mapping[str, Any]) -> None:
     drawn = {gear["name"]: gear["geometry"] for gear in table["gears"]}
     for stage in table["stages"]:
         pinion, wheel = drawn.get(stage["pinion"], {}), drawn.get(stage["wheel"], {})
-        for key in [key for key in wheel if without_unit(key) == "helix_angle"]:
+        for key in [key for key in wheel if strip_unit(key) == "helix_angle"]:
             wheel[key] = -pinion.get(key, -wheel[key])
 
 
@@ -182,12 +182,12 @@ def _rename(table: Any, steps: Sequence[str | int], meant: str | None) -> None:
     except (LookupError, TypeError):
         return
     value = table.pop(steps[-1], None) if isinstance(table, dict) else None
-    if value is not None and meant and without_unit(meant) not in map(without_unit, table):
+    if value is not None and meant and strip_unit(meant) not in map(strip_unit, table):
         table[meant] = value
 
 
-def _without(table: dict[str, Any], field: str) -> None:
-    for key in [key for key in table if without_unit(key) == field]:
+def _drop_field(table: dict[str, Any], field: str) -> None:
+    for key in [key for key in table if strip_unit(key) == field]:
         del table[key]
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from nvhchain.case.gears import Gear
 from nvhchain.case.toml.table import build
-from nvhchain.dimensions import without_unit
+from nvhchain.dimensions import strip_unit
 from nvhchain.dynamics import Bearing, Shaft
 from nvhchain.errors import InputError
 from nvhchain.housing import Casting
@@ -103,4 +103,4 @@ def _tables(parts: Any) -> list[Mapping[str, Any]]:
 
 
 def _given(table: Mapping[str, Any], name: str) -> bool:
-    return name in map(without_unit, table)
+    return name in map(strip_unit, table)

@@ -100,8 +100,8 @@ def _contact_inputs(run: Run) -> tuple[Any, ...]:
 def _gearbox(run: Run) -> dynamics.Gearbox:
     """Return the gearbox with the inertia of its gears, and with friction and shuttling if its options have them."""
     gearbox, options = run.gearbox_at_load, run.gearbox.options
-    if options.about_static_tilt:
-        gearbox = replace(gearbox, meshes=_about_static_tilt(run, gearbox.meshes))
+    if options.resists_static_tilt:
+        gearbox = replace(gearbox, meshes=_tilted_meshes(run, gearbox.meshes))
     if not options.load_distribution:
         return gearbox
     spread = [
@@ -121,7 +121,7 @@ def _gearbox(run: Run) -> dynamics.Gearbox:
     return replace(gearbox, meshes=meshes)
 
 
-def _about_static_tilt(run: Run, meshes: Sequence[dynamics.Mesh]) -> tuple[dynamics.Mesh, ...]:
+def _tilted_meshes(run: Run, meshes: Sequence[dynamics.Mesh]) -> tuple[dynamics.Mesh, ...]:
     """Return meshes that are evenly loaded at the tilt of their laws; shuttling has the moment of the load itself."""
     found, forces = [], opposing_forces(run.gearbox)
     for number, mesh in enumerate(meshes):

@@ -59,7 +59,7 @@ def _deviated(run: Run, number: int, law: MeshLaw) -> MeshLaw:
     if deviations is None:
         return law
     pairs = _tooth_pairs(run, number)
-    return _of_latest(
+    return _latest_result(
         run,
         f"deviated_mesh_law_{stage.name}",
         MeshLaw,
@@ -98,14 +98,14 @@ def _deviated_load(run: Run, number: int, drawn: LoadDistribution) -> LoadDistri
         return gear.deviated_load_distribution(pair, drawn, pairs, deviations, shared=shared)
 
     name = f"deviated_load_distribution_{stage.name}"
-    return _of_latest(run, name, LoadDistribution, (pair, drawn, pairs, deviations, run.fidelity.gear), compute)
+    return _latest_result(run, name, LoadDistribution, (pair, drawn, pairs, deviations, run.fidelity.gear), compute)
 
 
 _LATEST: dict[str, tuple[str, HandOff]] = {}
 """Name of a result → its fingerprint and itself: the latest of each name, for further speeds of one gearbox."""
 
 
-def _of_latest(run: Run, name: str, kind: type[H], inputs: Sequence[Any], compute: Callable[[Progress], H]) -> H:
+def _latest_result(run: Run, name: str, kind: type[H], inputs: Sequence[Any], compute: Callable[[Progress], H]) -> H:
     """Return a result with deviations, kept with those of the run; without a folder the latest one, if it fits."""
     if run.spine.folder is not None:
         return run.spine.cached(name, kind, MESH_LAWS.code, inputs, compute, fidelity=None)

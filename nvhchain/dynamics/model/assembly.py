@@ -27,7 +27,7 @@ import numpy as np
 from scipy.linalg import eigh, null_space
 
 from nvhchain.dynamics.model.bearing_series import BearingSeries, bearing_series, motions_of
-from nvhchain.dynamics.model.gear_bodies import relieved, with_bodies
+from nvhchain.dynamics.model.gear_bodies import add_body_waves, relieved
 from nvhchain.dynamics.model.gearbox import Gearbox
 from nvhchain.dynamics.model.mesh_rows import all_wrenches, error_wrenches, tilt_wrenches
 from nvhchain.dynamics.model.parts import Bearing
@@ -351,7 +351,7 @@ def assemble(
         elastic_shaft=np.repeat(np.arange(n_shaft), [len(e.squared) for e in shafts.elastic or ()] or 0),
     )
     held = [0.0 if mesh.static_tilt is None else mesh.static_tilt.moment for mesh in gearbox.meshes]
-    return with_bodies(rigid, mesh_laws).set_speed(input_speed).opposed(np.array(held))
+    return add_body_waves(rigid, mesh_laws).set_speed(input_speed).opposed(np.array(held))
 
 
 def rotor_inertia(gearbox: Gearbox) -> FloatArray:

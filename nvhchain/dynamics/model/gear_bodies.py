@@ -31,7 +31,7 @@ LARGEST_PART = 0.95
 of both."""
 
 
-def with_bodies(assembly: Assembly, mesh_laws: Sequence[MeshLaw]) -> Assembly:
+def add_body_waves(assembly: Assembly, mesh_laws: Sequence[MeshLaw]) -> Assembly:
     """Return the assembly of rigid gears with the waves of its gear bodies, which come before the torsional unknowns.
 
     Raises InputError if waves hold more inertia than their shaft.
@@ -40,7 +40,7 @@ def with_bodies(assembly: Assembly, mesh_laws: Sequence[MeshLaw]) -> Assembly:
     if not bodies:
         return assembly
     n, lateral = len(assembly.mass), assembly.lateral
-    per_body = [_of_body(assembly, body) for body in bodies]
+    per_body = [_body_terms(assembly, body) for body in bodies]
     parts = list(zip(*per_body, strict=True))
     squared, damping, softening, inertia, turned, common = (np.concatenate(part) for part in parts[:6])
     skew = block_diag(*parts[6])
@@ -125,7 +125,7 @@ def _split(diameters: IntArray, amplitude: Any) -> FloatArray:
     return np.array(rows).reshape(-1, *amplitude.shape[1:])
 
 
-def _of_body(assembly: Assembly, body: VibratingBody) -> tuple[FloatArray, ...]:
+def _body_terms(assembly: Assembly, body: VibratingBody) -> tuple[FloatArray, ...]:
     """Return the terms of a body over its m real coordinates.
 
     They are squared frequencies, damping, their fall per squared speed of the input, inertia (m, n) shared with the

@@ -283,7 +283,7 @@ def _settle(
         swing = float(np.ptp(latest, axis=0).max())
         # rounding of the static force does not decay; without excitation there is nothing else
         small, rounding = fidelity.settle_level * swing, 1e-12 * float(np.abs(latest).max())
-        settled, far = _without_transient(model, start, motion, slow, apart * duration)
+        settled, far = _remove_transient(model, start, motion, slow, apart * duration)
         if force is not None:
             change = float(np.abs(latest - force).max())
             # sum of a geometric series; before the second difference its ratio is that of the slowest mode
@@ -327,7 +327,7 @@ def settling_time(model: Simulation, fidelity: DynamicsFidelity) -> float:
     return -log(fidelity.settle_level) / float(-others.real.max()) if len(others) else 0.0
 
 
-def _without_transient(
+def _remove_transient(
     model: Simulation, start: Motion, end: Motion, slow: NDArray[np.bool_], duration: float
 ) -> tuple[Motion, float]:
     """Return a motion without the transient of slow modes, and the largest bearing force (N) of that transient.

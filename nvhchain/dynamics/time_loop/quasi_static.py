@@ -265,7 +265,7 @@ def laws_of_rows(assembly: Assembly, mesh_laws: Sequence[MeshLaw], nominal: Floa
     laws, beside_waves = [], assembly.laws_beside_waves(mesh_laws)
     for mesh, share, offset in zip(assembly.mesh, assembly.share, assembly.offset, strict=True):
         if share > 0.0:
-            law = _about_static_tilt(beside_waves[mesh], assembly.gearbox.meshes[mesh].static_tilt, float(offset))
+            law = _tilted_law(beside_waves[mesh], assembly.gearbox.meshes[mesh].static_tilt, float(offset))
             laws.append(law.replace(force=share * law.force))
     for mesh, law, force in zip(assembly.gearbox.meshes, mesh_laws, nominal, strict=True):
         if mesh.friction is not None:
@@ -275,7 +275,7 @@ def laws_of_rows(assembly: Assembly, mesh_laws: Sequence[MeshLaw], nominal: Floa
     return laws
 
 
-def _about_static_tilt(law: MeshLaw, tilt: StaticTilt | None, offset: float) -> MeshLaw:
+def _tilted_law(law: MeshLaw, tilt: StaticTilt | None, offset: float) -> MeshLaw:
     """Return the law of a point at an offset (m) from mid-width, loaded there at the static tilt as at mid-width."""
     if tilt is None:
         return law

@@ -60,7 +60,7 @@ def _joined_within(mesh: MeshFile, tolerance: float) -> tuple[FloatArray, IntArr
     vertices, triangles, dropped = triangulated(mesh, tolerance)
     first = np.unique(np.sort(triangles, axis=1), axis=0, return_index=True)[1]
     repeated = len(triangles) - len(first)
-    vertices, triangles, flat = _without_flat(vertices, triangles[np.sort(first)])
+    vertices, triangles, flat = _drop_flat(vertices, triangles[np.sort(first)])
     return vertices, triangles, (dropped, repeated, flat)
 
 
@@ -75,7 +75,7 @@ def _areas(vertices: FloatArray, triangles: IntArray) -> FloatArray:
     return np.asarray(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))
 
 
-def _without_flat(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, IntArray, int]:
+def _drop_flat(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, IntArray, int]:
     """Return the surface without triangles whose corners lie on a line, and their number.
 
     The neighbour at the longest side of such a triangle is divided at the third corner, so that the surface stays

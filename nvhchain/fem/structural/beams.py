@@ -26,7 +26,7 @@ def beam_matrices(nodes: FloatArray, block: BeamBlock) -> tuple[FloatArray, Floa
     length, axes = beam_axes(ends, block)
     K, M = _local(length, block)
     for i in np.flatnonzero(block.released.any(axis=1)):
-        K[i] = _without(K[i], np.flatnonzero(block.released[i]))
+        K[i] = _release(K[i], np.flatnonzero(block.released[i]))
     turn = np.zeros((len(length), 2, 6, 2, 6))
     for end in range(2):
         x, y, z = block.arms[:, end].T
@@ -131,7 +131,7 @@ def _inertia(length: FloatArray, phi: FloatArray, line: float, rotary: float) ->
     return M
 
 
-def _without(K: FloatArray, released: IntArray) -> FloatArray:
+def _release(K: FloatArray, released: IntArray) -> FloatArray:
     """Return the stiffness (12, 12) with no force in the `released` unknowns, which are condensed."""
     kept = np.setdiff1d(np.arange(12), released)
     follow = np.linalg.pinv(K[np.ix_(released, released)], hermitian=True) @ K[np.ix_(released, kept)]

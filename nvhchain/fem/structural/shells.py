@@ -94,11 +94,11 @@ def _matrices(corners: FloatArray, block: ShellBlock, part: slice) -> tuple[Floa
     for axis in range(6):
         M[:, :, axis, :, axis] = (translation if axis < 3 else spread) * inertia[:, axis, None, None]
     arms = block.offset[part, None] - height
-    stiffness, mass = (_at_nodes(own, axes, arms) for own in (K, M))
+    stiffness, mass = (_spread_to_nodes(own, axes, arms) for own in (K, M))
     return stiffness, mass
 
 
-def _at_nodes(local: FloatArray, axes: FloatArray, arms: FloatArray) -> FloatArray:
+def _spread_to_nodes(local: FloatArray, axes: FloatArray, arms: FloatArray) -> FloatArray:
     """Return matrices (m, 6 n, 6 n) at the nodes from those (m, n, 6, n, 6) of facets at arms (m, n) m along z."""
     m, n = arms.shape
     if np.abs(arms).max() > 0:

@@ -188,7 +188,7 @@ def body_flexibility(
         passed, share, count = _combined(rim.passed * strength, far_tolerance)
         share = share / strength
         body, _ = _whole(mesh, tooth, material, sector)
-        answer += share.T @ _through_web(body, (rim.nodes, passed), count, reach, progress) @ share
+        answer += share.T @ _web_response(body, (rim.nodes, passed), count, reach, progress) @ share
     elif progress is not None:
         progress(1, 1)
     answer[:, 0] = 0.5 * (answer[:, 0] + answer[:, 0].transpose(0, 2, 1))
@@ -244,7 +244,7 @@ def _combined(passed: FloatArray, tolerance: float) -> tuple[FloatArray, FloatAr
     return passed @ vector[:, ::-1], vector[:, ::-1].T, int((value > tolerance**2 * value[-1]).sum())
 
 
-def _through_web(
+def _web_response(
     body: _Repeated, combinations: tuple[IntArray, FloatArray], count: int, reach: int, progress: Progress | None
 ) -> FloatArray:
     """Return the response (sector, reach + 1, r, r) of tooth t under loads on tooth t + d.

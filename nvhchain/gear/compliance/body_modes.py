@@ -183,7 +183,7 @@ class _Lattice:
         turned = (angle - cut.phase + 0.5 * pitch) % pitch - 0.5 * pitch
         r, a = np.meshgrid(radius.ravel(), turned.ravel(), indexing="ij")
         edge_r, edge_a = opening_outline(cut)
-        inside = _inside(r * np.cos(a), r * np.sin(a), edge_r * np.cos(edge_a), edge_r * np.sin(edge_a))
+        inside = _contains(r * np.cos(a), r * np.sin(a), edge_r * np.cos(edge_a), edge_r * np.sin(edge_a))
         inside = inside.reshape(len(low), 8, self.columns, 8).mean(axis=(1, 3))
         return np.asarray(np.rint(SHARES * (share - inside)) / SHARES)
 
@@ -195,7 +195,7 @@ def _divided(ends: Sequence[float], size: float) -> FloatArray:
     return np.concatenate([*parts, places[-1:]])
 
 
-def _inside(x: FloatArray, y: FloatArray, edge_x: FloatArray, edge_y: FloatArray) -> FloatArray:
+def _contains(x: FloatArray, y: FloatArray, edge_x: FloatArray, edge_y: FloatArray) -> FloatArray:
     """Return 1 where points lie inside a polygon, else 0, by the crossings of its edges."""
     inside = np.zeros(x.shape, dtype=bool)
     for x1, y1, x2, y2 in zip(edge_x, edge_y, np.roll(edge_x, -1), np.roll(edge_y, -1), strict=True):

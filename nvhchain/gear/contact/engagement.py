@@ -172,7 +172,7 @@ class Engagement:
             for of, radius in zip(self._splines, lines.radius, strict=True)
         )
 
-    def _at(self, angle: float, flank: int) -> tuple[ContactLines, _Phase]:
+    def _lines_and_phase(self, angle: float, flank: int) -> tuple[ContactLines, _Phase]:
         """Return the contact lines at an angle, and the phase of the mesh; other mesh periods load other teeth."""
         meshes, phase = divmod(round(angle / self.pair.mesh_period * _PHASES), _PHASES)
         found = self._phases.get((phase, flank))
@@ -294,7 +294,7 @@ class Engagement:
         force = np.zeros(len(deflection))
         for flank, sign in ((DRIVE, 1.0), (BACK, -1.0)):
             approach = deflection if flank == DRIVE else -(deflection + self.pair.backlash)
-            lines, phase = self._at(angle, flank)
+            lines, phase = self._lines_and_phase(angle, flank)
             gap = phase.gap if self.deviations is None else phase.gap + self.deviation_gap(lines, 0)
             closed = np.flatnonzero(approach > gap.min(initial=np.inf))
             closed = closed[np.argsort(approach[closed])]  # each solution starts the next one

@@ -146,13 +146,13 @@ def _span_misses(gear: GearGeometry, length: float, k: int) -> str:
     if not low <= radius <= high:
         other = "more" if radius < low else "fewer"
         return (
-            f"span_teeth = {k}: the planes touch at radius {in_mm(radius)}, outside the flank of {1e3 * low:.6g}…"
+            f"span_teeth = {k}: the planes touch at radius {mm_text(radius)}, outside the flank of {1e3 * low:.6g}…"
             f"{1e3 * high:.6g} mm: span {other} teeth"
         )
     if across >= gear.face_width:
         return (
-            f"span_teeth = {k}: the planes touch {in_mm(across)} apart along the axis, beyond face_width = "
-            f"{in_mm(gear.face_width)}: span fewer teeth, or measure over balls"
+            f"span_teeth = {k}: the planes touch {mm_text(across)} apart along the axis, beyond face_width = "
+            f"{mm_text(gear.face_width)}: span fewer teeth, or measure over balls"
         )
     return ""
 
@@ -185,19 +185,19 @@ def _ball_misses(gear: GearGeometry, ball: float) -> str:
     """Return the reason for which a ball cannot be used; empty if it can."""
     touch, low, high = _ball_radius(gear, ball), gear.form_radius, gear.tip_form_radius
     centre = gear.base_radius / cos(ball_angle(gear, ball))
-    name = f"ball_diameter = {in_mm(ball)}"
+    name = f"ball_diameter = {mm_text(ball)}"
     if not low <= touch <= high:
         other = "larger" if touch < low else "smaller"
-        where = f"at radius {in_mm(touch)}" if touch > 0 else "below the base circle"
+        where = f"at radius {mm_text(touch)}" if touch > 0 else "below the base circle"
         return f"{name}: touches {where}, outside the flank of {1e3 * low:.6g}…{1e3 * high:.6g} mm: take a {other} one"
     if centre - 0.5 * ball <= gear.root_radius:
-        return f"{name}: reaches the root circle of radius {in_mm(gear.root_radius)}: take a smaller one"
+        return f"{name}: reaches the root circle of radius {mm_text(gear.root_radius)}: take a smaller one"
     if centre + 0.5 * ball <= gear.tip_circle_radius:
-        return f"{name}: stays below the tip circle of radius {in_mm(gear.tip_circle_radius)}: take a larger one"
+        return f"{name}: stays below the tip circle of radius {mm_text(gear.tip_circle_radius)}: take a larger one"
     return ""
 
 
-def in_mm(length: float) -> str:
+def mm_text(length: float) -> str:
     """Return a length (m) in words."""
     return f"{1e3 * length:.8g} mm"
 

@@ -64,10 +64,10 @@ class GearPair:
 
     def __post_init__(self) -> None:
         check_fields(self)
-        object.__setattr__(self, "wheel", _with_pitch_of(self.wheel, self.pinion))
+        object.__setattr__(self, "wheel", _match_pitch(self.wheel, self.pinion))
         self._check_axes()
         self._check_contact()
-        object.__setattr__(self, "wheel", self._without_jam())
+        object.__setattr__(self, "wheel", self._remove_jam())
 
     def _check_axes(self) -> None:
         """Refuse helix angles, centre distances and tips that do not fit each other."""
@@ -120,7 +120,7 @@ class GearPair:
             f"contact ratio {self.total_contact_ratio:.3f} is below 1: reduce centre_distance or increase the addenda",
         )
 
-    def _without_jam(self) -> GearBody:
+    def _remove_jam(self) -> GearBody:
         """Return the wheel, thinner by a negative backlash that is the rounding of a drawing; refuse a real one."""
         found, wheel = self.backlash, self.wheel.geometry
         require(
@@ -333,7 +333,7 @@ def nominal_centre_distance(pinion: GearGeometry, wheel: GearGeometry) -> float:
     raise InputError(f"no working pressure angle found for inv α = {target:g}")
 
 
-def _with_pitch_of(wheel: GearBody, pinion: GearBody) -> GearBody:
+def _match_pitch(wheel: GearBody, pinion: GearBody) -> GearBody:
     """Return the wheel with the pinion's module and pressure angle where only a rounding parts their base pitches."""
     p, w = pinion.geometry, wheel.geometry
     ratio = p.normal_module * cos(p.normal_pressure_angle) / (w.normal_module * cos(w.normal_pressure_angle))

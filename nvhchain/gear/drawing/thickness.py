@@ -15,8 +15,8 @@ from nvhchain.gear.drawing.measures import (
     base_tangent_length,
     centres_apart,
     dimension_over_balls,
-    in_mm,
     inv,
+    mm_text,
     span_rest,
 )
 from nvhchain.kinds import check_fields
@@ -116,12 +116,16 @@ def state_thickness(gear: GearGeometry) -> Iterator[tuple[str, float]]:
     if len(found) == 2:
         (_, one), (_, other) = found
         _agree(
-            gear, measured, other, f"by base tangent length {in_mm(one)} and over {measured.gauge} {in_mm(other)}", one
+            gear,
+            measured,
+            other,
+            f"by base tangent length {mm_text(one)} and over {measured.gauge} {mm_text(other)}",
+            one,
         )
     shift_stated = not isinstance(gear.profile_shift, Unstated)
     if shift_stated and not isinstance(gear.thickness_allowance, Unstated):
         own = gear.normal_thickness
-        text = f"by profile_shift and thickness_allowance {in_mm(own)}, as measured {in_mm(thickness)}"
+        text = f"by profile_shift and thickness_allowance {mm_text(own)}, as measured {mm_text(thickness)}"
         _agree(gear, measured, own, text, thickness)
         return
     rise = 2 * gear.normal_module * tan(gear.normal_pressure_angle)
@@ -129,8 +133,8 @@ def state_thickness(gear: GearGeometry) -> Iterator[tuple[str, float]]:
         allowance = 0.5 * pi * gear.normal_module + rise * gear.profile_shift - thickness
         require(
             abs(allowance) < 0.5 * gear.normal_module,
-            f"{found[0][0]} contradicts profile_shift = {gear.profile_shift:g}: thickness {in_mm(thickness)} measured, "
-            f"{in_mm(thickness + allowance)} by profile_shift: correct or leave out one of them",
+            f"{found[0][0]} contradicts profile_shift = {gear.profile_shift:g}: thickness {mm_text(thickness)} "
+            f"measured, {mm_text(thickness + allowance)} by profile_shift: correct or leave out one of them",
         )
         yield "thickness_allowance", allowance
         return
@@ -165,15 +169,17 @@ def _measured(gear: GearGeometry, measured: MeasuredThickness) -> list[tuple[str
     found = []
     if measured.base_tangent_length is not None and measured.span_teeth is not None:
         length = measured.base_tangent_length + measured.mean_deviation
-        name = f"base_tangent_length = {in_mm(measured.base_tangent_length)} over {measured.span_teeth} teeth"
+        name = f"base_tangent_length = {mm_text(measured.base_tangent_length)} over {measured.span_teeth} teeth"
         found.append((name, (length - span_rest(gear, measured.span_teeth)) / cos(gear.normal_pressure_angle)))
     if measured.dimension_over_balls is not None and measured.ball_diameter is not None:
         ball, dimension = measured.ball_diameter, measured.dimension_over_balls + measured.mean_deviation
-        name = f"dimension_over_balls = {in_mm(measured.dimension_over_balls)} over {measured.gauge} of {in_mm(ball)}"
+        name = (
+            f"dimension_over_balls = {mm_text(measured.dimension_over_balls)} over {measured.gauge} of {mm_text(ball)}"
+        )
         centres = (dimension - ball) / centres_apart(gear, measured.gauge)
         require(
             centres > 2 * gear.base_radius,
-            f"{name}: their centres lie within the base circle of diameter {in_mm(2 * gear.base_radius)}: correct "
+            f"{name}: their centres lie within the base circle of diameter {mm_text(2 * gear.base_radius)}: correct "
             "it, or the ball",
         )
         angle = acos(2 * gear.base_radius / centres)
@@ -191,7 +197,7 @@ def _agree(gear: GearGeometry, measured: MeasuredThickness, one: float, text: st
         centre = ball_angle(gear, measured.ball_diameter)
         require(
             centre > 0,
-            f"ball_diameter = {in_mm(measured.ball_diameter)}: falls through the space that profile_shift and "
+            f"ball_diameter = {mm_text(measured.ball_diameter)}: falls through the space that profile_shift and "
             "thickness_allowance leave: take a larger one, or correct them",
         )
         slope = cos(angle) / sin(centre)

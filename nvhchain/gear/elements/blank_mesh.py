@@ -140,8 +140,8 @@ def blank_mesh(body: GearBody, top_radius: float, fidelity: GearFidelity) -> Bla
         sector_elements=column < per_tooth * body.sector,
         tooth_elements=column < per_tooth,
         rim_elements=row >= rim,
-        rotated_nodes=_with_edges(plane, turned),
-        next_nodes=_with_edges(plane, following),
+        rotated_nodes=_add_edges(plane, turned),
+        next_nodes=_add_edges(plane, following),
     )
 
 
@@ -153,7 +153,7 @@ def _whole_row(body: GearBody, radii: FloatArray, step: float) -> int:
     return min(rows, len(radii) - 1)
 
 
-def _with_edges(plane: PlaneMesh, turned: IntArray) -> IntArray:
+def _add_edges(plane: PlaneMesh, turned: IntArray) -> IntArray:
     """Return the nodes that replace all nodes, from those (corners,) that replace the corners; −1 is passed on."""
     ends = turned[plane.edges]
     moved = (ends >= 0).all(axis=1)

@@ -230,7 +230,7 @@ def find_bolts(part: CadPart, found: Sequence[Cylinder], seats: Iterable[Cylinde
     if part.bolt_diameter is None:
         return tuple(bolts.values())
     of_seats = {seat.faces for seat in seats}
-    possible = [c for c in found if c.faces not in of_seats and c.angle > _BROKEN and _at_plane(part, c)]
+    possible = [c for c in found if c.faces not in of_seats and c.angle > _BROKEN and _ends_at_plane(part, c)]
     fitting = [c for c in possible if abs(2 * c.radius - part.bolt_diameter) < 2 * AXIS_TOLERANCE]
     where = "at the mounting plane" if part.mounting_plane else "in the part"
     sizes, counts = np.unique(np.round([2e3 * c.radius for c in possible], 3), return_counts=True)
@@ -243,7 +243,7 @@ def find_bolts(part: CadPart, found: Sequence[Cylinder], seats: Iterable[Cylinde
     return tuple((bolts | {c.faces: c for c in fitting}).values())
 
 
-def _at_plane(part: CadPart, cylinder: Cylinder) -> bool:
+def _ends_at_plane(part: CadPart, cylinder: Cylinder) -> bool:
     """Return True for a hole along the normal of the mounting plane that ends there, a chamfer apart."""
     if part.mounting_plane is None:
         return True

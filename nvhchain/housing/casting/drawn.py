@@ -222,7 +222,7 @@ def _axes(places: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
     return found
 
 
-def _on(axis: tuple[float, float], other: tuple[float, float]) -> bool:
+def _same_axis(axis: tuple[float, float], other: tuple[float, float]) -> bool:
     return hypot(axis[0] - other[0], axis[1] - other[1]) <= 1e-4
 
 
@@ -232,8 +232,8 @@ def _spaces(
     """Return a circle around every axis: its largest gear with clearance, and its bosses."""
     found = []
     for axis in _axes([*(disc.axis for disc in discs), *(seat.axis for seat in seats)]):
-        reach = [disc.radius + radial for disc in discs if _on(axis, disc.axis)]
-        reach += [0.5 * seat.diameter + boss + _MARGIN for seat in seats if _on(axis, seat.axis)]
+        reach = [disc.radius + radial for disc in discs if _same_axis(axis, disc.axis)]
+        reach += [0.5 * seat.diameter + boss + _MARGIN for seat in seats if _same_axis(axis, seat.axis)]
         found.append(GearSpace(axis, _rounded(max(reach))))
     return tuple(found)
 
@@ -249,8 +249,8 @@ def _openings(
     crossing = [disc for disc in discs if disc.low < high and disc.high > low]
     found = []
     for axis in _axes([disc.axis for disc in crossing]):
-        own = next((seat for seat in members if _on(axis, seat.axis)), None)
-        discs_here = [disc for disc in crossing if _on(axis, disc.axis)]
+        own = next((seat for seat in members if _same_axis(axis, seat.axis)), None)
+        discs_here = [disc for disc in crossing if _same_axis(axis, disc.axis)]
         if own is not None:
             if any(disc.gear for disc in discs_here):
                 raise InputError(

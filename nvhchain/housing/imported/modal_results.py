@@ -13,7 +13,7 @@ from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, HousingAccuracy, IntArray, ReducedHousing
 from nvhchain.housing.imported.repair import check_extent
-from nvhchain.housing.imported.seats import at_rest, held_holes, seat_rows, seat_walls
+from nvhchain.housing.imported.seats import held_holes, resting_nodes, seat_rows, seat_walls
 from nvhchain.housing.imported.solid_model import warn
 from nvhchain.housing.modes.seat_modes import moving_vectors
 from nvhchain.housing.modes.truncation import Vectors, truncation_report
@@ -22,7 +22,7 @@ from nvhchain.housing.skin.envelope import RadiatingFaces, outer_envelope
 from nvhchain.housing.skin.mapping_error import skin_sources, stated_mapping_errors
 from nvhchain.housing.skin.normal_motion import normal_motion
 from nvhchain.housing.skin.shell_sides import distinct, has_area, outward_sides, outward_skin
-from nvhchain.housing.skin.skin import Skin, with_middles
+from nvhchain.housing.skin.skin import Skin, add_middles
 
 _RIGID = 1e-4
 """Largest frequency of a rigid mode over f_max.
@@ -107,7 +107,7 @@ def housing_from_modes(
         shells=shells,
     )
     facets = skin.facets[envelope.exposed]
-    moving = facets[~at_rest(model)[facets[:, :3]].all(axis=1)]
+    moving = facets[~resting_nodes(model)[facets[:, :3]].all(axis=1)]
     motion = skin.restrict(
         normal_motion(skin.nodes, moving, envelope.surface, envelope.silent, fidelity.samples_per_face)
     )
@@ -220,6 +220,6 @@ def modal_skin(model: ModalModel) -> tuple[Skin, IntArray, tuple[str, ...]]:
     facets, shells = np.concatenate([solids, sheets]), np.concatenate([np.zeros(len(solids), dtype=bool), shells])
     area = has_area(model.nodes, facets, notes)
     facets, shells, of_sheets = facets[area], shells[area], of_sheets[area]
-    facets, halves = with_middles(facets, len(model.nodes))
+    facets, halves = add_middles(facets, len(model.nodes))
     interpolation = sp.csr_matrix(sp.vstack([sp.identity(len(model.nodes)), halves]))
     return Skin(np.asarray(interpolation @ model.nodes), facets, interpolation, of_sheets), shells, tuple(notes)

@@ -115,7 +115,7 @@ def seat_walls(model: ModalModel, seats: IntArray, skin: IntArray) -> list[IntAr
     return found
 
 
-def at_rest(model: ModalModel) -> BoolArray:
+def resting_nodes(model: ModalModel) -> BoolArray:
     """Return a mask (n,) of the nodes that move in no mode."""
     largest = np.abs(model.shapes).max(axis=(0, 2))
     return np.asarray(largest <= _AT_REST * largest.max())
@@ -126,7 +126,7 @@ def held_holes(model: ModalModel, facets: IntArray) -> list[IntArray]:
 
     facets: (k, 6) nodes of the skin's facets, outward; middles of edges may lie beyond the model's nodes.
     """
-    held = facets[at_rest(model)[facets[:, :3]].all(axis=1)]
+    held = facets[resting_nodes(model)[facets[:, :3]].all(axis=1)]
     edges = held[:, [0, 1, 2]].ravel(), held[:, [1, 2, 0]].ravel()
     graph = sp.coo_matrix((np.ones(len(edges[0])), edges), shape=(len(model.nodes),) * 2)
     patches = connected_components(graph, directed=False)[1][held[:, 0]]

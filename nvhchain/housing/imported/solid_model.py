@@ -19,7 +19,7 @@ from nvhchain.housing.imported.repair import sound_mesh
 from nvhchain.housing.imported.structure import structural_matrices
 from nvhchain.housing.modes.damping import DampingCurve, check_modal_damping
 from nvhchain.housing.modes.seat_modes import seat_modes
-from nvhchain.housing.reduction import SkinMotion, finished, reduced_modes, with_errors
+from nvhchain.housing.reduction import SkinMotion, finished, reduced_modes, state_errors
 from nvhchain.housing.skin.envelope import RadiatingFaces, outer_envelope
 from nvhchain.housing.skin.mapping_error import skin_sources
 from nvhchain.housing.skin.normal_motion import normal_motion
@@ -87,7 +87,7 @@ def reduce_model(
     wrong = None
     if known:
         wrong = _frequency_errors(model, T @ modes.every.shapes, modes.every.frequency)
-        modes, wrong = with_errors(modes, wrong, corrected=fidelity.corrected_frequencies, ratio=ratio)
+        modes, wrong = state_errors(modes, wrong, corrected=fidelity.corrected_frequencies, ratio=ratio)
     tell(5, _STEPS)
     skin_motion = SkinMotion(to_faces, envelope.surface, to_flux, places)
     reduced = reduced_modes(

@@ -39,7 +39,7 @@ def sound_shells(model: SolidModel, notes: list[str]) -> Structure:
     blocks: list[ShellBlock] = []
     collapsed = warped = 0
     for block in model.structure.shells:
-        for corners, rows in _by_distinct_corners(block):
+        for corners, rows in _split_by_corners(block):
             keep = np.isin(np.arange(len(block.nodes)), rows)
             part = _part(block, keep, corners)
             _, xy, height = facet_frames(model.nodes[part.nodes])
@@ -50,7 +50,7 @@ def sound_shells(model: SolidModel, notes: list[str]) -> Structure:
             warped += int((np.abs(height).max(axis=1)[flat] > _WARPED * np.sqrt(area[flat])).sum())
             if flat.any():
                 blocks.append(_part(part, flat, part.nodes[flat]))
-        collapsed += len(block.nodes) - sum(len(rows) for _, rows in _by_distinct_corners(block))
+        collapsed += len(block.nodes) - sum(len(rows) for _, rows in _split_by_corners(block))
     if collapsed:
         notes.append(f"{collapsed} shells collapsed to a line or a point left out")
     if warped:
@@ -64,7 +64,7 @@ def _areas(xy: FloatArray) -> FloatArray:
     return np.asarray((xy[..., 0] * following[..., 1] - xy[..., 1] * following[..., 0]).sum(axis=1) / 2)
 
 
-def _by_distinct_corners(block: ShellBlock) -> list[tuple[IntArray, IntArray]]:
+def _split_by_corners(block: ShellBlock) -> list[tuple[IntArray, IntArray]]:
     """Return corners and rows of elements with all corners different, and of triangles among quadrilaterals."""
     nodes = block.nodes
     distinct = 1 + (np.diff(np.sort(nodes, axis=1), axis=1) > 0).sum(axis=1)

@@ -24,7 +24,7 @@ from nvhchain.handoff import FloatArray, IntArray, Surface
 from nvhchain.handoff.surface import body_numbers
 from nvhchain.housing.modes.mounting_plane import MountingPlane
 from nvhchain.housing.skin.regions import CAVITY, EXTERIOR, PLUG, WALL, Regions, regions, samples
-from nvhchain.housing.skin.shell_faces import at_outer_faces, thickened
+from nvhchain.housing.skin.shell_faces import move_to_outer_faces, thickened
 from nvhchain.housing.skin.skin import Skin
 from nvhchain.housing.skin.surface_nets import relaxed, split, surface_nets, well_composed
 
@@ -126,7 +126,7 @@ def outer_envelope(
     )
     space = regions(skin.nodes, skin.triangles, plugs, floor, size, opening)
     exposed = _exposed(skin, space, plugs, floor, shells, face_size**2)
-    outer, body = _outside(skin, space, exposed, floor)
+    outer, body = _exposed_parts(skin, space, exposed, floor)
     if surface is None:
         surface, silent = _net(body, _partly_filled(body, outer.nodes[outer.facets]), face_size * _CELL)
     else:
@@ -136,7 +136,7 @@ def outer_envelope(
     return Envelope(surface, silent, exposed, outer, notes)
 
 
-def _outside(
+def _exposed_parts(
     skin: Skin, space: Regions, exposed: IntArray, floor: tuple[FloatArray, FloatArray] | None
 ) -> tuple[Skin, Regions]:
     """Return the exposed facets and the body, with shells of their thickness.
@@ -148,14 +148,14 @@ def _outside(
     depth = np.broadcast_to(skin.depth, len(exposed))
     if not depth[exposed].any():
         return replace(skin, facets=skin.facets[exposed], sheets=False, depth=0.0), space
-    outer = at_outer_faces(skin, exposed, floor)
+    outer = move_to_outer_faces(skin, exposed, floor)
     body, enclosed = thickened(space, skin.nodes[skin.facets[exposed, :3]], outer.nodes[outer.facets[:, :3]])
     if floor is not None:
         height = np.abs((outer.nodes[outer.facets[:, :3]] - floor[0]) @ floor[1]).max(axis=1)
         enclosed |= (depth[exposed] > 0) & (height < 1e-6 * depth.max())
     if enclosed.any() and not enclosed.all():
         exposed[np.flatnonzero(exposed)[enclosed]] = False
-        return _outside(skin, space, exposed, floor)
+        return _exposed_parts(skin, space, exposed, floor)
     return outer, body
 
 

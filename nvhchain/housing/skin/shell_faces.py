@@ -25,7 +25,7 @@ _ONE_PLACE = 1e-6
 """Largest angle (rad) between two walls at one place around an edge."""
 
 
-def at_outer_faces(skin: Skin, exposed: IntArray, floor: tuple[FloatArray, FloatArray] | None) -> Skin:
+def move_to_outer_faces(skin: Skin, exposed: IntArray, floor: tuple[FloatArray, FloatArray] | None) -> Skin:
     """Return the exposed facets, those of shells at the faces of these.
 
     exposed : (k,) bool, facets in contact with the air.

@@ -59,7 +59,7 @@ def model_skin(model: SolidModel) -> tuple[Skin, IntArray]:
         covered = {tuple(row) for row in np.sort(_outer_faces(model)[:, :4], axis=1).tolist()}
         flat = flat[[tuple(row) not in covered for row in np.sort(flat[:, :4], axis=1).tolist()]]
     sheets, shells = outward_sides(model.nodes, distinct(six_node_facets(flat, len(model.nodes))[0], []))
-    middled, halves = with_middles(sheets, len(solid.nodes))
+    middled, halves = add_middles(sheets, len(solid.nodes))
     known = sp.csr_matrix(halves @ solid.interpolation) if halves.shape[0] else halves
     interpolation = sp.csr_matrix(sp.vstack([solid.interpolation, known]))
     facets = np.concatenate([solid.facets, middled])
@@ -108,7 +108,7 @@ def _no_skin(model: SolidModel) -> Skin:
     return Skin(model.nodes, np.zeros((0, 6), dtype=np.int64), sp.csr_matrix(sp.identity(count)))
 
 
-def with_middles(facets: IntArray, count: int) -> tuple[IntArray, sp.csr_matrix]:
+def add_middles(facets: IntArray, count: int) -> tuple[IntArray, sp.csr_matrix]:
     """Return facets (k, 6) with new nodes, numbered from `count`, in the middles of straight edges, and their halves.
 
     The second result (q, count) maps values at the nodes so far to values at the new nodes.

@@ -140,7 +140,7 @@ def _rigid_beams(base: Database) -> None:
     """Join rigid links and beams (MPC184) into bodies about their most connected node."""
     links: defaultdict[int, list[int]] = defaultdict(list)
     first: dict[int, int] = {}
-    for element in base.of_types(RIGID_BEAMS):
+    for element in base.elements_by_type(RIGID_BEAMS):
         where = f"{base.source}: element {element.label} (MPC184)"
         option = base.key(element, 1)
         require(option == 1, f"{where} is a joint (KEYOPT(1) = {option}): only rigid beams, 1, are read")
@@ -167,10 +167,10 @@ def _rigid_beams(base: Database) -> None:
 def _contacts(base: Database) -> None:
     """Read pairs of contact and target by their real constants: remote points and bonds."""
     targets: defaultdict[int, list[Element]] = defaultdict(list)
-    for element in base.of_types(TARGETS):
+    for element in base.elements_by_type(TARGETS):
         targets[element.constants].append(element)
     pairs: defaultdict[int, list[Element]] = defaultdict(list)
-    for element in base.of_types(CONTACTS):
+    for element in base.elements_by_type(CONTACTS):
         pairs[element.constants].append(element)
     idle: Counter[str] = Counter()
     tied: list[tuple[set[int], set[int]]] = []

@@ -74,7 +74,7 @@ class Database:
         """Return a key option of the element's type."""
         return self.types[element.kind][1].get(option, 0)
 
-    def of_types(self, numbers: Iterable[int]) -> list[Element]:
+    def elements_by_type(self, numbers: Iterable[int]) -> list[Element]:
         """Return all elements of the types, in the order of the file."""
         wanted = {kind for kind, (number, _) in self.types.items() if number in set(numbers)}
         return [element for element in self.elements if element.kind in wanted]

@@ -31,15 +31,15 @@ _BEAM_SHAPES: Mapping[str, tuple[str, tuple[int, ...]]] = {
 
 def read_elements(base: Database) -> None:
     """Read all elements that are no couplings."""
-    for element in base.of_types((*BRICKS, *TETRAHEDRA, *LINEAR_TETRAHEDRA)):
+    for element in base.elements_by_type((*BRICKS, *TETRAHEDRA, *LINEAR_TETRAHEDRA)):
         _solid(base, element)
-    for element in base.of_types(SHELLS):
+    for element in base.elements_by_type(SHELLS):
         _shell(base, element)
-    for element in base.of_types((*BEAMS, *TRUSSES)):
+    for element in base.elements_by_type((*BEAMS, *TRUSSES)):
         _beam(base, element)
-    for element in base.of_types(MASSES):
+    for element in base.elements_by_type(MASSES):
         _mass(base, element)
-    for element in base.of_types(SPRINGS):
+    for element in base.elements_by_type(SPRINGS):
         _spring(base, element)
 
 

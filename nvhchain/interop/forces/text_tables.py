@@ -100,7 +100,7 @@ def read_text_table(path: Path) -> Record:
             head, below = _head(lines, layout)
             rows: Iterator[str] = chain(below, lines)
             if layout.decimal == ",":
-                rows = map(_with_points, rows)
+                rows = map(_point_numbers, rows)
             table = np.loadtxt(rows, delimiter=layout.separator, ndmin=2, comments="#", quotechar='"')
         names, stated = head[0], head[1] if head[1:] else [""] * len(head[0])
         if len(stated) != len(names):
@@ -115,7 +115,7 @@ def read_text_table(path: Path) -> Record:
     return record_of(path, names, stated, table)
 
 
-def _with_points(line: str) -> str:
+def _point_numbers(line: str) -> str:
     """Return numbers with decimal points; ValueError for one that has a point already."""
     numbers = line.split("#")[0]
     if "." in numbers:

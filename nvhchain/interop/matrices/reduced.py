@@ -113,9 +113,9 @@ def read_superelement(files: SuperelementFiles, *, units: str, names: MatrixName
     assert recovery is not None
     free = np.asarray(square["stiffness"].any(axis=1) | square["mass"].any(axis=1))
     if stiffness.rows is not None and recovery.values.shape[1] > len(unknowns):
-        recovery = _with_known_columns(recovery, unknowns)
+        recovery = _known_columns(recovery, unknowns)
     if not free.all():  # such as rotations of nodes of solids, and spare scalar points
-        recovery = _without_columns(recovery, unknowns, free)
+        recovery = _free_columns(recovery, unknowns, free)
         unknowns = tuple(unknown for unknown, own in zip(unknowns, free, strict=True) if own)
         square = {what: values[np.ix_(free, free)] for what, values in square.items()}
     scale = np.array([1.0 / system.length if 1 <= component <= 3 else 1.0 for _, component in unknowns])
@@ -134,7 +134,7 @@ def read_superelement(files: SuperelementFiles, *, units: str, names: MatrixName
     return modal_model(modes, geometry, unit_system("m-kg-s"), source, mass_normalized=True)
 
 
-def _with_known_columns(recovery: LabelledMatrix, unknowns: tuple[Unknown, ...]) -> LabelledMatrix:
+def _known_columns(recovery: LabelledMatrix, unknowns: tuple[Unknown, ...]) -> LabelledMatrix:
     """Return the recovery from the unknowns of the stiffness, which leaves out empty motions of boundary nodes."""
     nodes = list(dict.fromkeys(node for node, _ in unknowns))
     moving = {node for node, component in unknowns if component > 0}
@@ -146,7 +146,7 @@ def _with_known_columns(recovery: LabelledMatrix, unknowns: tuple[Unknown, ...])
     return LabelledMatrix(recovery.name, recovery.rows, None, chosen)
 
 
-def _without_columns(recovery: LabelledMatrix, unknowns: tuple[Unknown, ...], free: np.ndarray) -> LabelledMatrix:
+def _free_columns(recovery: LabelledMatrix, unknowns: tuple[Unknown, ...], free: np.ndarray) -> LabelledMatrix:
     """Return the recovery from the unknowns that are free; it may have all columns, or leave out empty ones."""
     values, columns = recovery.values, recovery.columns
     if values.shape[1] == len(unknowns):

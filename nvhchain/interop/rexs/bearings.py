@@ -138,7 +138,7 @@ def _bearing(parts: Parts, component: Component, lines: Mapping[int, Line]) -> I
         radial_stiffness=radial if absorbs else 0.0,
         axial_stiffness=axial,
         matrix=_operating_matrix(parts, component, first, lines) if absorbs else None,
-        axial=_along_z(values.text("axial_force_absorption") or "both_directions", lines.get(first)),
+        axial=_turn_to_z(values.text("axial_force_absorption") or "both_directions", lines.get(first)),
         **_internal(parts, component),
         catalogue=_catalogue(parts, component),
     )
@@ -152,7 +152,7 @@ def _shaft(parts: Parts, end: int | None) -> int | None:
     return None if owner is None else owner.id
 
 
-def _along_z(axial: str, line: Line | None) -> str:
+def _turn_to_z(axial: str, line: Line | None) -> str:
     """Return the axial support along z of the unit, for one along u of its shaft."""
     if line is None or line.direction > 0:
         return axial

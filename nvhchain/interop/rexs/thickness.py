@@ -59,9 +59,9 @@ def thickness_of(parts: Parts, component: Component, angle: float, helix: float,
     span, size, allowance = _span(values), _ball_size(values), _allowance(parts, component, angle)
     thickness = _thickness(values, helix)
     if allowance is None and thickness is None and not given:
-        allowance = _by_series(parts, component, pitch, measured=span is not None or size is not None)
+        allowance = _series_reduction(parts, component, pitch, measured=span is not None or size is not None)
         if allowance is None:
-            thickness = _by_chord(values, helix, pitch)
+            thickness = _chordal_thickness(values, helix, pitch)
     return {
         "allowance": allowance,
         "thickness": thickness,
@@ -105,7 +105,7 @@ def _allowance(parts: Parts, component: Component, angle: float) -> float | None
     return None
 
 
-def _by_series(parts: Parts, component: Component, pitch: float, *, measured: bool) -> float | None:
+def _series_reduction(parts: Parts, component: Component, pitch: float, *, measured: bool) -> float | None:
     """Return the mean reduction of the normal tooth thickness (m) by the series of DIN 3967; a measure counts more."""
     name, text = parts.names[component.id], parts.values(component).text(_SERIES).strip().lower()
     series = re.fullmatch(r"([a-h]{1,2})\s*(\d\d)|(\d\d)\s*([a-h]{1,2})", text)
@@ -131,7 +131,7 @@ def _thickness(values: Values, helix: float) -> float | None:
     return normal if normal is not None else transverse * cos(helix) if transverse is not None else None
 
 
-def _by_chord(values: Values, helix: float, pitch: float) -> float | None:
+def _chordal_thickness(values: Values, helix: float, pitch: float) -> float | None:
     """Return the normal tooth thickness at the reference circle (m) by its chord."""
     chord, virtual = values.number("normal_chordal_tooth_thickness", "m", low=1e-5), pitch / cos(helix) ** 2
     return virtual * asin(chord / virtual) if chord is not None and chord < virtual else None

@@ -69,7 +69,7 @@ class Parts:
     def _model(self, length: float) -> SolidModel:
         require(len(self.nodes) > 0, f"{self.source}: no nodes")
         solid = {label for _, rows in self.elements.values() for row in rows for label in row}
-        self.notes += self.structure.without_leftovers(solid)
+        self.notes += self.structure.remove_leftovers(solid)
         require(
             bool(self.elements or self.structure.shells),
             f"{self.source}: no solid elements (tetrahedra, wedges or bricks) and no shells",

@@ -117,7 +117,7 @@ class StructureParts:
         found |= {n for _, node, _, others in self.relations for n in (node, *(other[0] for other in others))}
         return found
 
-    def without_leftovers(self, solid: set[int]) -> list[str]:
+    def remove_leftovers(self, solid: set[int]) -> list[str]:
         """Remove shells and beams without a section on nodes of solids, which meshers leave; return notes on them."""
         notes = []
         for group in [one for one in self.shells if one not in self.shell_sections]:

@@ -195,10 +195,10 @@ def read_boundary(file: AbaqusFile, block: Block) -> None:
             )
             components = _range(row[1:3])
         for label in labels:
-            file.parts.held[label] |= _in_basic_axes(file, label, components & set("123456"))
+            file.parts.held[label] |= _basic_components(file, label, components & set("123456"))
 
 
-def _in_basic_axes(file: AbaqusFile, label: int, components: set[str]) -> set[str]:
+def _basic_components(file: AbaqusFile, label: int, components: set[str]) -> set[str]:
     """Return held components of a node with *TRANSFORM in the basic axes, as far as its own lie along them."""
     axes = file.transforms.get(label)
     if axes is None:

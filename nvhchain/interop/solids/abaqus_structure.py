@@ -15,7 +15,7 @@ from nvhchain.interop.solids._model_parts import Rigid
 from nvhchain.interop.solids._structure_parts import ShellSection, node_weights
 from nvhchain.interop.solids.abaqus_keywords import Block, real
 from nvhchain.interop.solids.abaqus_sets import AbaqusFile
-from nvhchain.interop.solids.nastran_structure import across, point_mass
+from nvhchain.interop.solids.nastran_structure import normal_to, point_mass
 
 OTHER_ELEMENTS = (
     (re.compile(r"(S3R?S?|STRI3|DS3)$"), "shell3", 3),
@@ -279,7 +279,7 @@ def assign_truss(file: AbaqusFile, group: str, label: int, material: Material, a
     """Move a truss with its area (m²) into the beams; it carries no bending."""
     a, b = file.elements.pop(label)[1]
     file.parts.structure.beam_sections[group] = material, BeamSection(area, 0.0, 0.0, 0.0)
-    direction = across(np.subtract(file.parts.nodes[b], file.parts.nodes[a]))
+    direction = normal_to(np.subtract(file.parts.nodes[b], file.parts.nodes[a]))
     file.parts.structure.beams[group].add(label, (a, b), direction)
 
 

@@ -173,16 +173,16 @@ def _beams(deck: Deck) -> None:
     for name in BEAMS:
         for where, card in deck.fields(name):
             if name in usual:
-                card = _with_defaults(card, usual[name])
+                card = _fill_defaults(card, usual[name])
             if name in ("CROD", "CTUBE"):
                 ends = int(card[3]), int(card[4])
-                _append_beam(deck, card[2] or card[1], int(card[1]), ends, across(_axis(deck, ends)), [""] * 8)
+                _append_beam(deck, card[2] or card[1], int(card[1]), ends, normal_to(_axis(deck, ends)), [""] * 8)
             elif name == "CONROD":
                 ends, L = (int(card[2]), int(card[3])), deck.system.length
                 extra = _number(card[8]) * deck.mass * deck.system.mass / L
                 bar = BeamSection(real(card[5]) * L**2, 0.0, 0.0, _number(card[6]) * L**4, extra_mass=extra)
                 deck.parts.structure.beam_sections[f"CONROD {card[1]}"] = deck.materials(card[4], where), bar
-                _append_beam(deck, f"CONROD {card[1]}", int(card[1]), ends, across(_axis(deck, ends)), [""] * 8)
+                _append_beam(deck, f"CONROD {card[1]}", int(card[1]), ends, normal_to(_axis(deck, ends)), [""] * 8)
             else:
                 ends = int(card[3]), int(card[4])
                 flag = (card[8] or "GGG").upper()
@@ -192,7 +192,7 @@ def _beams(deck: Deck) -> None:
                 )
 
 
-def _with_defaults(card: list[str], usual: list[str]) -> list[str]:
+def _fill_defaults(card: list[str], usual: list[str]) -> list[str]:
     """Return a bar with section, direction and flag of BAROR or BEAMOR where it has none of its own."""
     whole = list(card)
     whole[2] = card[2] or usual[2]
@@ -206,8 +206,8 @@ def _axis(deck: Deck, ends: tuple[int, int]) -> FloatArray:
     return deck.place(ends[1]) - deck.place(ends[0])
 
 
-def across(axis: FloatArray) -> FloatArray:
-    """Return a vector across an axis (3,), for sections that are alike in all directions."""
+def normal_to(axis: FloatArray) -> FloatArray:
+    """Return a vector normal_to an axis (3,), for sections that are alike in all directions."""
     return np.asarray(np.eye(3)[np.abs(axis).argmin()])
 
 
@@ -344,7 +344,7 @@ def _bush_axes(deck: Deck, where: str, card: list[str], along: FloatArray) -> Fl
     else:
         direction = deck.axes(int(card[3])) @ np.array([_number(x) for x in card[5:8]])
         if not direction.any():
-            direction = across(along)
+            direction = normal_to(along)
     x = along / length
     z = np.cross(x, direction)
     require(bool(z.any()), f"{where}: its direction lies along its axis")

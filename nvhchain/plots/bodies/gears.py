@@ -85,7 +85,7 @@ def gear_pair(
         gear_part(
             body,
             mesh,
-            teeth=_in_contact(lines, gear, body),
+            teeth=_touching_teeth(lines, gear, body),
             meshed=True,
             turn=turns[gear],
             place=np.array([gear * pair.centre_distance, 0.0, body.offset]),
@@ -100,7 +100,7 @@ def gear_pair(
     for line in _lines_of_contact(pair, lines, turns[1]):
         drawn[1].plot(*along_shafts.seen(line).T, color=CONTACT, linewidth=3.0, marker="o", markersize=3.0)
     titles = [
-        f"{name}: teeth {_listed(_in_contact(lines, gear, body))} in contact"
+        f"{name}: teeth {_listed(_touching_teeth(lines, gear, body))} in contact"
         for gear, (name, body) in enumerate(zip(names, bodies, strict=True))
     ]
     drawn[0].set_title(f"{names[0]} and {names[1]}, wheel angle {np.degrees(angle):.2f}°", loc="left")
@@ -171,7 +171,7 @@ def _turns(pair: GearPair, angle: float) -> tuple[float, float]:
     return pinion, np.pi + wheel
 
 
-def _in_contact(lines: ContactLines, gear: int, body: GearBody) -> tuple[int, ...]:
+def _touching_teeth(lines: ContactLines, gear: int, body: GearBody) -> tuple[int, ...]:
     """Return the teeth of a gear that touch."""
     return tuple(int(tooth) for tooth in np.unique(lines.tooth[gear] % body.geometry.teeth))
 

@@ -155,12 +155,12 @@ def run_up_causes(
         for i in shown.tolist()
     ]
     rest = levels_dBA[1] - levels_dBA[0] - sum(of["part_db"] for of in found)
-    near = _near_a_speed(maps, [of["order"] for of in found], rest, _mean(total))
+    near = _speed_part(maps, [of["order"] for of in found], rest, _mean(total))
     left = {"order": None, "part_db": float(rest - sum(of["part_db"] for of in near)), "lines": None}
     return [*sorted([*found, *near], key=lambda of: -abs(of["part_db"])), left]
 
 
-def _near_a_speed(
+def _speed_part(
     maps: tuple[Waterfall, Waterfall], orders: Sequence[float], rest: float, per_db: float
 ) -> list[dict[str, Any]]:
     """Return the part (dB) of sound outside the orders about one speed; empty where it is less than half of the rest.

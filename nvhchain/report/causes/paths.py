@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 
 from nvhchain import acoustics
-from nvhchain.errors import InputError, without_accuracy_warnings
+from nvhchain.errors import InputError, silence_accuracy_warnings
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import (
     FieldPressure,
@@ -80,7 +80,7 @@ def force_parts(
 ) -> tuple[Contributions, Contributions] | None:
     """Return the pressure by path and by mode that forces cause; None for operators of different surfaces."""
     try:
-        with without_accuracy_warnings():
+        with silence_accuracy_warnings():
             modal = acoustics.modal_transfer_vectors(vectors, housing, load.frequency, fidelity=fidelity)
             functions = acoustics.noise_transfer_functions(modal, housing).functions
             modes = modal_contributions(modal, housing, load)

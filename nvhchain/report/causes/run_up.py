@@ -114,7 +114,7 @@ def result_parts(run: Result, order: float) -> tuple[Contributions, Contribution
     return order_parts(forces, housing, vectors, order, high=high, fidelity=run.fidelity.acoustics)
 
 
-def with_parts(lines: Sequence[dict[str, Any]], first: Result, second: Result) -> list[dict[str, Any]]:
+def add_parts(lines: Sequence[dict[str, Any]], first: Result, second: Result) -> list[dict[str, Any]]:
     """Return the orders of a difference of two run-ups with their `modes` and `paths`, each adding up to its order.
 
     Orders whose steady parts disagree with the records have none.
@@ -145,14 +145,14 @@ def _parts(
     if not steady or not 1 / AGREEMENT < (energy[1] - energy[0]) / steady < AGREEMENT:
         return {}
     scale = of["part_db"] / float(mean[1] - mean[0]) / total.shape[1]
-    paths = [_by_name(each[0], gain) for each in (before, after)]
+    paths = [_named_pressures(each[0], gain) for each in (before, after)]
     parts = {"paths": split_difference(total, paths, scale)}
     if names is None:
         return parts
-    modes = [_by_name(renamed(each[1], own), gain) for each, own in zip((before, after), names, strict=True)]
+    modes = [_named_pressures(renamed(each[1], own), gain) for each, own in zip((before, after), names, strict=True)]
     return parts | {"modes": split_difference(total, modes, scale)}
 
 
-def _by_name(parts: Contributions, gain: FloatArray) -> dict[str, ComplexArray]:
+def _named_pressures(parts: Contributions, gain: FloatArray) -> dict[str, ComplexArray]:
     """Return name → pressure (n_speed,) Pa at the first field point, times a gain (n_speed,)."""
     return dict(zip(parts.names, (gain[:, None] * parts.pressure[:, 0]).T, strict=True))

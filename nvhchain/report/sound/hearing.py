@@ -79,7 +79,7 @@ def hearing_sentences(name: str, entry: Mapping[str, Any]) -> list[str]:
     ]
     prominent = [tone for tone in entry.get("tones", []) if tone["prominent"]]
     for tone in prominent:
-        ratio = over_noise(tone["tone_to_noise_dB"])
+        ratio = noise_ratio(tone["tone_to_noise_dB"])
         how = "the background has no energy in" if ratio is None else f"{ratio:.1f} dB over the background in"
         told.append(f"  {tone['name']} ({tone['frequency_hz']:.0f} Hz) is prominent: {how} its critical band")
     for order in entry.get("order_tones", []):
@@ -92,7 +92,7 @@ def hearing_sentences(name: str, entry: Mapping[str, Any]) -> list[str]:
     return told
 
 
-def over_noise(ratio: float | None) -> float | None:
+def noise_ratio(ratio: float | None) -> float | None:
     """Return a ratio (dB) of a tone to noise; None where the background has no energy in the critical band."""
     return ratio if ratio is not None and ratio <= NO_NOISE else None
 
@@ -177,8 +177,8 @@ def _order_tones(stored: Stored, run: StoredRun, background: Sound) -> list[dict
         tones = [tone_prominence(float(frequency[at]), float(cut.level[at]), background) for at in judged]
         columns: dict[str, Any] = {
             "speed_rpm": 30 / pi * cut.speed[judged],
-            "tone_to_noise_dB": [over_noise(tone.tone_to_noise) for tone in tones],
-            "prominence_ratio_dB": [over_noise(tone.prominence_ratio) for tone in tones],
+            "tone_to_noise_dB": [noise_ratio(tone.tone_to_noise) for tone in tones],
+            "prominence_ratio_dB": [noise_ratio(tone.prominence_ratio) for tone in tones],
         }
         if not tones:
             continue

@@ -24,8 +24,8 @@ def blocks(results: Results) -> list[Any]:
         ("alone", "#0072b2", "first", "first_limits"),
         ("with interactions", "#e69f00", "total", "total_limits"),
     ):
-        middle = [_inside(getattr(index, value)) for index in shown]
-        ends = [tuple(map(_inside, getattr(index, limits))) for index in shown]
+        middle = [_clip(getattr(index, value)) for index in shown]
+        ends = [tuple(map(_clip, getattr(index, limits))) for index in shown]
         traces.append(
             {
                 "type": "bar",
@@ -62,6 +62,6 @@ def blocks(results: Results) -> list[Any]:
     return [note, Figure("Sobol indices with 95 % limits.", traces, layout, height=320), table] if shown else [table]
 
 
-def _inside(share: float) -> float:
+def _clip(share: float) -> float:
     """Return a share within 0 to 1, as every index is."""
     return min(max(share, 0.0), 1.0)

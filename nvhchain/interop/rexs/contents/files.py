@@ -55,9 +55,9 @@ def read_document(path: str | Path) -> Document:
     )
     start = data.lstrip(b"\xef\xbb\xbf \t\r\n")[:1]
     if start == b"{":
-        return _of_json(data, name)
+        return _read_json(data, name)
     if start == b"<" or data[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        return _of_xml(parse_xml(data, name), name)
+        return _read_xml(parse_xml(data, name), name)
     raise FileFormatError(f"{name}: is neither XML, JSON nor ZIP: export REXS (.rexs, .rexsj or .rexsz)")
 
 
@@ -95,7 +95,7 @@ def _version(text: Any, path: str) -> tuple[int, int]:
     return version
 
 
-def _of_xml(root: Element, path: str) -> Document:
+def _read_xml(root: Element, path: str) -> Document:
     if root.tag != "model":
         raise FileFormatError(f"{path}: its root element is <{root.tag[:40]}>, that of REXS is <model>: export REXS")
 
@@ -122,7 +122,7 @@ def _of_xml(root: Element, path: str) -> Document:
     return _document(path, root.get("version"), root.get("applicationId"), components, relations, cases)
 
 
-def _of_json(data: bytes, path: str) -> Document:
+def _read_json(data: bytes, path: str) -> Document:
     try:
         model = json.loads(data.decode("utf-8-sig"), parse_constant=lambda text: text)["model"]
         found = [

@@ -50,7 +50,7 @@ class Values:
             return None
         attribute = self._attributes[name]
         factor = self._factor(name, attribute, unit)
-        value = _as_number(attribute.value)
+        value = _read_number(attribute.value)
         if factor is None:
             return None
         if value is None:
@@ -77,7 +77,7 @@ class Values:
         factor, raw = self._factor(name, attribute, unit), attribute.value
         if isinstance(raw, tuple):
             raw = _decoded(*raw)
-        values = [_as_number(entry) for entry in raw] if isinstance(raw, list) else []
+        values = [_read_number(entry) for entry in raw] if isinstance(raw, list) else []
         if factor is None:
             return None
         if not values or any(value is None for value in values):
@@ -118,7 +118,7 @@ class Values:
         return factor
 
 
-def _as_number(value: Any) -> float | None:
+def _read_number(value: Any) -> float | None:
     if isinstance(value, bool):
         return None
     try:

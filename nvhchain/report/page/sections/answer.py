@@ -22,8 +22,8 @@ from nvhchain.report.page.blocks import (
 )  # fmt: skip
 from nvhchain.report.page.sections.cases import differing, value_rows
 from nvhchain.report.page.sections.lines.levels import UNITS
-from nvhchain.report.page.sections.speed.run_up import over_speed_traces, speed_range
-from nvhchain.report.page.sections.speed.steady_states import difference_maps, over_steady_speeds, stored_states
+from nvhchain.report.page.sections.speed.run_up import speed_range, speed_traces
+from nvhchain.report.page.sections.speed.steady_states import difference_maps, steady_speed_curves, stored_states
 from nvhchain.report.run_up import constant_speed
 from nvhchain.report.sentences import (
     ALIKE,
@@ -31,8 +31,8 @@ from nvhchain.report.sentences import (
     SILENCE,
     Remark,
     differing_records,
-    over_speed_difference,
     remarks,
+    speed_difference,
 )
 from nvhchain.report.sound.targets import target_sentence
 from nvhchain.report.stored import Stored
@@ -67,7 +67,7 @@ def blocks(stored: Stored) -> list[Any]:
             *_assumed(stored),
         ],
         levels=_levels(stored),
-        where=_bands(stored) or _over_speed(stored),
+        where=_bands(stored) or _speed_figure(stored),
         speeds=_steady_speeds(stored),
         listen=_listen(stored),
     )
@@ -132,7 +132,7 @@ def _steady_speeds(stored: Stored) -> Figure | None:
     if not states or any(len(of["speed_rpm"]) == 1 for of in states.values()):
         return None
     if all(len(of["torque_Nm"]) == 1 for of in states.values()):
-        return over_steady_speeds(stored, height=HEIGHT)
+        return steady_speed_curves(stored, height=HEIGHT)
     return difference_maps(states, height=HEIGHT) if len(states) == 2 else None
 
 
@@ -203,7 +203,7 @@ def _turned(stored: Stored, quiet: str, second: str) -> str:
     """Return at how many speeds of run-ups, or steady states, the quieter design is the louder one; empty at none."""
     of = {run.name: run.summary for run in stored.runs}
     if all("over_speed" in of[name] for name in (quiet, second)):
-        _, difference = over_speed_difference(of[quiet], of[second])
+        _, difference = speed_difference(of[quiet], of[second])
         louder = int((difference > 0).sum())
         return f", but louder at {louder} of {len(difference)} speeds" if louder else ""
     states = stored_states(stored)
@@ -312,9 +312,9 @@ def _nominal(band: int) -> str:
     return f"{value / 1000:.3g}k" if value >= 1000 else f"{value:.3g}"
 
 
-def _over_speed(stored: Stored) -> Figure | None:
+def _speed_figure(stored: Stored) -> Figure | None:
     """Return the overall level over speed with its limits."""
-    traces = over_speed_traces(stored.runs)
+    traces = speed_traces(stored.runs)
     speeds = [row["speed_rpm"] for run in stored.runs for row in run.summary.get("over_speed", [])]
     if not traces or constant_speed(speeds):
         return None

@@ -9,7 +9,7 @@ import numpy as np
 from nvhchain import levels
 from nvhchain.acoustics import interpolate_vectors
 from nvhchain.conventions import REFERENCE_VELOCITY
-from nvhchain.errors import InputError, without_accuracy_warnings
+from nvhchain.errors import InputError, silence_accuracy_warnings
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, SurfacePressure, SurfaceVelocity, TransferVectors
 from nvhchain.report.causes.paths import SUM_ERROR
 from nvhchain.report.page.moving import Colours, MovingBody, moving_bodies
@@ -75,10 +75,10 @@ def _motion(of: SurfaceVelocity, frequencies: FloatArray) -> ComplexArray:
     nearest = np.abs(of.frequency[:, None] - frequencies).argmin(axis=0)
     found = np.abs(of.frequency[nearest] - frequencies) <= 1.0
     rows, back = np.unique(nearest, return_inverse=True)
-    return np.asarray(np.where(found[:, None], at_lines(of, rows).normal_velocity[back], 0.0))
+    return np.asarray(np.where(found[:, None], select_lines(of, rows).normal_velocity[back], 0.0))
 
 
-def at_lines(of: SurfaceVelocity, rows: IntArray) -> SurfaceVelocity:
+def select_lines(of: SurfaceVelocity, rows: IntArray) -> SurfaceVelocity:
     """Return the velocity at some lines, without computing the others."""
     if of.coordinates is None:
         return of.replace(frequency=of.frequency[rows], normal_velocity=of.normal_velocity[rows])
@@ -96,7 +96,7 @@ def _contribution(
     heard = np.where(present, run.pressure.pressure[nearest, 0], 0.0)
     for vectors in stored.radiating(TransferVectors, of.surface.content_hash):
         try:
-            with without_accuracy_warnings():
+            with silence_accuracy_warnings():
                 at_lines = interpolate_vectors(vectors, frequencies[present]).vectors[:, 0]
         except InputError:
             continue
@@ -104,11 +104,11 @@ def _contribution(
         parts[present] = at_lines * motion[present]
         total = parts.sum(axis=1)
         if np.abs(total - heard).max() <= SUM_ERROR * np.abs(heard).max():
-            return in_phase(parts, of.surface.areas)
+            return phase_pressure(parts, of.surface.areas)
     return None
 
 
-def in_phase(parts: ComplexArray, areas: FloatArray) -> FloatArray:
+def phase_pressure(parts: ComplexArray, areas: FloatArray) -> FloatArray:
     """Return pressure of faces (n_line, n_face) Pa in phase with their sum, per area (m²), in mPa/dm²."""
     total = parts.sum(axis=1)
     size = np.abs(total)
@@ -157,14 +157,14 @@ def _weighted(run: StoredRun, of: SurfaceVelocity, frequency: FloatArray) -> Flo
 def _text(stored: Stored, moving: list[tuple[StoredRun, SurfaceVelocity]], line: float, heard: list[float]) -> str:
     """Return frequency, order and levels of a line."""
     turns = next((run.pressure.input_speed for run, _ in moving if run.pressure is not None), 0.0) / (2 * np.pi)
-    order = line if stored.by_order else line / turns if turns else 0.0
+    order = line if stored.compared_by_order else line / turns if turns else 0.0
     origin = stored.origin(order) if order else ""
     levels_ = ", ".join(
         (f"{run.name} {levels.number_text(level)} dB(A)" if level > -100 else f"{run.name} silent")
-        + (f" at {stored.line_scale(run) * line:.1f} Hz" if stored.by_order and level > -100 else "")
+        + (f" at {stored.line_scale(run) * line:.1f} Hz" if stored.compared_by_order and level > -100 else "")
         for (run, _), level in zip(moving, heard, strict=True)
         if run.pressure is not None
     )
-    names = ("" if stored.by_order else f"{line:.1f} Hz", f"order {order:.5g}" if order else "")
+    names = ("" if stored.compared_by_order else f"{line:.1f} Hz", f"order {order:.5g}" if order else "")
     name = ", ".join(filter(None, names)) + (f" ({origin})" if origin else "")
     return name + (f": {levels_}" if levels_ else "")

@@ -31,7 +31,7 @@ def blocks(stored: Stored) -> list[Any]:
         return []
     if all(constant_speed(of.input_speed) for _, _, of in records):
         return [_rms({run.name: (of.names, np.sqrt(of.force.var(axis=0).sum(axis=1))) for _, run, of in records})]
-    return [_over_speed(records)]
+    return [_speed_figure(records)]
 
 
 def _steady(spectra: list[tuple[int, str, ForceSpectrum]]) -> list[Any]:
@@ -72,7 +72,7 @@ def _rms(found: Mapping[str, tuple[Sequence[str], FloatArray]]) -> Table:
     return Table(("bearing", *(f"{name} / N" for name in found)), rows, "RMS of the fluctuating force.")
 
 
-def _over_speed(records: list[tuple[int, StoredRun, BearingForces]]) -> Figure:
+def _speed_figure(records: list[tuple[int, StoredRun, BearingForces]]) -> Figure:
     names = records[0][2].names
     layout = grid(names, 2, "input speed / rpm", "force / N", legend=1.08)
     traces = []

@@ -56,13 +56,13 @@ PARTS = 12
 
 def blocks(stored: Stored) -> list[Any]:
     """Return paths and modes of the loudest lines or order, and bars of what `nvhchain contributions` has written."""
-    run_up = _over_run_up(stored)
+    run_up = _run_up_figures(stored)
     if run_up:
         return [*run_up, *_written(stored, ("panels",))]
-    return [*_by_path_and_mode(stored), *_written(stored, ("modes", "panels"))]
+    return [*_paths_and_modes(stored), *_written(stored, ("modes", "panels"))]
 
 
-def _by_path_and_mode(stored: Stored) -> list[Any]:
+def _paths_and_modes(stored: Stored) -> list[Any]:
     """Return the pressure by path and by mode at the loudest lines, of all configurations side by side."""
     steady = stored.having(lambda run: run.pressure)
     lines = _loudest([(stored.line_scale(run), pressure) for _, run, pressure in steady])
@@ -104,7 +104,7 @@ def _paired(stored: Stored, parts: Parts) -> tuple[Parts, tuple[str, str]]:
     return found, (CAPTIONS[0], CAPTIONS[1] + remark)
 
 
-def _over_run_up(stored: Stored) -> list[Any]:
+def _run_up_figures(stored: Stored) -> list[Any]:
     """Return paths and modes of the loudest order over speed, and at its loudest speed."""
     heard = stored.having(lambda run: run.pressure_history)
     curves = stored.curves if heard else {}
@@ -133,7 +133,7 @@ def _over_run_up(stored: Stored) -> list[Any]:
         at = {number: _nearest(of, order * speed / (2 * np.pi)) for number, of in each.items()}
         title = f"{30 * speed / np.pi:.0f} rpm, {order * speed / (2 * np.pi):.0f} Hz: the loudest speed of {name}"
         bars_of = _panels(stored, [title], at, f"{captions[kind]} At the loudest speed.")
-        found += [_over_speed(stored, each, order, captions[kind]), bars_of]
+        found += [_strongest_parts(stored, each, order, captions[kind]), bars_of]
     return found
 
 
@@ -162,7 +162,7 @@ def _agree(curves: list[Curve], paths: Contributions, order: float) -> bool:
     return bool(abs(float(levels.decibel(paths.total[:, 0]).max()) - float(level.max())) <= DISAGREEMENT)
 
 
-def _over_speed(stored: Stored, parts: dict[int, Contributions], order: float, caption: str) -> Figure:
+def _strongest_parts(stored: Stored, parts: dict[int, Contributions], order: float, caption: str) -> Figure:
     """Return the strongest parts of an order over speed, one panel a configuration."""
     along = {number: 1e3 * of.shares[:, 0] * np.abs(of.total[:, :1]) for number, of in parts.items()}
     size = {
@@ -198,7 +198,7 @@ def _loudest(steady: list[tuple[float, FieldPressure]]) -> FloatArray:
 
 
 def _title(stored: Stored, line: float) -> str:
-    if stored.by_order:
+    if stored.compared_by_order:
         origin = stored.origin(line)
         return f"order {line:.5g}" + (f" ({origin})" if origin else "")
     frequency = line

@@ -9,7 +9,7 @@ from typing import Any
 
 from nvhchain.levels import number_text
 from nvhchain.report.page.blocks import LOUDER, QUIETER, Figure, Table, Text, axes, label
-from nvhchain.report.sentences import between_orders, differing_records
+from nvhchain.report.sentences import differing_records, sound_between_orders
 from nvhchain.report.stored import Stored, StoredRun, rounded
 
 TITLE = "Why"
@@ -115,7 +115,7 @@ def _remarks(base: StoredRun, run: StoredRun) -> list[str]:
 def _line(stored: Stored, of: Mapping[str, Any]) -> str:
     """Return the name of a line, or of all others."""
     if "speeds_rpm" in of:
-        return between_orders(of)
+        return sound_between_orders(of)
     if of["order"] is None:
         return f"{of['lines']} other lines" if of["lines"] is not None else "all other sound"
     if of["order"] == of["frequency_hz"]:

@@ -6,7 +6,7 @@ from typing import Any
 
 from nvhchain.levels import number_text
 from nvhchain.report.page.blocks import Figure, Table, Text, curve, grid, limits_text, packed, shade
-from nvhchain.report.sound.hearing import over_noise
+from nvhchain.report.sound.hearing import noise_ratio
 from nvhchain.report.stored import Stored, StoredRun
 from nvhchain.sound.tonality import prominence_limits
 
@@ -53,7 +53,7 @@ def blocks(stored: Stored) -> list[Any]:
     tones = [
         (
             run.name, tone["name"], f"{tone['frequency_hz']:.0f}", f"{tone['level_dB']:.1f}",
-            *_over_noise(tone), "prominent" if tone["prominent"] else "",
+            *_noise_ratios(tone), "prominent" if tone["prominent"] else "",
         )
         for _, run, of in heard
         for tone in of.get("tones", [])
@@ -65,9 +65,9 @@ def blocks(stored: Stored) -> list[Any]:
     return [*found, Text(EXPLANATION, style="small")]
 
 
-def _over_noise(tone: dict[str, Any]) -> tuple[str, str, str]:
+def _noise_ratios(tone: dict[str, Any]) -> tuple[str, str, str]:
     """Return tone-to-noise ratio, its limits and prominence ratio; dashes where the background has no energy."""
-    ratio, prominence = (over_noise(tone[key]) for key in RATIOS)
+    ratio, prominence = (noise_ratio(tone[key]) for key in RATIOS)
     over_bands = "" if prominence is None else number_text(prominence)
     if ratio is None:
         return ("no noise", "", over_bands)
@@ -118,7 +118,7 @@ def _order_tones(heard: list[tuple[int, StoredRun, dict[str, Any]]], key: str) -
     for number, run, of in heard:
         for tone in of["order_tones"]:
             place, speed = titles.index(tone["name"]), tone["speed_rpm"]
-            ratios = [over_noise(ratio) for ratio in tone[key]]
+            ratios = [noise_ratio(ratio) for ratio in tone[key]]
             known = [ratio for ratio in ratios if ratio is not None]
             highest, gaps = max(highest, *known), gaps or len(known) < len(ratios)
             traces.append(curve(number, run.name, speed, ratios, "%{x:.0f} rpm: %{y:.1f} dB", place=place))

@@ -10,12 +10,12 @@ import numpy as np
 from nvhchain import levels
 from nvhchain.acoustics import interpolate_vectors
 from nvhchain.conventions import REFERENCE_VELOCITY
-from nvhchain.errors import InputError, without_accuracy_warnings
+from nvhchain.errors import InputError, silence_accuracy_warnings
 from nvhchain.handoff import BearingForces, ComplexArray, FloatArray, ReducedHousing, TransferVectors
 from nvhchain.housing import respond
 from nvhchain.report.causes.run_up import LEAST_RISE, order_forces
 from nvhchain.report.page.moving import Colours, MovingBody, moving_bodies
-from nvhchain.report.page.sections.bodies.housing import CONTRIBUTION, in_phase
+from nvhchain.report.page.sections.bodies.housing import CONTRIBUTION, phase_pressure
 from nvhchain.report.run_up import Curve
 from nvhchain.report.stored import Stored
 
@@ -118,9 +118,9 @@ def _contribution(
         apart = np.linalg.norm(of.points - point, axis=1)
         if apart.min() > SAME_PLACE:
             continue
-        with suppress(InputError), without_accuracy_warnings():
+        with suppress(InputError), silence_accuracy_warnings():
             at_lines = interpolate_vectors(of, lines).vectors[back, apart.argmin()]
-            return in_phase(at_lines * motion, housing.surface.areas)
+            return phase_pressure(at_lines * motion, housing.surface.areas)
     return None
 
 

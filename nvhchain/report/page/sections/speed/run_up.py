@@ -111,7 +111,7 @@ def _mean_levels(numbers: dict[str, int], maps: dict[str, tuple[Waterfall, Water
 
 
 def _overall(stored: Stored, numbers: dict[str, int], curves: dict[str, list[Curve]]) -> Figure:
-    traces = [trace for trace in over_speed_traces(stored.runs) if trace.get("fill")]
+    traces = [trace for trace in speed_traces(stored.runs) if trace.get("fill")]
     traces += [_curve(name, number, curves[name][0], "dB(A)") for name, number in numbers.items()]
     top = max(float(of[0].level.max()) for of in curves.values())
     span = [top - 45.0, max(top, speed_range(stored.runs)[1] - 3.0) + 3.0]
@@ -206,7 +206,7 @@ def _level(of: Waterfall) -> tuple[FloatArray, FloatArray, FloatArray]:
     return axis, speed, np.maximum(level, level.max() - 2 * RANGE)
 
 
-def over_speed_traces(runs: tuple[StoredRun, ...]) -> list[dict[str, Any]]:
+def speed_traces(runs: tuple[StoredRun, ...]) -> list[dict[str, Any]]:
     """Return the curves of the overall level over speed, with limits."""
     traces: list[dict[str, Any]] = []
     floor = speed_range(runs)[0] - 40.0

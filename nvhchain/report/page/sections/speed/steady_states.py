@@ -46,7 +46,7 @@ def blocks(stored: Stored) -> list[Any]:
     remarks = [f"{name}: {remark}" for name, of in states.items() for remark in of.get("remarks", [])]
     found: list[Any] = [Text(note), *(Text(f"Not computed: {text}") for text in failed[:3]), *map(Text, remarks)]
     if all(len(of["torque_Nm"]) == 1 for of in states.values()):
-        curve = over_steady_speeds(stored)
+        curve = steady_speed_curves(stored)
         return [*found, curve] if len(states) == 1 else [*found, curve, _difference(states)]
     found.append(_maps({name: (of, _levels(of)) for name, of in states.items()}, "dB(A)", "Overall level."))
     return found if len(states) == 1 else [*found, difference_maps(states)]
@@ -57,7 +57,7 @@ def stored_states(stored: Stored) -> dict[str, Any]:
     return {run.name: of for run in stored.runs if (of := run.summary.get("steady_states"))}
 
 
-def over_steady_speeds(stored: Stored, *, height: int = 300) -> Figure:
+def steady_speed_curves(stored: Stored, *, height: int = 300) -> Figure:
     """Return the curves of all configurations at their first torque."""
     states = stored_states(stored)
     curves = [
@@ -73,7 +73,7 @@ def over_steady_speeds(stored: Stored, *, height: int = 300) -> Figure:
     if speed:
         layout["shapes"] = [upright(round(speed, 1), "dot", "#8a929b")]
     return Figure(
-        f"Overall level over steady input speeds{_with_limits(states, LEVEL)}. Dotted: the speed of the case.",
+        f"Overall level over steady input speeds{_limit_words(states, LEVEL)}. Dotted: the speed of the case.",
         traces,
         layout,
         height=height,
@@ -90,7 +90,7 @@ def _ends(of: Any, key: str) -> FloatArray:
     return np.array(of.get(key, missing), dtype=float)
 
 
-def _with_limits(states: dict[str, Any], key: str) -> str:
+def _limit_words(states: dict[str, Any], key: str) -> str:
     """Return the words for limits, where a configuration has any."""
     return ", with 95 % limits" if any(np.isfinite(_ends(of, key)).any() for of in states.values()) else ""
 
@@ -152,7 +152,7 @@ def _difference(states: dict[str, Any]) -> Figure:
         "difference / dB",
         yaxis={"zerolinecolor": "#5b636b", "zerolinewidth": 2, "range": [-edge, edge]},
     )
-    caption = f"Difference from {next(iter(states))}{_with_limits(states, DIFFERENCE)}; above 0 louder."
+    caption = f"Difference from {next(iter(states))}{_limit_words(states, DIFFERENCE)}; above 0 louder."
     return Figure(caption, traces, layout, height=260)
 
 
@@ -173,7 +173,7 @@ def difference_maps(states: dict[str, Any], *, height: int = 380) -> Figure:
     """Return maps of every configuration minus the first, with the differences as numbers."""
     levels = _differences(states)
     most = max(1.0, *(float(np.nanmax(np.abs(level))) for _, level in levels.values()))
-    brackets = "; in brackets where the 95 % limits hold 0" if _with_limits(states, DIFFERENCE) else ""
+    brackets = "; in brackets where the 95 % limits hold 0" if _limit_words(states, DIFFERENCE) else ""
     caption = f"Overall level minus that of {next(iter(states))}: orange louder, blue quieter{brackets}."
     figure = _maps(levels, "dB", caption, limits=DIFFERENCE, height=height)
     colours = [[0.0, QUIETER], [0.5, "#f6f7f9"], [1.0, LOUDER]]

@@ -155,7 +155,7 @@ class Result:
             if isinstance(band, RunUpBand) or self.force_spectrum is None or not self.force_spectrum.input_speed:
                 band = band.widened(source, error.mean)
             else:
-                band = band.widened(source, error.at(2 * np.pi * band.frequency / self.force_spectrum.input_speed))
+                band = band.widened(source, error.errors(2 * np.pi * band.frequency / self.force_spectrum.input_speed))
         return band
 
     @cached_property
@@ -165,7 +165,7 @@ class Result:
         if left is not None and left.left_out_distance_db > 0.0:
             found[OPTIONS_LEFT_OUT] = left.left_out_error
         if isinstance(case, GearboxCase) and self._computes_forces:
-            found |= {f"input: {each.name}": each.error.over(COVERAGE) for each in unknown_effects(case)}
+            found |= {f"input: {each.name}": each.error.divided(COVERAGE) for each in unknown_effects(case)}
         return found
 
     @cached_property

@@ -35,11 +35,11 @@ class OrderError:
         capped = np.round(np.minimum(error, LARGEST), DECIMALS)
         return cls(tuple(zip(orders.tolist(), capped.tolist(), strict=True)), round(mean, DECIMALS))
 
-    def over(self, divisor: float) -> OrderError:
+    def divided(self, divisor: float) -> OrderError:
         """Return the errors divided by a number."""
         return OrderError(tuple((order, error / divisor) for order, error in self.orders), self.mean / divisor)
 
-    def at(self, orders: FloatArray) -> FloatArray:
+    def errors(self, orders: FloatArray) -> FloatArray:
         """Return the relative errors (n,) of orders (n,)."""
         if not self.orders:
             return np.full(np.shape(orders), self.mean)

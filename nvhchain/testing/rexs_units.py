@@ -33,7 +33,7 @@ class RexsUnit:
         """Add a relation."""
         self.relations.append((kind, list(ends.items())))
 
-    def of(self, kind: str) -> list[int]:
+    def numbers(self, kind: str) -> list[int]:
         """Return the numbers of the components of a type."""
         return [number for number, (type_, *_) in self.components.items() if type_ == kind]
 
@@ -159,9 +159,9 @@ def gear_train(
 def coaxial_unit() -> RexsUnit:
     """Return two stages whose last shaft lies on the axis of the first, which ends in a bearing inside it."""
     unit = gear_train((20, 31), (18, 33))
-    first, _, last = unit.of("shaft")
+    first, _, last = unit.numbers("shaft")
     unit.attributes(last)["support_vector"] = ([64.0 - 20.0, 0.0, 0.0], "mm")
-    sections, bearings = unit.of("shaft_section"), unit.of("rolling_bearing_with_catalog_geometry")
+    sections, bearings = unit.numbers("shaft_section"), unit.numbers("rolling_bearing_with_catalog_geometry")
     unit.attributes(sections[0])["length"] = (88.0, "mm")  # ends in the bore of the last shaft
     unit.attributes(sections[2]).update(length=(96.0, "mm"), inner_diameter_begin=(0.0, "mm"))
     hollow = unit.add(
@@ -174,7 +174,7 @@ def coaxial_unit() -> RexsUnit:
     unit.relate("assembly", assembly=last, part=hollow)
     unit.attributes(sections[2])["u_coordinate_on_shaft"] = (24.0, "mm")
     unit.attributes(sections[2])["length"] = (72.0, "mm")
-    gears = unit.of("cylindrical_gear")
+    gears = unit.numbers("cylindrical_gear")
     unit.attributes(gears[2])["u_coordinate_on_shaft"] = (20.0 + 1.5 * 44.0 + 12.0, "mm")
     unit.attributes(gears[3])["u_coordinate_on_shaft"] = (20.0 + 1.5 * 44.0 + 12.0 - 64.0, "mm")
     # bearings: S1 front in the casing, S1 rear in the last shaft, S3 at its hollow end and at its rear
@@ -193,13 +193,13 @@ def coaxial_unit() -> RexsUnit:
 def idler_unit() -> RexsUnit:
     """Return spur gears in a row whose middle one turns on a needle bearing on a pin, which carries no gear."""
     unit = gear_train((20, 31), (31, 25), helix=0.0)
-    _, second, third, fourth = unit.of("cylindrical_gear")
+    _, second, third, fourth = unit.numbers("cylindrical_gear")
     unit.attributes(third)["u_coordinate_on_shaft"] = (42.0, "mm")  # a ring with one set of teeth
     unit.attributes(fourth)["u_coordinate_on_shaft"] = (42.0, "mm")
     swap = {("gear_1", third): ("gear_1", second)}
     unit.relations = [(kind, [swap.get(end, end) for end in ends]) for kind, ends in unit.relations]
-    _, ring, _ = unit.of("shaft")
-    unit.attributes(unit.of("shaft_section")[1]).update(
+    _, ring, _ = unit.numbers("shaft")
+    unit.attributes(unit.numbers("shaft_section")[1]).update(
         u_coordinate_on_shaft=(30.0, "mm"),
         length=(24.0, "mm"),
         outer_diameter_begin=(60.0, "mm"),

@@ -11,7 +11,7 @@ from nvhchain.testing.rexs_units import gear_train, imported
 
 def test_the_preload_of_tapered_bearings_is_taken(tmp_path):
     unit = gear_train((20, 31))
-    for number, bearing in enumerate(unit.of("rolling_bearing_with_catalog_geometry")):
+    for number, bearing in enumerate(unit.numbers("rolling_bearing_with_catalog_geometry")):
         unit.attributes(bearing).update(
             bearing_type=("radial_tapered_roller_bearing", "none"),
             axial_force_absorption=(("negative", "positive")[number % 2], "none"),
@@ -27,10 +27,10 @@ def test_the_preload_of_tapered_bearings_is_taken(tmp_path):
 
 def test_bearings_beside_each_other_share_a_seat(tmp_path):
     unit = gear_train((20, 31))
-    first = unit.of("rolling_bearing_with_catalog_geometry")[0]
+    first = unit.numbers("rolling_bearing_with_catalog_geometry")[0]
     kind, name, attributes = unit.components[first]
     twin = unit.add(kind, name, **{**attributes, "u_coordinate_on_shaft_inner_side": (4.0, "mm")})
-    unit.relate("side", assembly=twin, inner_part=unit.of("shaft")[0], outer_part=unit.of("gear_casing")[0])
+    unit.relate("side", assembly=twin, inner_part=unit.numbers("shaft")[0], outer_part=unit.numbers("gear_casing")[0])
     case, page = imported(unit, tmp_path)
     assert len(case.bearings) == 4
     assert "beside each other" in page
@@ -43,7 +43,7 @@ def test_bearings_beside_each_other_share_a_seat(tmp_path):
 def test_alike_bearings_beside_each_other_are_a_pair(tmp_path, ways, arrangement):
     """Two tapered bearings locate the shaft, a cylindrical one floats; O and X differ by the directions they carry."""
     unit = gear_train((20, 31))
-    first, last = unit.of("rolling_bearing_with_catalog_geometry")[:2]
+    first, last = unit.numbers("rolling_bearing_with_catalog_geometry")[:2]
     unit.attributes(last).update(
         bearing_type=("radial_roller_bearing", "none"), axial_force_absorption=("no_direction", "none")
     )
@@ -54,7 +54,7 @@ def test_alike_bearings_beside_each_other_are_a_pair(tmp_path, ways, arrangement
     place = attributes["u_coordinate_on_shaft_inner_side"][0] + attributes["width"][0]
     beside = {"u_coordinate_on_shaft_inner_side": (place, "mm"), "axial_force_absorption": (ways[1], "none")}
     twin = unit.add(kind, name, **{**attributes, **beside})
-    unit.relate("side", assembly=twin, inner_part=unit.of("shaft")[0], outer_part=unit.of("gear_casing")[0])
+    unit.relate("side", assembly=twin, inner_part=unit.numbers("shaft")[0], outer_part=unit.numbers("gear_casing")[0])
     case, page = imported(unit, tmp_path)
     pair = case.bearings[0].model
     assert (type(pair).__name__, pair.arrangement, pair.thrust) == ("Tapered", arrangement, 0)
@@ -66,7 +66,7 @@ def test_alike_bearings_beside_each_other_are_a_pair(tmp_path, ways, arrangement
 
 def ribbed(unit, number, **others):
     """Make a bearing of a unit a cylindrical one with ribs on both sides, and set beside it `number` alike ones."""
-    first = unit.of("rolling_bearing_with_catalog_geometry")[0]
+    first = unit.numbers("rolling_bearing_with_catalog_geometry")[0]
     kind, name, attributes = unit.components[first]
     attributes.update(
         bearing_type=("radial_roller_bearing", "none"), axial_force_absorption=("both_directions", "none")
@@ -75,7 +75,9 @@ def ribbed(unit, number, **others):
     for one in range(number):
         beside = {"u_coordinate_on_shaft_inner_side": (place + (one + 1) * width, "mm")}
         twin = unit.add(kind, name, **{**attributes, **beside, **others})
-        unit.relate("side", assembly=twin, inner_part=unit.of("shaft")[0], outer_part=unit.of("gear_casing")[0])
+        unit.relate(
+            "side", assembly=twin, inner_part=unit.numbers("shaft")[0], outer_part=unit.numbers("gear_casing")[0]
+        )
     return unit
 
 
@@ -105,7 +107,7 @@ def test_a_cylindrical_bearing_keeps_its_ribs_with_constant_stiffness(tmp_path):
 def test_an_overloaded_cylindrical_bearing_keeps_its_ribs(tmp_path):
     unit = ribbed(gear_train((20, 31)), 0)
     with_elements(unit, 4, 1.0)
-    unit.attributes(unit.of("rolling_element")[0])["length_of_rolling_element"] = (1.0, "mm")
+    unit.attributes(unit.numbers("rolling_element")[0])["length_of_rolling_element"] = (1.0, "mm")
     case, page = imported(unit, tmp_path)
     assert page.count("constant stiffness in place of them") == 1
     assert case.bearings[0].model is None
@@ -123,7 +125,7 @@ def test_three_alike_bearings_have_three_times_the_stiffness_and_are_no_pair(tmp
 
 def with_elements(unit, count, size):
     """Add balls to the first bearing of a unit."""
-    bearing = unit.of("rolling_bearing_with_catalog_geometry")[0]
+    bearing = unit.numbers("rolling_bearing_with_catalog_geometry")[0]
     row = unit.add("rolling_bearing_row", number_of_rolling_elements=(count, "none"), pressure_angle=(15.0, "deg"))
     ball = unit.add("rolling_element", diameter_of_rolling_element=(size, "mm"))
     unit.relate("ordered_assembly", assembly=bearing, part=row)
@@ -134,7 +136,7 @@ def with_elements(unit, count, size):
 def test_bearings_of_the_file_keep_their_rolling_elements(tmp_path):
     unit = gear_train((20, 31))
     with_elements(unit, 9, 7.5)["axial_force_absorption"] = ("negative", "none")
-    second = unit.attributes(unit.of("rolling_bearing_with_catalog_geometry")[1])
+    second = unit.attributes(unit.numbers("rolling_bearing_with_catalog_geometry")[1])
     second["radial_static_load_rating"] = (9.5, "kN")
     case, page = imported(unit, tmp_path)
     first, rated, plain = (bearing.model for bearing in case.bearings[:3])
@@ -151,11 +153,11 @@ def test_bearings_of_the_file_keep_their_rolling_elements(tmp_path):
 def test_a_tapered_bearing_carries_the_direction_of_its_shaft(tmp_path, along):
     """The file gives it along the axis of the shaft, the case along z."""
     unit = gear_train((20, 31), helix=0.0)
-    shaft = unit.attributes(unit.of("shaft")[1])
+    shaft = unit.attributes(unit.numbers("shaft")[1])
     if along < 0:  # the same shaft, seen from its other end
         shaft["support_vector"][0][0] += 104.0
         shaft["u_axis_vector"] = ([-1.0, 0.0, 0.0], "mm")
-    front, rear = unit.of("rolling_bearing_with_catalog_geometry")[2:]
+    front, rear = unit.numbers("rolling_bearing_with_catalog_geometry")[2:]
     for bearing, way in ((front, "positive"), (rear, "negative")):
         unit.attributes(bearing).update(
             bearing_type=("radial_tapered_roller_bearing", "none"), axial_force_absorption=(way, "none")
@@ -171,7 +173,7 @@ def test_a_tapered_bearing_carries_the_direction_of_its_shaft(tmp_path, along):
 def test_a_floating_bearing_keeps_its_rolling_elements_and_carries_no_thrust(tmp_path, kind, made):
     """Locating and floating bearing of one type are the most common arrangement of all."""
     unit = gear_train((20, 31))
-    for number, bearing in enumerate(unit.of("rolling_bearing_with_catalog_geometry")):
+    for number, bearing in enumerate(unit.numbers("rolling_bearing_with_catalog_geometry")):
         unit.attributes(bearing).update(
             bearing_type=(kind, "none"),
             axial_force_absorption=(("both_directions", "no_direction")[number % 2], "none"),
@@ -194,7 +196,7 @@ def _base_sine(case):
 @pytest.mark.parametrize("along", ["positive", "negative"])
 def test_an_angular_contact_bearing_by_its_own_name_is_one(tmp_path, along):
     unit = gear_train((20, 31))
-    pair = unit.of("rolling_bearing_with_catalog_geometry")[:2]
+    pair = unit.numbers("rolling_bearing_with_catalog_geometry")[:2]
     for bearing, way in zip(pair, (along, "positive" if along == "negative" else "negative"), strict=True):
         unit.attributes(bearing).update(
             bearing_type=("angular_contact_ball_bearing", "none"), axial_force_absorption=(way, "none")
@@ -210,7 +212,7 @@ def test_an_angular_contact_bearing_by_its_own_name_is_one(tmp_path, along):
 def test_a_double_row_angular_contact_bearing_carries_both_ways(tmp_path, stated, apart):
     """A 3208: 40 x 80 x 30.2 mm, C = 51 kN and C_0 = 44 kN of both rows together, 30°."""
     unit = gear_train((20, 31))
-    first, last = unit.of("rolling_bearing_with_catalog_geometry")[:2]
+    first, last = unit.numbers("rolling_bearing_with_catalog_geometry")[:2]
     unit.attributes(first).update(
         bearing_type=("angular_contact_ball_bearing", "none"),
         axial_force_absorption=("both_directions", "none"),
@@ -236,7 +238,7 @@ def test_a_double_row_angular_contact_bearing_carries_both_ways(tmp_path, stated
 def test_a_thrust_bearing_beside_a_floating_one_locates_the_shaft(tmp_path):
     """A cylindrical roller bearing and a four-point bearing that is free radially share a seat."""
     unit = gear_train((20, 31))
-    first = unit.of("rolling_bearing_with_catalog_geometry")
+    first = unit.numbers("rolling_bearing_with_catalog_geometry")
     for bearing in first[:2]:
         unit.attributes(bearing).update(
             bearing_type=("radial_roller_bearing", "none"), axial_force_absorption=("no_direction", "none")
@@ -254,7 +256,7 @@ def test_a_thrust_bearing_beside_a_floating_one_locates_the_shaft(tmp_path):
             "u_coordinate_on_shaft_inner_side": (place, "mm"),
         },
     )
-    unit.relate("side", assembly=added, inner_part=unit.of("shaft")[0], outer_part=unit.of("gear_casing")[0])
+    unit.relate("side", assembly=added, inner_part=unit.numbers("shaft")[0], outer_part=unit.numbers("gear_casing")[0])
     case, page = imported(unit, tmp_path)
     assert len(case.bearings) == 4
     assert case.bearings[0].axial_stiffness > 1e7
@@ -289,7 +291,7 @@ def test_a_bearing_that_cannot_carry_its_load_gets_a_constant_stiffness_alone(tm
 def test_tapered_rollers_have_the_contact_angle_of_the_catalogue(tmp_path, stated, angle):
     """By e = 1.5 tan α and Y = 0.4 cot α of ISO 281; 31308 has 28.8°, twice that of a usual one."""
     unit = gear_train((20, 31))
-    for number, bearing in enumerate(unit.of("rolling_bearing_with_catalog_geometry")):
+    for number, bearing in enumerate(unit.numbers("rolling_bearing_with_catalog_geometry")):
         unit.attributes(bearing).update(
             bearing_type=("radial_tapered_roller_bearing", "none"),
             axial_force_absorption=(("negative", "positive")[number % 2], "none"),
@@ -309,7 +311,7 @@ def test_tapered_rollers_have_the_contact_angle_of_the_catalogue(tmp_path, state
 def test_spherical_rollers_have_the_contact_angle_of_the_catalogue(tmp_path, stated, angle):
     """By e = 1.5 tan α and Y₂ = 0.67 cot α of ISO 281; both are those of 22212 E, SKF."""
     unit = gear_train((20, 31))
-    for bearing in unit.of("rolling_bearing_with_catalog_geometry"):
+    for bearing in unit.numbers("rolling_bearing_with_catalog_geometry"):
         unit.attributes(bearing).update(
             bearing_type=("radial_self_aligning_roller_bearing", "none"),
             **{name: (value, "none") for name, value in stated.items()},
@@ -330,7 +332,7 @@ def test_spherical_rollers_have_the_contact_angle_of_the_catalogue(tmp_path, sta
 )  # fmt: skip
 def test_the_suffix_of_an_angular_contact_bearing_is_its_angle(tmp_path, designation, angle):
     unit = gear_train((20, 31))
-    for number, bearing in enumerate(unit.of("rolling_bearing_with_catalog_geometry")):
+    for number, bearing in enumerate(unit.numbers("rolling_bearing_with_catalog_geometry")):
         unit.attributes(bearing).update(
             catalogue_designation=(designation, "none"),
             bearing_type=("angular_contact_ball_bearing", "none"),
@@ -343,7 +345,7 @@ def test_the_suffix_of_an_angular_contact_bearing_is_its_angle(tmp_path, designa
 def test_thrust_bearings_are_refused_unless_their_stiffness_is_stated(tmp_path):
     """As radial bearings they would carry what they cannot, and not what they are for."""
     unit = gear_train((20, 31))
-    own = unit.attributes(unit.of("rolling_bearing_with_catalog_geometry")[0])
+    own = unit.attributes(unit.numbers("rolling_bearing_with_catalog_geometry")[0])
     own["bearing_type"] = ("axial_roller_bearing", "none")
     with pytest.raises(InputError, match=r"axial_roller_bearing is a thrust bearing, .* give its axial_stiffness"):
         imported(unit, tmp_path)

@@ -55,7 +55,7 @@ def test_a_bearing_without_designation_is_of_the_light_series():
 
 def detailed(unit, **row):
     """Give the first bearing of a unit nine balls of 7.5 mm, in a row with further attributes."""
-    bearing = unit.of("rolling_bearing_with_catalog_geometry")[0]
+    bearing = unit.numbers("rolling_bearing_with_catalog_geometry")[0]
     made = unit.add("rolling_bearing_row", number_of_rolling_elements=(9, "none"), **row)
     ball = unit.add("rolling_element", diameter_of_rolling_element=(7.5, "mm"))
     unit.relate("ordered_assembly", assembly=bearing, part=made)
@@ -97,7 +97,7 @@ def operating(unit):
         **{"f_v_d_w": (4e7, "N / m"), "m_v_rot_v": (2e6, "N mm / rad"), "m_w_rot_w": (3e6, "N mm / rad")},
         **{"f_v_rot_w": (1e5, "N / rad"), "m_w_d_v": (1e5, "N")},
     }
-    bearing = unit.attributes(unit.of("rolling_bearing_with_catalog_geometry")[0])
+    bearing = unit.attributes(unit.numbers("rolling_bearing_with_catalog_geometry")[0])
     bearing.update({f"operating_point_stiffness_{name}": value for name, value in values.items()})
     return unit
 
@@ -121,16 +121,16 @@ def test_the_stiffness_at_the_operating_point_turns_with_its_shaft(tmp_path):
     """A shaft whose v axis lies along w of the first one: the stiff direction lies along y of the case."""
     unit = gear_train((20, 31))
     values = zip("uvw", (5e7, 3e8, 1e8), strict=True)
-    bearing = unit.attributes(unit.of("rolling_bearing_with_catalog_geometry")[2])
+    bearing = unit.attributes(unit.numbers("rolling_bearing_with_catalog_geometry")[2])
     bearing.update({f"operating_point_stiffness_f_{axis}_d_{axis}": (k, "N / m") for axis, k in values})
-    unit.attributes(unit.of("shaft")[1])["w_axis_vector"] = ([0.0, -1.0, 0.0], "mm")
+    unit.attributes(unit.numbers("shaft")[1])["w_axis_vector"] = ([0.0, -1.0, 0.0], "mm")
     case, _ = imported(unit, tmp_path)
     assert np.diag(case.bearings[2].model.stiffness)[:3] == pytest.approx([1e8, 3e8, 5e7])
 
 
 def test_a_stiffness_at_the_operating_point_without_symmetry_is_named(tmp_path):
     unit = operating(gear_train((20, 31)))
-    bearing = unit.attributes(unit.of("rolling_bearing_with_catalog_geometry")[0])
+    bearing = unit.attributes(unit.numbers("rolling_bearing_with_catalog_geometry")[0])
     bearing["operating_point_stiffness_f_w_d_v"] = (-4e7, "N / m")
     case, page = imported(unit, tmp_path)
     assert case.bearings[0].model is None
@@ -140,7 +140,7 @@ def test_a_stiffness_at_the_operating_point_without_symmetry_is_named(tmp_path):
 def test_two_equal_springs_stay_springs(tmp_path):
     unit = gear_train((20, 31))
     values = {f"operating_point_stiffness_f_{axis}_d_{axis}": (2e8, "N / m") for axis in "uvw"}
-    unit.attributes(unit.of("rolling_bearing_with_catalog_geometry")[0]).update(values)
+    unit.attributes(unit.numbers("rolling_bearing_with_catalog_geometry")[0]).update(values)
     case, _ = imported(unit, tmp_path)
     assert not isinstance(case.bearings[0].model, StiffnessMatrix)
     assert case.bearings[0].radial_stiffness == pytest.approx(2e8)
@@ -152,7 +152,7 @@ def test_additional_masses_turn_with_their_shaft(tmp_path):
     mass = unit.add(
         "additional_mass", "flange", u_coordinate_on_shaft=(5.0, "mm"), mass_of_component=(2.5, "kg"), **inertias
     )
-    unit.relate("assembly", assembly=unit.of("shaft")[0], part=mass)
+    unit.relate("assembly", assembly=unit.numbers("shaft")[0], part=mass)
     case, page = imported(unit, tmp_path / "first")
     (body,) = case.shafts[0].bodies
     assert (body.mass, body.polar_inertia, body.transverse_inertia) == (2.5, 4e-3, 3e-3)
@@ -167,7 +167,7 @@ def test_additional_masses_turn_with_their_shaft(tmp_path):
 def thinned(tmp_path, **attributes):
     """Return the thickness allowances (m) of both gears, with attributes of the first one."""
     unit = gear_train((20, 31))
-    unit.attributes(unit.of("cylindrical_gear")[0]).update(attributes)
+    unit.attributes(unit.numbers("cylindrical_gear")[0]).update(attributes)
     case, page = imported(unit, tmp_path)
     return [gear.geometry.thickness_allowance for gear in case.gears], page
 
@@ -184,7 +184,7 @@ def test_the_series_of_din_3967_is_the_thickness_of_the_teeth(tmp_path, series):
 @pytest.mark.parametrize("teeth", [20, 21], ids=["even", "odd"])
 def test_a_deviation_over_balls_is_one_of_the_thickness(tmp_path, teeth):
     unit = gear_train((teeth, 31))
-    gear = unit.attributes(unit.of("cylindrical_gear")[0])
+    gear = unit.attributes(unit.numbers("cylindrical_gear")[0])
     gear.update(
         diameter_of_measuring_ball_or_pin=(5.25, "mm"),
         upper_backlash_allowance_balls_or_pins=(-0.100, "mm"),
@@ -240,7 +240,7 @@ def test_shafts_reach_overhung_masses_and_loads(tmp_path, kind):
     else:
         place, made = -15.0, unit.add("external_load", transmits_torque=(False, "none"), force_v_direction=(500.0, "N"))
     unit.attributes(made)["u_coordinate_on_shaft"] = (place, "mm")
-    unit.relate("assembly", assembly=unit.of("shaft")[0], part=made)
+    unit.relate("assembly", assembly=unit.numbers("shaft")[0], part=made)
     case, _ = imported(unit, tmp_path)
     (there,) = case.shafts[0].bodies if kind == "mass" else case.shafts[0].loads
     assert case.shafts[0].segments[0].start <= there.z + 1e-6
@@ -257,7 +257,7 @@ def test_a_matrix_of_two_unlike_springs_returns_from_the_file(tmp_path):
 
 def test_a_wrong_reference_of_a_place_that_is_not_needed_is_no_mistake(tmp_path):
     unit = gear_train((20, 31))
-    bearing = unit.attributes(unit.of("rolling_bearing_with_catalog_geometry")[0])
+    bearing = unit.attributes(unit.numbers("rolling_bearing_with_catalog_geometry")[0])
     bearing.update(support_vector=([0.0, 0.0, 0.0], "mm"), reference_component_for_position=(999, "none"))
     assert len(imported(unit, tmp_path)[0].bearings) == 4
 
@@ -265,7 +265,7 @@ def test_a_wrong_reference_of_a_place_that_is_not_needed_is_no_mistake(tmp_path)
 def test_a_mass_on_no_shaft_is_named(tmp_path):
     unit = gear_train((20, 31))
     mass = unit.add("additional_mass", "ring", mass_of_component=(2.0, "kg"))
-    unit.relate("assembly", assembly=unit.of("gear_casing")[0], part=mass)
+    unit.relate("assembly", assembly=unit.numbers("gear_casing")[0], part=mass)
     case, page = imported(unit, tmp_path)
     assert not case.shafts[0].bodies
     assert "additional mass | on no shaft" in page
@@ -286,9 +286,9 @@ def test_numbers_without_a_unit_have_that_of_the_specification(tmp_path):
     """REXS gives power in kW, load ratings in kN and clearances in micrometres: W, N and mm were taken."""
     with_units, without = gear_train((20, 31)), gear_train((20, 31))
     for unit, names in ((with_units, ("kW", "kN", "mum")), (without, ("", "", ""))):
-        load = unit.of("external_load")[0]
+        load = unit.numbers("external_load")[0]
         unit.load_cases[0][load] = {"power": (11.3, names[0])}
-        for bearing in unit.of("rolling_bearing_with_catalog_geometry"):
+        for bearing in unit.numbers("rolling_bearing_with_catalog_geometry"):
             unit.attributes(bearing).update(
                 radial_static_load_rating=(9.5, names[1]), operating_radial_bearing_clearance=(12.0, names[2])
             )
@@ -317,7 +317,7 @@ def test_load_cases_of_two_spectra_keep_their_own_numbers(tmp_path):
 
 def test_two_places_of_one_gear_are_named(tmp_path):
     unit = gear_train((20, 31))
-    shaft, gear = unit.of("shaft")[0], unit.of("cylindrical_gear")[0]
+    shaft, gear = unit.numbers("shaft")[0], unit.numbers("cylindrical_gear")[0]
     unit.attributes(gear).update(
         support_vector=([50.0, 0.0, 0.0], "mm"), reference_component_for_position=(shaft, "none")
     )

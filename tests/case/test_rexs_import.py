@@ -32,9 +32,9 @@ def test_two_commands_lead_to_a_plan(tmp_path, capsys):
 
 def test_results_of_the_file_stand_beside_those_of_the_drawn_gears(tmp_path):
     unit = gear_train((20, 31))
-    for gear, diameter in zip(unit.of("cylindrical_gear"), (68.117, 102.281), strict=True):
+    for gear, diameter in zip(unit.numbers("cylindrical_gear"), (68.117, 102.281), strict=True):
         unit.attributes(gear)["tip_diameter"] = (diameter, "mm")
-    stage = unit.attributes(unit.of("cylindrical_stage")[0])
+    stage = unit.attributes(unit.numbers("cylindrical_stage")[0])
     stage["radial_contact_ratio"] = (1.7, "none")
     stage["overlap_contact_ratio"] = (24 * np.sin(np.radians(15)) / (np.pi * 3.0), "none")
     case, page = imported(unit, tmp_path)
@@ -48,7 +48,7 @@ def test_results_of_the_file_stand_beside_those_of_the_drawn_gears(tmp_path):
 
 def test_gears_of_different_width_and_plane_meet_on_their_common_face(tmp_path):
     unit = gear_train((20, 31))
-    first = unit.attributes(unit.of("cylindrical_gear")[0])
+    first = unit.attributes(unit.numbers("cylindrical_gear")[0])
     first["face_width"] = (30.0, "mm")
     first["u_coordinate_on_shaft"] = (first["u_coordinate_on_shaft"][0] + 4.0, "mm")  # 23…53 beside 26…50 mm… shifted
     case, page = imported(unit, tmp_path)
@@ -62,7 +62,7 @@ def test_gears_of_different_width_and_plane_meet_on_their_common_face(tmp_path):
 
 def test_gears_that_do_not_meet_are_refused(tmp_path):
     unit = gear_train((20, 31))
-    unit.attributes(unit.of("cylindrical_gear")[0])["u_coordinate_on_shaft"] = (90.0, "mm")
+    unit.attributes(unit.numbers("cylindrical_gear")[0])["u_coordinate_on_shaft"] = (90.0, "mm")
     with pytest.raises(InputError, match="do not meet"):
         imported(unit, tmp_path)
 
@@ -73,7 +73,7 @@ def test_backlash_is_that_of_the_file_or_the_recommended_one(tmp_path):
     assert case.pairs[0].backlash == pytest.approx(wanted, rel=1e-5)
     assert "ISO/TR 10064-2" in page
     unit = gear_train((20, 31))
-    for gear in unit.of("cylindrical_gear"):
+    for gear in unit.numbers("cylindrical_gear"):
         unit.attributes(gear).update(
             upper_backlash_allowance_referenced_to_span=(-50.0, "mum"),
             lower_backlash_allowance_referenced_to_span=(-90.0, "mum"),
@@ -85,7 +85,7 @@ def test_backlash_is_that_of_the_file_or_the_recommended_one(tmp_path):
 
 def test_deviations_over_balls_are_kept_beside_a_recommended_backlash(tmp_path):
     unit = gear_train((20, 31))
-    for gear, deviation in zip(unit.of("cylindrical_gear"), (-0.03, -0.05), strict=True):
+    for gear, deviation in zip(unit.numbers("cylindrical_gear"), (-0.03, -0.05), strict=True):
         unit.attributes(gear).update(
             diameter_of_measuring_ball_or_pin=(5.25, "mm"),
             upper_backlash_allowance_balls_or_pins=(deviation, "mm"),
@@ -100,9 +100,9 @@ def test_deviations_over_balls_are_kept_beside_a_recommended_backlash(tmp_path):
 
 def test_a_backlash_far_from_the_tooth_thickness_beside_it_is_named(tmp_path):
     unit = gear_train((20, 31))
-    for gear in unit.of("cylindrical_gear"):
+    for gear in unit.numbers("cylindrical_gear"):
         unit.attributes(gear)["chordal_tooth_thickness_upper_deviation"] = (-0.03, "mm")
-    unit.attributes(unit.of("cylindrical_stage")[0])["minimum_normal_backlash"] = (0.3, "mm")
+    unit.attributes(unit.numbers("cylindrical_stage")[0])["minimum_normal_backlash"] = (0.3, "mm")
     _, page = imported(unit, tmp_path)
     assert re.search(r"backlash \| 300 µm stated, 56.\d* µm by the tooth thickness", page)
 
@@ -110,7 +110,7 @@ def test_a_backlash_far_from_the_tooth_thickness_beside_it_is_named(tmp_path):
 @pytest.mark.parametrize(("thicker", "kind"), [(0.4e-3, "Assumed"), (20e-3, "Contradictions")])
 def test_a_jam_becomes_no_backlash_and_is_said(tmp_path, thicker, kind):
     unit = gear_train((20, 31))
-    for gear in unit.of("cylindrical_gear"):
+    for gear in unit.numbers("cylindrical_gear"):
         unit.attributes(gear)["normal_tooth_thickness_at_reference_diameter"] = (3 * np.pi / 2 + thicker, "mm")
     unit.version = "1.5"
     case, page = imported(unit, tmp_path)
@@ -135,10 +135,10 @@ def test_a_tip_that_reaches_below_the_undercut_is_refused_with_numbers(tmp_path)
 def test_chamfers_and_protuberances_of_a_file_are_drawn(tmp_path, version):
     """Up to 1.6 gears refer to their tools in order; later a manufacturing step joins them."""
     unit = gear_train((25, 31))
-    for flank in unit.of("cylindrical_gear_flank")[:2]:
+    for flank in unit.numbers("cylindrical_gear_flank")[:2]:
         unit.attributes(flank)["tooth_tip_chamfer"] = (0.2, "mm")
     tip = 3.0 * (25 / np.cos(np.radians(15)) + 2)
-    unit.attributes(unit.of("cylindrical_gear")[0])["tip_diameter"] = (tip, "mm")
+    unit.attributes(unit.numbers("cylindrical_gear")[0])["tip_diameter"] = (tip, "mm")
     tool = unit.add(
         "rack_shaped_tool",
         addendum_coefficient_reference_profile=(1.4, "none"),
@@ -148,10 +148,10 @@ def test_chamfers_and_protuberances_of_a_file_are_drawn(tmp_path, version):
     )
     settings = unit.add("cylindrical_gear_manufacturing_settings", machining_allowance=(0.1, "mm"))
     if version == "1.7":
-        flank = unit.of("cylindrical_gear_flank")[0]
+        flank = unit.numbers("cylindrical_gear_flank")[0]
         unit.relate("manufacturing_step", workpiece=flank, tool=tool, manufacturing_settings=settings)
     else:
-        pinion = unit.of("cylindrical_gear")[0]
+        pinion = unit.numbers("cylindrical_gear")[0]
         unit.relate("ordered_reference", origin=pinion, referenced=tool)
         unit.relate("ordered_reference", origin=pinion, referenced=settings)
     case, page = imported(unit, tmp_path)
@@ -166,7 +166,7 @@ def test_chamfers_and_protuberances_of_a_file_are_drawn(tmp_path, version):
 
 def test_profile_shift_and_allowance_follow_from_the_measures_of_a_file(tmp_path):
     unit = gear_train((25, 31), helix=0.0)
-    pinion, wheel = unit.of("cylindrical_gear")
+    pinion, wheel = unit.numbers("cylindrical_gear")
     reference = GearGeometry(25, 3e-3, np.radians(20), 0.0, 24e-3, 10e-3, thickness_allowance=60e-6)
     unit.attributes(pinion).update(
         span_measurement=(1e3 * base_tangent_length(reference, 3), "mm"),
@@ -177,7 +177,7 @@ def test_profile_shift_and_allowance_follow_from_the_measures_of_a_file(tmp_path
         size_over_balls=(1e3 * dimension_over_balls(mate, 5.25e-3), "mm"),
         diameter_of_measuring_ball_or_pin=(5.25, "mm"),
     )
-    for flank in unit.of("cylindrical_gear_flank")[2:]:
+    for flank in unit.numbers("cylindrical_gear_flank")[2:]:
         del unit.attributes(flank)["addendum_modification_coefficient"]
     case, page = imported(unit, tmp_path)
     drawn = [gear.geometry for gear in case.gears]
@@ -188,11 +188,11 @@ def test_profile_shift_and_allowance_follow_from_the_measures_of_a_file(tmp_path
 
 def test_profile_shifts_follow_from_the_centre_distance(tmp_path):
     unit = gear_train((20, 31))
-    for flank in unit.of("cylindrical_gear_flank"):
+    for flank in unit.numbers("cylindrical_gear_flank"):
         del unit.attributes(flank)["addendum_modification_coefficient"]
-    stage = unit.attributes(unit.of("cylindrical_stage")[0])
+    stage = unit.attributes(unit.numbers("cylindrical_stage")[0])
     stage["center_distance"] = (stage["center_distance"][0] + 1.0, "mm")
-    last = unit.attributes(unit.of("shaft")[1])["support_vector"][0]
+    last = unit.attributes(unit.numbers("shaft")[1])["support_vector"][0]
     last[1] += 1.0
     case, page = imported(unit, tmp_path / "stated")
     del stage["center_distance"]
@@ -206,10 +206,10 @@ def test_profile_shifts_follow_from_the_centre_distance(tmp_path):
 
 def test_flank_modifications_of_both_flanks_are_taken(tmp_path):
     unit = gear_train((20, 31))
-    flanks = unit.of("cylindrical_gear_flank")[:2]
-    gear = unit.of("cylindrical_gear")[0]
+    flanks = unit.numbers("cylindrical_gear_flank")[:2]
+    gear = unit.numbers("cylindrical_gear")[0]
     data = unit.add("cylindrical_stage_gear_data", loaded_tooth_flank=("right", "none"))
-    unit.relate("stage_gear_data", stage=unit.of("cylindrical_stage")[0], gear=gear, stage_gear_data=data)
+    unit.relate("stage_gear_data", stage=unit.numbers("cylindrical_stage")[0], gear=gear, stage_gear_data=data)
     for flank, depth in zip(flanks, (10.0, 25.0), strict=True):
         relief = unit.add(
             "tip_relief",
@@ -246,7 +246,7 @@ def test_a_coaxial_unit_gets_an_inner_wall_and_a_bearing_between_its_shafts(tmp_
 
 def test_a_centre_distance_that_parts_concentric_shafts_is_refused(tmp_path):
     unit = coaxial_unit()
-    stage = unit.attributes(unit.of("cylindrical_stage")[0])
+    stage = unit.attributes(unit.numbers("cylindrical_stage")[0])
     stage["center_distance"] = (stage["center_distance"][0] + 0.5, "mm")
     with pytest.raises(InputError, match=r"its shafts S1 and S3 are 0.5 mm apart, not coaxial: correct support_vector"):
         imported(unit, tmp_path)
@@ -264,7 +264,7 @@ def test_an_idler_on_needles_keeps_its_pin(tmp_path):
 
 def test_a_bearing_whose_side_is_a_gear_holds_the_shaft_of_the_gear(tmp_path):
     unit = idler_unit()
-    ring, gear = unit.of("shaft")[1], unit.of("cylindrical_gear")[1]
+    ring, gear = unit.numbers("shaft")[1], unit.numbers("cylindrical_gear")[1]
     unit.relations = [
         (kind, [(role, gear if role == "outer_part" and end == ring else end) for role, end in ends])
         for kind, ends in unit.relations
@@ -306,7 +306,7 @@ def test_speed_and_torque_that_the_file_has_not_are_assumed_and_said(tmp_path):
 
 def test_a_load_case_that_turns_the_other_way_is_marked(tmp_path):
     unit = gear_train((20, 31))
-    first, load = unit.of("shaft")[0], unit.of("external_load")[0]
+    first, load = unit.numbers("shaft")[0], unit.numbers("external_load")[0]
     reverse = {first: {"rotational_speed": (-900.0, "1 / min")}, load: {"torque_around_u_axis": (-50.0, "N m")}}
     unit.load_cases.append(reverse)
     _, page = imported(unit, tmp_path)
@@ -316,8 +316,8 @@ def test_a_load_case_that_turns_the_other_way_is_marked(tmp_path):
 
 def test_names_that_are_no_file_names_are_made_safe(tmp_path):
     unit = gear_train((20, 31))
-    kind, _, attributes = unit.components[unit.of("cylindrical_gear")[0]]
-    unit.components[unit.of("cylindrical_gear")[0]] = (kind, 'a/b"c\n|*<b>', attributes)
+    kind, _, attributes = unit.components[unit.numbers("cylindrical_gear")[0]]
+    unit.components[unit.numbers("cylindrical_gear")[0]] = (kind, 'a/b"c\n|*<b>', attributes)
     case, page = imported(unit, tmp_path)
     assert "/" not in case.gears[0].name
     assert '"' not in case.gears[0].name
@@ -352,7 +352,7 @@ def test_temporary_files_without_room_are_named_with_a_remedy(tmp_path, capsys):
 
 def test_a_shaft_that_can_tilt_or_slide_is_refused(tmp_path):
     unit = gear_train((20, 31))
-    bearings = unit.of("rolling_bearing_with_catalog_geometry")
+    bearings = unit.numbers("rolling_bearing_with_catalog_geometry")
     unit.relations = [(kind, ends) for kind, ends in unit.relations if ("assembly", bearings[0]) not in ends]
     del unit.components[bearings[0]]
     for bearing in bearings[2:]:
@@ -364,8 +364,8 @@ def test_a_shaft_that_can_tilt_or_slide_is_refused(tmp_path):
 def test_a_chamfered_gear_reproduces_the_contact_ratios_of_its_file(tmp_path):
     """The tip form circle and the common face width of the file, not the outer ones, carry."""
     unit = gear_train((20, 31))
-    stage = unit.of("cylindrical_stage")[0]
-    for gear, form in zip(unit.of("cylindrical_gear"), (67.4, 101.6), strict=True):
+    stage = unit.numbers("cylindrical_stage")[0]
+    for gear, form in zip(unit.numbers("cylindrical_gear"), (67.4, 101.6), strict=True):
         unit.attributes(gear).update(tip_diameter=(form + 0.6, "mm"), tip_form_diameter=(form, "mm"))
     case, _ = imported(unit, tmp_path)
     alpha = np.arctan(np.tan(np.radians(20)) / np.cos(np.radians(15)))
@@ -387,7 +387,7 @@ def test_a_chamfered_gear_reproduces_the_contact_ratios_of_its_file(tmp_path):
 
 def test_gaps_and_short_ends_of_shafts_are_filled_so_that_they_can_bend(tmp_path):
     unit = gear_train((20, 31))
-    first = unit.of("shaft_section")[0]
+    first = unit.numbers("shaft_section")[0]
     length = unit.attributes(first)["length"][0]
     unit.attributes(first).update(length=(30.0, "mm"), u_coordinate_on_shaft=(25.0, "mm"))
     rest = unit.add(
@@ -396,7 +396,7 @@ def test_gaps_and_short_ends_of_shafts_are_filled_so_that_they_can_bend(tmp_path
         length=(length - 58.0, "mm"),
         outer_diameter_begin=(24.0, "mm"),
     )
-    unit.relate("assembly", assembly=unit.of("shaft")[0], part=rest)
+    unit.relate("assembly", assembly=unit.numbers("shaft")[0], part=rest)
     case, page = imported(unit, tmp_path)
     segments = case.shafts[0].segments
     assert all(a.end == pytest.approx(b.start, abs=1e-9) for a, b in pairwise(segments))
@@ -415,10 +415,10 @@ def test_a_coaxial_unit_can_bend(tmp_path):
 
 def test_side_loads_are_taken_in_the_frame_of_the_case_and_preload_is_listed(tmp_path):
     unit = gear_train((20, 31))
-    load = unit.of("external_load")[1]
+    load = unit.numbers("external_load")[1]
     unit.load_cases[0][load] = {"force_v_direction": (-1.2, "kN"), "torque_around_w_axis": (7.0, "N m")}
     unit.attributes(load)["u_coordinate_on_shaft"] = (2.0, "mm")
-    bearing = unit.of("rolling_bearing_with_catalog_geometry")[0]
+    bearing = unit.numbers("rolling_bearing_with_catalog_geometry")[0]
     unit.attributes(bearing)["preload_distance"] = (5.0, "mum")
     case, page = imported(unit, tmp_path)
     (found,) = [each for shaft in case.shafts for each in shaft.loads]
@@ -429,7 +429,7 @@ def test_side_loads_are_taken_in_the_frame_of_the_case_and_preload_is_listed(tmp
 
 def test_a_side_load_without_a_place_is_left_out_by_name(tmp_path):
     unit = gear_train((20, 31))
-    load = unit.of("external_load")[1]
+    load = unit.numbers("external_load")[1]
     unit.load_cases[0][load] = {"force_v_direction": (-1.2, "kN")}
     unit.attributes(load).pop("u_coordinate_on_shaft", None)
     case, page = imported(unit, tmp_path)
@@ -441,13 +441,13 @@ def test_narrow_walls_between_bearings_are_drawn_with_narrower_seats(tmp_path):
     """The FZG rig has bearings NU 406 of 90 mm on a centre distance of 91.5 mm: 1.5 mm between them."""
     unit = gear_train((20, 31))
     apart = 1e3 * imported(unit, tmp_path / "first")[0].stages[0].centre_distance
-    for bearing in unit.of("rolling_bearing_with_catalog_geometry"):
+    for bearing in unit.numbers("rolling_bearing_with_catalog_geometry"):
         unit.attributes(bearing)["outer_diameter"] = (apart - 1.5, "mm")
     case, page = imported(unit, tmp_path / "second")
     one, other = (case.housing.bores[n] for n in (0, 2))
     assert one.radius + other.radius == pytest.approx(1e-3 * (apart - 2.0), abs=1e-7)
     assert re.search(r"seats narrower than bearings \| .* by 0\.5 mm", page)
-    for bearing in unit.of("rolling_bearing_with_catalog_geometry"):
+    for bearing in unit.numbers("rolling_bearing_with_catalog_geometry"):
         unit.attributes(bearing)["outer_diameter"] = (apart + 1.0, "mm")
     with pytest.raises(InputError, match=r"overlap by 1 mm: correct their outer_diameter"):
         imported(unit, tmp_path / "third")
@@ -457,6 +457,6 @@ def test_narrow_walls_between_bearings_are_drawn_with_narrower_seats(tmp_path):
 def test_the_material_of_the_casing_is_that_of_the_file_unless_it_is_rigid(tmp_path, young, wall):
     unit = gear_train((20, 31))
     material = unit.add("material", elastic_modulus=(young, "N / mm^2"), density=(2.7, "kg / dm^3"))
-    unit.relate("reference", origin=unit.of("gear_casing")[0], referenced=material)
+    unit.relate("reference", origin=unit.numbers("gear_casing")[0], referenced=material)
     case, _ = imported(unit, tmp_path)
     assert case.housing.material.young == pytest.approx(wall)

@@ -65,7 +65,7 @@ def test_names_of_version_1_1_mean_those_of_2_0(tmp_path):
 def test_places_follow_reference_components_and_turned_axes(tmp_path):
     """A unit whose shafts lie along y of the world is the same unit."""
     straight, turned = gear_train((20, 31)), gear_train((20, 31))
-    turned.attributes(turned.of("gear_unit")[0]).update(
+    turned.attributes(turned.numbers("gear_unit")[0]).update(
         support_vector=([5.0, 7.0, -3.0], "mm"), u_axis_vector=([0.0, 1.0, 0.0], "mm")
     )
     one, other = (read_rexs(u.save(tmp_path / f"{i}.rexs")) for i, u in enumerate((straight, turned)))
@@ -75,12 +75,12 @@ def test_places_follow_reference_components_and_turned_axes(tmp_path):
 
 def test_a_shaft_drawn_backwards_keeps_its_gear_in_the_world(tmp_path):
     unit = gear_train((20, 31))
-    shaft = unit.of("shaft")[1]
-    length = unit.attributes(unit.of("shaft_section")[1])["length"][0]
+    shaft = unit.numbers("shaft")[1]
+    length = unit.attributes(unit.numbers("shaft_section")[1])["length"][0]
     attributes = unit.attributes(shaft)
     attributes["u_axis_vector"] = ([-1.0, 0.0, 0.0], "mm")
     attributes["support_vector"] = ([length - 20.0, attributes["support_vector"][0][1], 0.0], "mm")
-    gear = unit.attributes(unit.of("cylindrical_gear")[1])
+    gear = unit.attributes(unit.numbers("cylindrical_gear")[1])
     gear["u_coordinate_on_shaft"] = (length - gear["u_coordinate_on_shaft"][0], "mm")
     read = read_rexs(unit.save(tmp_path / "u.rexs"))
     assert read.gears[1].z == pytest.approx(read.gears[0].z, abs=1e-12)
@@ -92,7 +92,7 @@ def test_a_shaft_drawn_backwards_keeps_its_gear_in_the_world(tmp_path):
 )
 def test_lengths_follow_their_unit(tmp_path, unit, factor):
     made = gear_train((20, 31))
-    gear = made.attributes(made.of("cylindrical_gear")[0])
+    gear = made.attributes(made.numbers("cylindrical_gear")[0])
     gear["face_width"] = (24.0 * factor, unit)
     assert read_rexs(made.save(tmp_path / "u.rexs")).gears[0].face_width == pytest.approx(0.024, rel=1e-12)
 
@@ -131,9 +131,9 @@ def test_a_coded_array_is_decoded(tmp_path):
 
 def test_the_driving_shaft_is_the_one_that_takes_in_power(tmp_path):
     made = gear_train((20, 31))
-    first, last = made.of("external_load")
+    first, last = made.numbers("external_load")
     made.load_cases[0] = {
-        made.of("shaft")[0]: {"rotational_speed": (-900.0, "1 / min")},
+        made.numbers("shaft")[0]: {"rotational_speed": (-900.0, "1 / min")},
         last: {"torque_around_u_axis": (80.0, "N m")},
         first: {"torque_around_u_axis": (51.6129, "N m")},
     }
@@ -147,8 +147,8 @@ def test_the_driving_shaft_is_the_one_that_takes_in_power(tmp_path):
 def test_torques_without_sign_enter_at_the_fastest_shaft(tmp_path, speed):
     """REXS 1.0 has torques without sign; here the load of the output shaft comes first."""
     unit = gear_train((20, 31), (18, 40), version="1.0")
-    first, *_, last = unit.of("shaft")
-    loads = unit.of("external_load")
+    first, *_, last = unit.numbers("shaft")
+    loads = unit.numbers("external_load")
     ends = {("assembly", first): ("assembly", last), ("assembly", last): ("assembly", first)}
     unit.relations = [
         (kind, [ends.get(end, end) for end in of] if {end for _, end in of} & set(loads) else of)
@@ -166,8 +166,8 @@ def test_torques_without_sign_enter_at_the_fastest_shaft(tmp_path, speed):
 def test_a_unit_of_two_consumers_is_refused_by_their_names(tmp_path):
     """One of them would lose its load, and the stage to it."""
     unit = gear_train((20, 31), (18, 33))
-    first, second, _ = unit.of("shaft")
-    _, last = unit.of("external_load")
+    first, second, _ = unit.numbers("shaft")
+    _, last = unit.numbers("external_load")
     added = unit.add("external_load", transmits_torque=(True, "none"))
     unit.relate("assembly", assembly=second, part=added)
     unit.load_cases[0] = {
@@ -186,7 +186,7 @@ def test_a_unit_of_two_consumers_is_refused_by_their_names(tmp_path):
 def test_power_becomes_a_torque_by_the_speed_of_any_shaft(tmp_path, known):
     """P = T ω: 12 kW at 1800 rpm of the input are 63.662 N m, whichever shaft has its speed in the file."""
     unit = gear_train((20, 31))
-    shafts, (first, _) = unit.of("shaft"), unit.of("external_load")
+    shafts, (first, _) = unit.numbers("shaft"), unit.numbers("external_load")
     speed = (1800.0, -1800.0 * 20 / 31)[known]
     unit.load_cases[0] = {
         shafts[known]: {"rotational_speed": (speed, "1 / min")},
@@ -200,7 +200,7 @@ def test_power_becomes_a_torque_by_the_speed_of_any_shaft(tmp_path, known):
 
 def test_another_load_case_is_chosen_by_number(tmp_path):
     made = gear_train((20, 31))
-    shaft, load = made.of("shaft")[0], made.of("external_load")[0]
+    shaft, load = made.numbers("shaft")[0], made.numbers("external_load")[0]
     made.load_cases.append(
         {shaft: {"rotational_speed": (600.0, "1 / min")}, load: {"torque_around_u_axis": (90.0, "N m")}}
     )
@@ -213,7 +213,7 @@ def test_another_load_case_is_chosen_by_number(tmp_path):
 def test_other_load_cases_coast_or_turn_the_other_way(tmp_path):
     """Power of the input by load case: driving, coasting, driving in reverse; the last has its torque at the output."""
     made = gear_train((20, 31))
-    shaft, (load, out) = made.of("shaft")[0], made.of("external_load")
+    shaft, (load, out) = made.numbers("shaft")[0], made.numbers("external_load")
     for speed, at, torque in ((900.0, load, -40.0), (-900.0, load, -50.0), (900.0, out, -31.0), (900.0, out, 62.0)):
         made.load_cases.append(
             {shaft: {"rotational_speed": (speed, "1 / min")}, at: {"torque_around_u_axis": (torque, "N m")}}
@@ -228,7 +228,7 @@ def test_other_load_cases_coast_or_turn_the_other_way(tmp_path):
 
 def test_torques_without_sign_drive_in_reverse_too(tmp_path):
     made = gear_train((20, 31), version="1.0")
-    shaft, (load, out) = made.of("shaft")[0], made.of("external_load")
+    shaft, (load, out) = made.numbers("shaft")[0], made.numbers("external_load")
     made.load_cases = [
         {
             shaft: {"rotational_speed": (speed, "1 / min")},
@@ -246,7 +246,7 @@ def test_torques_without_sign_drive_in_reverse_too(tmp_path):
 def test_a_later_load_case_coasts_though_the_first_has_its_torque_at_the_output_only(tmp_path, speed):
     """At the wheel, a positive torque brakes: S2 turns against S1. The last case has no speed of its own."""
     made = gear_train((20, 31))
-    shaft, (load, out) = made.of("shaft")[0], made.of("external_load")
+    shaft, (load, out) = made.numbers("shaft")[0], made.numbers("external_load")
     turning = {shaft: {"rotational_speed": (1800.0, "1 / min")}}
     made.load_cases = [
         turning | {out: {"torque_around_u_axis": (93.0, "N m")}},
@@ -259,14 +259,14 @@ def test_a_later_load_case_coasts_though_the_first_has_its_torque_at_the_output_
 
 def test_coupled_shafts_are_one_and_bearings_between_shafts_stay(tmp_path):
     made = gear_train((20, 31), (18, 40))
-    y = made.attributes(made.of("shaft")[2])["support_vector"][0][1]
+    y = made.attributes(made.numbers("shaft")[2])["support_vector"][0][1]
     stub = made.add(
         "shaft", "Stub", support_vector=([140.0, y, 0.0], "mm"), reference_component_for_position=(1, "none")
     )
     section = made.add("shaft_section", length=(60.0, "mm"), outer_diameter_begin=(25.0, "mm"))
     made.relate("assembly", assembly=stub, part=section)
     coupling = made.add("coupling", "Flange")
-    made.relate("side", assembly=coupling, inner_part=made.of("shaft")[2], outer_part=stub)
+    made.relate("side", assembly=coupling, inner_part=made.numbers("shaft")[2], outer_part=stub)
     unit = read_rexs(made.save(tmp_path / "u.rexs"))
     assert [shaft.name for shaft in unit.shafts] == ["S1", "S2", "S3"]
     assert unit.shafts[2].sections[-1].end == pytest.approx(0.2)
@@ -293,10 +293,10 @@ def test_stages_that_the_chain_cannot_model_are_refused_by_name(tmp_path, kind):
 
 def test_all_mistakes_are_stated_at_once(tmp_path):
     made = gear_train((20, 31))
-    first, second = made.of("cylindrical_gear")
+    first, second = made.numbers("cylindrical_gear")
     del made.attributes(first)["face_width"]
     made.attributes(second)["number_of_teeth"] = ("many", "none")
-    made.attributes(made.of("shaft_section")[0])["length"] = (1.0, "furlong")
+    made.attributes(made.numbers("shaft_section")[0])["length"] = (1.0, "furlong")
     text = refused(made, tmp_path)
     assert "face_width is missing" in text
     assert "number_of_teeth = 'many' is no finite number" in text
@@ -305,13 +305,13 @@ def test_all_mistakes_are_stated_at_once(tmp_path):
 
 def test_a_unit_of_another_quantity_is_refused(tmp_path):
     made = gear_train((20, 31))
-    made.attributes(made.of("cylindrical_gear")[0])["face_width"] = (24.0, "N m")
+    made.attributes(made.numbers("cylindrical_gear")[0])["face_width"] = (24.0, "N m")
     assert "face_width is in 'N m', which is no unit for m" in refused(made, tmp_path)
 
 
 def test_a_circle_of_references_is_refused(tmp_path):
     made = gear_train((20, 31))
-    one, other = made.of("shaft")
+    one, other = made.numbers("shaft")
     made.attributes(one)["reference_component_for_position"] = (other, "none")
     made.attributes(other)["reference_component_for_position"] = (one, "none")
     assert refused(made, tmp_path).count("runs in a circle") == 1, "one line for a circle"
@@ -319,10 +319,10 @@ def test_a_circle_of_references_is_refused(tmp_path):
 
 def test_mistakes_of_places_relations_units_and_bearings_have_a_line_each(tmp_path):
     made = gear_train((20, 31))
-    one, other = made.of("shaft")
+    one, other = made.numbers("shaft")
     made.attributes(one)["reference_component_for_position"] = (other, "none")
     made.attributes(other)["reference_component_for_position"] = (one, "none")
-    gears = made.of("cylindrical_gear")
+    gears = made.numbers("cylindrical_gear")
     made.relations = [
         (kind, ends) for kind, ends in made.relations if not any(e in gears and r == "part" for r, e in ends)
     ]
@@ -340,7 +340,7 @@ def test_mistakes_of_places_relations_units_and_bearings_have_a_line_each(tmp_pa
 
 def test_gears_without_a_shaft_and_a_bearing_without_anything_are_refused(tmp_path):
     made = gear_train((20, 31))
-    gears = made.of("cylindrical_gear")
+    gears = made.numbers("cylindrical_gear")
     bearing = made.add("concept_bearing", "nowhere")
     made.relations = [
         (kind, ends) for kind, ends in made.relations if not any(e in gears and r == "part" for r, e in ends)
@@ -358,7 +358,7 @@ def test_a_relation_to_a_missing_component_is_refused(tmp_path):
 
 def test_a_loop_of_power_is_refused(tmp_path):
     made = gear_train((20, 31), (18, 40))
-    first, last = made.of("cylindrical_gear")[0], made.of("cylindrical_gear")[3]
+    first, last = made.numbers("cylindrical_gear")[0], made.numbers("cylindrical_gear")[3]
     stage = made.add("cylindrical_stage", "closing", center_distance=(100.0, "mm"))
     made.relate("stage", stage=stage, gear_1=first, gear_2=last)
     assert "closes a loop of shafts" in refused(made, tmp_path)
@@ -366,7 +366,7 @@ def test_a_loop_of_power_is_refused(tmp_path):
 
 def test_inclined_shafts_are_refused(tmp_path):
     made = gear_train((20, 31))
-    made.attributes(made.of("shaft")[1])["u_axis_vector"] = ([1.0, 0.02, 0.0], "mm")
+    made.attributes(made.numbers("shaft")[1])["u_axis_vector"] = ([1.0, 0.02, 0.0], "mm")
     assert "is not parallel to the first shaft" in refused(made, tmp_path)
 
 

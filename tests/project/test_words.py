@@ -87,6 +87,16 @@ def test_sentences_of_pages_have_at_most_25_words_and_a_subject():
     assert not found, "\n".join(found)
 
 
+def test_no_function_begins_with_a_preposition():
+    """Those of conversion, as in pandas, are words that readers know."""
+    known = {"to_xarray", "to_dataframe", "as_json", "from_json"}
+    trees = (ast.parse(path.read_text(encoding="utf-8")) for path in (ROOT / "nvhchain").rglob("*.py"))
+    kinds = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
+    names = {node.name for tree in trees for node in ast.walk(tree) if isinstance(node, kinds)}
+    assert len(names) > 3000
+    assert {name for name in names - known if re.match(PREPOSITION, name.lstrip("_"))} == set()
+
+
 def test_no_public_name_begins_with_a_preposition():
     names = {each for _, value in public() for each in members(value.__qualname__, value)}
     found = {name for name in names if re.match(PREPOSITION, name.rpartition(".")[2])}

@@ -245,7 +245,7 @@ def test_what_is_left_out_has_an_error_at_every_order(small):
     full = linear.power(EVERYTHING)
     chosen = linear.power(decision.case.options)
     orders = np.array([20.0, 40.0, 41.3])
-    error = decision.left_out_error.at(orders)
+    error = decision.left_out_error.errors(orders)
     first, second = (np.sqrt(power[0, np.searchsorted(linear.orders, orders[:2])]) for power in (chosen, full))
     np.testing.assert_allclose(error[:2], np.abs(second / first - 1), atol=2e-4)
     assert error[2] == pytest.approx(10 ** (decision.left_out_distance_db / 20) - 1, abs=1e-4)

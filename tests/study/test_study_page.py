@@ -3,7 +3,7 @@
 import pytest
 
 from nvhchain.study import Parameter, Row, Study, write_study
-from nvhchain.study.page.answer import OPEN, blocks, over_speed
+from nvhchain.study.page.answer import OPEN, blocks, response_curves
 from nvhchain.study.page.results import Results
 from scripts.browser import CHROMIUM, Browser
 
@@ -49,7 +49,7 @@ def test_curves_over_speed_are_at_the_torque_by_which_designs_are_ranked():
         for (x, torque), level in levels.items()
         for speed in study.speeds_rpm
     ]
-    figure = over_speed(Results(study, tuple(rows)))
+    figure = response_curves(Results(study, tuple(rows)))
     assert figure is not None
     assert "at the worst torque of every speed" in figure.caption
     curves = {trace["name"][0]: list(trace["y"]) for trace in figure.data}

@@ -96,7 +96,7 @@ class Target:
             ),
         )
 
-    def beyond(self, low: float, high: float) -> tuple[float, ...]:
+    def missing_octaves(self, low: float, high: float) -> tuple[float, ...]:
         """Return the third octaves (Hz) that do not lie inside a computed band `low` to `high` (Hz)."""
         if self.bands != "third_octaves":
             return ()
@@ -151,7 +151,7 @@ def check_targets(
             f"target {target.name}: levels of a run-up are A-weighted: leave `weighted` out",
         )
         if band is not None:
-            beyond = ", ".join(f"{middle:g}" for middle in target.beyond(*band))
+            beyond = ", ".join(f"{middle:g}" for middle in target.missing_octaves(*band))
             require(
                 not beyond,
                 f"target {target.name}: third octaves at {beyond} Hz do not lie inside the computed band "

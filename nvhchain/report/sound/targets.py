@@ -121,7 +121,9 @@ def _points(target: Target, result: Result) -> Iterator[_Judged]:
         yield from _run_up_points(target, band, place, result)
         return
     band = replace(band, weighted=target.weighted)
-    if target.frequency and not (isinstance(case, GearboxCase) and target.beyond(case.band.low, case.band.high)):
+    if target.frequency and not (
+        isinstance(case, GearboxCase) and target.missing_octaves(case.band.low, case.band.high)
+    ):
         yield from _spectrum(target, band, place)
     if target.frequency:
         return

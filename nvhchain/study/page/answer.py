@@ -37,11 +37,8 @@ def blocks(results: Results) -> list[Any]:
     headline, *others = results.lines or (f"{len(results.rows)} runs",)
     remarks = [f"{remark}." for row in results.rows for remark in row.remarks]
     doubt = " ".join(filter(None, [order_doubt(results.study, results.worst, results.main), *remarks]))
-    figures = [
-        figure
-        for figure in (course(results), tornado(results), distribution(results), _pareto(results), over_speed(results))
-        if figure is not None
-    ]
+    drawn = course, tornado, distribution, _pareto, response_curves
+    figures = [figure for draw in drawn if (figure := draw(results)) is not None]
     first, second = [*figures, _ranked(results), None][:2]
     sentences = [f" {line}" for line in others[:MOST_LINES]]
     return [Hero(headline, doubt, sentences, first, second, None, "")]
@@ -134,7 +131,7 @@ def _short_name(row: Row) -> str:
     return name
 
 
-def over_speed(results: Results) -> Figure | None:
+def response_curves(results: Results) -> Figure | None:
     """Return the main response of some designs over the speeds of the study."""
     main = results.main
     speeds = sorted({row.speed_rpm for row in results.rows if row.speed_rpm is not None})

@@ -204,7 +204,7 @@ def peers_growth(out: Path, faces: int, opencl: str | None) -> str:
         slow = interface == "numba" and faces > MOST_NUMBA
         found = peer(out, faces, PEER_ORDER, 1, interpreter, interface) if interpreter and not slow else None
         if found is None:
-            cells.append(f"{'left out' if slow else 'not installed'} | | | ")
+            cells.append(f"{'excluded' if slow else 'not installed'} | | | ")
             continue
         cells.append(
             f"{found['cpu'][-1]:.3g} | {found['cpu'][-1] / base:.3g} | {found['peak'] / 1e6:.0f} | "

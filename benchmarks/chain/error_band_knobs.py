@@ -116,7 +116,7 @@ def band_of(run: Result, knob: str, fidelity: Fidelity) -> ErrorBand:
         transfer_vectors=vectors.replace(accuracy=sound),
     )
     dropped = {"masters"} if not knob.startswith((*OF_MASTERS, "preset")) else set()
-    dropped |= {"modes left out"} if not knob.startswith(OF_MODES) else set()
+    dropped |= {"excluded modes"} if not knob.startswith(OF_MODES) else set()
     return replace(made, sources={name: source for name, source in made.sources.items() if name not in dropped})
 
 

@@ -4,7 +4,7 @@
 
 Writes docs/measured/housing/housing.md. Measures what is named (all by default: see `MEASUREMENTS`) and is not yet in
 OUT/<name>.json, each in its own process, then writes the tables of everything found in OUT. CalculiX (`ccx`, Debian
-package calculix-ccx) is left out where it is not installed. Seconds are wall time on an otherwise idle machine, memory
+package calculix-ccx) is excluded where it is not installed. Seconds are wall time on an otherwise idle machine, memory
 is the process's largest resident set; `frequencies`, `truncation`, `exchange` and `damping` hold errors only, `superlu`
 and `default_order` state processor seconds: they may be measured on a busy one.
 """

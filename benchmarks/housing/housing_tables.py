@@ -92,7 +92,7 @@ def truncation_table(records: dict[str, Record]) -> list[str]:
     if r is None:
         return []
     return [
-        "**Error of the faces' velocity (RMS over 0.6 … 5 kHz, all unit forces) for modes left out**",
+        "**Error of the faces' velocity (RMS over 0.6 … 5 kHz, all unit forces) for excluded modes**",
         "",
         "| modes to × f_max | modes | true / % | estimated / % |",
         "|---:|---:|---:|---:|",

@@ -68,7 +68,7 @@ def save_case(case: GearboxCase | RadiatorCase, path: str | Path) -> Path:
 
     Notes
     -----
-    Fields at their default are left out. Lengths, angles and speeds are written in the unit with the shortest digits
+    Fields at their default are excluded. Lengths, angles and speeds are written in the unit with the shortest digits
     that read back exactly. Files of the case, such as a mesh, stay where they are. Their paths become relative to the
     new file. `folder` of the case that is read back is the folder of the new file.
 

@@ -35,8 +35,8 @@ from nvhchain.scene import Modelling, Scene, modelled
 from nvhchain.scene.inputs import unknown_effects
 from nvhchain.scene.order_error import OrderError
 
-OPTIONS_LEFT_OUT = "options left out"
-"""Source of error of the options that the program left out."""
+OPTIONS_LEFT_OUT = "excluded options"
+"""Source of error of the options that the program excluded."""
 
 _BANDS_FROM = {"radiation_efficiency": ("sound_power",), "directivity": ("pressure", "sound_power")}
 """Quantities without confidence limits of their own → the quantities from which they inherit them."""
@@ -44,7 +44,7 @@ _BANDS_FROM = {"radiation_efficiency": ("sound_power",), "directivity": ("pressu
 
 @one_blas_thread
 def _band(quantity: str, result: Result) -> ErrorBand | RunUpBand:
-    """Return the confidence limits of a quantity, without options left out and inputs."""
+    """Return the confidence limits of a quantity, without excluded options and inputs."""
     return BANDS[quantity](result)
 
 
@@ -147,7 +147,7 @@ class Result:
         }
 
     def _widened(self, band: ErrorBand | RunUpBand) -> ErrorBand | RunUpBand:
-        """Return a band with the options that the program left out, and the spread of inputs that a case states.
+        """Return a band with the options that the program excluded, and the spread of inputs that a case states.
 
         Options that the case itself leaves out do not count.
         """
@@ -170,7 +170,7 @@ class Result:
 
     @cached_property
     def modelling(self) -> Modelling | None:
-        """Options that were modelled or left out, each with its estimate; None where the forces are supplied."""
+        """Options that were modelled or excluded, each with its estimate; None where the forces are supplied."""
         if self.decision is not None or not isinstance(self.case, GearboxCase):
             return self.decision
         return modelled(self.case, self.fidelity) if self._computes_forces else None

@@ -149,7 +149,7 @@ def steady_map(
 
     Notes
     -----
-    Lines whose A-weighted bearing force is 60 dB below the strongest are left out. The limits of a state are those of
+    Lines whose A-weighted bearing force is 60 dB below the strongest are excluded. The limits of a state are those of
     `run` at its speed and torque. Options that the case leaves open are modelled as in the run. With
     `loaded_misalignment`, other torques have mesh laws of their own. States run on as many threads as there are cores.
     """

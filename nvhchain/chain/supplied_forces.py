@@ -74,7 +74,7 @@ def _check_moments(case: GearboxCase, forces: BearingForces | ForceSpectrum) -> 
     """Warn of moments that no seat of the case takes."""
     _warn_unless(
         forces.moment is None or case.seat_motions > 3 or not forces.moment.any(),
-        "their moments are left out: seats take forces only, since no bearing of the case has a model; give bearings a "
+        "their moments are excluded: seats take forces only, since no bearing of the case has a model; give bearings a "
         "model",
     )
 

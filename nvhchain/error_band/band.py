@@ -187,7 +187,7 @@ class ErrorBand:
 NUMERICAL = {
     "gear": "gear",
     "housing": "housing",
-    "modes left out": "housing",
+    "excluded modes": "housing",
     "surface mesh": "acoustics",
     "quadrature": "acoustics",
     "masters": "acoustics",
@@ -201,7 +201,7 @@ def remedy(source: str) -> str:
     """Return what narrows limits that a source widens most; empty where nothing does."""
     if source in NUMERICAL:
         return f"a finer --fidelity or knobs of fidelity.{NUMERICAL[source]} narrow it"
-    if source == "options left out":
+    if source == "excluded options":
         return "an option with decibels in `plan`, switched on in [options], or a finer --fidelity narrows it"
     return "a narrower [spread] narrows it" if source.startswith("input: ") else ""
 

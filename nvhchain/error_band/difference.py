@@ -14,7 +14,7 @@ from nvhchain.errors import require
 from nvhchain.files.result_cache import fingerprint
 from nvhchain.handoff import FloatArray, MeshLaw, ReducedHousing, TransferVectors
 
-SHARED = frozenset({"housing", "modes left out", "surface mesh", "radiation", "quadrature", "masters", "time step"})
+SHARED = frozenset({"housing", "excluded modes", "surface mesh", "radiation", "quadrature", "masters", "time step"})
 """Sources that have one error in two runs with the same housing, transfer vectors and fidelity."""
 
 SHARED_LAWS = frozenset({"gear"})

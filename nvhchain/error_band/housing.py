@@ -104,7 +104,7 @@ class ModalShares:
         Without a residual flexibility the error exceeds the motion.
         """
         change = np.sqrt(((self.modes * self.motion_change[:, None, :]) ** 2).sum(axis=2))
-        return {"housing": np.hypot(change, self.passed_on), "modes left out": self.left_out(case, fidelity)}
+        return {"housing": np.hypot(change, self.passed_on), "excluded modes": self.left_out(case, fidelity)}
 
     def left_out(self, case: GearboxCase, fidelity: Fidelity) -> FloatArray:
         """Return the error (n_f, n_place) due to excluded modes."""
@@ -119,7 +119,7 @@ class ModalShares:
         size = np.where(size > 0, size, 1.0)[:, None]
         cut = TRUNCATION_SHARE * np.sqrt((self._missed(case, fidelity) ** 2).sum(axis=1))[:, None] / size
         cut = cut if fidelity.housing.residual_flexibility else np.full(cut.shape, RIGID_ERROR)
-        return {"housing": SEAT_SHARE * change[:, None] / size, "modes left out": cut}
+        return {"housing": SEAT_SHARE * change[:, None] / size, "excluded modes": cut}
 
     def _missed(self, case: GearboxCase, fidelity: Fidelity) -> FloatArray:
         """Return the error (n_f, n_place) of the motion due to excluded modes."""

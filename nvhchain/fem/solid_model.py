@@ -104,7 +104,7 @@ class SolidModel:
     groups : name → node numbers.
     source : the file.
     structure : shells, beams, springs, masses and relations.
-    notes : what the reader left out or assumed.
+    notes : what the reader excluded or assumed.
     """
 
     nodes: FloatArray

@@ -29,7 +29,7 @@ class Fidelity:
     acoustics : AcousticsFidelity
         Knobs of boundary elements and master frequencies.
     option_tolerance_db : float
-        Largest estimated effect (dB) of all options together that a case leaves to the program and that are left out.
+        Largest estimated effect (dB) of all options together that a case leaves to the program and that are excluded.
 
     Notes
     -----

@@ -75,7 +75,7 @@ class HousingAccuracy(Accuracy):
             yield Doubt(
                 "missing flexibility",
                 f"modes without residual vectors: about {100 * self.missing_flexibility:.2g} % of the static "
-                "flexibility of the seats is left out; export residual vectors of unit forces at the seats, more "
+                "flexibility of the seats is excluded; export residual vectors of unit forces at the seats, more "
                 "modes, or the solid model where that matters",
             )
 

@@ -51,7 +51,7 @@ def write_velocity_vtkhdf(velocity: SurfaceVelocity, path: str | Path) -> Path:
     """Write operating shapes, one step per line with its frequency (Hz) as value.
 
     Cells hold the normal velocity (m/s; real, imaginary) and its level (dB re 1 nm/s); points hold the velocity as
-    vectors. Lines more than `RANGE` below the line that moves most (mean square over the area) are left out.
+    vectors. Lines more than `RANGE` below the line that moves most (mean square over the area) are excluded.
     """
     energy = np.abs(velocity.normal_velocity) ** 2 @ velocity.surface.areas
     kept = energy >= 10 ** (-RANGE / 10) * energy.max(initial=0.0)

@@ -58,7 +58,7 @@ class OptionEstimate:
 
         tolerance_db: tolerance of the fidelity (dB).
         """
-        outcome = "modelled" if self.modelled else "left out"
+        outcome = "modelled" if self.modelled else "excluded"
         how = f"{outcome} by the case" if self.stated else outcome
         if self.note:
             return f"{self.option} {how}: {self.note}"
@@ -79,7 +79,7 @@ class Modelling:
     options: options in the order of `DECIDABLE`.
     left_out_db: level of the model with all open options over that of the chosen model (dB).
     left_out_distance_db: distance of their spectra (dB).
-    left_out_error: relative change of amplitudes by what is left out; of single orders at constant speed.
+    left_out_error: relative change of amplitudes by what is excluded; of single orders at constant speed.
     """
 
     case: GearboxCase
@@ -114,7 +114,7 @@ class Modelling:
             never = [each.option for each in auto if each.note.startswith(IMPOSSIBLE)]
             off = ", ".join(each.option for each in auto if not each.modelled and each.option not in never)
             parts = [f"modelled: {on or 'no option'}"]
-            parts += [f"left out: {off}, in all {number_text(self.left_out_db, '+.1f')} dB"] if off else []
+            parts += [f"excluded: {off}, in all {number_text(self.left_out_db, '+.1f')} dB"] if off else []
             parts += [f"{IMPOSSIBLE}: {', '.join(never)} (see plan)"] if never else []
             found.append("; ".join(parts))
         return (*found, *(each.line(self.tolerance_db) for each in self.disputed))
@@ -180,8 +180,8 @@ def modelled(case: GearboxCase, fidelity: Fidelity) -> Modelling:
 
     Returns case without `auto`, and the estimate of every option.
 
-    The start is the model with all open options. Of these, the one with the smallest effect is left out, and again, as
-    long as the spectrum stays within the tolerance of the start. What is left out in all is therefore below it.
+    The start is the model with all open options. Of these, the one with the smallest effect is excluded, and again, as
+    long as the spectrum stays within the tolerance of the start. What is excluded in all is therefore below it.
     """
     return _modelled(case, fidelity.option_tolerance_db)
 

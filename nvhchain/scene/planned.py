@@ -49,7 +49,7 @@ class Plan:
     fidelity: name of the fidelity.
     steps: steps in their order.
     skipped: reasons for exclusions.
-    options: options that are modelled or left out, with their estimated decibels and seconds.
+    options: options that are modelled or excluded, with their estimated decibels and seconds.
     bearings: loads and stiffness of bearings with a model, on rigid seats, and default damping.
     assumptions: assumptions of the case.
     deviations: manufacturing deviations of the stages, and the lines that they ask for.

@@ -80,7 +80,7 @@ def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
 
 
 def option_lines(case: Case, fidelity: Fidelity) -> tuple[str, ...]:
-    """Return one line per option of a gearbox: modelled or left out, with estimated decibels and seconds.
+    """Return one line per option of a gearbox: modelled or excluded, with estimated decibels and seconds.
 
     Returns lines; none for a case that computes no bearing forces.
     """

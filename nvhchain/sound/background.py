@@ -88,7 +88,7 @@ def recorded_background(
 
     path: WAV file of any rate; its first channel counts.
     full_scale: pressure (Pa) of a sample of 1.0, or of full scale for integers.
-    seconds: longest duration (s) of the loop; the rest of the record is left out.
+    seconds: longest duration (s) of the loop; the rest of the record is excluded.
     rate: sampling rate (Hz) of the result; records of other rates are converted.
     Returns loop; the end of the record fades into its beginning at constant power.
     """

@@ -135,7 +135,7 @@ def measure_drawn(
 
     def run(responses: dict[str, float], limits: Limits) -> dict[str, Any] | None:
         alike = _match_lines(mean, case)
-        reference = _reference_of(alike, fidelity, operators, asked, watcher)  # limits hold the options left out
+        reference = _reference_of(alike, fidelity, operators, asked, watcher)  # limits hold the excluded options
         housing = _damped(reference.housing, case, mean)
         driven = replace(case, quantities=("bearing_forces",))
         chosen = decided(alike, fidelity)

@@ -46,7 +46,7 @@ def test_lines_at_rest_have_no_efficiency(air):
 @pytest.mark.parametrize("plane", [None, RigidPlane((0, 0, -0.4), (0, 0, 1))], ids=["free", "plane"])
 def test_directivity_of_an_oscillating_sphere(air, plane):
     """3 cos² θ in a free field.  Above a plane a dipole along the normal and its image, of the opposite sense, give
-    cos θ · 2j sin(kh cos θ); what the sphere scatters of its image is left out, 0.4 dB at the lower two lines."""
+    cos θ · 2j sin(kh cos θ); what the sphere scatters of its image is excluded, 0.4 dB at the lower two lines."""
     velocity = moving(COSINE)
     x = FAR if plane is None else FAR[:3]
     where = {"air": air, "fidelity": FIDELITY, "plane": plane}

@@ -230,7 +230,7 @@ def test_flank_modifications_of_both_flanks_are_taken(tmp_path):
     assert (micro.drive.tip_relief.amount, micro.coast.tip_relief.amount) == pytest.approx((25e-6, 10e-6))
     assert (micro.drive.tip_relief.length, micro.drive.tip_relief.shape) == (pytest.approx(2e-3), "linear")
     assert micro.drive.lead_crowning == pytest.approx(5e-6)
-    assert "helix\\_slope" in page.split("## Left out")[1]
+    assert "helix\\_slope" in page.split("## Excluded")[1]
 
 
 def test_a_coaxial_unit_gets_an_inner_wall_and_a_bearing_between_its_shafts(tmp_path):
@@ -424,7 +424,7 @@ def test_side_loads_are_taken_in_the_frame_of_the_case_and_preload_is_listed(tmp
     (found,) = [each for shaft in case.shafts for each in shaft.loads]
     assert (found.force, found.moment) == ((-1200.0, 0.0, 0.0), (0.0, 7.0))
     assert "-1200 | 0 | 0 | 0 | 7 |" in page
-    assert "axial clearance | -5 µm |" in page.split("## Left out")[1].split("##")[0]
+    assert "axial clearance | -5 µm |" in page.split("## Excluded")[1].split("##")[0]
 
 
 def test_a_side_load_without_a_place_is_left_out_by_name(tmp_path):
@@ -434,7 +434,7 @@ def test_a_side_load_without_a_place_is_left_out_by_name(tmp_path):
     unit.attributes(load).pop("u_coordinate_on_shaft", None)
     case, page = imported(unit, tmp_path)
     assert not any(shaft.loads for shaft in case.shafts)
-    assert "side load | 1200 N, 0 N m |" in page.split("## Left out")[1].split("##")[0]
+    assert "side load | 1200 N, 0 N m |" in page.split("## Excluded")[1].split("##")[0]
 
 
 def test_narrow_walls_between_bearings_are_drawn_with_narrower_seats(tmp_path):

@@ -164,9 +164,9 @@ def test_run_tells_of_a_spectrum_too(case, forces):
 def test_moments_that_no_seat_takes_are_told(case, forces):
     moment = 0.01 * forces.force[:, :, :2]
     moved = forces.replace(moment=moment)
-    with pytest.warns(AccuracyWarning, match="moments are left out: seats take forces only"):
+    with pytest.warns(AccuracyWarning, match="moments are excluded: seats take forces only"):
         warn_of_forces(case, moved)
-    with pytest.warns(AccuracyWarning, match="moments are left out"):
+    with pytest.warns(AccuracyWarning, match="moments are excluded"):
         warn_of_spectrum(case, force_spectrum(moved, low=0.0, high=2000.0))
     with warnings.catch_warnings():
         warnings.simplefilter("error")

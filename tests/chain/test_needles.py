@@ -211,7 +211,7 @@ def test_check_opens_the_surface_file(case, capsys):
 def test_check_refuses_a_body_inside_another_and_leaves_repeated_triangles_out(case, capsys):
     points, faces = cylinder(32, 8, 2)
     again = np.vstack([faces, faces[:3], faces[3:5, ::-1]])
-    with pytest.warns(UserWarning, match="5 triangles on the corners of others left out"):
+    with pytest.warns(UserWarning, match="5 triangles on the corners of others excluded"):
         assert nvh.load_case(case(points, again)).body.read(case(points, again).parent).volume > 0
     inside = 0.3 * points
     file = case(np.vstack([points, inside]), np.vstack([faces, len(points) + faces]))

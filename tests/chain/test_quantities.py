@@ -43,7 +43,7 @@ def test_bearing_forces_alone_move_no_surface_and_need_no_field_point(asked, com
     compared_forces = hdf5.load(compared[0] / "solid" / "force_spectrum.h5", ForceSpectrum)
     assert result.force_spectrum.content_hash == compared_forces.content_hash
     band = result.error_bands["bearing_forces"]
-    assert set(band.sources) == {"gear", "time step", "settling", "housing", "modes left out"}
+    assert set(band.sources) == {"gear", "time step", "settling", "housing", "excluded modes"}
     assert (band.overall[:, 0] < band.level).all()
     assert (band.level < band.overall[:, 1]).all()
 

@@ -157,7 +157,7 @@ def _surface_file(tmp_path, triangles):
 def test_open_surface_is_refused(refused, tmp_path):
     edit = _surface_file(tmp_path, [(0, 2, 1), (0, 1, 3), (0, 3, 2), (0, 1, 3)])
     line = refused(SPHERE, "", replace=edit)
-    assert "1 triangle on the corners of others left out" in line
+    assert "1 triangle on the corners of others excluded" in line
     assert "Surface has 3 triangles: a closed surface needs at least 4" in line
 
 

@@ -1,4 +1,4 @@
-"""Friction of the flanks: forces from the motion of both gears at the contact, response, what is left out."""
+"""Friction of the flanks: forces from the motion of both gears at the contact, response, what is excluded."""
 
 from __future__ import annotations
 

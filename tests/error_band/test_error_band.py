@@ -116,7 +116,7 @@ def test_modes_left_out_err_as_the_housing_tells_where_it_knows(case, housing, p
     found = []
     for error in (0.01, 0.04):
         told = housing.replace(accuracy=telling(error))
-        found.append(of(case, DRAFT, told, parts).sources["modes left out"])
+        found.append(of(case, DRAFT, told, parts).sources["excluded modes"])
         sound = np.abs(parts[0].pressure)  # up to √n of what n shares make by themselves
         assert (found[-1] > 0.5 * truncation_errors(told, LINES)[:, None] * sound).all()
     assert found[1] == pytest.approx(4 * found[0])
@@ -171,7 +171,7 @@ def test_error_of_forces_and_velocity_follow_what_the_gears_and_the_housing_leav
     seen = force.sources["housing"][:, :1] / force.amplitude[:, :1]
     assert (seen > 0).all()
     assert (seen < 2 * motion.sources["housing"] / motion.amplitude).all()
-    assert set(motion.sources) == {"housing", "modes left out", "gear", "time step", "settling"}
+    assert set(motion.sources) == {"housing", "excluded modes", "gear", "time step", "settling"}
     exact = velocity_band(Origin(case, DRAFT), velocity)
     assert exact.overall[0] == pytest.approx([exact.level[0]] * 2)
     assert exact.level[0] == pytest.approx(
@@ -214,11 +214,11 @@ def test_ready_made_laws_are_exact_and_what_is_made_of_them_is_not(case, housing
     )
     for quantity in asked.quantities:
         known = made[quantity].sources.keys() - {"gear"}
-        assert known == ready[quantity].sources.keys() >= {"housing", "modes left out", "time step", "settling"}
+        assert known == ready[quantity].sources.keys() >= {"housing", "excluded modes", "time step", "settling"}
         for name in known:
             assert ready[quantity].sources[name] == pytest.approx(made[quantity].sources[name])
     assert not given["bearing_forces"].sources
-    assert given["surface_velocity"].sources.keys() == {"housing", "modes left out"}
+    assert given["surface_velocity"].sources.keys() == {"housing", "excluded modes"}
 
 
 @pytest.fixture(scope="module")
@@ -296,7 +296,7 @@ def test_forces_of_two_bearings_that_nearly_cancel_on_the_surface_err_each_by_it
     one, both = band(housing, 0.0), band(two, -0.9)
     assert both[1].amplitude == pytest.approx(0.1 * one[1].amplitude)
     assert bearing_velocity(two, both[0]) == pytest.approx((1 + 0.81) ** 0.5 * one[1].amplitude)
-    for name in ("housing", "modes left out"):
+    for name in ("housing", "excluded modes"):
         assert (both[1].sources[name] > 0.3 * one[1].sources[name]).all()
 
 
@@ -367,11 +367,11 @@ def test_forces_are_open_where_modes_were_left_out_without_their_statics(case, h
     told = housing.replace(accuracy=telling(0.01))
     force = force_band(Origin(case, DRAFT, housing=told, mesh_laws=laws), forces)
     motion = velocity_band(Origin(case, DRAFT, housing=told, force_spectrum=forces, mesh_laws=laws), meshing[1])
-    missed = force.sources["modes left out"][:, 0] / force.amplitude[:, 0]
+    missed = force.sources["excluded modes"][:, 0] / force.amplitude[:, 0]
     assert (missed > 0).all()
-    assert (missed < motion.sources["modes left out"][:, 0] / motion.amplitude[:, 0]).all()
+    assert (missed < motion.sources["excluded modes"][:, 0] / motion.amplitude[:, 0]).all()
     bare = replace(DRAFT, housing=replace(DRAFT.housing, residual_flexibility=False))
-    still = force_band(Origin(case, bare, housing=housing, mesh_laws=laws), forces).sources["modes left out"]
+    still = force_band(Origin(case, bare, housing=housing, mesh_laws=laws), forces).sources["excluded modes"]
     relative = still[:, 0] / force.amplitude[:, 0]
     assert (20 * np.log10(1 + COVERAGE * relative) > 12.4).all()  # two modes of the single stage
 

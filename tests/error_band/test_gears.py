@@ -178,7 +178,7 @@ def test_the_ripple_of_a_wide_helical_gear_is_where_and_as_large_as_stated():
 
 
 def test_every_second_angle_of_a_law_tells_what_its_angles_leave_open(case):
-    """64 angles in a mesh: the 30th harmonic lies on the second one where every other angle is left out, and the 62nd
+    """64 angles in a mesh: the 30th harmonic lies on the second one where every other angle is excluded, and the 62nd
     one, (30/62)² of it at kinks, where none is."""
     amplitudes = np.zeros(30)
     amplitudes[[0, 1, 29]] = 1e-6, 1e-7, 1e-8

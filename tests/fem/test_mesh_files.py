@@ -294,7 +294,7 @@ def test_triangles_without_area_are_left_out_and_their_neighbours_divided(tmp_pa
     middle = len(POINTS)
     triangles = np.vstack([TRIANGLES[1:], [[a, middle, c], [middle, b, c], [a, b, middle]]])
     (tmp_path / "a.stl").write_text(_stl(points[triangles]))
-    with pytest.warns(AccuracyWarning, match=r"a\.stl: 1 triangles without area are left out"):
+    with pytest.warns(AccuracyWarning, match=r"a\.stl: 1 triangles without area are excluded"):
         surface = SurfaceFile("a.stl").read(tmp_path)
     assert surface.areas.sum() == pytest.approx(
         np.linalg.norm(np.cross(*(POINTS[TRIANGLES[:, i]] - POINTS[TRIANGLES[:, 0]] for i in (1, 2))), axis=1).sum() / 2

@@ -271,7 +271,7 @@ def test_few_load_patterns_are_as_good_as_all():
 
 
 def test_few_combinations_of_forces_need_to_pass_below_the_rim():
-    """What the others would answer one another is left out: it moves no entry by more than 0.03 % of the largest."""
+    """What the others would answer one another is excluded: it moves no entry by more than 0.03 % of the largest."""
     few = flank_compliance(
         SLOTTED, dataclasses.replace(FINE_PATTERNS, far_pattern_tolerance=STANDARD.gear.far_pattern_tolerance)
     )

@@ -214,7 +214,7 @@ def test_faces_and_edges_that_meshers_leave_are_noted(tmp_path):
     faces = f"*ELEMENT, TYPE=CPS4, ELSET=Surface1\n901, {at[0, 0, 0]}, {at[1, 0, 0]}, {at[1, 1, 0]}, {at[0, 1, 0]}"
     edges = f"*ELEMENT, TYPE=T3D2, ELSET=Line1\n902, {at[0, 0, 0]}, {at[1, 0, 0]}"
     text = "\n".join([*lines, faces, edges, *STEEL, "*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL", ""])
-    assert any("2 faces or edges on solids left out, first 901" in note for note in sound_mesh(read(tmp_path, text))[1])
+    assert any("2 faces or edges on solids excluded, first 901" in note for note in sound_mesh(read(tmp_path, text))[1])
     with pytest.raises(InputError, match=r"1 elements of type C3D5 are not read \(the first is 903, 1"):
         read(tmp_path, text + "*ELEMENT, TYPE=C3D5\n903, 1, 2, 3, 4, 5\n")
 

@@ -216,7 +216,7 @@ def test_halves_and_grooves_of_a_seat_are_one_cylinder():
 
 @pytest.mark.parametrize(("angle", "count"), [(1.5 * np.pi, 2), (0.5 * np.pi, 1)], ids=["hole", "fillet"])
 def test_a_bolt_hole_that_breaks_through_an_edge_is_one(angle, count):
-    """It was left out without a word, and a part on six bolts stood on two; a fillet of its radius is none."""
+    """It was excluded without a word, and a part on six bolts stood on two; a fillet of its radius is none."""
     found = holes(np.array([row(1, (0, 0, 0), 0.005, 0, 0.01), row(2, (0.05, 0, 0), 0.005, 0, 0.01, angle)]))
     part = CadPart("a.step", bolt_diameter=0.010, mounting_plane=MountingPlane((0, 0, 0), (0, 0, -1)))
     assert len(find_bolts(part, found, [])) == count

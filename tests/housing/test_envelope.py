@@ -26,7 +26,7 @@ WALL = 0.02
 
 
 def hollow(hole=None, bottom=True):
-    """Box with walls of one cell, 20 mm; `hole`: cells (i, j) of the top wall left out; no bottom: open below."""
+    """Box with walls of one cell, 20 mm; `hole`: cells (i, j) of the top wall excluded; no bottom: open below."""
     nodes, bricks = grid(CELLS, SIZE)
     i, j, k = np.indices(CELLS).reshape(3, -1)
     wall = (i == 0) | (i == 19) | (j == 0) | (j == 14) | (k == 9) | ((k == 0) & bottom)

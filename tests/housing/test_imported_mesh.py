@@ -72,7 +72,7 @@ def test_collapsed_elements_and_loose_nodes_are_left_out_and_reported():
     )
     repaired, notes = sound_mesh(model)
     assert "1 element collapsed" in notes[0]
-    assert "1 node without elements left out, first 777" in notes[1]
+    assert "1 node without elements excluded, first 777" in notes[1]
     assert frequencies(repaired) == pytest.approx(frequencies(sound_mesh(sound)[0]), rel=1e-9)
 
 
@@ -81,7 +81,7 @@ def test_elements_given_twice_are_left_out_and_reported():
     block = sound.blocks[0]
     twice = replace(block, nodes=block.nodes[:2][:, [4, 5, 6, 7, 0, 1, 2, 3]], labels=block.labels[:2] + 100)
     repaired, notes = sound_mesh(replace(sound, blocks=(block, twice)))
-    assert notes[0] == "2 elements on the corners of others left out, first 101"
+    assert notes[0] == "2 elements on the corners of others excluded, first 101"
     assert frequencies(repaired) == pytest.approx(frequencies(sound_mesh(sound)[0]), rel=1e-9)
     with pytest.raises(InputError, match=r"element \[101\] has the corners of element \[1\] and another material"):
         sound_mesh(replace(sound, blocks=(block, replace(twice, material=ALUMINIUM))))

@@ -268,7 +268,7 @@ def test_triangles_given_twice_count_once(two_sided, order, modes):
     skin, shells, notes = modal_skin(replace(modes, triangles=twice, two_sided=two_sided))
     assert normals(skin.nodes, skin.facets[:, :3]) == pytest.approx(normals(modes.nodes, modes.triangles))
     assert not shells.any()
-    assert notes == (f"{len(modes.triangles)} triangles of the skin on the corners of others left out",)
+    assert notes == (f"{len(modes.triangles)} triangles of the skin on the corners of others excluded",)
 
 
 @pytest.mark.parametrize("two_sided", [False, True])
@@ -280,8 +280,8 @@ def test_triangles_without_area_are_left_out(two_sided, modes):
     model = replace(modes, nodes=nodes, labels=np.arange(len(nodes)), shapes=shapes, triangles=bad, two_sided=two_sided)
     skin, _, notes = modal_skin(model)
     assert normals(skin.nodes, skin.facets[:, :3]) == pytest.approx(normals(modes.nodes, modes.triangles))
-    assert "2 triangles of the skin that repeat a corner left out" in notes
-    assert notes[-1] == f"{1 + two_sided} triangles of the skin without area left out"
+    assert "2 triangles of the skin that repeat a corner excluded" in notes
+    assert notes[-1] == f"{1 + two_sided} triangles of the skin without area excluded"
     with pytest.raises(InputError, match="no triangle of the skin has an area"):
         modal_skin(replace(model, triangles=bad[-3:-1]))
 
@@ -294,10 +294,10 @@ def test_lone_triangle_has_two_sides():
 
 def test_repairs_are_warned_of_and_stated(modes, casting, fidelity, surface):
     twice = replace(modes, triangles=np.concatenate([modes.triangles, modes.triangles]))
-    with pytest.warns(AccuracyWarning, match="triangles of the skin on the corners of others left out"):
+    with pytest.warns(AccuracyWarning, match="triangles of the skin on the corners of others excluded"):
         found = housing(twice, casting, fidelity, surface)
     assert found.provenance["repairs"] == [
-        f"{len(modes.triangles)} triangles of the skin on the corners of others left out"
+        f"{len(modes.triangles)} triangles of the skin on the corners of others excluded"
     ]
 
 

@@ -423,7 +423,7 @@ def test_solids_given_twice_count_once(tmp_path):
     with_elements(path, [first.replace("         1       118", "      1001       118", 1).rstrip("\n")])
     model = read_modal_uff(path)
     assert measured(model) == pytest.approx((0.22, 0.006), rel=1e-12)
-    assert model.notes == ("1 solids on the nodes of others left out",)
+    assert model.notes == ("1 solids on the nodes of others excluded",)
 
 
 def test_element_given_twice_is_refused(tmp_path):

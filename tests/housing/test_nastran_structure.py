@@ -263,12 +263,12 @@ def test_multi_point_constraints_and_bars_join_two_plates(tmp_path):
 @pytest.mark.parametrize(
     ("lines", "message"),
     [
-        (["CQUAD4,9,2,1,2,3,4"], "1 shells of 2 on solids left out"),
-        (["CBAR,9,2,1,2,0.,0.,1."], "1 beams of 2 on solids left out"),
-        (["DESVAR,1,A,1.", "BCTSET,1,2,3,0."], "1 BCTSET, 1 DESVAR left out"),
-        (["DEQATN  7       F(A,B) = A", "        + B", "PDAMP,1,2."], "1 DEQATN, 1 PDAMP left out"),
-        (["MPC,4,1,1,1.,2,1,-1."], "MPC 4 left out"),
-        (["NSM1,5,PSOLID,1.,1"], "1 NSM1 left out: case control selects none"),
+        (["CQUAD4,9,2,1,2,3,4"], "1 shells of 2 on solids excluded"),
+        (["CBAR,9,2,1,2,0.,0.,1."], "1 beams of 2 on solids excluded"),
+        (["DESVAR,1,A,1.", "BCTSET,1,2,3,0."], "1 BCTSET, 1 DESVAR excluded"),
+        (["DEQATN  7       F(A,B) = A", "        + B", "PDAMP,1,2."], "1 DEQATN, 1 PDAMP excluded"),
+        (["MPC,4,1,1,1.,2,1,-1."], "MPC 4 excluded"),
+        (["NSM1,5,PSOLID,1.,1"], "1 NSM1 excluded: case control selects none"),
     ],
 )
 def test_leftovers_are_noted(tmp_path, lines, message):

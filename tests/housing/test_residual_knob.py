@@ -1,4 +1,4 @@
-"""Residual flexibility switched off: what is left is the modal sum, and what the modes left out add is gone."""
+"""Residual flexibility switched off: what is left is the modal sum, and what the excluded modes add is gone."""
 
 from dataclasses import replace
 

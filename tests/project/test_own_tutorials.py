@@ -67,7 +67,7 @@ def test_twice_the_pulsation_is_twice_the_pressure(tmp_path, monkeypatch, capsys
     first, second = (float(level) for level in re.findall(r"^single-stage: ([\d.]+) dB\(A\)", printed, re.M))
     assert (first, second - first) == pytest.approx((42.7, number), abs=0.11)
     assert "mesh_law" not in printed
-    assert "options left out" not in printed
+    assert "excluded options" not in printed
     assert "modelled:" not in printed
     assert limits(printed, "single-stage")[0] == pytest.approx(limits(shown("own_forces"), "single-stage")[0], abs=0.15)
 

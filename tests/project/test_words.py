@@ -87,6 +87,15 @@ def test_sentences_of_pages_have_at_most_25_words_and_a_subject():
     assert not found, "\n".join(found)
 
 
+def test_rejected_words_are_in_no_code_and_on_no_page():
+    """One word for one thing: excluded, supplied, imported, checkpoints."""
+    rejected = re.compile(r"\b(left out|ready-made|foreign|shards)\b", re.IGNORECASE)
+    pages = [page for page in (ROOT / "docs").rglob("*.md") if not {"decisions", "measured", "_build"} & {*page.parts}]
+    files = [*(ROOT / "nvhchain").rglob("*.py"), *pages, ROOT / "README.md"]
+    assert len(files) > 700
+    assert [str(file) for file in files if rejected.search(file.read_text(encoding="utf-8"))] == []
+
+
 def test_no_function_begins_with_a_preposition():
     """Those of conversion, as in pandas, are words that readers know."""
     known = {"to_xarray", "to_dataframe", "as_json", "from_json"}

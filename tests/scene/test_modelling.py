@@ -55,7 +55,7 @@ def test_what_is_left_out_stays_below_the_tolerance(small, fidelity):
 
 @pytest.mark.parametrize("speed", [900.0, 2600.0, 4500.0])
 def test_no_option_beyond_the_tolerance_is_left_out(small, speed):
-    """One of −1.7 dB on top of the others was left out at a tolerance of 1.5 dB, since others hid it."""
+    """One of −1.7 dB on top of the others was excluded at a tolerance of 1.5 dB, since others hid it."""
     operation = replace(small.operation, input_speed=speed * np.pi / 30)
     decision = modelled(replace(small, options=OPEN, operation=operation), nvh.DRAFT)
     left = [each for each in decision.options if not each.modelled and not each.note]
@@ -149,7 +149,7 @@ def test_options_stated_by_hand_stay_and_are_named(small):
     assert decision.case.options.friction == 0.08
     assert not decision.case.options.flexible_shafts
     assert [each.option for each in decision.disputed] == ["flexible_shafts"]
-    assert "left out by the case, would change the sound: −" in "\n".join(decision.lines)
+    assert "excluded by the case, would change the sound: −" in "\n".join(decision.lines)
 
 
 @pytest.mark.slow

@@ -239,7 +239,7 @@ def test_a_distribution_without_a_target_steps_up_at_each_gearbox() -> None:
 
 
 def test_limits_of_a_draw_hold_the_options_left_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The reference leaves its options open, and so counts those left out; the forces take its decision."""
+    """The reference leaves its options open, and so counts those excluded; the forces take its decision."""
     mean = load_case(SMALL)
     assert isinstance(mean, GearboxCase)
     mean = replace(mean, options=replace(mean.options, shuttling="auto"))

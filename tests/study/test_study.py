@@ -164,7 +164,7 @@ def test_the_nearest_path_that_is_named_can_be_set(tmp_path):
 
 
 def test_a_study_states_what_the_base_case_leaves_out(tmp_path, monkeypatch):
-    """Bending shafts left out by the case: the remark of `run`, in progress, at the end and on the page."""
+    """Bending shafts excluded by the case: the remark of `run`, in progress, at the end and on the page."""
 
     def measured(case, *rest):
         responses = {"level": 60.0 - 100 * case.housing.modal_damping}
@@ -176,7 +176,7 @@ def test_a_study_states_what_the_base_case_leaves_out(tmp_path, monkeypatch):
     study = Study(tmp_path / "plain.toml", (Parameter("damping", ("housing.modal_damping",), (0.01, 0.02)),))
     shown = []
     rows = run_study(study, out=tmp_path / "out", fidelity=nvh.DRAFT, progress=shown.append)
-    remark = "plain: flexible_shafts left out by the case, would change the sound: "
+    remark = "plain: flexible_shafts excluded by the case, would change the sound: "
     assert len([line for line in shown if line.startswith(remark)]) == 1
     assert len([line for line in write_study(study, rows, tmp_path / "out") if line.startswith(remark)]) == 1
     assert (tmp_path / "out" / "report.html").read_text().count(remark) == 1

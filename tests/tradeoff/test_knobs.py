@@ -1,4 +1,4 @@
-"""Every accuracy knob is swept or is left out with a reason, and turning one leaves the others alone."""
+"""Every accuracy knob is swept or is excluded with a reason, and turning one leaves the others alone."""
 
 from dataclasses import asdict, fields, replace
 

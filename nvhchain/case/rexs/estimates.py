@@ -93,7 +93,7 @@ def estimate(
         unit.findings.add("assumed", bearing.name, "axial stiffness", f"{FREE:g} N/m", "holds its shaft radially only")
     for way, play in (("radial", bearing.clearance), ("axial", bearing.axial_clearance)):
         if play:
-            unit.findings.add("left out", bearing.name, f"{way} clearance", f"{1e6 * play:.4g} µm", "linear springs")
+            unit.findings.add("excluded", bearing.name, f"{way} clearance", f"{1e6 * play:.4g} µm", "linear springs")
     if bearing.axial in ("positive", "negative"):
         unit.findings.add(
             "assumed", bearing.name, "axial support", f"{bearing.axial} only", "linear, in both directions"

@@ -49,7 +49,7 @@ def _relief(
     name = "tip relief" if tip else "root relief"
     if not 0.0 < length <= high - low:
         text = f"{1e3 * length:.4g} mm of rolled length, flank {1e3 * (high - low):.4g} mm"
-        unit.findings.add("left out", gear.name, name, text, "starts outside the usable flank")
+        unit.findings.add("excluded", gear.name, name, text, "starts outside the usable flank")
         return None
     if relief.shape not in ("linear", "parabolic"):
         unit.findings.add("assumed", gear.name, name, f"parabolic instead of {relief.shape}", "shapes of the chain")

@@ -45,7 +45,7 @@ def ball_allowance(unit: GearUnit, gear: ImportedGear, shift: float) -> float | 
         measured = MeasuredThickness(None, None, dimension_over_balls(nominal, ball) + deviation, ball)
         allowance = _plain(gear, profile_shift=shift, thickness=measured).thickness_allowance
     except InputError as error:
-        unit.findings.add("left out", gear.name, "deviation over balls", f"{1e6 * deviation:.4g} µm", str(error))
+        unit.findings.add("excluded", gear.name, "deviation over balls", f"{1e6 * deviation:.4g} µm", str(error))
         return None
     source = f"mean deviation over balls of {1e3 * ball:.4g} mm"
     unit.findings.add("taken", gear.name, "thickness allowance", f"{1e6 * allowance:.4g} µm", source)
@@ -79,5 +79,5 @@ def tool_fields(unit: GearUnit, gear: ImportedGear) -> dict[str, Any]:
     try:
         return fields | {"protuberance": Protuberance(amount, stock, angle)}
     except InputError as error:
-        unit.findings.add("left out", gear.name, "protuberance", f"{1e3 * amount:.4g} mm", str(error))
+        unit.findings.add("excluded", gear.name, "protuberance", f"{1e3 * amount:.4g} mm", str(error))
         return fields

@@ -227,13 +227,13 @@ def _together(unit: GearUnit, beside: Sequence[Support]) -> Support:
         for support, of in zip(beside, each, strict=True):
             if isinstance(of.model, StiffnessMatrix):
                 text = f"{of.radial_stiffness:.3g} and {of.axial_stiffness:.3g} N/m radially and axially instead"
-                unit.findings.add("left out", support.bearing.name, "5 × 5 matrix", text, "another bearing beside it")
+                unit.findings.add("excluded", support.bearing.name, "5 × 5 matrix", text, "another bearing beside it")
             if of.rolling is not None:
                 text = f"{of.radial_stiffness:.3g} and {of.axial_stiffness:.3g} N/m"
                 unit.findings.add("assumed", support.bearing.name, "radial and axial stiffness", text, of.source)
         centre = sum(support.estimate.radial_stiffness * support.z for support in beside) / radial
         seat, source = "", f"{each[0].source}; with {names}"
-        reason = "beside each other: stiffness added; their resistance to tilt is left out"
+        reason = "beside each other: stiffness added; their resistance to tilt is excluded"
     unit.findings.add("assumed", first.bearing.name, "seat", f"with {names}{seat}", reason)
     faces = [(support.z - 0.5 * of.width, support.z + 0.5 * of.width) for support, of in zip(beside, each, strict=True)]
     whole = BearingEstimate(

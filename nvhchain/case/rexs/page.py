@@ -1,4 +1,4 @@
-"""Page of an import (Markdown): what was taken, compared, assumed, missing and left out, each with its value."""
+"""Page of an import (Markdown): what was taken, compared, assumed, missing and excluded, each with its value."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _TITLES = {
     ),
     "assumed": ("Assumed", "Not in the file."),
     "missing": ("Missing", "Nothing was put in its place."),
-    "left out": ("Left out", "In the file, but without effect on the case."),
+    "excluded": ("Excluded", "In the file, but without effect on the case."),
 }
 
 
@@ -30,7 +30,7 @@ def import_page(case: ImportedCase, name: str, source: str) -> str:
         f"REXS {unit.version}, written by {_cell(unit.application)}. Case: `{name}`.",
         *_summary(case),
         *_comparison(case),
-        *(block for kind in ("differs", "assumed", "missing", "left out") for block in _findings(case, kind)),
+        *(block for kind in ("differs", "assumed", "missing", "excluded") for block in _findings(case, kind)),
         *_taken(case),
         "## Housing",
         "The file describes no housing. This one was drawn around shafts, gears and bearings; "
@@ -56,7 +56,7 @@ def import_lines(case: ImportedCase) -> list[str]:
     agree = [line for line in case.comparisons if line.agrees]
     if case.comparisons:
         lines.append(f"compared: {len(agree)} of {len(case.comparisons)} results of the file reproduced to 1e-4")
-    for kind in ("differs", "assumed", "missing", "left out"):
+    for kind in ("differs", "assumed", "missing", "excluded"):
         found = record.select(kind)
         if kind == "differs":
             lines += [f"differs: {line.part}, {line.quantity}: {line.value} ({line.source})" for line in found[:6]]
@@ -64,7 +64,7 @@ def import_lines(case: ImportedCase) -> list[str]:
         elif found:
             counts: dict[str, int] = {}
             for line in found:
-                word = line.part if kind == "left out" and line.quantity == "component" else line.quantity
+                word = line.part if kind == "excluded" and line.quantity == "component" else line.quantity
                 counts[word] = counts.get(word, 0) + 1
             lines.append(f"{kind}: " + ", ".join(f"{q} ({n})" if n > 1 else q for q, n in counts.items()))
     lines.append(f"assumed: housing, drawn by rule, walls of {1e3 * case.drawn.casting.wall:g} mm")

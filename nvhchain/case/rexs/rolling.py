@@ -178,6 +178,6 @@ def _record(
         record.add("assumed", bearing.name, "contact angle", f"{degrees(angle):.4g}°", "usual of its type")
     if bearing.axial_clearance and not hasattr(made, "axial_clearance"):
         text = f"{1e6 * bearing.axial_clearance:.4g} µm"
-        record.add("left out", bearing.name, "axial clearance", text, f"{made.title} has none in the case")
+        record.add("excluded", bearing.name, "axial clearance", text, f"{made.title} has none in the case")
     if bearing.axial in ("positive", "negative") and isinstance(made, DeepGroove):
         record.add("assumed", bearing.name, "axial support", "both directions", "a deep groove bearing carries both")

@@ -44,7 +44,7 @@ def import_rexs(
     load: str | None = None,
     housing: Literal["casting", "rigid"] = "casting",
 ) -> ImportResult:
-    """Write the case of a REXS file into a folder, with a page of what was taken, assumed and left out.
+    """Write the case of a REXS file into a folder, with a page of what was taken, assumed and excluded.
 
     path: REXS file, version 1.0 to 2.0.
     out: folder; made if needed.

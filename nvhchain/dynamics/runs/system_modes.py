@@ -80,7 +80,7 @@ def system_modes(
     input_speed: speed of the input (rad/s), for gyroscopic terms if `gearbox.gyroscopic`.
     damped: False leaves all damping out.
     planes sequence of (str, float): cross-sections whose motion is returned: shaft or loose gear, and z (m).
-    Returns modes by ascending frequency; overdamped motions are left out.
+    Returns modes by ascending frequency; overdamped motions are excluded.
 
     Meshes are springs of the mean slope of their laws at the load. With u = [ω η, η̇] of the undamped modal coordinates
     η, undamped modes with gyroscopic terms are those of a Hermitian matrix. The seats' residual flexibility counts as

@@ -40,11 +40,11 @@ def closed_surface(mesh: MeshFile) -> tuple[FloatArray, IntArray, tuple[str, ...
         repairs.append(f"corners within {tolerance:g} of its extent joined, without which it is open")
     if dropped:
         whole = dropped + repeated + flat + len(triangles)
-        repairs.append(f"{dropped} of {whole} triangles have two corners in one place and are left out")
+        repairs.append(f"{dropped} of {whole} triangles have two corners in one place and are excluded")
     if repeated:
-        repairs.append(f"{counted(repeated, 'triangle')} on the corners of others left out")
+        repairs.append(f"{counted(repeated, 'triangle')} on the corners of others excluded")
     if flat:
-        repairs.append(f"{flat} triangles without area are left out, and their neighbours divided")
+        repairs.append(f"{flat} triangles without area are excluded, and their neighbours divided")
     if closed:
         triangles, turned = _outward(vertices, triangles)
         if turned:

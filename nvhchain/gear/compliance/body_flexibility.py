@@ -81,7 +81,7 @@ class _Repeated:
         return [(k, (2.0 - (2 * k % self.sectors == 0)) / self.sectors) for k in range(self.sectors // 2 + 1)]
 
     def enter(self, value: FloatArray, row: IntArray, column: IntArray) -> None:
-        """Add entries of the first sector's elements; those of held unknowns are left out."""
+        """Add entries of the first sector's elements; those of held unknowns are excluded."""
         free = (row >= 0) & (column >= 0)
         (from_, row), (to, column) = np.divmod(row[free], self.size), np.divmod(column[free], self.size)
         turns = np.where(row <= column, (to - from_) % self.sectors, self.sectors)

@@ -34,7 +34,7 @@ def exported_modes(housing: ReducedHousing) -> ModalModel:
 
     `housing_from_modes` reads the result with residual_vectors. Damping is viscous; structural damping is not kept. The
     residual vectors have the damping of the highest mode and lie at `_FAR` times its frequency. Tilts of the seats are
-    left out.
+    excluded.
     """
     surface, count = housing.surface, len(housing.names)
     housing = housing.drop_tilts()

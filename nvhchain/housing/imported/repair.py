@@ -118,7 +118,7 @@ def _drop_collapsed(model: SolidModel, notes: list[str]) -> SolidModel:
         if not nothing.all():
             blocks.append(replace(block, nodes=block.nodes[~nothing], labels=block.labels[~nothing]))
     if dropped:
-        notes.append(f"{counted(dropped, 'element')} collapsed to a face, an edge or a point left out")
+        notes.append(f"{counted(dropped, 'element')} collapsed to a face, an edge or a point excluded")
     return replace(model, blocks=tuple(blocks))
 
 
@@ -152,7 +152,7 @@ def _drop_copies(model: SolidModel, notes: list[str]) -> SolidModel:
         "another material: remove one",
     )
     if copy.any():
-        notes.append(f"{int(copy.sum())} elements on the corners of others left out, first {labels[copy][0]}")
+        notes.append(f"{int(copy.sum())} elements on the corners of others excluded, first {labels[copy][0]}")
     blocks, start = [], 0
     for block in model.blocks:
         keep = ~copy[start : start + len(block.nodes)]
@@ -171,7 +171,7 @@ def _compact(model: SolidModel, notes: list[str]) -> SolidModel:
     loose = np.setdiff1d(np.arange(len(model.nodes)), used)
     strangers = [int(label) for label in model.labels[loose] if int(label) not in references]
     if strangers:
-        notes.append(f"{counted(len(strangers), 'node')} without elements left out, first {strangers[0]}")
+        notes.append(f"{counted(len(strangers), 'node')} without elements excluded, first {strangers[0]}")
     rigid_sets = []
     for rigid in model.rigid_sets:
         members = row[rigid.nodes]

@@ -52,7 +52,7 @@ def sound_shells(model: SolidModel, notes: list[str]) -> Structure:
                 blocks.append(_part(part, flat, part.nodes[flat]))
         collapsed += len(block.nodes) - sum(len(rows) for _, rows in _split_by_corners(block))
     if collapsed:
-        notes.append(f"{collapsed} shells collapsed to a line or a point left out")
+        notes.append(f"{collapsed} shells collapsed to a line or a point excluded")
     if warped:
         notes.append(f"{warped} shells are warped by more than a quarter of their size: divide them into triangles")
     return replace(model.structure, shells=tuple(_once(blocks, notes)))
@@ -94,7 +94,7 @@ def _once(blocks: list[ShellBlock], notes: list[str]) -> list[ShellBlock]:
         copies += int((~keep).sum())
         kept.append(_part(block, keep, block.nodes[keep]))
     if copies:
-        notes.append(f"{copies} shells on the corners of others of their section left out")
+        notes.append(f"{copies} shells on the corners of others of their section excluded")
     return kept
 
 

@@ -23,11 +23,11 @@ def distinct(triangles: IntArray, notes: list[str]) -> IntArray:
     corners = np.sort(triangles[:, :3], axis=1)
     collapsed = (np.diff(corners, axis=1) == 0).any(axis=1)
     if collapsed.any():
-        notes.append(f"{int(collapsed.sum())} triangles of the skin that repeat a corner left out")
+        notes.append(f"{int(collapsed.sum())} triangles of the skin that repeat a corner excluded")
     _, first = np.unique(corners[~collapsed], axis=0, return_index=True)
     copies = len(triangles) - int(collapsed.sum()) - len(first)
     if copies:
-        notes.append(f"{copies} triangles of the skin on the corners of others left out")
+        notes.append(f"{copies} triangles of the skin on the corners of others excluded")
     return triangles[~collapsed][np.sort(first)]
 
 
@@ -37,7 +37,7 @@ def has_area(nodes: FloatArray, triangles: IntArray, notes: list[str]) -> IntArr
     twice = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
     found = twice > _NO_AREA * (sides**2).sum(axis=2).max(axis=1)
     if not found.all():
-        notes.append(f"{int((~found).sum())} triangles of the skin without area left out")
+        notes.append(f"{int((~found).sum())} triangles of the skin without area excluded")
     return np.asarray(found)
 
 

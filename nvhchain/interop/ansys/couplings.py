@@ -199,7 +199,7 @@ def _contacts(base: Database) -> None:
             free = [n for n in nodes if n not in held]
             faces_of_tie = [padded(face) for face in others]
             base.parts.structure.ties.append((f"contact {number}", free, faces_of_tie, None, True, True))
-    base.parts.notes += [f"{what}: {count} left out" for what, count in idle.items()]
+    base.parts.notes += [f"{what}: {count} excluded" for what, count in idle.items()]
 
 
 def _face(element: Element) -> tuple[int, ...]:

@@ -66,7 +66,7 @@ def read_cdb(path: str | Path, *, units: str) -> SolidModel:
 
 
 def _check_commands(base: Database, found: list[Command]) -> None:
-    """Refuse commands that change the model and are not read, and note those left out."""
+    """Refuse commands that change the model and are not read, and note those excluded."""
     counts = Counter(one.name for one in found if one.name not in TABLES and not _PASSED_OVER.match(one.name))
     laws = [one for one in found if one.name == "TB"]
     elastic = [one for one in laws if one.get(0).upper()[:4] in ("ELAS", "ANEL", "HYPE", "BH", "PERF")]
@@ -97,7 +97,7 @@ def _check_commands(base: Database, found: list[Command]) -> None:
         counts["TB"] = len(laws)
     if counts:
         listed = ", ".join(f"{count} {name}" for name, count in sorted(counts.items()))
-        base.parts.notes.append(f"{listed} left out: they are not read")
+        base.parts.notes.append(f"{listed} excluded: they are not read")
 
 
 def _stated(cell: str) -> bool:
@@ -144,4 +144,4 @@ def _check_elements(base: Database) -> None:
     idle = {number: count for number, count in counts.items() if number in _IDLE_ELEMENTS}
     if idle:
         listed = ", ".join(f"{count} of type {number}" for number, count in sorted(idle.items()))
-        base.parts.notes.append(f"elements {listed} left out: they have no stiffness and no mass of their own")
+        base.parts.notes.append(f"elements {listed} excluded: they have no stiffness and no mass of their own")

@@ -90,7 +90,7 @@ def skin(
     if solids:
         copies = sum(len(rows[kind]) - len(found) for kind, found in solids.items())
         if copies:
-            notes.append(f"{copies} solids on the nodes of others left out")
+            notes.append(f"{copies} solids on the nodes of others excluded")
         boundary = boundary_faces(
             [_append_edges(SOLIDS[kind][0], found) for kind, found in solids.items()], labels, subject
         )

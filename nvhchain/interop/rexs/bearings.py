@@ -102,7 +102,7 @@ def _bearing(parts: Parts, component: Component, lines: Mapping[int, Line]) -> I
         return None
     other = parts.rotor[others[0][0]] if others else None
     if other == parts.rotor[first]:
-        record.add("left out", parts.names[component.id], "bearing", "between coupled shafts", "carries nothing")
+        record.add("excluded", parts.names[component.id], "bearing", "between coupled shafts", "carries nothing")
         return None
     values = parts.values(component)
     _record_rest(parts, component)
@@ -218,7 +218,7 @@ def _record_rest(parts: Parts, component: Component) -> None:
     for quantity, unit, shown, factor in _UNUSED:
         value = values.number(quantity, unit)
         if value:
-            parts.findings.add("left out", name, quantity, f"{factor * value:.5g} {shown}", "not used")
+            parts.findings.add("excluded", name, quantity, f"{factor * value:.5g} {shown}", "not used")
 
 
 _UNUSED = (

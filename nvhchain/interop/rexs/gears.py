@@ -300,11 +300,11 @@ def _shape(parts: Parts, name: str, flank: Values, pitch: float, angle: float, h
             why = "no such modification in the chain"
             if part.type == "helix_slope":
                 why = "REXS does not say which way it turns: add lead_slope to the gear"
-            parts.findings.add("left out", name, part.type, part.label, why)
+            parts.findings.add("excluded", name, part.type, part.label, why)
         elif readers[part.type] is None:
             readers[part.type] = parts.values(part)
         else:
-            parts.findings.add("left out", name, part.type, part.label, "one of each kind is taken")
+            parts.findings.add("excluded", name, part.type, part.label, "one of each kind is taken")
     transverse = atan(tan(angle) / cos(helix))
     limit = 0.5 * pitch * sin(transverse)
     reliefs = {end: _relief(parts, name, readers[f"{end}_relief"], end, limit) for end in ("tip", "root")}
@@ -332,7 +332,7 @@ def _relief(parts: Parts, name: str, values: Values | None, end: str, limit: flo
         return None
     if amount < 0 or not (length or diameter):
         why = "adds material" if amount < 0 else "has neither length nor diameter"
-        parts.findings.add("left out", name, f"{end} relief", f"{1e6 * amount:.4g} µm", why)
+        parts.findings.add("excluded", name, f"{end} relief", f"{1e6 * amount:.4g} µm", why)
         return None
     return ImportedRelief(amount, length or None, diameter, values.text("shape_of_relief") or "linear")
 
@@ -348,5 +348,5 @@ def _crowning(parts: Parts, name: str, values: Values | None, first: str, second
         text = f"{1e6 * given[0]:.4g} and {1e6 * given[1]:.4g} µm"
         parts.findings.add("assumed", name, first.partition("_amount")[0], text, "their mean at both ends")
     if mean < 0:
-        parts.findings.add("left out", name, first, f"{1e6 * mean:.4g} µm", "adds material")
+        parts.findings.add("excluded", name, first, f"{1e6 * mean:.4g} µm", "adds material")
     return max(mean, 0.0)

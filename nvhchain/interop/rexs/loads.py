@@ -91,7 +91,7 @@ def _state(parts: Parts, case: LoadCase | None, turns: Mapping[int, Fraction], l
         power = values.number("power", "W")
         owner = parts.document.owner(load.id, "shaft")
         if owner is None:
-            parts.findings.add("left out", load.label, "load", "on no shaft", "no relation `assembly` with one")
+            parts.findings.add("excluded", load.label, "load", "on no shaft", "no relation `assembly` with one")
         if owner is None or values.flag("transmits_torque") is False:
             continue
         rotor, sign = parts.rotor[owner.id], lines[owner.id].direction if owner.id in lines else 1
@@ -127,7 +127,7 @@ def read_side_loads(parts: Parts, lines: Mapping[int, Line], chosen: str) -> tup
         z, frame = place_on_shaft(parts, load, owner.id, lines), frames.get(owner.id)
         if z is None or frame is None or base is None:
             text = f"{np.linalg.norm(force):.6g} N, {np.linalg.norm(moment):.6g} N m"
-            parts.findings.add("left out", load.label, "side load", text, "its place on the shaft is missing")
+            parts.findings.add("excluded", load.label, "side load", text, "its place on the shaft is missing")
             continue
         turn = base.axes @ frame.axes.T  # u, v, w of the shaft to those of the first one
         fz, fx, fy = (turn @ force).tolist()

@@ -54,7 +54,7 @@ READ = frozenset(
         "helix_crowning",
     ]
 )
-"""Components that are read; others are listed as left out."""
+"""Components that are read; others are listed as excluded."""
 
 BEARINGS = ("rolling_bearing_with_catalog_geometry", "rolling_bearing_with_detailed_geometry", "concept_bearing")
 MODIFICATIONS = (
@@ -69,7 +69,7 @@ MODIFICATIONS = (
     "profile_deviation",
     "helix_deviation",
 )
-"""Modifications of flanks that are listed as left out with their gear."""
+"""Modifications of flanks that are listed as excluded with their gear."""
 
 TOOLS = ("rack_shaped_tool", "cutter_wheel_tool", "profile_tool")
 
@@ -138,7 +138,7 @@ def find_parts(document: Document, findings: Findings) -> Parts:
         if component.type not in {*READ, *REFUSED, *MODIFICATIONS}:
             others[component.type] = others.get(component.type, 0) + 1
     for kind, count in sorted(others.items()):
-        findings.add("left out", kind, "component", f"{count} of them", "not used by the chain")
+        findings.add("excluded", kind, "component", f"{count} of them", "not used by the chain")
     return Parts(document, findings, _names(document), _rotors(document, findings), _idle_gears(document))
 
 
@@ -171,7 +171,7 @@ def _rotors(document: Document, findings: Findings) -> dict[int, int]:
     rotor = {shaft.id: shaft.id for shaft in document.typed("shaft")}
     for coupling in document.typed("coupling", "switchable_coupling"):
         if not _engaged(document, coupling):
-            findings.add("left out", coupling.label, "coupling", "not engaged", "is_engaged")
+            findings.add("excluded", coupling.label, "coupling", "not engaged", "is_engaged")
             continue
         ends = [
             e for r in document.related("side", "assembly", coupling.id) for role, e in r.refs if role != "assembly"

@@ -59,7 +59,7 @@ def read_rexs(path: str | Path, *, load_case: str | None = None) -> GearUnit:
     power = read_power(parts, turns, lines, load_case, _passed(parts, pairs))
     side_loads = read_side_loads(parts, lines, power.loads[0].name)
     for lubricant in document.typed("lubricant"):
-        findings.add("left out", lubricant.label, "lubricant", "not used", "friction and damping do not follow from it")
+        findings.add("excluded", lubricant.label, "lubricant", "not used", "friction and damping do not follow from it")
     mates = _mates(pairs)
     gears = {
         component.id: read_gear(
@@ -74,7 +74,7 @@ def read_rexs(path: str | Path, *, load_case: str | None = None) -> GearUnit:
     }
     for component in document.typed("cylindrical_gear"):
         if component.id not in mates:
-            findings.add("left out", component.label, "gear", "meshes with none", "no stage names it")
+            findings.add("excluded", component.label, "gear", "meshes with none", "no stage names it")
     shafts, bearings = read_shafts(parts, lines), read_bearings(parts, lines)
     stages = [_stage(parts, *pair, turns, power.input_shaft) for pair in pairs]
     known = {gear.shaft for gear in gears.values() if gear}
@@ -83,7 +83,7 @@ def read_rexs(path: str | Path, *, load_case: str | None = None) -> GearUnit:
         known = known.union(*(link for link in links if link & known))
     idle = [shaft.name for shaft in shafts if shaft.name not in known]
     for name in idle:
-        findings.add("left out", name, "shaft", "carries no gear in mesh", "with its bearings")
+        findings.add("excluded", name, "shaft", "carries no gear in mesh", "with its bearings")
     if findings.mistakes:
         raise Mistakes([f"{path}: {text}" for text in findings.mistakes])
     units = document.typed("gear_unit")
@@ -121,7 +121,7 @@ def _pairs(parts: Parts) -> list[tuple[Component, Component, Component]]:
             continue
         if {gear.id for gear in gears} & parts.idle:
             parts.findings.add(
-                "left out", parts.names[stage.id], "stage", "idle", "a gear is not engaged with its shaft"
+                "excluded", parts.names[stage.id], "stage", "idle", "a gear is not engaged with its shaft"
             )
             continue
         found.append((stage, gears[0], gears[1]))
@@ -260,6 +260,6 @@ def _casing_material(parts: Parts) -> tuple[float, float, float] | None:
             if young and density and 1e9 <= young <= 1e12 and 100.0 <= density <= 2e4:
                 return young, poisson if poisson is not None and 0.0 <= poisson < 0.499 else 0.3, density
             parts.findings.add(
-                "left out", material.label, "material of the casing", "rigid or without density", "not used"
+                "excluded", material.label, "material of the casing", "rigid or without density", "not used"
             )
     return None

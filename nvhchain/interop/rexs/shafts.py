@@ -63,7 +63,7 @@ def read_shafts(parts: Parts, lines: Mapping[int, Line]) -> list[ImportedShaft]:
         )
     for mass in parts.document.typed("additional_mass"):
         if parts.document.owner(mass.id, "shaft") is None:
-            parts.findings.add("left out", mass.label, "additional mass", "on no shaft", "stands on another component")
+            parts.findings.add("excluded", mass.label, "additional mass", "on no shaft", "stands on another component")
     return found
 
 
@@ -77,7 +77,7 @@ def _masses(parts: Parts, shaft: int, lines: Mapping[int, Line]) -> list[Importe
         given = [value for value in across if value]
         z = place_on_shaft(parts, part, shaft, lines)
         if not mass and not polar:
-            parts.findings.add("left out", part.label, "additional mass", "0 kg", "neither mass nor inertia")
+            parts.findings.add("excluded", part.label, "additional mass", "0 kg", "neither mass nor inertia")
             continue
         if z is None:
             parts.findings.refuse(f"{part.label}: its place is missing: add u_coordinate_on_shaft")
@@ -88,7 +88,7 @@ def _masses(parts: Parts, shaft: int, lines: Mapping[int, Line]) -> list[Importe
         parts.findings.add("taken", part.label, "additional mass", text, f"on {parts.names[parts.rotor[shaft]]}")
         eccentric = values.vector("eccentricity_vector", "m")
         if eccentric and any(eccentric):
-            parts.findings.add("left out", part.label, "eccentricity", "not used", "masses of the case lie on the axis")
+            parts.findings.add("excluded", part.label, "eccentricity", "not used", "masses of the case lie on the axis")
     return found
 
 

@@ -116,7 +116,7 @@ def _series_reduction(parts: Parts, component: Component, pitch: float, *, measu
     known = letters in _UPPER and number in _TOLERANCE and row < len(_DIAMETERS)
     if measured or not known:
         why = "the measured thickness is taken" if known else "not a series of DIN 3967"
-        parts.findings.add("left out", name, "thickness allowance", text, why)
+        parts.findings.add("excluded", name, "thickness allowance", text, why)
         return None
     allowance = 1e-6 * (_UPPER[letters][row] + 0.5 * _TOLERANCE[number][row])
     text = f"DIN 3967 {letters} {number} at {1e3 * pitch:.5g} mm, middle of the tolerance"

@@ -123,11 +123,11 @@ class StructureParts:
         for group in [one for one in self.shells if one not in self.shell_sections]:
             if solid.issuperset(n for row in self.shells[group].nodes for n in row):
                 count = len(self.shells.pop(group).labels)
-                notes.append(f"{count} shells of {group or 'no section'} on solids left out: they have no section")
+                notes.append(f"{count} shells of {group or 'no section'} on solids excluded: they have no section")
         for group in [one for one in self.beams if one not in self.beam_sections]:
             if solid.issuperset(n for ends in self.beams[group].nodes for n in ends):
                 count = len(self.beams.pop(group).labels)
-                notes.append(f"{count} beams of {group or 'no section'} on solids left out: they have no section")
+                notes.append(f"{count} beams of {group or 'no section'} on solids excluded: they have no section")
         return notes
 
     def structure(self, source: str, nodes: FloatArray, rows: Rows) -> tuple[Structure, FloatArray]:

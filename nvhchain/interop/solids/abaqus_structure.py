@@ -190,7 +190,7 @@ def assign_sections(file: AbaqusFile) -> None:
         elif block.name in ("DASHPOT", "SURFACE SECTION") and kinds:
             for label in labels:
                 del file.elements[label]
-            file.parts.notes.append(f"{len(labels)} elements of *{block.name} left out: they have no stiffness")
+            file.parts.notes.append(f"{len(labels)} elements of *{block.name} excluded: they have no stiffness")
 
 
 def leftovers(file: AbaqusFile, solid: set[int]) -> None:
@@ -203,7 +203,7 @@ def leftovers(file: AbaqusFile, solid: set[int]) -> None:
     for label in idle:
         del file.elements[label]
     if idle:
-        file.parts.notes.append(f"{len(idle)} faces or edges on solids left out, first {idle[0]}: they have no section")
+        file.parts.notes.append(f"{len(idle)} faces or edges on solids excluded, first {idle[0]}: they have no section")
 
 
 def _material(file: AbaqusFile, name: str, where: str) -> Material:

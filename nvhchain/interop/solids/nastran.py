@@ -95,10 +95,10 @@ def read_nastran(path: str | Path, *, units: str, spc: int | None = None) -> Sol
     parts, found = Parts(str(path)), dict(marks(bulk))
     if idle:
         listed = ", ".join(f"{count} {name}" for name, count in idle.items())
-        parts.notes.append(f"{listed} left out: they change neither stiffness nor mass")
+        parts.notes.append(f"{listed} excluded: they change neither stiffness nor mass")
     if nonstructural:
         listed = ", ".join(f"{len(named_cards[name])} {name}" for name in nonstructural)
-        parts.notes.append(f"{listed} left out: case control selects none")
+        parts.notes.append(f"{listed} excluded: case control selects none")
     with damaged(path, lambda error: f"not Nastran bulk data: {named(error)}"):
         scale = _parameters(named_cards, parts, system)
         frames = read_grids(named_cards, parts)

@@ -432,7 +432,7 @@ def _relations(deck: Deck, chosen: int | None) -> None:
     if chosen is None:
         if sets:
             deck.parts.notes.append(
-                f"multi-point constraints MPC {', '.join(map(str, sorted(sets)))} left out: case control selects none"
+                f"multi-point constraints MPC {', '.join(map(str, sorted(sets)))} excluded: case control selects none"
             )
         return
     require(chosen in sets, f"{deck.parts.source}: MPC = {chosen} is not there; known: {sorted(sets)}")

@@ -48,7 +48,7 @@ def render_sounds(
     Raises InputError if there is no pressure, the microphone or an order is unknown, or the background cannot be
     read.
     """
-    require(not (only and without), "orders are both kept and left out: give one of them")
+    require(not (only and without), "orders are both kept and excluded: give one of them")
     stored = stored_results(Path(folder))
     heard = [run for run in stored.runs if run.pressure is not None or run.pressure_history is not None]
     remedy = "ask for `pressure` in the case" if stored.finished else "run it to its end"

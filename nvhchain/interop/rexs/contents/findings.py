@@ -1,18 +1,18 @@
-"""Record of an import: values taken and assumed, and what is missing, left out, or contradicts itself."""
+"""Record of an import: values taken and assumed, and what is missing, excluded, or contradicts itself."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from typing import Literal
 
-Kind = Literal["taken", "assumed", "missing", "left out", "differs"]
+Kind = Literal["taken", "assumed", "missing", "excluded", "differs"]
 
 
 @dataclass(frozen=True)
 class Finding:
     """One line of the record.
 
-    kind: `taken`, `assumed`, `missing`, `left out` or `differs`.
+    kind: `taken`, `assumed`, `missing`, `excluded` or `differs`.
     part: component, such as "gear pinion".
     value: value with its unit.
     source: attribute, standard or rule.

@@ -46,7 +46,7 @@ LOUDEST = 3
 """Number of lines named for a single run."""
 
 AUDIBLE = 1.0
-"""Least estimated effect (dB) of an option left out that is named."""
+"""Least estimated effect (dB) of an option excluded that is named."""
 
 DIFFERENCES = 3
 """Largest number of differing values that are named."""

@@ -27,7 +27,7 @@ def _options(stored: Stored) -> list[Any]:
         (
             name,
             each["option"],
-            "modelled" if each["modelled"] else "left out",
+            "modelled" if each["modelled"] else "excluded",
             "its estimate" if each["asked"] == "auto" else f"the case: {each['asked']}",
             number_text(each["level_db"], "+.1f") if "level_db" in each else "",
             f"{each['distance_db']:.1f}" if "distance_db" in each else each["note"],

@@ -13,14 +13,14 @@ TITLE = "Confidence limits"
 MEANINGS = {
     "surface mesh": "elements of the radiating surface per wavelength",
     "housing": "finite elements of the housing: its natural frequencies",
-    "modes left out": "modes of the housing above the band",
+    "excluded modes": "modes of the housing above the band",
     "gear": "layers, slices and angles of the gear contact",
     "masters": "interpolation between the frequencies of the transfer vectors",
     "radiation": "level of radiation without boundary elements",
     "quadrature": "integration over the surface elements",
     "cancellation": "parts of the motion that cancel each other",
     "time step": "time step of the dynamics",
-    "options left out": "options of the dynamics whose estimated effect is below the tolerance of the fidelity",
+    "excluded options": "options of the dynamics whose estimated effect is below the tolerance of the fidelity",
     "input: bearing stiffness": "spread of the bearings' stiffness that the case states",
     "input: damping": "spread of the damping of bearings and shafts that the case states",
     "input: friction": "spread of the coefficient of friction that the case states",
@@ -31,7 +31,7 @@ MEANINGS = {
 EXPLANATION = (
     "The limits state where the result of the preset reference is expected. Every step of the chain adds an error, "
     "estimated from its settings and fitted to measured differences. Errors of one source add up over the lines; those "
-    "of different sources add in quadrature. Options that the program left out count with twice their effect; "
+    "of different sources add in quadrature. Options that the program excluded count with twice their effect; "
     "those that a case switches off do not count. Errors of the model itself, such as joints, damping or tolerances of "
     "the real gearbox, are not included. In the limits of a difference the errors of a shared housing and of shared "
     "transfer vectors cancel where both spectra are alike. This holds for run-ups, too."

@@ -10,7 +10,7 @@ import numpy as np
 from nvhchain import levels
 from nvhchain.case import Case, GearboxCase
 from nvhchain.chain.display import ResultPlots, html, summary
-from nvhchain.error_band import BANDS, COVERAGE, ErrorBand, RunUpBand
+from nvhchain.error_band import BANDS, COVERAGE, INHERITED, ErrorBand, RunUpBand
 from nvhchain.errors import require
 from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import (
@@ -37,9 +37,6 @@ from nvhchain.scene.order_error import OrderError
 
 OPTIONS_LEFT_OUT = "excluded options"
 """Source of error of the options that the program excluded."""
-
-_BANDS_FROM = {"radiation_efficiency": ("sound_power",), "directivity": ("pressure", "sound_power")}
-"""Quantities without confidence limits of their own → the quantities from which they inherit them."""
 
 
 @one_blas_thread
@@ -140,7 +137,7 @@ class Result:
 
         Radiation efficiency and directivity inherit those of sound power and pressure.
         """
-        parts = [part for quantity in self.case.quantities for part in _BANDS_FROM.get(quantity, (quantity,))]
+        parts = [part for quantity in self.case.quantities for part in INHERITED.get(quantity, (quantity,))]
         return {
             part: self.error_band if part == "pressure" else self._widened(_band(part, self))
             for part in dict.fromkeys(parts)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
+from nvhchain.case.operation import Quantity
 from nvhchain.error_band.band import ErrorBand
 from nvhchain.error_band.quantities import Origin, error_band, force_band, power_band, velocity_band
 from nvhchain.error_band.run_up import RunUpBand, run_up_band, run_up_force_band
@@ -74,3 +75,13 @@ BANDS: Mapping[str, Callable[[Result], ErrorBand | RunUpBand]] = MappingProxyTyp
     }
 )
 """Quantity of a case → function that returns its band."""
+
+INHERITED: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {"radiation_efficiency": ("sound_power",), "directivity": ("pressure", "sound_power")}
+)
+"""Quantities without confidence limits of their own → the quantities from which they inherit them."""
+
+if unlimited := {*get_args(Quantity)} - {*BANDS, *INHERITED}:
+    raise TypeError(
+        f"{', '.join(unlimited)}: no confidence limits: add a function to BANDS, or quantities to INHERITED"
+    )

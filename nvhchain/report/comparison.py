@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
@@ -137,22 +137,33 @@ def compare(
             return standing
         with collected_warnings() as warnings:
             summary = _compared(cases, fidelity, out, executor, watcher, (speeds, torques), answered)
-        keep_record(out, key, warnings)
+        keep_record(out, key, _own_files(out, [case.name for case in cases]), warnings)
         return summary
 
 
 def _remove_earlier(out: Path) -> None:
     """Remove what an earlier comparison wrote beside the folders of its cases; nothing without its summary.json."""
+    (out / RECORD).unlink(missing_ok=True)
     try:
         names = list(json.loads((out / "summary.json").read_text(encoding="utf-8"))["configurations"])
         check_names(names, "configurations")
     except (OSError, ValueError, TypeError, KeyError, InputError):
-        names = []
-    of_names = [file.format(name) for name in names for file in ("sound-{}.wav", "surface_velocity-{}.png")]
-    (out / RECORD).unlink(missing_ok=True)
-    fixed = (*_WRITTEN, TABLE, FIGURE, *_STEADY, *_RUN_UP) if names else ("summary.json",)
-    for file in (*fixed, *of_names):
-        (out / file).unlink(missing_ok=True)
+        (out / "summary.json").unlink(missing_ok=True)
+        return
+    for file in _beside_folders(out, names):
+        file.unlink(missing_ok=True)
+
+
+def _beside_folders(out: Path, names: Iterable[str]) -> Iterator[Path]:
+    """Yield the files that a comparison of cases of these names may write beside their folders."""
+    kinds = [file.format(name) for name in names for file in ("sound-{}.wav", "surface_velocity-{}.png")]
+    yield from (out / name for name in (*_WRITTEN, TABLE, FIGURE, *_STEADY, *_RUN_UP, *kinds))
+
+
+def _own_files(out: Path, names: Sequence[str]) -> Iterator[Path]:
+    """Yield the files of a comparison of cases of these names that exist."""
+    inside = (path for name in (*names, OPERATORS) for path in sorted((out / name).rglob("*")))
+    yield from (path for path in (*_beside_folders(out, names), *inside) if path.is_file())
 
 
 def _compared(

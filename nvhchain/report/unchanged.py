@@ -6,7 +6,7 @@ import dataclasses
 import hashlib
 import json
 import platform
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -18,7 +18,7 @@ from nvhchain.fidelity import Fidelity
 from nvhchain.files.hdf5 import write_text
 from nvhchain.files.result_cache import fingerprint
 
-RECORD = "made_from.json"
+RECORD = ".made_from"
 """File that holds what a comparison was made from, the hashes of its files, and its warnings."""
 
 _LIBRARIES = (
@@ -83,7 +83,7 @@ def earlier_summary(out: Path, key: str | None) -> dict[str, Any] | None:
         return None
     for text, kind, about in record["warnings"]:
         _warn_again(text, kind, about)
-    summary: dict[str, Any] = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    summary: dict[str, Any] = record["summary"]
     return summary
 
 
@@ -100,14 +100,19 @@ def stands_already(
 def _record(out: Path, key: str | None) -> dict[str, Any] | None:
     """Return the record of a comparison whose files are all as they were written, or None."""
     try:
-        record = json.loads((out / RECORD).read_text(encoding="utf-8"))
-        whole = record["key"] == key and "summary.json" in record["files"]
-        if not whole or any(_digest(out / name) != digest for name, digest in record["files"].items()):
+        content, summary = ((out / name).read_bytes() for name in (RECORD, "summary.json"))
+        digest, _, text = content.partition(b"\n")
+        if key is None or digest.decode() != hashlib.sha256(text).hexdigest():
             return None
-        told = [(str(text), str(kind), [str(name) for name in about]) for text, kind, about in record["warnings"]]
+        record: dict[str, Any] = json.loads(text)
+        files = record["files"]
+        if record["key"] != key or files.pop("summary.json") != hashlib.sha256(summary).hexdigest():
+            return None
+        if any(_digest(out / name) != digest for name, digest in files.items()):
+            return None
+        return {**record, "summary": json.loads(summary)}
     except (OSError, ValueError, TypeError, KeyError, AttributeError):
         return None
-    return {**record, "warnings": told}
 
 
 def _warn_again(text: str, kind: str, about: Sequence[str]) -> None:
@@ -118,16 +123,18 @@ def _warn_again(text: str, kind: str, about: Sequence[str]) -> None:
         warn_caller(text, kind=kind)
 
 
-def keep_record(out: Path, key: str | None, warnings: Sequence[AccuracyWarning]) -> None:
-    """Write what a comparison was made from; nothing without a key.
+def keep_record(out: Path, key: str | None, files: Iterable[Path], warnings: Sequence[AccuracyWarning]) -> None:
+    """Write what a comparison was made from, with a digest in its first line; nothing without a key.
 
-    warnings: all that the comparison gave.
+    files: all that belong to the comparison.
+    warnings: all that it gave.
     """
     if key is None:
         return
-    files = {path.relative_to(out).as_posix(): _digest(path) for path in sorted(out.rglob("*")) if path.is_file()}
+    digests = {path.relative_to(out).as_posix(): _digest(path) for path in files}
     told = [(str(each), each.kind, each.about) for each in warnings]
-    write_text(out / RECORD, json.dumps({"key": key, "files": files, "warnings": told}) + "\n")
+    text = json.dumps({"key": key, "files": digests, "warnings": told}) + "\n"
+    write_text(out / RECORD, f"{hashlib.sha256(text.encode()).hexdigest()}\n{text}")
 
 
 def _digest(path: Path) -> str:

@@ -1,6 +1,5 @@
 """A comparison that stands in its folder is neither computed nor written again; whatever changes makes it anew."""
 
-import json
 import shutil
 from contextlib import nullcontext
 from dataclasses import replace
@@ -83,10 +82,27 @@ def test_a_missing_or_altered_file_is_made_anew(name, damage, sphere, written):
     assert again([sphere], out)[1].folders == [out]
 
 
-def test_what_the_user_adds_to_the_folder_disturbs_nothing(sphere, written):
+def test_what_the_user_has_in_the_folder_is_not_looked_at(sphere, written, tmp_path_factory):
+    """However large: the folder may be one of other work."""
     out, _ = written
     (out / "notes.txt").write_text("loud")
     assert again([sphere], out)[1].folders == [out]
+    other = tmp_path_factory.mktemp("work")
+    (other / "data").mkdir()
+    (other / "data" / "own.bin").write_bytes(b"1")
+    compare([sphere], fidelity=nvh.DRAFT, out=other)
+    (other / "data" / "own.bin").write_bytes(b"2")
+    assert again([sphere], other)[1].folders == [other]
+
+
+def test_every_bit_of_the_record_counts(sphere, written):
+    out, _ = written
+    whole = (out / unchanged.RECORD).read_bytes()
+    key = unchanged.fingerprint_of([sphere], nvh.DRAFT, (None, None))
+    assert unchanged.earlier_summary(out, key) is not None
+    for place in range(0, len(whole), 37):
+        (out / unchanged.RECORD).write_bytes(whole[:place] + bytes([whole[place] ^ 1]) + whole[place + 1 :])
+        assert unchanged.earlier_summary(out, key) is None, place
 
 
 @pytest.mark.parametrize(
@@ -180,4 +196,3 @@ def test_the_command_says_so_and_starts_no_second_process(sphere, pytestconfig, 
     assert second.out == first
     assert "nothing has changed since out was written" in second.err
     assert started == []
-    assert json.loads((tmp_path / "out" / unchanged.RECORD).read_text())["files"]

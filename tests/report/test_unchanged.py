@@ -155,7 +155,7 @@ def test_cases_that_read_files_are_always_looked_at(sphere, tmp_path):
     with_file = replace(sphere, background=RecordedBackground(file="cabin.wav"))
     assert unchanged.fingerprint_of([sphere], nvh.DRAFT, (None, None)) is not None
     assert unchanged.fingerprint_of([sphere, with_file], nvh.DRAFT, (None, None)) is None
-    unchanged.keep_record(tmp_path, None, [])
+    unchanged.keep_record(tmp_path, None, [], [])
     assert list(tmp_path.iterdir()) == []
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import sys
 import unicodedata
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from numbers import Real
@@ -112,6 +112,11 @@ def concerning(name: str) -> Iterator[None]:
         _CONCERNED.reset(token)
 
 
+def subject() -> tuple[str, ...]:
+    """Return the names that `concerning` has added."""
+    return _CONCERNED.get()
+
+
 _SILENT: ContextVar[bool] = ContextVar("silent", default=False)
 
 
@@ -159,6 +164,18 @@ def warn_caller(message: str, category: type[Warning] = AccuracyWarning, *, kind
     while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == __package__:
         level, frame = level + 1, frame.f_back
     warnings.warn(warning, stacklevel=level)
+
+
+def warn_again(text: str, kind: str, about: Sequence[str]) -> None:
+    """Issue an accuracy warning that was given before.
+
+    about: names of its subject below those that `concerning` has added here.
+    """
+    if not about:
+        warn_caller(text, kind=kind)
+        return
+    with concerning(about[0]):
+        warn_again(text, kind, about[1:])
 
 
 def printable(text: str) -> str:

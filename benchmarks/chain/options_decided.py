@@ -179,7 +179,7 @@ def table(name: str, rows: list[dict[str, Any]]) -> list[str]:
         lines.append(f"| {' | '.join(cells)} |")
     decision = modelled(replace(GEARBOXES[name][1](), options=Options()), nvh.DRAFT)
     chosen = ", ".join(each.option for each in decision.options if each.modelled) or "nothing"
-    return [*lines, "", f"Decided at `draft`: {chosen}; excluded {decision.left_out_db:+.2f} dB.", ""]
+    return [*lines, "", f"Decided at `draft`: {chosen}; excluded {decision.excluded_db:+.2f} dB.", ""]
 
 
 def page(found: dict[str, list[dict[str, Any]]]) -> str:

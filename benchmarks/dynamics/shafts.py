@@ -2,8 +2,8 @@
 
     python -m benchmarks shafts OUT
 
-Writes docs/measured/dynamics/shafts.md. OUT: folder for the operators of the case. Twist is excluded by rotors that sit
-at their gears (`coupling_z`); statics is that of the textbook: a beam on two supports, loaded between them, with shear
+Writes docs/measured/dynamics/shafts.md. OUT: folder for the operators of the case. Rotors that sit at their gears
+(`coupling_z`) leave no twist. Statics is that of the textbook: a beam on two supports, loaded between them, with shear
 (Cowper). That forces of flexible shafts are those of the exact differential equations is a test
 (tests/dynamics/test_geared_flexible_shafts.py).
 """

@@ -35,7 +35,7 @@ from nvhchain.scene import Modelling, Scene, modelled
 from nvhchain.scene.inputs import unknown_effects
 from nvhchain.scene.order_error import OrderError
 
-OPTIONS_LEFT_OUT = "excluded options"
+EXCLUDED_OPTIONS = "excluded options"
 """Source of error of the options that the program excluded."""
 
 
@@ -146,7 +146,7 @@ class Result:
     def _widened(self, band: ErrorBand | RunUpBand) -> ErrorBand | RunUpBand:
         """Return a band with the options that the program excluded, and the spread of inputs that a case states.
 
-        Options that the case itself leaves out do not count.
+        Options that the case itself excludes do not count.
         """
         for source, error in self._order_errors.items():
             if isinstance(band, RunUpBand) or self.force_spectrum is None or not self.force_spectrum.input_speed:
@@ -159,8 +159,8 @@ class Result:
     def _order_errors(self) -> dict[str, OrderError]:
         """Source of error → its relative error by orders; the ends of a spread are those of the band."""
         found, left, case = dict[str, OrderError](), self.decision, self.case
-        if left is not None and left.left_out_distance_db > 0.0:
-            found[OPTIONS_LEFT_OUT] = left.left_out_error
+        if left is not None and left.excluded_distance_db > 0.0:
+            found[EXCLUDED_OPTIONS] = left.excluded_error
         if isinstance(case, GearboxCase) and self._computes_forces:
             found |= {f"input: {each.name}": each.error.divided(COVERAGE) for each in unknown_effects(case)}
         return found

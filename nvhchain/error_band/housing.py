@@ -104,9 +104,9 @@ class ModalShares:
         Without a residual flexibility the error exceeds the motion.
         """
         change = np.sqrt(((self.modes * self.motion_change[:, None, :]) ** 2).sum(axis=2))
-        return {"housing": np.hypot(change, self.passed_on), "excluded modes": self.left_out(case, fidelity)}
+        return {"housing": np.hypot(change, self.passed_on), "excluded modes": self.excluded_modes(case, fidelity)}
 
-    def left_out(self, case: GearboxCase, fidelity: Fidelity) -> FloatArray:
+    def excluded_modes(self, case: GearboxCase, fidelity: Fidelity) -> FloatArray:
         """Return the error (n_f, n_place) due to excluded modes."""
         if not fidelity.housing.residual_flexibility:
             return RIGID_ERROR * self.size

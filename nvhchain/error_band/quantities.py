@@ -88,7 +88,7 @@ def error_band(
         vectors = modal.transfer_vectors(transfer_vectors, housing, lines, fidelity)
         shares = modal.pressure_shares(housing, force_spectrum, vectors)
         scale = np.maximum(size, shares.size)
-        sources["excluded modes"] = shares.left_out(case, fidelity)
+        sources["excluded modes"] = shares.excluded_modes(case, fidelity)
     sources |= times(force_sources(origin, lines, pressure.input_speed, size), size)
     accuracy = transfer_vectors.accuracy if transfer_vectors is not None else SoundAccuracy()
     sources |= times(radiation_error(velocity.surface, lines, case, fidelity.acoustics, accuracy), scale)

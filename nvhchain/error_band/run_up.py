@@ -205,7 +205,7 @@ def run_up_band(
         shares = modal.pressure_shares(housing, instant.spectrum, vectors)
         speed = instant.spectrum.input_speed
         sources = force_sources(origin, lines, speed, size, instant.width)
-        errors = {} if origin.housing is None else {"excluded modes": shares.left_out(case, fidelity)}
+        errors = {} if origin.housing is None else {"excluded modes": shares.excluded_modes(case, fidelity)}
         sources = errors | times(sources, size) | times(radiated, np.maximum(size, shares.size))
         share = float(np.linalg.norm(size)) / max(float(np.linalg.norm(sounds[loudest])), 1e-300)
         band = ErrorBand(lines, size, sources | times(between, share))

@@ -22,7 +22,7 @@ from filelock import FileLock, Timeout
 
 from nvhchain import __version__
 from nvhchain.conventions import Progress
-from nvhchain.errors import AccuracyWarning, FileFormatError, collected_warnings, concerning, warn_caller
+from nvhchain.errors import AccuracyWarning, FileFormatError, collected_warnings, concerning, subject, warn_again
 from nvhchain.files import hdf5
 from nvhchain.files.atomic_write import write_atomic
 from nvhchain.handoff import HandOff, warn_of
@@ -58,7 +58,10 @@ def _bytes(item: Any) -> bytes:
 
 _IMPORT = re.compile(r"^\s*(?:from nvhchain import ([\w, ()]+)|(?:from|import) nvhchain\.(\w+))", re.MULTILINE)
 
-_CALLERS = ("chain/steps", "chain/loaded.py")
+_CALLERS = (
+    "chain/steps", "chain/loaded.py",
+    "case/housing.py", "case/casting.py", "case/cad.py", "case/housing_model.py",
+)  # fmt: skip
 """Code that calls the packages and gives them their inputs."""
 
 
@@ -184,10 +187,11 @@ def _file(name: str, key: str) -> str:
     return f"{name.replace('{key}', key[:10])}.h5"
 
 
-def _unstated(warnings: Sequence[AccuracyWarning], made: HandOff) -> list[tuple[str, str]]:
-    """Return text and kind of every warning that does not follow from the accuracy of a result."""
+def _unstated(warnings: Sequence[AccuracyWarning], made: HandOff) -> list[tuple[str, str, tuple[str, ...]]]:
+    """Return text, kind and subject of every warning that does not follow from the accuracy of a result."""
     stated = {doubt.text for accuracy in made.accuracies() for doubt in accuracy.doubts()}
-    found = [(str(warning), warning.kind) for warning in warnings if str(warning) not in stated]
+    above = len(subject())
+    found = [(str(each), each.kind, each.about[above:]) for each in warnings if str(each) not in stated]
     return list(dict.fromkeys(found))
 
 
@@ -313,8 +317,8 @@ class ResultCache:
             _log.info("%s: cached in %s", stage, path)
             self.watcher.end(stage, "cached")
             warn_of(there)
-            for text, its_kind in there.provenance.get("warnings", ()):
-                warn_caller(text, kind=its_kind)
+            for text, its_kind, about in there.provenance.get("warnings", ()):
+                warn_again(text, its_kind, about)
             return there
 
     def find(self, name: str, kind: type[H], package: str, inputs: Sequence[Any], *, fidelity: Any) -> H | None:

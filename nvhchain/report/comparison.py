@@ -21,7 +21,8 @@ from nvhchain.error_band import ErrorBand
 from nvhchain.errors import InputError, collected_warnings, require
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.files.hdf5 import writable_folder, write_text
-from nvhchain.files.result_cache import Watcher
+from nvhchain.files.result_cache import Watcher, origin
+from nvhchain.handoff import HandOff
 from nvhchain.kinds import checked
 from nvhchain.names import check_names
 from nvhchain.plots.files import save
@@ -119,7 +120,7 @@ def compare(
     of differences (text, CSV), summary.json and the page report.html lie in `out` itself. Those of an earlier
     comparison are removed first. Two comparisons in one folder wait for each other.
 
-    Nothing is computed or written where the folder holds this comparison already. Cases, fidelity, program and
+    Nothing is computed where the folder holds this comparison already. Cases, fidelity, program and
     libraries are then the same, the cases read no files, and no file of the comparison is missing or altered.
     """
     check_comparable(cases)
@@ -136,8 +137,8 @@ def compare(
                 answered(standing)
             return standing
         with collected_warnings() as warnings:
-            summary = _compared(cases, fidelity, out, executor, watcher, (speeds, torques), answered)
-        keep_record(out, key, _own_files(out, [case.name for case in cases]), warnings)
+            summary, results = _compared(cases, fidelity, out, executor, watcher, (speeds, torques), answered)
+        keep_record(out, key, _own_files(out, results), warnings)
         return summary
 
 
@@ -148,9 +149,8 @@ def _remove_earlier(out: Path) -> None:
         names = list(json.loads((out / "summary.json").read_text(encoding="utf-8"))["configurations"])
         check_names(names, "configurations")
     except (OSError, ValueError, TypeError, KeyError, InputError):
-        (out / "summary.json").unlink(missing_ok=True)
-        return
-    for file in _beside_folders(out, names):
+        names = []
+    for file in _beside_folders(out, names) if names else (out / "summary.json",):
         file.unlink(missing_ok=True)
 
 
@@ -160,10 +160,16 @@ def _beside_folders(out: Path, names: Iterable[str]) -> Iterator[Path]:
     yield from (out / name for name in (*_WRITTEN, TABLE, FIGURE, *_STEADY, *_RUN_UP, *kinds))
 
 
-def _own_files(out: Path, names: Sequence[str]) -> Iterator[Path]:
-    """Yield the files of a comparison of cases of these names that exist."""
-    inside = (path for name in (*names, OPERATORS) for path in sorted((out / name).rglob("*")))
-    yield from (path for path in (*_beside_folders(out, names), *inside) if path.is_file())
+def _own_files(out: Path, results: Mapping[str, Result]) -> Iterator[Path]:
+    """Yield the files of a comparison: those beside the folders, and the hand-offs and records of its cases."""
+    yield from (file for file in _beside_folders(out, results) if file.is_file())
+    shared = set[Path]()
+    for name, result in results.items():
+        yield from sorted(path for path in (out / name).iterdir() if path.suffix in (".h5", ".json"))
+        given = (value if isinstance(value, tuple) else (value,) for value in vars(result).values())
+        made = (origin(one) for values in given for one in values if isinstance(one, HandOff))
+        shared |= {out / OPERATORS / f"{step}-{key[:10]}.h5" for step, key in filter(None, made)}
+    yield from sorted(path for path in shared if path.is_file())
 
 
 def _compared(
@@ -174,8 +180,8 @@ def _compared(
     watcher: Watcher | None,
     states: States,
     answered: Answered | None,
-) -> dict[str, Any]:
-    """Run the cases and write the comparison, in a folder that no other comparison uses."""
+) -> tuple[dict[str, Any], dict[str, Result]]:
+    """Run the cases and write the comparison, in a folder that no other comparison uses; return summary and results."""
     running_up = _running_up(cases)
     asked, decisions = {case.name: case for case in cases}, modelled_alike(cases, fidelity, *states)
     cases = [decisions[case.name].case if case.name in decisions else case for case in cases]
@@ -192,10 +198,10 @@ def _compared(
         record_modes(result.case, fidelity=fidelity, out=out / name, operators=out / OPERATORS)
     if not running_up:
         with _surface_pictures(results, out):
-            return _written(
-                results, out, _steady_figures, _maps(results, states, out, out / OPERATORS, watcher), answered
-            )
-    return _written(results, out, _run_up_figures, {}, answered)
+            maps = _maps(results, states, out, out / OPERATORS, watcher)
+            summary = _written(results, out, _steady_figures, maps, answered)
+        return summary, results
+    return _written(results, out, _run_up_figures, {}, answered), results
 
 
 def _maps(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
+import logging
 import platform
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
@@ -13,10 +14,12 @@ from pathlib import Path
 from typing import Any
 
 from nvhchain.case import Case
-from nvhchain.errors import AccuracyWarning, concerning, warn_caller
+from nvhchain.errors import AccuracyWarning, warn_again
 from nvhchain.fidelity import Fidelity
 from nvhchain.files.hdf5 import write_text
 from nvhchain.files.result_cache import fingerprint
+
+_log = logging.getLogger(__name__)
 
 RECORD = ".made_from"
 """File that holds what a comparison was made from, the hashes of its files, and its warnings."""
@@ -26,6 +29,9 @@ _LIBRARIES = (
     "matplotlib", "plotly", "jinja2", "pyvista",
 )  # fmt: skip
 """Packages with which results and figures are made."""
+
+_FILES = frozenset({"file", "files", "deck"})
+"""Words in the names of fields that are paths."""
 
 
 def fingerprint_of(cases: Sequence[Case], fidelity: Fidelity, states: tuple[Any, ...]) -> str | None:
@@ -40,7 +46,7 @@ def fingerprint_of(cases: Sequence[Case], fidelity: Fidelity, states: tuple[Any,
 
 def _names_files(part: Any) -> bool:
     """Return True for a case that reads files, which may include others."""
-    return any("file" in name and value for name, value in _fields(part))
+    return any(value and not _FILES.isdisjoint(name.split("_")) for name, value in _fields(part))
 
 
 def _fields(part: Any) -> Iterator[tuple[str, Any]]:
@@ -78,12 +84,11 @@ def earlier_summary(out: Path, key: str | None) -> dict[str, Any] | None:
     key: hash of what the comparison is made from.
     Returns None where it was made from something else, or where one of its files is missing or altered.
     """
-    record = _record(out, key)
-    if record is None:
+    if (found := _record(out, key)) is None:
         return None
-    for text, kind, about in record["warnings"]:
-        _warn_again(text, kind, about)
-    summary: dict[str, Any] = record["summary"]
+    summary, warnings = found
+    for text, kind, about in warnings:
+        warn_again(text, kind, about)
     return summary
 
 
@@ -97,30 +102,29 @@ def stands_already(
     return _record(out, fingerprint_of(cases, fidelity, states)) is not None
 
 
-def _record(out: Path, key: str | None) -> dict[str, Any] | None:
-    """Return the record of a comparison whose files are all as they were written, or None."""
+def _record(out: Path, key: str | None) -> tuple[dict[str, Any], list[tuple[str, str, list[str]]]] | None:
+    """Return summary and warnings of a comparison whose files are all as they were written, or None."""
     try:
         content, summary = ((out / name).read_bytes() for name in (RECORD, "summary.json"))
         digest, _, text = content.partition(b"\n")
         if key is None or digest.decode() != hashlib.sha256(text).hexdigest():
             return None
-        record: dict[str, Any] = json.loads(text)
-        files = record["files"]
-        if record["key"] != key or files.pop("summary.json") != hashlib.sha256(summary).hexdigest():
+        record = json.loads(text)
+        if record["key"] != key or record["files"].pop("summary.json") != hashlib.sha256(summary).hexdigest():
             return None
-        if any(_digest(out / name) != digest for name, digest in files.items()):
+        if not all(_is_whole(out, name, digest) for name, digest in record["files"].items()):
             return None
-        return {**record, "summary": json.loads(summary)}
-    except (OSError, ValueError, TypeError, KeyError, AttributeError):
+        told = [(str(text), str(kind), [str(name) for name in about]) for text, kind, about in record["warnings"]]
+        return dict(json.loads(summary)), told
+    except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError):
         return None
 
 
-def _warn_again(text: str, kind: str, about: Sequence[str]) -> None:
-    if about:
-        with concerning(about[0]):
-            _warn_again(text, kind, about[1:])
-    else:
-        warn_caller(text, kind=kind)
+def _is_whole(out: Path, name: str, digest: str) -> bool:
+    """Return True for a regular file inside the folder that has this digest."""
+    path = out / name
+    inside = ".." not in path.parts and path.is_relative_to(out)
+    return inside and path.is_file() and _digest(path) == digest
 
 
 def keep_record(out: Path, key: str | None, files: Iterable[Path], warnings: Sequence[AccuracyWarning]) -> None:
@@ -131,7 +135,11 @@ def keep_record(out: Path, key: str | None, files: Iterable[Path], warnings: Seq
     """
     if key is None:
         return
-    digests = {path.relative_to(out).as_posix(): _digest(path) for path in files}
+    try:
+        digests = {path.relative_to(out).as_posix(): _digest(path) for path in files}
+    except OSError as error:  # of another user, or removed since: the comparison itself is finished
+        _log.info("%s: not kept for a later call (%s)", out, error)
+        return
     told = [(str(each), each.kind, each.about) for each in warnings]
     text = json.dumps({"key": key, "files": digests, "warnings": told}) + "\n"
     write_text(out / RECORD, f"{hashlib.sha256(text.encode()).hexdigest()}\n{text}")

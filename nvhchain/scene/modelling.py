@@ -77,17 +77,17 @@ class Modelling:
     case: case without `auto`.
     tolerance_db: largest distance (dB) of the chosen model's spectrum from that with all options that were open.
     options: options in the order of `DECIDABLE`.
-    left_out_db: level of the model with all open options over that of the chosen model (dB).
-    left_out_distance_db: distance of their spectra (dB).
-    left_out_error: relative change of amplitudes by what is excluded; of single orders at constant speed.
+    excluded_db: level of the model with all open options over that of the chosen model (dB).
+    excluded_distance_db: distance of their spectra (dB).
+    excluded_error: relative change of amplitudes by what is excluded; of single orders at constant speed.
     """
 
     case: GearboxCase
     tolerance_db: float
     options: tuple[OptionEstimate, ...]
-    left_out_db: float = 0.0
-    left_out_distance_db: float = 0.0
-    left_out_error: OrderError = NO_ERROR
+    excluded_db: float = 0.0
+    excluded_distance_db: float = 0.0
+    excluded_error: OrderError = NO_ERROR
 
     def __repr__(self) -> str:
         return f"Modelling({self.case.name}; {'; '.join(self.lines)})"
@@ -99,14 +99,14 @@ class Modelling:
 
     @property
     def disputed(self) -> tuple[OptionEstimate, ...]:
-        """Options that the case leaves out by hand though their estimate exceeds the tolerance."""
+        """Options that the case excludes by hand though their estimate exceeds the tolerance."""
         return tuple(
             each for each in self.options if each.stated and not each.modelled and each.distance_db > self.tolerance_db
         )
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """Decision in words, and options that the case leaves out against their estimate."""
+        """Decision in words, and options that the case excludes against their estimate."""
         auto = [each for each in self.options if not each.stated]
         found = []
         if auto:
@@ -114,13 +114,13 @@ class Modelling:
             never = [each.option for each in auto if each.note.startswith(IMPOSSIBLE)]
             off = ", ".join(each.option for each in auto if not each.modelled and each.option not in never)
             parts = [f"modelled: {on or 'no option'}"]
-            parts += [f"excluded: {off}, in all {number_text(self.left_out_db, '+.1f')} dB"] if off else []
+            parts += [f"excluded: {off}, in all {number_text(self.excluded_db, '+.1f')} dB"] if off else []
             parts += [f"{IMPOSSIBLE}: {', '.join(never)} (see plan)"] if never else []
             found.append("; ".join(parts))
         return (*found, *(each.line(self.tolerance_db) for each in self.disputed))
 
     def estimated_at(self, case: GearboxCase) -> Modelling:
-        """Return the decision with the error of what it leaves out, estimated at the speed and torque of a case.
+        """Return the decision with the error of what it excludes, estimated at the speed and torque of a case.
 
         case: case without `auto`, with the options that are modelled.
         """
@@ -132,14 +132,14 @@ class Modelling:
             far, error = linear.distance(case.options, full), linear.order_changes(case.options, full)
         except InputError:  # no estimate in this state
             return self
-        return replace(self, left_out_distance_db=far, left_out_error=error)
+        return replace(self, excluded_distance_db=far, excluded_error=error)
 
     def values(self) -> dict[str, Any]:
         """Return the decision for JSON files."""
         return {
             "tolerance_db": self.tolerance_db,
-            "left_out_db": self.left_out_db,
-            "left_out_distance_db": self.left_out_distance_db,
+            "excluded_db": self.excluded_db,
+            "excluded_distance_db": self.excluded_distance_db,
             "sentences": list(self.sentences),
             "options": [
                 {
@@ -286,7 +286,7 @@ def _described(
         if not note:
             try:
                 level, distance = linear.change(without, with_it), linear.distance(without, with_it)
-            except InputError as error:  # of an option that the case leaves out, beside those chosen
+            except InputError as error:  # of an option that the case excludes, beside those chosen
                 note = f"{IMPOSSIBLE}: {error}"
         found.append(OptionEstimate(name, asked.get(name, stated), on, level, distance, note))
     case = replace(linear.case, options=chosen) if linear.case.options != chosen else linear.case

@@ -7,12 +7,13 @@ import pytest
 import nvhchain as nvh
 from nvhchain.chain.cached import cached_results
 from nvhchain.chain.running import Run
-from nvhchain.chain.steps.dynamics import _contact_inputs
+from nvhchain.chain.steps.dynamics import bearing_forces
 from nvhchain.chain.steps.gears import mesh_law
 from nvhchain.cli import main
 from nvhchain.errors import AccuracyWarning
 from nvhchain.files.result_cache import ResultCache, fingerprint
 from nvhchain.scene import Scene
+from nvhchain.scene.steps import HOUSING, MESH_LAWS
 
 pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")
 
@@ -68,20 +69,21 @@ def test_a_law_from_the_cache_warns_of_analytic_bodies_as_the_first_one_does(pyt
     assert told[0] == told[1]
 
 
-def test_the_contact_problems_of_a_run_belong_to_the_key_of_its_forces(pytestconfig):
+def test_the_contact_problems_of_a_run_belong_to_the_key_of_its_forces(pytestconfig, monkeypatch):
     """With supplied laws nothing else of the forces tells one gear from another."""
-    case = nvh.load_case(pytestconfig.rootpath / "cases" / "small" / "single_stage.toml")
-    wider = nvh.load_case(
-        pytestconfig.rootpath / "cases" / "small" / "single_stage.toml",
-        changes=["gears.wheel.geometry.face_width_mm=15"],
-    )
+    file = pytestconfig.rootpath / "cases" / "small" / "single_stage.toml"
+    case, wider = nvh.load_case(file), nvh.load_case(file, changes=["gears.wheel.geometry.face_width_mm=15"])
     contact = replace(nvh.DRAFT, dynamics=replace(nvh.DRAFT.dynamics, mesh_level="contact"))
     sliced = replace(contact, gear=replace(contact.gear, slices=2 * contact.gear.slices))
-    of = [
-        _contact_inputs(Run(Scene(each, knobs))) for each, knobs in ((case, contact), (wider, contact), (case, sliced))
-    ]
-    assert len({fingerprint(*each) for each in of}) == 3
-    assert _contact_inputs(Run(Scene(case, nvh.DRAFT))) == ()
+    keys = []
+    monkeypatch.setattr(Run, "cached", lambda run, step, inputs, compute: keys.append(fingerprint(*inputs)))
+    monkeypatch.setattr("nvhchain.chain.steps.dynamics._gearbox", lambda run: "the same")
+    for each, knobs in ((case, contact), (wider, contact), (case, sliced), (case, nvh.DRAFT), (wider, nvh.DRAFT)):
+        run = Run(Scene(each, knobs))
+        run.hand_offs |= {MESH_LAWS: (), HOUSING: None}
+        bearing_forces(run)
+    assert len(set(keys[:4])) == 4
+    assert keys[3] == keys[4]
 
 
 @pytest.mark.slow

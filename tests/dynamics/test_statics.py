@@ -79,11 +79,11 @@ def test_one_hand_on_the_middle_shaft_sets_its_thrusts_against_each_other(make_g
 
 
 @pytest.mark.parametrize("torque", [250.0, -250.0, 1.0])
-@pytest.mark.parametrize("add_housing", [False, True])
-def test_every_shaft_is_in_balance(make_gearbox, make_laws, make_housing, torque, add_housing):
+@pytest.mark.parametrize("has_housing", [False, True])
+def test_every_shaft_is_in_balance(make_gearbox, make_laws, make_housing, torque, has_housing):
     """Forces and moments of gears, bearings and torques on every shaft vanish to 1e-8."""
     gearbox, laws = make_gearbox(), make_laws()
-    housing = make_housing(gearbox) if add_housing else None
+    housing = make_housing(gearbox) if has_housing else None
     on_housing = static_bearing_forces(gearbox, laws, housing, input_torque=torque)
     train = assemble(gearbox, laws, None).train
     torques = shaft_torques(gearbox, train, torque)

@@ -1,6 +1,11 @@
 """A comparison that stands in its folder is neither computed nor written again; whatever changes makes it anew."""
 
+import hashlib
+import json
+import os
+import re
 import shutil
+import tomllib
 from contextlib import nullcontext
 from dataclasses import replace
 
@@ -95,7 +100,14 @@ def test_what_the_user_has_in_the_folder_is_not_looked_at(sphere, written, tmp_p
     assert again([sphere], other)[1].folders == [other]
 
 
-def test_every_bit_of_the_record_counts(sphere, written):
+def rewritten(out, **changes):
+    """Write a record with a right digest and other content."""
+    _, _, text = (out / unchanged.RECORD).read_text().partition("\n")
+    text = json.dumps(json.loads(text) | changes) + "\n"
+    (out / unchanged.RECORD).write_text(f"{hashlib.sha256(text.encode()).hexdigest()}\n{text}")
+
+
+def test_a_flipped_bit_anywhere_makes_the_record_none(sphere, written):
     out, _ = written
     whole = (out / unchanged.RECORD).read_bytes()
     key = unchanged.fingerprint_of([sphere], nvh.DRAFT, (None, None))
@@ -103,6 +115,39 @@ def test_every_bit_of_the_record_counts(sphere, written):
     for place in range(0, len(whole), 37):
         (out / unchanged.RECORD).write_bytes(whole[:place] + bytes([whole[place] ^ 1]) + whole[place + 1 :])
         assert unchanged.earlier_summary(out, key) is None, place
+
+
+@pytest.mark.parametrize(
+    "nonsense",
+    [
+        {"warnings": None},
+        {"warnings": [["text", "kind"]]},
+        {"warnings": [["text", "kind", 5]]},
+        {"key": None},
+        {"key": "another"},
+        {"files": {}},
+        {"files": None},
+    ],
+    ids=str,
+)
+def test_a_record_of_nonsense_is_none(nonsense, sphere, written):
+    out, _ = written
+    rewritten(out, **nonsense)
+    assert unchanged.earlier_summary(out, unchanged.fingerprint_of([sphere], nvh.DRAFT, (None, None))) is None
+    rewritten(out, key=None)
+    assert unchanged.earlier_summary(out, None) is None
+
+
+@pytest.mark.parametrize("name", ["/dev/zero", "/etc/hostname", "../x.txt", "pipe"])
+def test_only_files_of_the_folder_are_read(name, sphere, written):
+    """Endless ones would never end, and a pipe would wait for a writer."""
+    out, _ = written
+    (out.parent / "x.txt").write_text("x")
+    os.mkfifo(out / "pipe")
+    record = json.loads((out / unchanged.RECORD).read_text().partition("\n")[2])
+    digest = hashlib.sha256((out / name).read_bytes()).hexdigest() if name[1:] in ("etc/hostname", "./x.txt") else ""
+    rewritten(out, files=record["files"] | {name: digest})
+    assert unchanged.earlier_summary(out, record["key"]) is None
 
 
 @pytest.mark.parametrize(
@@ -131,12 +176,38 @@ def test_another_program_computes_anew(sphere, written, monkeypatch):
     assert again([sphere], out)[1].folders == []
 
 
-def test_every_library_of_the_package_that_computes_or_draws_counts(sphere, monkeypatch):
-    before = unchanged.fingerprint_of([sphere], nvh.DRAFT, (None, None))
-    unchanged._program.cache_clear()
-    monkeypatch.setattr(unchanged, "version", lambda name: "99" if name == "scipy" else "1")
+def libraries(root):
+    """Names of all packages that pyproject.toml asks for, less those that neither compute nor draw."""
+    project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    extras = project["optional-dependencies"]
+    asked = [
+        *project["dependencies"],
+        *(line for name in ("bempp", "cholmod", "pictures", "sound") for line in extras[name]),
+    ]
+    return {re.match(r"[\w-]+", line)[0] for line in asked} - {
+        "threadpoolctl",
+        "packaging",
+        "psutil",
+        "filelock",
+        "tqdm",
+    }
+
+
+def test_every_library_that_computes_or_draws_counts(sphere, pytestconfig, monkeypatch):
+    names, versions = libraries(pytestconfig.rootpath), dict[str, str]()
+    assert {"numpy", "plotly", "bempp-cl"} <= names
+
+    def key():
+        unchanged._program.cache_clear()
+        return unchanged.fingerprint_of([sphere], nvh.DRAFT, (None, None))
+
+    monkeypatch.setattr(unchanged, "version", lambda name: versions.get(name, "1"))
     try:
-        assert unchanged.fingerprint_of([sphere], nvh.DRAFT, (None, None)) != before
+        before = key()
+        for name in names:
+            versions.clear()
+            versions[name] = "2"
+            assert key() != before, name
     finally:
         unchanged._program.cache_clear()
 
@@ -157,6 +228,36 @@ def test_cases_that_read_files_are_always_looked_at(sphere, tmp_path):
     assert unchanged.fingerprint_of([sphere, with_file], nvh.DRAFT, (None, None)) is None
     unchanged.keep_record(tmp_path, None, [], [])
     assert list(tmp_path.iterdir()) == []
+
+
+def test_profiles_are_no_files(pytestconfig):
+    case = nvh.load_case(pytestconfig.rootpath / "cases" / "small" / "drawn_gears.toml")
+    assert unchanged.fingerprint_of([case], nvh.DRAFT, (None, None)) is not None
+
+
+def test_a_file_that_cannot_be_read_loses_the_record_not_the_comparison(sphere, tmp_path, monkeypatch):
+    monkeypatch.setattr(comparison, "_own_files", lambda out, results: iter([tmp_path / "gone.h5"]))
+    assert compare([sphere], fidelity=nvh.DRAFT, out=tmp_path)["configurations"]
+    assert not (tmp_path / unchanged.RECORD).exists()
+
+
+@pytest.mark.parametrize("content", ['{"configurations": []}', "{}", "no JSON"])
+def test_files_beside_a_strange_summary_are_not_removed(content, tmp_path):
+    for name in ("report.html", "levels.png"):
+        (tmp_path / name).write_text("of the user")
+    (tmp_path / "summary.json").write_text(content)
+    comparison._remove_earlier(tmp_path)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["levels.png", "report.html"]
+
+
+def test_operators_of_other_designs_are_not_looked_at(sphere, written):
+    out, _ = written
+    (out / "operators" / "housing-0123456789.h5").write_bytes(b"of another design")
+    assert again([sphere], out)[1].folders == [out]
+    (out / "operators" / "housing-0123456789.h5").unlink()
+    assert again([sphere], out)[1].folders == [out]
+    next((out / "operators").glob("transfer_vectors-*.h5")).unlink()
+    assert again([sphere], out)[1].folders == []
 
 
 def test_an_interrupted_comparison_leaves_no_record(sphere, written, monkeypatch):

@@ -45,12 +45,12 @@ def test_soft_shafts_are_modelled_and_what_they_bring_to_light(small):
 @pytest.mark.parametrize("fidelity", [nvh.DRAFT, nvh.STANDARD, nvh.REFERENCE])
 def test_what_is_left_out_stays_below_the_tolerance(small, fidelity):
     decision = modelled(replace(small, options=OPEN), fidelity)
-    assert abs(decision.left_out_db) <= decision.left_out_distance_db <= fidelity.option_tolerance_db
+    assert abs(decision.excluded_db) <= decision.excluded_distance_db <= fidelity.option_tolerance_db
     assert not decision.case.options.undecided
     linear = LinearGearbox(small)
     full = linear.power(EVERYTHING)
     chosen = linear.power(decision.case.options)
-    assert level_change(chosen, full) == pytest.approx(decision.left_out_db, abs=1e-3)
+    assert level_change(chosen, full) == pytest.approx(decision.excluded_db, abs=1e-3)
 
 
 @pytest.mark.parametrize("speed", [900.0, 2600.0, 4500.0])
@@ -60,7 +60,7 @@ def test_no_option_beyond_the_tolerance_is_left_out(small, speed):
     decision = modelled(replace(small, options=OPEN, operation=operation), nvh.DRAFT)
     left = [each for each in decision.options if not each.modelled and not each.note]
     assert max(each.distance_db for each in left) <= nvh.DRAFT.option_tolerance_db
-    assert decision.left_out_distance_db <= nvh.DRAFT.option_tolerance_db
+    assert decision.excluded_distance_db <= nvh.DRAFT.option_tolerance_db
 
 
 def test_an_option_that_others_hid_comes_back():
@@ -245,10 +245,10 @@ def test_what_is_left_out_has_an_error_at_every_order(small):
     full = linear.power(EVERYTHING)
     chosen = linear.power(decision.case.options)
     orders = np.array([20.0, 40.0, 41.3])
-    error = decision.left_out_error.errors(orders)
+    error = decision.excluded_error.errors(orders)
     first, second = (np.sqrt(power[0, np.searchsorted(linear.orders, orders[:2])]) for power in (chosen, full))
     np.testing.assert_allclose(error[:2], np.abs(second / first - 1), atol=2e-4)
-    assert error[2] == pytest.approx(10 ** (decision.left_out_distance_db / 20) - 1, abs=1e-4)
+    assert error[2] == pytest.approx(10 ** (decision.excluded_distance_db / 20) - 1, abs=1e-4)
 
 
 STATES = {name: st.sampled_from([AUTO, False, True]) for name in DECIDABLE} | {
@@ -269,7 +269,7 @@ def test_statements_hold_and_the_rest_stays_within_the_tolerance(small, states, 
         assert each.asked == (AUTO if stated == AUTO else "on" if stated else "off")
         if stated != AUTO:
             assert getattr(decision.case.options, each.option) == stated
-    assert abs(decision.left_out_db) <= decision.left_out_distance_db <= nvh.DRAFT.option_tolerance_db
+    assert abs(decision.excluded_db) <= decision.excluded_distance_db <= nvh.DRAFT.option_tolerance_db
 
 
 @pytest.mark.slow

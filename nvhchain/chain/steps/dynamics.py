@@ -14,6 +14,7 @@ from nvhchain.case import RadiatorCase
 from nvhchain.chain.loaded import opposing_forces
 from nvhchain.chain.running import Run
 from nvhchain.errors import concerning, warn_caller
+from nvhchain.files.result_cache import code_version
 from nvhchain.handoff import BearingForces, ForceSpectrum, ReducedHousing, SurfaceVelocity
 from nvhchain.scene.bearing_lines import damping_lines
 from nvhchain.scene.steps import (
@@ -94,7 +95,8 @@ def _contact_inputs(run: Run) -> tuple[Any, ...]:
     """Return what the contact problems are made of; nothing for the mesh level of laws, which have it."""
     if run.fidelity.dynamics.mesh_level != "contact":
         return ()
-    return run.loaded.pairs, run.loaded.mesh_forces, run.loaded.deviations, run.fidelity.gear
+    loaded = run.loaded
+    return loaded.pairs, loaded.mesh_forces, loaded.deviations, run.fidelity.gear, code_version("gear")
 
 
 def _gearbox(run: Run) -> dynamics.Gearbox:

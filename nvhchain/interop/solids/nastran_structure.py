@@ -207,7 +207,7 @@ def _axis(deck: Deck, ends: tuple[int, int]) -> FloatArray:
 
 
 def normal_to(axis: FloatArray) -> FloatArray:
-    """Return a vector normal_to an axis (3,), for sections that are alike in all directions."""
+    """Return a vector normal to an axis (3,), for sections that are alike in all directions."""
     return np.asarray(np.eye(3)[np.abs(axis).argmin()])
 
 

@@ -46,7 +46,7 @@ LOUDEST = 3
 """Number of lines named for a single run."""
 
 AUDIBLE = 1.0
-"""Least estimated effect (dB) of an option excluded that is named."""
+"""Least estimated effect (dB) of an excluded option that is named."""
 
 DIFFERENCES = 3
 """Largest number of differing values that are named."""
@@ -140,7 +140,7 @@ def _assumed(stored: Stored) -> list[str]:
     """Return what the cases assume, such as a housing drawn by rule."""
     given = stored.summary.get("assumptions") or {}
     found = [f"{name}: {sentence}" for name, sentences in given.items() for sentence in sentences]
-    left_out: dict[str, list[str]] = {}
+    excluded: dict[str, list[str]] = {}
     for name, of in stored.summary.get("modelling", {}).items():
         effects = [
             f"{each['option'].replace('_', ' ')} {levels.number_text(each['level_db'], '+.1f')} dB"
@@ -148,10 +148,10 @@ def _assumed(stored: Stored) -> list[str]:
             if not each["modelled"] and abs(each.get("level_db", 0.0)) >= AUDIBLE
         ]
         if effects:
-            left_out.setdefault(", ".join(effects), []).append(name)
+            excluded.setdefault(", ".join(effects), []).append(name)
     return found + [
         f"Not modelled in {' and '.join(names)}, with the estimated change of the level: {text}."
-        for text, names in left_out.items()
+        for text, names in excluded.items()
     ]
 
 

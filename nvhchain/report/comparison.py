@@ -150,11 +150,11 @@ def _remove_earlier(out: Path) -> None:
         check_names(names, "configurations")
     except (OSError, ValueError, TypeError, KeyError, InputError):
         names = []
-    for file in _beside_folders(out, names) if names else (out / "summary.json",):
+    for file in _common_files(out, names) if names else (out / "summary.json",):
         file.unlink(missing_ok=True)
 
 
-def _beside_folders(out: Path, names: Iterable[str]) -> Iterator[Path]:
+def _common_files(out: Path, names: Iterable[str]) -> Iterator[Path]:
     """Yield the files that a comparison of cases of these names may write beside their folders."""
     kinds = [file.format(name) for name in names for file in ("sound-{}.wav", "surface_velocity-{}.png")]
     yield from (out / name for name in (*_WRITTEN, TABLE, FIGURE, *_STEADY, *_RUN_UP, *kinds))
@@ -162,7 +162,7 @@ def _beside_folders(out: Path, names: Iterable[str]) -> Iterator[Path]:
 
 def _own_files(out: Path, results: Mapping[str, Result]) -> Iterator[Path]:
     """Yield the files of a comparison: those beside the folders, and the hand-offs and records of its cases."""
-    yield from (file for file in _beside_folders(out, results) if file.is_file())
+    yield from (file for file in _common_files(out, results) if file.is_file())
     shared = set[Path]()
     for name, result in results.items():
         yield from sorted(path for path in (out / name).iterdir() if path.suffix in (".h5", ".json"))

@@ -36,7 +36,11 @@ MEMORY = 4 * 2**30
 SECONDS = 180.0
 """Time limit of one trial (s); bempp compiles for a long time on a slow machine."""
 
-_GMSH = "import gmsh; gmsh.initialize(interruptible=False); print(gmsh.option.getString('General.Version'))"
+_GMSH = """
+import gmsh
+gmsh.initialize(readConfigFiles=False, interruptible=False)
+print(gmsh.option.getString("General.Version"))
+"""
 _SOLVER = """
 import numpy as np, scipy.sparse as sp
 from nvhchain.fem._sparse import factorize

@@ -166,6 +166,25 @@ def warn_caller(message: str, category: type[Warning] = AccuracyWarning, *, kind
     warnings.warn(warning, stacklevel=level)
 
 
+Repeated = tuple[str, str, tuple[str, ...]]
+"""Text, kind and subject of a warning that was given before."""
+
+_DEEPEST = 10
+"""Largest number of names in a subject."""
+
+
+def checked_warnings(given: Any) -> list[Repeated]:
+    """Return warnings from a file in their form; ValueError for what has another one."""
+    try:
+        found = [(text, kind, tuple(about)) for text, kind, about in given]
+    except TypeError as error:
+        raise ValueError(f"no warnings: {error}") from None
+    for text, kind, about in found:
+        if not all(isinstance(word, str) for word in (text, kind, *about)) or len(about) > _DEEPEST:
+            raise ValueError("no warnings: a text, a kind and a few names are needed")
+    return found
+
+
 def warn_again(text: str, kind: str, about: Sequence[str]) -> None:
     """Issue an accuracy warning that was given before.
 

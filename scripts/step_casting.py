@@ -86,7 +86,7 @@ def _short(value: float) -> str:
 
 def draw(path: Path) -> None:
     """Write the STEP file."""
-    gmsh.initialize(interruptible=False)
+    gmsh.initialize(readConfigFiles=False, interruptible=False)
     gmsh.option.setNumber("General.Terminal", 0)
     gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
     occ = gmsh.model.occ

@@ -10,9 +10,11 @@ import logging
 import os
 import sys
 import warnings
-from argparse import ArgumentParser
+from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
+from signal import SIGINT
 from typing import Any
 
 import psutil
@@ -22,7 +24,7 @@ from nvhchain.cli.arguments import parser
 from nvhchain.cli.console import Console, standard_streams
 from nvhchain.cli.logs import logged
 from nvhchain.cli.output import show
-from nvhchain.cli.termination import Terminated, termination_interrupts
+from nvhchain.cli.termination import termination_interrupts
 from nvhchain.cli.warning_lines import warning_lines
 from nvhchain.errors import AccuracyWarning, InputError, Mistakes, SolverError
 
@@ -79,7 +81,7 @@ def _outcome(words: ArgumentParser, arguments: Sequence[str]) -> tuple[int, list
         return 1, [_one_line(error)]
     except KeyboardInterrupt as signal:
         _remove_locks_of_children()
-        return 143 if isinstance(signal, Terminated) else 130, ["interrupted; finished steps are cached"]
+        return 128 + getattr(signal, "number", SIGINT), ["interrupted; finished steps are cached"]
 
 
 def _remove_locks_of_children() -> None:
@@ -96,10 +98,22 @@ def _command(words: ArgumentParser, arguments: Sequence[str]) -> tuple[int, list
     if isinstance(options, str):
         return 2, [options.removeprefix("nvhchain: ")]
     _check_environment()
+    _check_outputs(options)
     with logged(getattr(options, "verbose", 0), getattr(options, "log_file", None)), _warnings_shown():
         if as_json:
             return answers.answered(options.action, options), []
         return int(options.action(options)), []
+
+
+def _check_outputs(options: Namespace) -> None:
+    """Refuse to write a file that the command reads."""
+    given = dict(vars(options))
+    written = {f"--{name.replace('_', '-')}": given.pop(name, None) for name in ("out", "log_file")}
+    read = [each for value in given.values() for each in (value if isinstance(value, list | tuple) else (value,))]
+    files = [Path(each) for each in read if isinstance(each, str | Path) and os.path.isfile(each)]
+    for name, path in written.items():
+        if path is not None and os.path.isfile(path) and any(os.path.samefile(path, file) for file in files):
+            raise InputError(f"{name} {path}: the command reads this file: name another one")
 
 
 def _check_environment() -> None:

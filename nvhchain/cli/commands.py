@@ -179,11 +179,8 @@ def _show_assumptions(case: Case) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Compute the results of a case; print levels with their limits, and write the error bands of every line."""
-    from nvhchain import chain
-    from nvhchain.chain.prefetch import operators_ahead
-    from nvhchain.error_band import ErrorBand, format_level, format_parts, remedy, save_error_bands
-    from nvhchain.report import recorded_case, write_run
-    from nvhchain.report.page.sections.lines.levels import UNITS
+    from nvhchain.files.hdf5 import writable_folder
+    from nvhchain.runtime.folder_lock import hold_folder
     from nvhchain.scene import modelled_alike, preflight
 
     case = _case(options)
@@ -192,11 +189,25 @@ def run(options: argparse.Namespace) -> int:
     if options.forces:
         given["bearing_forces"] = _imported_forces(Path(options.forces), case)
     out, states = _out(options, case), _states(options, [case])
-    fidelity, watcher = _fidelity(options, [case], given), Console()
+    fidelity = _fidelity(options, [case], given)
     preflight(case, fidelity, given)
     decides = states[0] is not None and not {"bearing_forces", "force_spectrum", "surface_velocity"} & set(given)
     decision = modelled_alike([case], fidelity, *states)[case.name] if decides else None
-    decided = decision.case if decision else case
+    with hold_folder(writable_folder(out, "out")):
+        return _run_here(options, case, fidelity, given, out, states, decision)
+
+
+def _run_here(
+    options: argparse.Namespace, case: Case, fidelity: Fidelity, given: Any, out: Path, states: Any, decision: Any
+) -> int:
+    """Run a case in a folder that no other command uses."""
+    from nvhchain import chain
+    from nvhchain.chain.prefetch import operators_ahead
+    from nvhchain.error_band import ErrorBand, format_level, format_parts, remedy, save_error_bands
+    from nvhchain.report import recorded_case, write_run
+    from nvhchain.report.page.sections.lines.levels import UNITS
+
+    decided, watcher = decision.case if decision else case, Console()
     with (
         recorded_case(case, fidelity, out),
         _executor(options) as executor,
@@ -329,6 +340,7 @@ def gear_field(options: argparse.Namespace) -> int:
     if not isinstance(case, GearboxCase):
         raise InputError(f"{options.case}: {case.name} is a radiator: it has no gears")
     fidelity, angle = _fidelity(options, [case]), radians(options.wheel_angle)
+    require(options.out.suffix == ".h5", f"--out {options.out}: the field is written as HDF5: end it in .h5")
     made = loaded_gear(case, fidelity, options.gear, stage=options.stage, angle=angle)
     hdf5.save(made, options.out)
     teeth = ", ".join(str(tooth) for tooth in made.loaded_teeth)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import logging
 import sys
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
+from nvhchain.cli.output import show
 from nvhchain.errors import InputError
 from nvhchain.names import printable
 
@@ -20,6 +21,21 @@ class _Lines(logging.Formatter):
 
     def format(self, record: logging.LogRecord) -> str:
         return printable(super().format(record))
+
+
+class _File(logging.FileHandler):
+    """File of a log; that it cannot be written is said once, and the command goes on."""
+
+    _told = False
+
+    def handleError(self, record: logging.LogRecord) -> None:
+        error = sys.exc_info()[1]
+        if not self._told:
+            self._told = True
+            reason = getattr(error, "strerror", None) or error
+            show(
+                f"{self.baseFilename}: the log cannot be written ({reason}): make room or name another file", error=True
+            )
 
 
 @contextmanager
@@ -36,12 +52,18 @@ def logged(verbosity: int, path: Path | None) -> Iterator[None]:
             _add(stack, log, lines, _LEVELS[min(verbosity, 2)])
         if path is not None:
             try:
-                file = logging.FileHandler(path, encoding="utf-8")
+                file = _File(path, encoding="utf-8")
             except OSError as error:
                 raise InputError(f"{path}: {error.strerror}: name another file for --log-file") from None
-            stack.callback(file.close)
+            stack.callback(_closed, file)
             _add(stack, log, file, logging.DEBUG)
         yield
+
+
+def _closed(file: logging.FileHandler) -> None:
+    """Close a file; what could not be written is told already."""
+    with suppress(OSError):
+        file.close()
 
 
 def _add(stack: ExitStack, log: logging.Logger, handler: logging.Handler, level: int) -> None:

@@ -1,4 +1,4 @@
-"""SIGTERM as an interruption: it ends a command as Ctrl-C does, with its children and its temporary files.
+"""SIGTERM and SIGHUP as interruptions: they end a command as Ctrl-C does, with its children and temporary files.
 
 Python runs handlers of signals between any two of its operations. It drops an exception raised while it deletes an
 object, or in a function that C code has called. A dropped interruption is raised again. It comes too late where the C
@@ -29,12 +29,19 @@ of the kernel is a segmentation fault.
 
 
 class Terminated(KeyboardInterrupt):
-    """Interruption by SIGTERM."""
+    """Interruption by SIGTERM, or by SIGHUP, the end of the terminal.
+
+    number: number of the signal.
+    """
+
+    def __init__(self, number: int = signal.SIGTERM) -> None:
+        super().__init__()
+        self.number = number
 
 
 @contextmanager
 def termination_interrupts() -> Iterator[None]:
-    """Let SIGTERM end child processes, which Ctrl-C reaches through the terminal, and raise Terminated.
+    """Let SIGTERM and SIGHUP end child processes, which Ctrl-C reaches through the terminal, and raise Terminated.
 
     Neither interrupts functions of `_CALLED_BY_C`. Handlers of Ctrl-C that a program has set remain. Modules in C turn
     an interruption of what they import into an ImportError of their own: it is raised as the interruption. Some print
@@ -44,6 +51,8 @@ def termination_interrupts() -> Iterator[None]:
         yield
         return
     numbers = [signal.SIGTERM]
+    if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_DFL:  # not under nohup
+        numbers.append(signal.SIGHUP)
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         numbers.append(signal.SIGINT)
     before, hooks = [signal.signal(number, _interrupt) for number in numbers], (sys.unraisablehook, sys.excepthook)
@@ -102,10 +111,10 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
         _send_again(signal.Signals(number))
         return
     logging.getLogger("asyncio").disabled = True  # tasks of dask end with their workers, and would print it
-    _raised.append(KeyboardInterrupt() if number == signal.SIGINT else Terminated())
+    _raised.append(KeyboardInterrupt() if number == signal.SIGINT else Terminated(number))
     if number == signal.SIGINT:
         raise _raised[-1]
-    signal.signal(signal.SIGTERM, signal.SIG_IGN)  # a second one does not disturb the end
+    signal.signal(number, signal.SIG_IGN)  # a second one does not disturb the end
     for child in psutil.Process().children(recursive=True):
         with suppress(psutil.Error):
             child.terminate()

@@ -18,8 +18,8 @@ from typing import Any, TypeVar
 import h5py
 import numpy as np
 
-from nvhchain.errors import FileFormatError, InputError, require
-from nvhchain.files.atomic_write import content_of, write_atomic
+from nvhchain.errors import FileFormatError, InputError, WriteError, require
+from nvhchain.files.atomic_write import FULL, content_of, write_atomic
 from nvhchain.handoff import HAND_OFFS, Accuracy, HandOff
 from nvhchain.handoff.base import Declared
 from nvhchain.handoff.declared import LABELS, Quantity
@@ -49,6 +49,10 @@ def writable_folder(folder: str | Path, name: str) -> Path:
         place.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=place).close()
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+        if isinstance(error, OSError) and error.errno in FULL:
+            raise WriteError(
+                f"{name} = {str(folder)!r}: {error.strerror}: make room there or name another folder", error.errno
+            ) from error
         raise InputError(
             f"{name} = {str(folder)!r} cannot take files ({getattr(error, 'strerror', error)}): name another folder"
         ) from error

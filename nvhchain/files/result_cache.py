@@ -22,7 +22,15 @@ from filelock import FileLock, Timeout
 
 from nvhchain import __version__
 from nvhchain.conventions import Progress
-from nvhchain.errors import AccuracyWarning, FileFormatError, collected_warnings, concerning, subject, warn_again
+from nvhchain.errors import (
+    AccuracyWarning,
+    FileFormatError,
+    checked_warnings,
+    collected_warnings,
+    concerning,
+    subject,
+    warn_again,
+)
 from nvhchain.files import hdf5
 from nvhchain.files.atomic_write import write_atomic
 from nvhchain.handoff import HandOff, warn_of
@@ -104,7 +112,8 @@ def cached_result(path: Path | None, kind: type[H], key: str) -> H | None:
         return None
     try:
         hand_off = hdf5.load(path, kind)
-    except FileFormatError:
+        checked_warnings(hand_off.provenance.get("warnings", ()))
+    except (FileFormatError, ValueError):
         return None
     return hand_off if hand_off.provenance.get("key") == key else None
 
@@ -317,7 +326,7 @@ class ResultCache:
             _log.info("%s: cached in %s", stage, path)
             self.watcher.end(stage, "cached")
             warn_of(there)
-            for text, its_kind, about in there.provenance.get("warnings", ()):
+            for text, its_kind, about in checked_warnings(there.provenance.get("warnings", ())):
                 warn_again(text, its_kind, about)
             return there
 

@@ -74,7 +74,7 @@ def _stale_files(case: Case, fidelity: Fidelity, folder: Path) -> list[Path]:
         earlier = json.loads((folder / "case.json").read_text(encoding="utf-8"))
         now = json.loads(_record(case, fidelity))
         before, after = (_changing({key: of[key] for key in earlier.keys() & now.keys()}) for of in (earlier, now))
-    except (OSError, ValueError, TypeError, KeyError):
+    except (OSError, ValueError, TypeError, KeyError, RecursionError):
         return []
     if before == after:
         return []

@@ -148,7 +148,7 @@ def _remove_earlier(out: Path) -> None:
     try:
         names = list(json.loads((out / "summary.json").read_text(encoding="utf-8"))["configurations"])
         check_names(names, "configurations")
-    except (OSError, ValueError, TypeError, KeyError, InputError):
+    except (OSError, ValueError, TypeError, KeyError, InputError, RecursionError):
         names = []
     for file in _common_files(out, names) if names else (out / "summary.json",):
         file.unlink(missing_ok=True)
@@ -165,7 +165,7 @@ def _own_files(out: Path, results: Mapping[str, Result]) -> Iterator[Path]:
     yield from (file for file in _common_files(out, results) if file.is_file())
     shared = set[Path]()
     for name, result in results.items():
-        yield from sorted(path for path in (out / name).iterdir() if path.suffix in (".h5", ".json"))
+        yield from sorted(path for path in (out / name).iterdir() if path.suffix in (".h5", ".json") and path.is_file())
         given = (value if isinstance(value, tuple) else (value,) for value in vars(result).values())
         made = (origin(one) for values in given for one in values if isinstance(one, HandOff))
         shared |= {out / OPERATORS / f"{step}-{key[:10]}.h5" for step, key in filter(None, made)}

@@ -315,7 +315,7 @@ def json_table(path: Path) -> dict[str, Any]:
         return {}
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise InputError(f"{path} cannot be read ({error}): run `nvhchain run` or `compare` again") from None
     require(isinstance(found, dict) and bool(found), f"{path} holds no table: run `nvhchain run` or `compare` again")
     return dict(found)

@@ -10,11 +10,11 @@ import platform
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 from nvhchain.case import Case
-from nvhchain.errors import AccuracyWarning, warn_again
+from nvhchain.errors import AccuracyWarning, Repeated, checked_warnings, warn_again
 from nvhchain.fidelity import Fidelity
 from nvhchain.files.hdf5 import write_text
 from nvhchain.files.result_cache import fingerprint
@@ -102,9 +102,11 @@ def stands_already(
     return _record(out, fingerprint_of(cases, fidelity, states)) is not None
 
 
-def _record(out: Path, key: str | None) -> tuple[dict[str, Any], list[tuple[str, str, list[str]]]] | None:
+def _record(out: Path, key: str | None) -> tuple[dict[str, Any], list[Repeated]] | None:
     """Return summary and warnings of a comparison whose files are all as they were written, or None."""
     try:
+        if not all((out / name).is_file() for name in (RECORD, "summary.json")):
+            return None
         content, summary = ((out / name).read_bytes() for name in (RECORD, "summary.json"))
         digest, _, text = content.partition(b"\n")
         if key is None or digest.decode() != hashlib.sha256(text).hexdigest():
@@ -114,17 +116,16 @@ def _record(out: Path, key: str | None) -> tuple[dict[str, Any], list[tuple[str,
             return None
         if not all(_is_whole(out, name, digest) for name, digest in record["files"].items()):
             return None
-        told = [(str(text), str(kind), [str(name) for name in about]) for text, kind, about in record["warnings"]]
-        return dict(json.loads(summary)), told
+        return dict(json.loads(summary)), checked_warnings(record["warnings"])
     except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError):
         return None
 
 
 def _is_whole(out: Path, name: str, digest: str) -> bool:
     """Return True for a regular file inside the folder that has this digest."""
-    path = out / name
-    inside = ".." not in path.parts and path.is_relative_to(out)
-    return inside and path.is_file() and _digest(path) == digest
+    place = PurePosixPath(name)
+    inside = ".." not in place.parts and not place.is_absolute()
+    return inside and (out / place).is_file() and _digest(out / place) == digest
 
 
 def keep_record(out: Path, key: str | None, files: Iterable[Path], warnings: Sequence[AccuracyWarning]) -> None:
@@ -135,14 +136,13 @@ def keep_record(out: Path, key: str | None, files: Iterable[Path], warnings: Seq
     """
     if key is None:
         return
+    told = [(str(each), each.kind, each.about) for each in warnings]
     try:
         digests = {path.relative_to(out).as_posix(): _digest(path) for path in files}
-    except OSError as error:  # of another user, or removed since: the comparison itself is finished
+        text = json.dumps({"key": key, "files": digests, "warnings": told}) + "\n"
+        write_text(out / RECORD, f"{hashlib.sha256(text.encode()).hexdigest()}\n{text}")
+    except OSError as error:  # the comparison itself is finished
         _log.info("%s: not kept for a later call (%s)", out, error)
-        return
-    told = [(str(each), each.kind, each.about) for each in warnings]
-    text = json.dumps({"key": key, "files": digests, "warnings": told}) + "\n"
-    write_text(out / RECORD, f"{hashlib.sha256(text.encode()).hexdigest()}\n{text}")
 
 
 def _digest(path: Path) -> str:

@@ -88,6 +88,17 @@ def test_warnings_without_a_statement_of_accuracy_are_repeated_too(tmp_path):
     assert len(found) == 1
 
 
+@pytest.mark.parametrize(
+    "nonsense", [5, None, "abc", [["x"]], [[1, 2, 3]], [["x", "y", 5]], [["x", "y", ["z"] * 3000]]]
+)
+def test_a_file_with_other_warnings_is_damaged(nonsense, counted):
+    run, calls, folder = counted
+    made = run(1.0)
+    hdf5.save(made.replace(provenance=made.provenance | {"warnings": nonsense}), folder / "pressure.h5")
+    assert run(1.0).content_hash == made.content_hash
+    assert len(calls) == 2
+
+
 def test_a_stale_statement_of_accuracy_reaches_nothing_that_follows(tmp_path):
     """Three steps of a run: vectors whose file states another accuracy than before are vectors of their own."""
     made = []

@@ -8,7 +8,7 @@ from pathlib import Path
 _HEAD = """
 import sys
 import gmsh
-gmsh.initialize(interruptible=False)
+gmsh.initialize(readConfigFiles=False, interruptible=False)
 gmsh.option.setNumber("General.Terminal", 0)
 gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
 occ = gmsh.model.occ

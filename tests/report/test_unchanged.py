@@ -123,6 +123,7 @@ def test_a_flipped_bit_anywhere_makes_the_record_none(sphere, written):
         {"warnings": None},
         {"warnings": [["text", "kind"]]},
         {"warnings": [["text", "kind", 5]]},
+        {"warnings": [["text", "kind", ["name"] * 3000]]},
         {"key": None},
         {"key": "another"},
         {"files": {}},
@@ -248,6 +249,24 @@ def test_files_beside_a_strange_summary_are_not_removed(content, tmp_path):
     (tmp_path / "summary.json").write_text(content)
     comparison._remove_earlier(tmp_path)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["levels.png", "report.html"]
+
+
+def test_a_folder_may_be_named_from_above(sphere, written, monkeypatch):
+    out, _ = written
+    monkeypatch.chdir(out)
+    assert again([sphere], f"../{out.name}")[1].folders
+
+
+@pytest.mark.parametrize("name", [unchanged.RECORD, "summary.json"])
+def test_pipes_and_folders_in_place_of_its_files_are_no_record(name, sphere, written):
+    out, _ = written
+    key = unchanged.fingerprint_of([sphere], nvh.DRAFT, (None, None))
+    (out / name).unlink()
+    os.mkfifo(out / name)
+    assert unchanged.earlier_summary(out, key) is None
+    (out / name).unlink()
+    (out / name).mkdir()
+    assert unchanged.earlier_summary(out, key) is None
 
 
 def test_operators_of_other_designs_are_not_looked_at(sphere, written):

@@ -155,7 +155,7 @@ def test_a_child_that_ends_early_does_not_end_a_script_that_uses_gmsh():
     script = """
 import gmsh
 from nvhchain.runtime import processes
-gmsh.initialize(interruptible=False)
+gmsh.initialize(readConfigFiles=False, interruptible=False)
 print(processes.exchange("-c", "", content=bytes(2**24), seconds=60.0).returncode)
 """
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)

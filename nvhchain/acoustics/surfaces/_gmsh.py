@@ -45,7 +45,7 @@ def _remeshed(job: bytes) -> dict[str, np.ndarray]:
     with np.load(io.BytesIO(job)) as file:
         vertices, triangles = file["vertices"], file["triangles"]
         size, angle = float(file["element_size"]), float(file["sharp_angle"])
-    gmsh.initialize(interruptible=False)
+    gmsh.initialize(readConfigFiles=False, interruptible=False)
     for name, value in {
         "General.Terminal": 0,
         "General.NumThreads": 1,

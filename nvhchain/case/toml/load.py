@@ -18,7 +18,7 @@ from nvhchain.case.sound import check_targets
 from nvhchain.case.toml.lines import Table, add_line, merged_places, placed
 from nvhchain.case.toml.mended import mended
 from nvhchain.case.toml.missing import REQUIRED, assumed_stiffness, missing_values
-from nvhchain.case.toml.read import TOO_LONG, check_texts, read_toml
+from nvhchain.case.toml.read import TOO_DEEP, TOO_LONG, check_texts, read_toml
 from nvhchain.case.toml.table import build
 from nvhchain.dimensions import strip_unit
 from nvhchain.errors import InputError, Mistakes, mistakes, require
@@ -227,8 +227,11 @@ def _place_files(table: Mapping[str, Any], folder: Path) -> None:
 def _read(path: Path, open_files: tuple[Path, ...]) -> Table:
     require(path.resolve() not in open_files, f"{path}: base files refer to each other in a circle")
     content, text = read_toml(path)
-    table: Table = placed(content, text, str(path))
-    check_texts(table, f"{path}")
+    try:
+        table: Table = placed(content, text, str(path))
+        check_texts(table, f"{path}")
+    except RecursionError:
+        raise InputError(f"{path}: {TOO_DEEP}") from None
     base = table.pop("base", None)
     if base is None:
         return table

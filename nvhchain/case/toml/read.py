@@ -39,11 +39,16 @@ def read_toml(path: Path) -> tuple[dict[str, Any], str]:
         raise InputError(f"{path}: byte {error.start + 1} is none of UTF-8 text: save the file as UTF-8") from None
     except tomllib.TOMLDecodeError as error:
         raise InputError(_syntax(str(error), path)) from None
+    except RecursionError:
+        raise InputError(f"{path}: {TOO_DEEP}") from None
     except InputError:
         raise
     except ValueError:
         raise InputError(f"{path}: {TOO_LONG}") from None
 
+
+TOO_DEEP = "tables or lists are nested in hundreds of others: a case needs less than ten levels"
+"""Refusal of tables that no reader can follow."""
 
 TOO_LONG = "a whole number lies beyond 64 bits: write it as a decimal, such as 1e20"
 """Refusal of whole numbers beyond those of TOML (64 bits)."""

@@ -90,7 +90,7 @@ def _served(job: bytes) -> dict[str, Any]:
 def _meshed(job: dict[str, Any]) -> dict[str, Any]:
     import gmsh
 
-    gmsh.initialize(interruptible=False)
+    gmsh.initialize(readConfigFiles=False, interruptible=False)
     gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
     for name, value in {
         "General.Terminal": 0,

@@ -50,7 +50,7 @@ def _meshed(job: bytes) -> dict[str, np.ndarray]:
     import gmsh
 
     recipe = json.loads(job)
-    gmsh.initialize(interruptible=False)
+    gmsh.initialize(readConfigFiles=False, interruptible=False)
     option = gmsh.option.setNumber
     for name, value in {
         "General.Terminal": 0,

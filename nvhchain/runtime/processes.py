@@ -136,8 +136,14 @@ def _ignore_broken_pipes() -> None:
 
 
 def _child_environment(added: Mapping[str, str] | None) -> dict[str, str]:
-    """Return the environment of a child, in which warnings of other packages are no errors."""
-    return {name: value for name, value in os.environ.items() if name != "PYTHONWARNINGS"} | dict(added or {})
+    """Return the environment of a child, in which warnings of other packages are no errors.
+
+    An empty entry of PYTHONPATH would be the working directory.
+    """
+    kept = {name: value for name, value in os.environ.items() if name != "PYTHONWARNINGS"}
+    if "PYTHONPATH" in kept:
+        kept["PYTHONPATH"] = os.pathsep.join(filter(None, kept["PYTHONPATH"].split(os.pathsep)))
+    return kept | dict(added or {})
 
 
 @contextmanager

@@ -7,11 +7,14 @@ import sys
 import time
 from contextlib import ExitStack
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
+from nvhchain import __main__
 from nvhchain.acoustics.surfaces import needles
 from nvhchain.cli import main
+from nvhchain.runtime import processes
 from nvhchain.runtime.folder_lock import hold_folder
 from nvhchain.testing.bodies import turned
 
@@ -151,3 +154,19 @@ def test_nohup_is_respected(tmp_path):
     time.sleep(0.3)
     os.kill(running.pid, signal.SIGHUP)
     assert running.wait(timeout=60) == 0
+
+
+def test_an_interruption_while_the_command_is_imported_ends_in_a_line(monkeypatch, capsys):
+    class Interrupted(ModuleType):
+        def __getattr__(self, name):
+            raise KeyboardInterrupt
+
+    monkeypatch.setitem(sys.modules, "nvhchain.cli", Interrupted("nvhchain.cli"))
+    assert __main__.main() == 130
+    assert capsys.readouterr().err == "nvhchain: interrupted\n"
+
+
+def test_children_have_no_empty_place_in_their_path(monkeypatch):
+    """It would be the working directory."""
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(["", "/x", "", "/y", ""]))
+    assert processes._child_environment(None)["PYTHONPATH"] == os.pathsep.join(["/x", "/y"])

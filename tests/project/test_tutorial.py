@@ -47,7 +47,7 @@ def levels(text, name):
 def test_metadata_of_the_wheel_name_version_command_and_places(installed):
     (found,) = distributions(path=[str(installed)])
     assert (found.metadata["Name"], found.version) == ("nvhchain", "0.1.0")
-    assert [entry.value for entry in found.entry_points if entry.name == "nvhchain"] == ["nvhchain.cli:main"]
+    assert [entry.value for entry in found.entry_points if entry.name == "nvhchain"] == ["nvhchain.__main__:main"]
     assert not any("Linux" in each for each in found.metadata.get_all("Classifier"))
 
 

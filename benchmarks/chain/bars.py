@@ -1,4 +1,4 @@
-"""Seconds that a user waits for a comparison, another design, another speed and what is kept, beside what was asked.
+"""Seconds that a user waits for a comparison, another design, another speed and no change, beside those asked.
 
     python -m benchmarks bars OUT [draft standard]
 

@@ -303,7 +303,7 @@ def test_a_gear_knob_recomputes_no_housing_and_no_transfer_vectors(gearbox, tiny
 @pytest.mark.slow
 def test_a_variant_that_the_chain_refuses_is_a_row_with_its_reason(sphere, tmp_path, monkeypatch, here):
     here("draft")
-    monkeypatch.setattr(catalogue, "KNOBS", (Knob("acoustics", ("master_tolerance_db",), ((0.1,),)),))
+    monkeypatch.setattr(catalogue, "SWEPT_KNOBS", (Knob("acoustics", ("master_tolerance_db",), ((0.1,),)),))
     few = replace(nvh.DRAFT, acoustics=replace(nvh.DRAFT.acoustics, masters=7))
     sweep = tradeoff(sphere, out=tmp_path, fidelity=few, knobs=["acoustics.master_tolerance_db"])
     refused = [row for row in sweep.measurements if row.refused]

@@ -23,7 +23,7 @@ from nvhchain.fidelity import Fidelity, HousingFidelity
 from nvhchain.housing import reduction
 from nvhchain.testing.coarse_runs import TINY, small_gearbox
 from nvhchain.tradeoff import (
-    KNOBS,
+    SWEPT_KNOBS,
     Deviation,
     Measurement,
     Tradeoff,
@@ -38,7 +38,7 @@ EVERY_VALUE = ("dynamics", "acoustics.radiation")
 
 BETWEEN_LINES = [f"acoustics.{name}" for name in ("master_tolerance_db", "interpolation_points", "interpolation_poles")]
 OF_FACES = ["acoustics.elements_per_wavelength"]
-RUN_UP = [knob.name for knob in KNOBS if knob.run_up]
+RUN_UP = [knob.name for knob in SWEPT_KNOBS if knob.run_up]
 STRIKING = "dynamics.path_correction"
 
 

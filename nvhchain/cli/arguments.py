@@ -21,7 +21,7 @@ EXIT_CODES = {
     "1": "the system refused, such as a full disk, or a solver failed",
     "2": "input that is missing or cannot be used; one line on standard error for every mistake",
     "3": "a target of a case is failed or cannot be judged, with `--enforce`",
-    "130, 143": "stopped by Ctrl-C or SIGTERM; finished steps are cached",
+    "130, 143, 129": "stopped by Ctrl-C, SIGTERM or the end of the terminal; finished steps are cached",
 }
 """Exit code → its meaning."""
 

@@ -124,6 +124,11 @@ def test_a_run_waits_for_another_in_its_folder(tmp_path):
     assert "dB(A)" in out
 
 
+def heeded():
+    """Heed the signal, which a test under nohup inherits as one to be ignored."""
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
 def test_the_end_of_a_terminal_ends_a_command_as_sigterm_does(tmp_path):
     command = [
         sys.executable,
@@ -137,7 +142,7 @@ def test_the_end_of_a_terminal_ends_a_command_as_sigterm_does(tmp_path):
         "--out",
         str(tmp_path),
     ]
-    running = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    running = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, preexec_fn=heeded)
     for line in running.stderr:
         if "…" in line:
             break

@@ -61,7 +61,8 @@ BARS = (
         ("compare", SOLID, "--set", "operation.input_torque=200"),
         {"draft": 3.0, "standard": 3.0},
     ),
-    Bar("no change", ("compare", SOLID), {"draft": 2.0, "standard": 2.0}),
+    Bar("one of the designs alone, its steps cached", ("compare", SOLID), {"draft": 2.0, "standard": 2.0}),
+    Bar("no change", ("compare", SOLID, SLOTTED), {"draft": 2.0, "standard": 2.0}),
 )
 COLD = Bar("first comparison, not compiled", BARS[0].words, {"draft": 75.0}, fresh=True)
 

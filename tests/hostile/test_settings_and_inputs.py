@@ -19,6 +19,7 @@ from nvhchain.runtime.folder_lock import hold_folder
 from nvhchain.testing.bodies import turned
 
 SPHERE = Path("cases/sphere/pulsating.toml").resolve()
+PACKAGE = Path(__main__.__file__).parent
 
 
 @pytest.mark.slow
@@ -33,6 +34,17 @@ def test_settings_that_a_user_saved_for_gmsh_change_no_mesh(setting, tmp_path, m
         if hasattr(kept, "cache_clear"):
             kept.cache_clear()
     assert needles.remesh_needles(given, 0.03).surface.content_hash == plain.content_hash
+
+
+def test_no_call_of_gmsh_reads_them():
+    starts = [
+        (path.name, line.strip())
+        for path in PACKAGE.rglob("*.py")
+        for line in path.read_text(encoding="utf-8").splitlines()
+        if "gmsh.initialize(" in line
+    ]
+    assert len(starts) == 4
+    assert [start for start in starts if "readConfigFiles=False" not in start[1]] == []
 
 
 @pytest.mark.parametrize(
@@ -97,23 +109,16 @@ def test_a_log_on_a_full_disk_is_told_once_and_stops_nothing(tmp_path, capsys):
     assert told == ["/dev/full: the log cannot be written (No space left on device): make room or name another file"]
 
 
+def run_elsewhere(out, fidelity, *words, **options):
+    """Start a run in a process of its own, whose output is read here."""
+    command = [sys.executable, "-P", "-m", "nvhchain", "run", SPHERE, "--fidelity", fidelity, "--out", out, *words]
+    return subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, **options)
+
+
 def test_a_run_waits_for_another_in_its_folder(tmp_path):
     with ExitStack() as held:
         held.enter_context(hold_folder(tmp_path))
-        command = [
-            sys.executable,
-            "-P",
-            "-m",
-            "nvhchain",
-            "run",
-            str(SPHERE),
-            "--fidelity",
-            "draft",
-            "--out",
-            tmp_path,
-            "-v",
-        ]
-        waiting = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        waiting = run_elsewhere(tmp_path, "draft", "-v")
         for line in waiting.stderr:
             if "waits" in line:
                 break
@@ -130,19 +135,7 @@ def heeded():
 
 
 def test_the_end_of_a_terminal_ends_a_command_as_sigterm_does(tmp_path):
-    command = [
-        sys.executable,
-        "-P",
-        "-m",
-        "nvhchain",
-        "run",
-        str(SPHERE),
-        "--fidelity",
-        "standard",
-        "--out",
-        str(tmp_path),
-    ]
-    running = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, preexec_fn=heeded)
+    running = run_elsewhere(tmp_path, "standard", preexec_fn=heeded)
     for line in running.stderr:
         if "…" in line:
             break

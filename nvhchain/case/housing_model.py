@@ -232,6 +232,10 @@ class HousingModes(Housing):
         surface = None if self.surface is None else self.surface.solved(Path(case.folder), face_size)
         return self.model(case), surface, case.seats
 
+    def included_content(self, case: GearboxCase) -> ModalModel:
+        """Return the modes with what a deck or further files hold."""
+        return self.model(case)
+
     def panels(self, case: GearboxCase, surface: Surface) -> Panels | None:
         """Return the groups of nodes on the surface; others, such as those of the seats, are no panels."""
         model = self.model(case)

@@ -4,10 +4,12 @@ from dataclasses import asdict, fields, replace
 
 import pytest
 
+import nvhchain as nvh
 from nvhchain.case import HousingModel, ModalResults, Ramp, SurfaceFile
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DRAFT, REFERENCE, STANDARD
 from nvhchain.tradeoff import SWEPT_KNOBS, UNSWEPT, knobs_of, records, variants
+from nvhchain.tradeoff.sweep import case_identity
 
 STAGES = ("gear", "dynamics", "housing", "acoustics")
 
@@ -124,3 +126,17 @@ def test_knobs_are_chosen_by_knob_field_or_stage_and_unknown_names_are_refused(g
     assert "dynamics.mesh_level=contact" in known
     for name in known:
         knobs_of(gearbox, [name])
+
+
+def test_a_deck_beside_modes_belongs_to_the_identity_of_a_case(tmp_path, pytestconfig, monkeypatch):
+    """The case names it, and so do further files of a superelement."""
+    case = nvh.load_case(pytestconfig.rootpath / "cases" / "small" / "single_stage.toml")
+    (tmp_path / "modes.pch").write_text("modes")
+    (tmp_path / "deck.bdf").write_text("one deck")
+    housing = ModalResults("modes.pch", deck="deck.bdf")
+    imported = replace(case, housing=housing, folder=str(tmp_path))
+    monkeypatch.setattr(ModalResults, "model", lambda self, case: (tmp_path / self.deck).read_bytes())
+    before = case_identity(imported)
+    assert case_identity(imported) == before
+    (tmp_path / "deck.bdf").write_text("another one")
+    assert case_identity(imported) != before

@@ -5,19 +5,16 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor, ThreadPoolExecutor
-from contextlib import ExitStack, contextmanager
+from concurrent.futures import Executor
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
-import numpy as np
-
-from nvhchain import chain, levels, plots
+from nvhchain import chain, plots
 from nvhchain.case import Case
 from nvhchain.chain.result import Result
 from nvhchain.chain.running import OPERATORS
-from nvhchain.error_band import ErrorBand
 from nvhchain.errors import InputError, collected_warnings, require
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.files.hdf5 import writable_folder, write_text
@@ -25,15 +22,13 @@ from nvhchain.files.result_cache import Watcher, origin
 from nvhchain.handoff import HandOff
 from nvhchain.kinds import checked
 from nvhchain.names import check_names
-from nvhchain.plots.files import save
 from nvhchain.report.case_record import recorded_case
-from nvhchain.report.marks import order_marks
 from nvhchain.report.page import write_page
+from nvhchain.report.pictures.names import RUN_UP, STATES, STEADY, SURFACE
 from nvhchain.report.recorded_modes import record_modes
-from nvhchain.report.run_up import curve_title, curves_of, run_up_maps
 from nvhchain.report.sound.microphones import add_balloons
 from nvhchain.report.sound.write import write_sounds
-from nvhchain.report.steady_states import FIGURE, TABLE, steady_maps
+from nvhchain.report.steady_states import TABLE, steady_maps
 from nvhchain.report.summary import transmission_errors, write_summary
 from nvhchain.report.unchanged import RECORD, earlier_summary, fingerprint_of, keep_record
 from nvhchain.runtime.folder_lock import hold_folder
@@ -47,10 +42,6 @@ Answered = Callable[[dict[str, Any]], None]
 """Receiver of the content of summary.json before figures of the run and the page are made."""
 
 _WRITTEN = ("summary.json", "report.html", "differences.txt", "differences.csv")
-
-_STEADY = ("pressure_spectrum.png", "pressure_history.png", "bearing_forces.png", "transmission_errors.png")
-
-_RUN_UP = ("waterfall.png", "orders.png", "levels.png")
 
 _SAME_PLACE = 1e-6
 """Distance (m) of microphones up to which they stand at one place."""
@@ -156,8 +147,8 @@ def _remove_earlier(out: Path) -> None:
 
 def _common_files(out: Path, names: Iterable[str]) -> Iterator[Path]:
     """Yield the files that a comparison of cases of these names may write beside their folders."""
-    kinds = [file.format(name) for name in names for file in ("sound-{}.wav", "surface_velocity-{}.png")]
-    yield from (out / name for name in (*_WRITTEN, TABLE, FIGURE, *_STEADY, *_RUN_UP, *kinds))
+    kinds = [file.format(name) for name in names for file in ("sound-{}.wav", SURFACE)]
+    yield from (out / name for name in (*_WRITTEN, TABLE, STATES, *STEADY, *RUN_UP, *kinds))
 
 
 def _own_files(out: Path, results: Mapping[str, Result]) -> Iterator[Path]:
@@ -196,12 +187,8 @@ def _compared(
         results = {name: replace(of, decision=decisions.get(name)) for name, of in results.items()}
     for name, result in results.items():
         record_modes(result.case, fidelity=fidelity, out=out / name, operators=out / OPERATORS)
-    if not running_up:
-        with _surface_pictures(results, out):
-            maps = _maps(results, states, out, out / OPERATORS, watcher)
-            summary = _written(results, out, _steady_figures, maps, answered)
-        return summary, results
-    return _written(results, out, _run_up_figures, {}, answered), results
+    maps = {} if running_up else _maps(results, states, out, out / OPERATORS, watcher)
+    return _written(results, out, maps, answered), results
 
 
 def _maps(
@@ -216,7 +203,6 @@ def _maps(
 def _written(
     results: Mapping[str, Result],
     out: Path,
-    figures: Callable[[Mapping[str, Result], Path], None],
     maps: Mapping[str, Any],
     answered: Answered | None,
 ) -> dict[str, Any]:
@@ -224,13 +210,25 @@ def _written(
     summary = write_summary(results, out, sounds=write_sounds(results, out), maps=maps)
     if answered is not None:
         answered(summary)
-    figures(results, out)
+    _draw(results, out)
     table = plots.difference_table(summary["configurations"])
     write_text(out / "differences.txt", table.text() + "\n")
     write_text(out / "differences.csv", table.csv())
     add_balloons(out)
     write_page(out)
     return summary
+
+
+def _draw(results: Mapping[str, Result], out: Path) -> None:
+    """Draw the figures."""
+    from nvhchain.report.pictures import compared  # opens matplotlib, after the answer
+
+    if _running_up([result.case for result in results.values()]):
+        compared.run_up_figures(results, out)
+        return
+    curves = {name: transmission_errors(result) for name, result in results.items()}
+    with compared.surface_pictures(results, out):
+        compared.steady_figures(results, curves, out)
 
 
 @one_blas_thread
@@ -287,76 +285,3 @@ def _running_up(cases: Sequence[Case]) -> bool:
     kinds = {case.running_up for case in cases}
     require(len(kinds) == 1, "run-ups and constant speeds cannot be compared: give one kind of cases")
     return kinds == {True}
-
-
-@contextmanager
-def _surface_pictures(results: Mapping[str, Result], out: Path) -> Iterator[None]:
-    """Render pictures of the surfaces, which take seconds each, in a thread, and save them at the end.
-
-    They show the line that is loudest in dB(A) at the first field point.
-    """
-    moving = {name: result for name, result in results.items() if result.surface_velocity is not None}
-    lines = {name: _loudest_line(result) for name, result in moving.items()}
-    with ThreadPoolExecutor(max_workers=1) as beside:
-        pictures = {
-            name: beside.submit(plots.rendered_surface, result.surface_velocity, line=lines[name])  # type: ignore[arg-type]
-            for name, result in moving.items()
-        }
-        try:
-            yield
-        except BaseException:
-            beside.shutdown(wait=False, cancel_futures=True)
-            raise
-        for name, picture in pictures.items():
-            velocity, image = results[name].surface_velocity, picture.result()
-            assert velocity is not None
-            axes = plots.surface_velocity(velocity, line=lines[name], name=name, image=image, engine="matplotlib")
-            save([axes], out / f"surface_velocity-{name}.png")
-
-
-def _loudest_line(result: Result) -> int | None:
-    """Return the line of the surface velocity that is loudest in dB(A) at the first field point."""
-    velocity, pressure = result.surface_velocity, result.pressure
-    assert velocity is not None
-    if pressure is None:
-        return None
-    weighted = levels.decibel(pressure.pressure[:, 0]) + levels.a_weighting(pressure.frequency)
-    return int(np.abs(velocity.frequency - pressure.frequency[weighted.argmax()]).argmin())
-
-
-def _run_up_figures(results: Mapping[str, Result], out: Path) -> None:
-    """Draw waterfalls and curves over speed at the first field point."""
-    marks = order_marks([result.case for result in results.values()])
-    histories = {name: result.pressure_history for name, result in results.items() if result.pressure_history}
-    band = max(result.case.band.high for result in results.values() if hasattr(result.case, "band"))
-    maps = run_up_maps(histories, marks, high=band)
-    *pictures, levels_picture = _RUN_UP
-    for number, picture in enumerate(pictures):
-        drawn = {name: of[number] for name, of in maps.items()}
-        save(plots.waterfall_maps(drawn, unit="Pa", marks=marks), out / picture)
-    profiles = {
-        name: {curve_title(of): (of.speed, of.level) for of in curves}
-        for name, curves in curves_of(maps, marks).items()
-    }
-    save(plots.levels_over_speed(profiles), out / levels_picture)
-
-
-def _steady_figures(results: Mapping[str, Result], out: Path) -> None:
-    """Draw sound, forces and transmission errors."""
-    spectrum, history, bearings, transmission = (out / name for name in _STEADY)
-    pressures = {name: result.pressure for name, result in results.items() if result.pressure is not None}
-    marks = order_marks([result.case for result in results.values()])
-    bands = {name: band for name in pressures if isinstance(band := results[name].error_band, ErrorBand)}
-    save(plots.pressure_spectrum(pressures, marks=marks, bands=bands), spectrum)
-    steady = {name: pressure for name, pressure in pressures.items() if pressure.input_speed}
-    if steady:
-        save(plots.pressure_history(steady), history)
-    spectra = {name: r.force_spectrum for name, r in results.items() if r.force_spectrum is not None}
-    if spectra:
-        save(plots.bearing_force_spectra(spectra, marks=marks), bearings)
-    errors: dict[str, dict[str, Any]] = {}
-    for name, result in results.items():
-        for stage, curve in transmission_errors(result).items():
-            errors.setdefault(stage, {})[name] = curve
-    if errors:
-        save(plots.transmission_errors(errors), transmission)

@@ -9,24 +9,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from nvhchain import plots
 from nvhchain.chain import Result, SteadyMap, steady_map
-from nvhchain.error_band import ErrorBand
 from nvhchain.files.hdf5 import write_text
 from nvhchain.files.result_cache import Unwatched, Watcher
 from nvhchain.handoff import FloatArray
-from nvhchain.plots.files import save
-from nvhchain.report.marks import order_marks
+from nvhchain.report.pictures.names import STATES
 from nvhchain.report.sentences import DIFFERENCE
 
-TABLE, FIGURE = "levels_over_speed.csv", "levels_over_speed.png"
-"""Names of the files."""
-
-RANGE = 45.0
-"""Range of the figure (dB) below the highest level."""
+TABLE = "levels_over_speed.csv"
+"""Name of the table."""
 
 _RPM = 30.0 / pi
 
@@ -53,41 +45,14 @@ def steady_maps(
         watching.end(step, "computed")
     write_text(out / TABLE, _table(results, maps))
     if all(len(of.torque) == 1 for of in maps.values()):
-        save(_draw_levels(maps, results), out / FIGURE)
+        from nvhchain.report.pictures.compared import states_figure  # opens matplotlib
+
+        states_figure(maps, results, out / STATES)
     found = {name: _summary(of, results[name].case.field_points[0].name) for name, of in maps.items()}
     (_, first), *others = maps.items()
     for name, of in others:
         found[name][DIFFERENCE] = _finite(of.difference_limits(first))
     return found
-
-
-def _draw_levels(maps: Mapping[str, SteadyMap], results: Mapping[str, Result]) -> list[Axes]:
-    """Draw levels over speed, and beside them the A-weighted spectra at the speed of the cases."""
-    figure = Figure(figsize=(15.0, 5.0), layout="constrained")
-    levels, spectrum = figure.subplots(1, 2, width_ratios=(0.42, 0.58))
-    place = next(iter(results.values())).case.field_points[0].name
-    title = f"A-weighted sound pressure level at {place}, with 95 % limits, dB(A) re 20 µPa"
-    plots.levels_over_speed(
-        {name: {title: (of.speed, of.level[0, :, 0])} for name, of in maps.items()},
-        dynamic_range=RANGE,
-        limits={name: {title: of.limits[0, :, 0]} for name, of in maps.items()},
-        axes=[levels],
-    )
-    pressures = {name: result.pressure for name, result in results.items() if result.pressure is not None}
-    bands = {name: band for name in pressures if isinstance(band := results[name].error_band, ErrorBand)}
-    plots.pressure_spectrum(
-        pressures,
-        marks=order_marks([result.case for result in results.values()]),
-        bands=bands,
-        weighted=True,
-        axes=[spectrum],
-    )
-    speeds = sorted({_RPM * pressure.input_speed for pressure in pressures.values()})
-    for speed in speeds:
-        levels.axvline(speed, color="#8C8C8C", linestyle=":", zorder=0)
-    at = " and ".join(f"{speed:.6g}" for speed in speeds)
-    spectrum.set_title(f"A-weighted lines at {at} rpm (dotted on the left)", loc="left")
-    return [levels, spectrum]
 
 
 def _table(results: Mapping[str, Result], maps: Mapping[str, SteadyMap]) -> str:

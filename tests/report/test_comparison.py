@@ -23,7 +23,8 @@ from nvhchain.handoff import (
     TransferVectors,
 )
 from nvhchain.levels import a_weighting, decibel, equivalent
-from nvhchain.report import compare, comparison
+from nvhchain.report import compare
+from nvhchain.report.pictures import compared
 from nvhchain.report.summary import write_summary
 
 pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
@@ -247,7 +248,7 @@ def test_microphones_of_one_name_at_two_places_are_refused_before_a_run(request,
 def test_surfaces_are_rendered_beside_the_other_figures(request, tmp_path, monkeypatch):
     """Each waits for the other here, and one after the other would wait in vain."""
     sphere = nvh.load_case(request.config.rootpath / "cases/sphere/pulsating.toml")
-    rendering, saved, save, lines = Event(), Event(), comparison.save, set()
+    rendering, saved, save, lines = Event(), Event(), compared.save, set()
 
     def rendered(velocity, line):
         lines.add(line)
@@ -260,7 +261,7 @@ def test_surfaces_are_rendered_beside_the_other_figures(request, tmp_path, monke
         saved.set()
 
     monkeypatch.setattr("nvhchain.plots.rendered_surface", rendered)
-    monkeypatch.setattr(comparison, "save", saving)
+    monkeypatch.setattr(compared, "save", saving)
     compare([sphere, replace(sphere, name="twin")], fidelity=nvh.DRAFT, out=tmp_path)
     told = hdf5.load(tmp_path / "twin" / "pressure.h5", FieldPressure)
     assert lines == {int((decibel(told.pressure[:, 0]) + a_weighting(told.frequency)).argmax())}

@@ -30,28 +30,22 @@ from nvhchain.housing.skin.normal_motion import normal_motion
 
 _STEPS = 6
 
-_MISSED = 0.5
-"""Energy that quadratic tetrahedra in thin walls miss, over that of the stress jumps between them.
+_LEFT, _LEFT_LONG, _LEFT_ELSEWHERE = 0.15, 0.25, 0.5
+"""Error of a corrected natural frequency over the correction.
 
-Six castings with elements of 5 to 13 mm against elements of no size: 0.36 to 0.57, alike for all sizes, and 0.61 to
-0.73 where end walls are thicker than side walls (docs/measured/housing/mesh_error.md).
-"""
-
-_LEFT, _LEFT_LONG, _LEFT_ELSEWHERE = 0.4, 0.6, 1.2
-"""Error of a corrected natural frequency over the correction: at most 0.32 (RMS) on five of them, 0.44 on the sixth.
-
-With elements 3.5 to 6 times as long as their wall is thick it is 0.22 to 0.60. Other bodies miss up to 1.3 of the
-energy of the jumps in place of half of it (tests/fem/test_mesh_error.py).
+Castings with elements of 0.8 to 5 times their wall: 0.05 to 0.23 (RMS), 0.13 in the mean
+(docs/measured/housing/mesh_error.md). Walls of 2 and 3 mm with longer elements were measured against coarser meshes.
+Other bodies miss 0.8 to 1.7 of the energy of the jumps (tests/fem/test_mesh_error.py).
 """
 
 _THIN = (1.0, 3.5)
 """Size of elements over thickness of their walls, in castings and boxes that were measured."""
 
-_ROUNDED = 0.0025
+_ROUNDED = 0.002
 """Error of a corrected frequency of walls with fillets over the square of size of elements over wall thickness.
 
-Boxes with walls of 5 mm and inner fillets of 4 and 8 mm, elements of 6.5 to 13 mm: 0.0006 to 0.0030; with sharp edges
-0.0013 to 0.0032 (docs/measured/housing/mesh_error.md).
+Boxes with walls of 5 mm and inner fillets of 4 and 8 mm, elements of 6.5 to 20 mm
+(docs/measured/housing/mesh_error.md).
 """
 
 _FEWEST = 0.5
@@ -181,7 +175,8 @@ def reduce_mesh(
     report(2)
     modes = seat_modes(K, M, len(casting.bores), f_max * fidelity.mode_ratio, mesh.motions)
     every = modes.every
-    errors = frequency_errors(mesh.nodes, mesh.elements, casting.material, T @ every.shapes, every.frequency)
+    held = np.concatenate([*mesh.seats, *mesh.bolts])
+    errors = frequency_errors(mesh.nodes, mesh.elements, casting.material, T @ every.shapes, every.frequency, held)
     ratio = thin_walls.long_edge(mesh.nodes, mesh.skin) / min(casting.wall, casting.end_wall)
     modes, errors = state_errors(modes, errors, corrected=fidelity.corrected_frequencies, left=left_uncorrected(ratio))
     report(3)
@@ -264,16 +259,16 @@ def state_errors(
 ) -> tuple[SeatModes, FloatArray]:
     """Return the modes and Ritz vectors, and the relative error that is stated of their frequencies.
 
-    errors (m + r,): half of the energy of the stress jumps over that of the mode or vector (`frequency_errors`).
+    errors (m + r,): relative errors of the frequencies of modes and vectors due to the elements (`frequency_errors`).
     corrected: whether frequencies are lowered by the error of the elements; modes are then sorted anew, as are vectors,
     which stay above them.
     ratio: size of the elements over the thickness of their walls, for a body that may have fillets or be solid.
     left: error of a corrected frequency over the correction, in thin walls.
 
-    An eigenvalue is too high by the energy that the elements miss: λ = λ_h (1 − _MISSED J), with J of the jumps.
+    An eigenvalue is too high by the energy that the elements miss: λ = λ_h (1 − 2 errors).
     """
     frequency, count = np.concatenate([modes.frequency, modes.ritz.frequency]), len(modes.frequency)
-    lower = frequency * np.sqrt(np.maximum(1.0 - 2.0 * _MISSED * errors, 0.0))
+    lower = frequency * np.sqrt(np.maximum(1.0 - 2.0 * errors, 0.0))
     moved = np.where(frequency > 0.0, 1.0 - lower / np.where(frequency > 0.0, frequency, 1.0), 0.0)
     thin = ratio is None or _THIN[0] <= ratio <= _THIN[1]
     rounded = 0.0 if ratio is None else _ROUNDED * min(ratio, _THIN[1]) ** 2

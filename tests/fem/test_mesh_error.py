@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from nvhchain.conventions import STEEL
+from nvhchain.conventions import ALUMINIUM, STEEL
 from nvhchain.fem import frequency_errors, lowest_modes, stiffness_and_mass
-from nvhchain.fem.mesh_error import _inverse_jacobians, _stresses
+from nvhchain.fem.mesh_error import SHARP, _inverse_jacobians, _stresses, inner_edges
 from nvhchain.testing import elements as meshes
 
 SIDES = np.array([0.2, 0.1, 0.02])
@@ -40,6 +40,55 @@ def test_frequencies_are_too_high_by_about_what_is_said(sides, highest, coarse, 
         assert (said[: len(exact)] < 2 * true).all()
         assert (said[: len(exact)] < before).all()  # the finer, the less
         before = said[: len(exact)]
+
+
+def bracket(layers, wall=8e-3):
+    """Nodes (m) and tetrahedra of an angle bracket; edges of its elements are the wall over the layers."""
+    nodes, elements = meshes.tetrahedra((8 * layers, 8 * layers, 2 * layers), wall * np.array([8.0, 8.0, 2.0]))
+    inside = (nodes[elements[:, :4], :2].mean(axis=1) < wall).any(axis=1)
+    used, elements = np.unique(elements[inside], return_inverse=True)
+    return nodes[used], elements.reshape(-1, 10)
+
+
+def test_walls_that_meet_at_a_sharp_edge_miss_what_is_said():
+    """Limit of the frequencies: errors fall with h^1.09 (energy of a stress r^-0.4555 at an inner edge of 270°)."""
+    found = {}
+    for layers in (2, 3, 4):
+        nodes, elements = bracket(layers)
+        frequency, shapes = lowest_modes(*stiffness_and_mass(nodes, elements, "tet10", ALUMINIUM), 9e3)
+        elastic = np.flatnonzero(frequency > 50.0)[:4]
+        said = frequency_errors(nodes, elements, ALUMINIUM, shapes[:, elastic], frequency[elastic])
+        found[layers] = frequency[elastic], said
+    falls = 3**-1.09 - 4**-1.09
+    limit = found[4][0] - (found[3][0] - found[4][0]) / falls * 4**-1.09
+    frequency, said = found[2]
+    true = frequency / limit - 1.0
+    assert (true > 1e-3).all()
+    assert (np.abs(said / true - 1.0) < 0.25).all()
+    assert np.abs(frequency * np.sqrt(1.0 - 2.0 * said) / limit - 1.0).max() < 0.0025
+
+
+def test_sharp_inner_edges_are_found_and_outer_edges_and_rounded_ones_are_not():
+    nodes, elements = bracket(2)
+    edges = inner_edges(nodes, elements)
+    assert len(edges) == 4
+    np.testing.assert_allclose(nodes[edges][..., :2], 8e-3)
+    assert not len(inner_edges(*meshes.tetrahedra((3, 2, 2), SIDES)))
+    leaning = nodes.copy()
+    leaning[:, 0] -= 2.2 * np.maximum(
+        nodes[:, 1] - 8e-3, 0.0
+    )  # one wall by 66°: the inner edge moves to its other side
+    moved = inner_edges(leaning, elements)
+    assert len(moved) == 4
+    np.testing.assert_allclose(leaning[moved][..., 0], 0.0, atol=1e-12)
+
+
+def test_elements_at_held_nodes_miss_less_than_their_jumps():
+    nodes, elements = meshes.tetrahedra((2, 1, 1), SIDES)
+    shape, frequency = np.column_stack([nodes[:, 0] ** 4, 0 * nodes[:, :2]]).reshape(-1, 1), np.array([100.0])
+    free = frequency_errors(nodes, elements, STEEL, shape, frequency)
+    every = frequency_errors(nodes, elements, STEEL, shape, frequency, np.arange(len(nodes)))
+    assert every == pytest.approx(SHARP * free, rel=1e-12)
 
 
 def test_a_stress_that_is_the_same_everywhere_errs_by_nothing_and_so_does_a_rigid_motion():

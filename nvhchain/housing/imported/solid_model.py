@@ -106,7 +106,10 @@ def reduce_model(
 
 def _frequency_errors(model: SolidModel, shapes: FloatArray, frequency: FloatArray) -> FloatArray:
     """Return the relative errors of the natural frequencies of a model of quadratic tetrahedra."""
-    each = [frequency_errors(model.nodes, block.nodes, block.material, shapes, frequency) for block in model.blocks]
+    held = np.concatenate([np.flatnonzero(model.held.any(axis=1)), *(rigid.nodes for rigid in model.rigid_sets)])
+    each = [
+        frequency_errors(model.nodes, block.nodes, block.material, shapes, frequency, held) for block in model.blocks
+    ]
     return np.asarray(np.sum(each, axis=0))
 
 

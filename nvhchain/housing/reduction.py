@@ -30,22 +30,18 @@ from nvhchain.housing.skin.normal_motion import normal_motion
 
 _STEPS = 6
 
-_LEFT, _LEFT_LONG, _LEFT_ELSEWHERE = 0.15, 0.25, 0.5
-"""Error of a corrected natural frequency over the correction.
+_LEFT, _LEFT_LONG, _LEFT_LONGEST = 0.15, 0.25, 0.5
+"""Error of a corrected natural frequency over the correction at sharp edges and held faces, by the length of elements.
 
-Castings with elements of 0.8 to 5 times their wall: 0.05 to 0.23 (RMS), 0.13 in the mean
-(docs/measured/housing/mesh_error.md). Walls of 2 and 3 mm with longer elements were measured against coarser meshes.
-Other bodies miss 0.8 to 1.7 of the energy of the jumps (tests/fem/test_mesh_error.py).
+Castings with elements of 0.8 to 5 times their wall: 0.05 to 0.25 (RMS), 0.14 in the mean. Walls of 2 and 3 mm with
+longer ones: 0.33 and 0.44 (docs/measured/housing/mesh_error.md).
 """
 
-_THIN = (1.0, 3.5)
-"""Size of elements over thickness of their walls, in castings and boxes that were measured."""
+_LEFT_ELSEWHERE = 0.4
+"""The same over the correction elsewhere.
 
-_ROUNDED = 0.002
-"""Error of a corrected frequency of walls with fillets over the square of size of elements over wall thickness.
-
-Boxes with walls of 5 mm and inner fillets of 4 and 8 mm, elements of 6.5 to 20 mm
-(docs/measured/housing/mesh_error.md).
+Boxes with fillets, elements of 1.3 to 4 times their wall: 0.06 to 0.57, 0.36 (RMS). Plates and blocks miss 0.8 to 1.7
+of what is said (tests/fem/test_mesh_error.py).
 """
 
 _FEWEST = 0.5
@@ -176,9 +172,9 @@ def reduce_mesh(
     modes = seat_modes(K, M, len(casting.bores), f_max * fidelity.mode_ratio, mesh.motions)
     every = modes.every
     held = np.concatenate([*mesh.seats, *mesh.bolts])
-    errors = frequency_errors(mesh.nodes, mesh.elements, casting.material, T @ every.shapes, every.frequency, held)
+    found = frequency_errors(mesh.nodes, mesh.elements, casting.material, T @ every.shapes, every.frequency, held)
     ratio = thin_walls.long_edge(mesh.nodes, mesh.skin) / min(casting.wall, casting.end_wall)
-    modes, errors = state_errors(modes, errors, corrected=fidelity.corrected_frequencies, left=left_uncorrected(ratio))
+    modes, errors = state_errors(modes, *found, ratio, corrected=fidelity.corrected_frequencies)
     report(3)
     at = SkinMotion(sp.csr_matrix(motion @ T), surface, sp.csr_matrix(displaced @ T), places)
     seats = {bore.name: bore.centre for bore in casting.bores}
@@ -245,34 +241,33 @@ def reduced_modes(
 
 
 def left_uncorrected(ratio: float) -> float:
-    """Return the error of a corrected frequency of a casting over the correction.
+    """Return the error of a corrected frequency over the correction at sharp edges and held faces.
 
     ratio: size of the elements over the thickness of their walls.
     """
     if ratio <= thin_walls.LONGEST:
         return _LEFT
-    return _LEFT_LONG if ratio <= thin_walls.LONGEST_MEASURED else _LEFT_ELSEWHERE
+    return _LEFT_LONG if ratio <= thin_walls.LONGEST_MEASURED else _LEFT_LONGEST
 
 
 def state_errors(
-    modes: SeatModes, errors: FloatArray, *, corrected: bool, ratio: float | None = None, left: float = _LEFT
+    modes: SeatModes, errors: FloatArray, at_edges: FloatArray, ratio: float, *, corrected: bool
 ) -> tuple[SeatModes, FloatArray]:
     """Return the modes and Ritz vectors, and the relative error that is stated of their frequencies.
 
-    errors (m + r,): relative errors of the frequencies of modes and vectors due to the elements (`frequency_errors`).
+    errors, at_edges (m + r,): relative errors of the frequencies of modes and vectors due to the elements, and the
+    part of these at sharp edges and held faces (`frequency_errors`).
+    ratio: size of the elements over the thickness of their walls.
     corrected: whether frequencies are lowered by the error of the elements; modes are then sorted anew, as are vectors,
     which stay above them.
-    ratio: size of the elements over the thickness of their walls, for a body that may have fillets or be solid.
-    left: error of a corrected frequency over the correction, in thin walls.
 
     An eigenvalue is too high by the energy that the elements miss: λ = λ_h (1 − 2 errors).
     """
     frequency, count = np.concatenate([modes.frequency, modes.ritz.frequency]), len(modes.frequency)
     lower = frequency * np.sqrt(np.maximum(1.0 - 2.0 * errors, 0.0))
     moved = np.where(frequency > 0.0, 1.0 - lower / np.where(frequency > 0.0, frequency, 1.0), 0.0)
-    thin = ratio is None or _THIN[0] <= ratio <= _THIN[1]
-    rounded = 0.0 if ratio is None else _ROUNDED * min(ratio, _THIN[1]) ** 2
-    wrong = np.hypot((left if thin else _LEFT_ELSEWHERE) * moved, rounded)
+    part = np.where(errors > 0.0, at_edges / np.where(errors > 0.0, errors, 1.0), 0.0)
+    wrong = moved * np.hypot(left_uncorrected(ratio) * part, _LEFT_ELSEWHERE * (1.0 - part))
     wrong = np.where(frequency > 0.0, wrong, 0.0)
     if not corrected:
         return modes, moved + wrong

@@ -54,10 +54,8 @@ def foreign(mesh, casting, fidelity, surface, tmp_path_factory):
 def test_tetrahedra_of_a_file_state_and_correct_their_frequencies_as_a_casting_does(
     corrected, mesh, casting, surface, motion, fidelity
 ):
-    """They state more of it: elements this long for their walls were not measured, and walls may have fillets."""
     plainly = replace(fidelity, mode_ratio=1.0)
     own = reduce_mesh(mesh, casting, surface, motion, F_MAX, replace(plainly, corrected_frequencies=corrected))
-    plain = reduce_mesh(mesh, casting, surface, motion, F_MAX, plainly)
     model = casting_model(mesh, casting)
     seats = bearing_seats(model, {bore.name: bore.centre for bore in casting.bores})
     knobs = replace(fidelity, mode_ratio=1.0, corrected_frequencies=corrected)
@@ -67,10 +65,9 @@ def test_tetrahedra_of_a_file_state_and_correct_their_frequencies_as_a_casting_d
         made = reduce_model(model, seats, **options)
     assert made.natural_frequency == pytest.approx(own.natural_frequency, rel=1e-9)
     assert "5.6 times as long" in str(said.list[0].message)
-    natural = plain.mode_count
-    moved = plain.accuracy.frequency_error[:natural] / 1.4
-    left = np.hypot(1.2 * moved, 0.0025 * 3.5**2)
-    assert made.accuracy.frequency_error[:natural] == pytest.approx(left if corrected else left + moved, rel=0.02)
+    stated = made.accuracy.frequency_error / own.accuracy.frequency_error
+    assert (stated >= 1.0).all()  # a file is judged by its worst quarter, of longer elements
+    assert stated.max() < (0.25 / 0.15 if corrected else 1.1)
     if corrected:  # a spring to the ground, too weak to matter, changes neither frequencies nor what is known of them
         weak = Springs(np.array([[0, -1]]), 1e-3 * np.eye(12)[None], np.array([1]))
         sprung = reduce_model(replace(model, structure=Structure(springs=weak)), seats, **options)

@@ -82,12 +82,12 @@ def reduce_model(
     # springs, masses and means have no such error
     known = not (model.structure.shells or model.structure.beams)
     known = known and all(block.kind == "tet10" for block in model.blocks)
-    ratio = longest_for_their_wall(model, skin, wall_thickness(skin)) if known else None
     modes = seat_modes(K, M, len(seats), f_max * fidelity.mode_ratio, max(seat.motions for seat in seats))
     wrong = None
     if known:
-        wrong = _frequency_errors(model, T @ modes.every.shapes, modes.every.frequency)
-        modes, wrong = state_errors(modes, wrong, corrected=fidelity.corrected_frequencies, ratio=ratio)
+        found = _frequency_errors(model, T @ modes.every.shapes, modes.every.frequency)
+        ratio = longest_for_their_wall(model, skin, wall_thickness(skin))
+        modes, wrong = state_errors(modes, *found, ratio, corrected=fidelity.corrected_frequencies)
     tell(5, _STEPS)
     skin_motion = SkinMotion(to_faces, envelope.surface, to_flux, places)
     reduced = reduced_modes(
@@ -104,13 +104,14 @@ def reduce_model(
     return finished(reduced.replace(provenance=report), fidelity)
 
 
-def _frequency_errors(model: SolidModel, shapes: FloatArray, frequency: FloatArray) -> FloatArray:
-    """Return the relative errors of the natural frequencies of a model of quadratic tetrahedra."""
+def _frequency_errors(model: SolidModel, shapes: FloatArray, frequency: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the result of `frequency_errors` for a model of quadratic tetrahedra."""
     held = np.concatenate([np.flatnonzero(model.held.any(axis=1)), *(rigid.nodes for rigid in model.rigid_sets)])
     each = [
         frequency_errors(model.nodes, block.nodes, block.material, shapes, frequency, held) for block in model.blocks
     ]
-    return np.asarray(np.sum(each, axis=0))
+    errors, at_edges = np.sum(each, axis=0)
+    return errors, at_edges
 
 
 def rigid_motions(model: SolidModel, frequency: FloatArray) -> list[str]:

@@ -93,7 +93,7 @@ ALIKE, NEAR = 0.8, 0.09
 @dataclass(frozen=True)
 class Meshed:
     """frequency (m,) Hz and seats (m, 3 n) of modes; error (m,): that which elements are estimated to make, of which
-    at_edges (m,) at sharp edges and held faces."""
+    at_edges (m,) at sharp inner edges."""
 
     frequency: FloatArray
     seats: FloatArray
@@ -122,8 +122,7 @@ def meshed(name: str, size: float, out: Path) -> Meshed:
     mesh = mesh_casting(case.housing, HousingFidelity(element_size=1e-3 * size))
     K, M, T = held_matrices(mesh, case.housing)
     modes = seat_modes(K, M, len(case.housing.bores), highest)
-    held = np.concatenate([*mesh.seats, *mesh.bolts])
-    errors = frequency_errors(mesh.nodes, mesh.elements, case.housing.material, T @ modes.shapes, modes.frequency, held)
+    errors = frequency_errors(mesh.nodes, mesh.elements, case.housing.material, T @ modes.shapes, modes.frequency)
     made = Meshed(modes.frequency, modes.shapes[modes.seats].T, *errors)
     np.savez(file, **vars(made))
     print(name, size, len(mesh.elements), "elements", flush=True)

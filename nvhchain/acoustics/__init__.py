@@ -50,8 +50,8 @@ if TYPE_CHECKING:
     from nvhchain.acoustics.surfaces.velocity_mapping import map_velocity
     from nvhchain.acoustics.systems.engines import ENGINES, Bempp, Engine, Fused, compile_kernels, estimate_memory
     from nvhchain.acoustics.waves.incident import PlaneWave, PointSource
-
-__getattr__, __dir__ = deferred(__name__, __file__)
+else:
+    __getattr__, __dir__ = deferred(__name__, __file__)
 
 __all__ = [
     "ENGINES",

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from nvhchain.bearings.loaded import displacement
     from nvhchain.bearings.rollers import Cylindrical, Spherical, Tapered
     from nvhchain.bearings.springs import StiffnessMatrix, StiffnessTable
-
-__getattr__, __dir__ = deferred(__name__, __file__)
+else:
+    __getattr__, __dir__ = deferred(__name__, __file__)
 
 __all__ = ["AngularContact", "Cylindrical", "DeepGroove", "Spherical", "StiffnessMatrix", "Tapered"]

@@ -37,8 +37,8 @@ if TYPE_CHECKING:
     from nvhchain.case.sound import BackgroundLevels, RecordedBackground, Target
     from nvhchain.case.toml.load import Case, load_case, load_channels
     from nvhchain.case.toml.schema import case_schema
-
-__getattr__, __dir__ = deferred(__name__, __file__)
+else:
+    __getattr__, __dir__ = deferred(__name__, __file__)
 
 __all__ = [
     "PLAIN",

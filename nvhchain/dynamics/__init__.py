@@ -27,7 +27,7 @@ if TYPE_CHECKING:
         static_misalignment,
     )
     from nvhchain.dynamics.time_loop.simulation import compile_time_loop
-
-__getattr__, __dir__ = deferred(__name__, __file__)
+else:
+    __getattr__, __dir__ = deferred(__name__, __file__)
 
 __all__ = ["Bearing", "Cylinder", "Shaft"]

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from nvhchain.error_band.quantities import Origin, error_band, force_band, power_band, velocity_band
     from nvhchain.error_band.run_bands import BANDS, INHERITED
     from nvhchain.error_band.run_up import RunUpBand, run_up_band, run_up_force_band
-
-__getattr__, __dir__ = deferred(__name__, __file__)
+else:
+    __getattr__, __dir__ = deferred(__name__, __file__)
 
 __all__ = ["ErrorBand", "format_limits"]

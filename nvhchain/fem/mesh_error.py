@@ -5,8 +5,8 @@ model jump. The energy of their difference from the mean at every corner estimat
 (Zienkiewicz & Zhu, Int. J. Numer. Meth. Eng. 24, 1987). By Rayleigh's quotient a frequency is too high by half of this
 energy over the energy of the mode.
 
-At sharp inner edges and held faces the exact stress has no bounds, and its mean errs as well. The elements there miss
-less than their jumps (docs/decisions/0045-what-elements-miss-at-sharp-edges.md).
+At sharp inner edges the exact stress has no bounds, and its mean errs as well. The elements there miss less than their
+jumps (docs/decisions/0045-what-elements-miss-at-sharp-edges.md).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from nvhchain.fem.faces import element_faces
 from nvhchain.handoff import FloatArray, IntArray
 
 SHARP = 0.62
-"""Energy that elements at sharp inner edges and held faces miss, over that of their jumps.
+"""Energy that elements at sharp inner edges miss, over that of their jumps.
 
 Castings and boxes with elements of 0.6 to 4 times their walls, against meshes with two elements through the wall: of
 all elements together 0.57 to 0.77 with sharp edges, 0.8 to 1.4 with fillets (docs/measured/housing/mesh_error.md).
@@ -49,24 +49,22 @@ def frequency_errors(
     material: Material,
     shapes: FloatArray,
     frequency: FloatArray,
-    held: IntArray | None = None,
+    edges: IntArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the estimated relative error of natural frequencies, which are too high by it.
+    """Return the estimated relative errors of natural frequencies, which are too high by them.
 
     nodes (n, 3): nodes (m).
     elements (n_e, 10): quadratic tetrahedra, curved or straight.
     shapes (3 n, m): mass-normalised shapes (kg^-½).
     frequency (m,): natural frequencies (Hz); a rigid mode at 0 Hz has no error.
-    held: nodes of faces that are held or rigid.
-    Returns (m,) relative errors, and (m,) the part of each that is made in elements at sharp edges and held faces.
+    edges (k, 2): sharp inner edges of the whole body, of which these elements may be a part; found here by default.
+    Returns (m,) relative errors, and (m,) the part of each that is made in elements at sharp inner edges.
 
     The estimate is 0.6 to 1.3 times the true error for plates and blocks held at one face
     (`tests/fem/test_mesh_error.py`), and 0.8 to 1.2 times that of castings.
     """
     corners, sharp = elements[:, :4], np.zeros(len(nodes), dtype=bool)
-    sharp[inner_edges(nodes, elements).ravel()] = True
-    if held is not None:
-        sharp[held] = True
+    sharp[(inner_edges(nodes, elements) if edges is None else edges).ravel()] = True
     places = np.where(sharp[corners].any(axis=1), [[1.0], [0.0]], [[0.0], [1.0]])
     at_edges, elsewhere = np.concatenate(
         [
@@ -88,13 +86,14 @@ def inner_edges(nodes: FloatArray, elements: IntArray) -> IntArray:
     elements (n_e, 10): tetrahedra.
 
     An edge is inner if the faces beside it see each other, and sharp if their normals in its middle differ by more than
-    `INNER_EDGE`. Those of curved faces, such as fillets, do not.
+    `INNER_EDGE`. Those of curved faces, such as fillets, do not; straight elements on a fillet do, if it has less than
+    three in a quarter turn.
     """
     faces, _ = element_faces([("tet", elements)])
     _, first, sides = np.unique(np.sort(faces[:, :3], axis=1), axis=0, return_index=True, return_counts=True)
     at = faces[first[sides == 1]][:, [[0, 1, 2, 4, 5, 6], [1, 2, 0, 5, 6, 4], [2, 0, 1, 6, 4, 5]]].reshape(-1, 6)
     a, b, c, ab, bc, ca = nodes[at].transpose(1, 0, 2)
-    into = 2.0 * (bc + ca - ab) - a - c  # from the middle of the edge into the face
+    into = 2.0 * (bc + ca - ab) - a - c  # from the middle of the edge into the face, but for a part along the edge
     normal = np.cross(b - a, into)
     normal /= np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
     edges = np.sort(at[:, :2], axis=1)

@@ -51,8 +51,8 @@ if TYPE_CHECKING:
     )
     from nvhchain.gear.root_strain.modes import PINION, WHEEL, nodal_force_strain, root_strain_modes
     from nvhchain.gear.root_strain.places import RootElement, StrainGauge, von_mises
-
-__getattr__, __dir__ = deferred(__name__, __file__)
+else:
+    __getattr__, __dir__ = deferred(__name__, __file__)
 
 __all__ = [
     "Flank",

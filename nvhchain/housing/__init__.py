@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from nvhchain.housing.reduction import reduce_housing
     from nvhchain.housing.skin.envelope import RadiatingFaces
     from nvhchain.housing.skin.shape import HousingShape
-
-__getattr__, __dir__ = deferred(__name__, __file__)
+else:
+    __getattr__, __dir__ = deferred(__name__, __file__)
 
 __all__ = ["Bore", "DampingCurve", "GearSpace", "bearing_seats", "modal_model"]

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from nvhchain.interop.solids.writers import write_abaqus, write_nastran
     from nvhchain.interop.superelement import write_craig_bampton
     from nvhchain.interop.vtk_files import write_gear_field_vtu, write_modes_vtkhdf, write_velocity_vtkhdf, write_vtu
-
-__getattr__, __dir__ = deferred(__name__, __file__)
+else:
+    __getattr__, __dir__ = deferred(__name__, __file__)
 
 __all__ = [
     "read_bearing_forces",

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from nvhchain.plots.spectrum import bearing_force_spectra, power_spectrum, pressure_spectrum
     from nvhchain.plots.speed import campbell, levels_over_speed
     from nvhchain.plots.waterfall import mean_spectra, waterfall_maps
-
-__getattr__, __dir__ = deferred(__name__, __file__)
+else:
+    __getattr__, __dir__ = deferred(__name__, __file__)
 
 __all__ = [
     "OrderMarks",

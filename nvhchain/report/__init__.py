@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from nvhchain.report.sentences import verdict
     from nvhchain.report.system_modes import report_modes
     from nvhchain.report.unchanged import stands_already
-
-__getattr__, __dir__ = deferred(__name__, __file__)
+else:
+    __getattr__, __dir__ = deferred(__name__, __file__)
 
 __all__ = ["compare", "contributions", "verdict"]

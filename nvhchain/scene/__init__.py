@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from nvhchain.scene.planned import Plan, PlannedStep
     from nvhchain.scene.planning import option_lines, plan, planned_steps
     from nvhchain.scene.steps import Scene
-
-__getattr__, __dir__ = deferred(__name__, __file__)
+else:
+    __getattr__, __dir__ = deferred(__name__, __file__)
 
 __all__: list[str] = []

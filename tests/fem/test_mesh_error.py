@@ -5,7 +5,8 @@ import pytest
 
 from nvhchain.conventions import ALUMINIUM, STEEL
 from nvhchain.fem import frequency_errors, lowest_modes, stiffness_and_mass
-from nvhchain.fem.mesh_error import SHARP, _inverse_jacobians, _stresses, inner_edges
+from nvhchain.fem.elements import TET10_EDGES
+from nvhchain.fem.mesh_error import _inverse_jacobians, _stresses, inner_edges
 from nvhchain.testing import elements as meshes
 
 SIDES = np.array([0.2, 0.1, 0.02])
@@ -68,7 +69,7 @@ def test_walls_that_meet_at_a_sharp_edge_miss_what_is_said():
     assert np.abs(frequency * np.sqrt(1.0 - 2.0 * said) / limit - 1.0).max() < 0.0025
 
 
-def test_sharp_inner_edges_are_found_and_outer_edges_and_rounded_ones_are_not():
+def test_sharp_inner_edges_are_found_and_outer_edges_are_not():
     nodes, elements = bracket(2)
     edges = inner_edges(nodes, elements)
     assert len(edges) == 4
@@ -83,17 +84,31 @@ def test_sharp_inner_edges_are_found_and_outer_edges_and_rounded_ones_are_not():
     np.testing.assert_allclose(leaning[moved][..., 0], 0.0, atol=1e-12)
 
 
-def test_elements_at_held_nodes_miss_less_than_their_jumps():
-    nodes, elements = meshes.tetrahedra((2, 1, 1), SIDES)
-    shape, frequency = np.column_stack([nodes[:, 0] ** 4, 0 * nodes[:, :2]]).reshape(-1, 1), np.array([100.0])
-    free, at_edges = frequency_errors(nodes, elements, STEEL, shape, frequency)
-    assert at_edges == 0.0
-    every, held = frequency_errors(nodes, elements, STEEL, shape, frequency, np.arange(len(nodes)))
-    assert every == pytest.approx(held, rel=1e-12)
-    assert every == pytest.approx(SHARP * free, rel=1e-12)
-    some, held = frequency_errors(nodes, elements, STEEL, shape, frequency, np.flatnonzero(nodes[:, 0] == 0.0))
-    assert some == pytest.approx(free - (1.0 / SHARP - 1.0) * held, rel=1e-12)
-    assert 0.0 < held < some
+def test_faces_of_a_rounded_corner_have_no_sharp_edges_and_chords_in_their_place_do():
+    """Two elements in a quarter turn: 45° between chords, none between arcs."""
+    nodes, elements = meshes.tetrahedra((2, 1, 1), np.array([np.pi / 2, 4e-3, 8e-3]))
+    radius = 6e-3 + nodes[:, 1]
+    arcs = np.column_stack([radius * np.cos(nodes[:, 0]), -radius * np.sin(nodes[:, 0]), nodes[:, 2]])
+    assert np.linalg.det(arcs[elements[:, 1:4]] - arcs[elements[:, :1]]).min() > 0.0
+    chords = arcs.copy()
+    for middle, (first, second) in zip(elements[:, 4:].T, TET10_EDGES, strict=True):
+        chords[middle] = (arcs[elements[:, first]] + arcs[elements[:, second]]) / 2
+    assert not len(inner_edges(arcs, elements))
+    found = inner_edges(chords, elements)
+    assert len(found) == 1
+    np.testing.assert_allclose(np.linalg.norm(chords[found][..., :2], axis=-1), 6e-3)
+
+
+def test_edges_of_the_whole_body_count_in_each_of_its_parts():
+    nodes, elements = bracket(1)
+    upright = nodes[elements[:, :4], 0].mean(axis=1) < 8e-3
+    shapes, frequency = np.column_stack([nodes[:, 0] ** 4, 0 * nodes[:, :2]]).reshape(-1, 1), np.array([100.0])
+    parts = elements[upright], elements[~upright]
+    alone = [frequency_errors(nodes, of, STEEL, shapes, frequency)[1] for of in parts]
+    edges = inner_edges(nodes, elements)
+    together = [frequency_errors(nodes, of, STEEL, shapes, frequency, edges)[1] for of in parts]
+    assert max(alone) == 0.0
+    assert min(together) > 0.0
 
 
 def test_a_stress_that_is_the_same_everywhere_errs_by_nothing_and_so_does_a_rigid_motion():

@@ -10,7 +10,7 @@ import scipy.sparse as sp
 
 from nvhchain.conventions import Progress
 from nvhchain.errors import require, warn_caller
-from nvhchain.fem import frequency_errors, rigid_map, stiffness_and_mass
+from nvhchain.fem import frequency_errors, inner_edges, rigid_map, stiffness_and_mass
 from nvhchain.fem.solid_model import RigidSet, SolidModel
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, ReducedHousing
@@ -106,9 +106,9 @@ def reduce_model(
 
 def _frequency_errors(model: SolidModel, shapes: FloatArray, frequency: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the result of `frequency_errors` for a model of quadratic tetrahedra."""
-    held = np.concatenate([np.flatnonzero(model.held.any(axis=1)), *(rigid.nodes for rigid in model.rigid_sets)])
+    edges = inner_edges(model.nodes, np.concatenate([block.nodes for block in model.blocks]))
     each = [
-        frequency_errors(model.nodes, block.nodes, block.material, shapes, frequency, held) for block in model.blocks
+        frequency_errors(model.nodes, block.nodes, block.material, shapes, frequency, edges) for block in model.blocks
     ]
     errors, at_edges = np.sum(each, axis=0)
     return errors, at_edges

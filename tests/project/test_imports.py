@@ -64,6 +64,13 @@ def test_names_that_are_imported_late_differ_from_the_modules_beside_them():
     assert looked_at > 100
 
 
+def test_a_comparison_answers_before_it_opens_what_draws_and_packages_open_late():
+    assert "matplotlib" not in imported_in_fresh_process("nvhchain.report.comparison")[1]
+    script = "import sys, nvhchain.gear; print(*(name for name in sys.modules if name.startswith('nvhchain.gear')))"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert done.stdout.split() == ["nvhchain.gear"]
+
+
 @pytest.mark.parametrize("module", ["report.sound.microphones", "report.page.sections.listening.microphones"])
 def test_microphones_are_added_without_the_packages_that_draw_and_compile(module):
     assert not imported_in_fresh_process(f"nvhchain.{module}")[1] & {"gmsh", "matplotlib", "numba", "pyvista"}

@@ -37,8 +37,9 @@ def test_a_state_of_the_map_has_the_level_of_a_run_at_its_speed_and_torque(cases
     slower = replace(case, operation=replace(case.operation, input_speed=rpm[0] * pi / 30, input_torque=150.0))
     alone = nvh.run(slower, fidelity=coarse, operators=compared[0] / OPERATORS, mesh_laws=ran[0].mesh_laws)
     assert found.level[0, 0] == pytest.approx(alone.overall, abs=0.01)
-    assert found.limits[1, 1] == pytest.approx(ran[0].error_band.overall, abs=0.1)
-    assert found.limits[0, 0] == pytest.approx(replace(alone, supplied=()).error_band.overall, abs=0.1)
+    for limits, own in ((found.limits[1, 1], ran[0]), (found.limits[0, 0], replace(alone, supplied=()))):
+        band = own.error_band.overall  # with the quiet lines that a map excludes: 2 % of its width
+        assert np.abs(limits - band).max() < 0.02 * np.ptp(band)
     error = alone.bearing_forces.transmission_error
     assert found.transmission_error[0, 0] == pytest.approx(np.ptp(error[:, :2], axis=0), rel=1e-6)
 

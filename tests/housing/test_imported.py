@@ -67,7 +67,7 @@ def test_tetrahedra_of_a_file_state_and_correct_their_frequencies_as_a_casting_d
     assert "5.6 times as long" in str(said.list[0].message)
     stated = made.accuracy.frequency_error / own.accuracy.frequency_error
     assert (stated >= 1.0).all()  # a file is judged by its worst quarter, of longer elements
-    assert stated.max() < (0.25 / 0.17 if corrected else 1.1)
+    assert stated.max() < (2.0 if corrected else 1.3)
     if corrected:  # a spring to the ground, too weak to matter, changes neither frequencies nor what is known of them
         weak = Springs(np.array([[0, -1]]), 1e-3 * np.eye(12)[None], np.array([1]))
         sprung = reduce_model(replace(model, structure=Structure(springs=weak)), seats, **options)

@@ -161,7 +161,7 @@ def test_corrected_frequencies_of_large_elements_are_those_of_smaller_ones():
         moved = 1.0 - frequency[size, True] / frequency[size, False]
         assert (moved > 0.0).all()
         assert rms(moved) > 0.02
-        assert 0.15 < rms(found[size, True].accuracy.frequency_error[: len(moved)]) / rms(moved) < 0.17
+        assert 0.13 < rms(found[size, True].accuracy.frequency_error[: len(moved)]) / rms(moved) < 0.26
 
 
 def rms(values):
@@ -172,18 +172,18 @@ def test_a_correction_keeps_rigid_modes_and_the_order_of_frequencies_with_their_
     shapes, none = np.arange(12.0).reshape(3, 4), RitzVectors(np.zeros(0), np.zeros((3, 0)))
     modes = SeatModes(np.array([0.0, 100.0, 101.0, 200.0]), shapes, none, none, none, np.arange(3), 200.0)
     errors = np.array([0.0, 0.005, 0.05, 0.0])
-    lower, left = state_errors(modes, errors, errors, 2.0, corrected=True)
+    lower, left = state_errors(modes, errors, errors, 1.5, corrected=True)
     np.testing.assert_allclose(lower.frequency, [0.0, 101 * np.sqrt(0.9), 100 * np.sqrt(0.99), 200.0])
     np.testing.assert_array_equal(lower.shapes, shapes[:, [0, 2, 1, 3]])
     moved = 1.0 - np.sqrt([1.0, 0.9, 0.99, 1.0])
-    np.testing.assert_allclose(left, 0.17 * moved)
-    _, left = state_errors(modes, errors, errors, 4.0, corrected=True)
-    np.testing.assert_allclose(left, 0.25 * moved)
-    _, left = state_errors(modes, errors, 0.75 * errors, 2.0, corrected=True)
-    np.testing.assert_allclose(left, np.hypot(0.75 * 0.17, 0.25 * 0.4) * moved)
-    wild, left = state_errors(modes, np.array([0.0, 0.0, 0.0, 0.7]), np.zeros(4), 2.0, corrected=True)
+    np.testing.assert_allclose(left, 0.15 * moved)
+    _, left = state_errors(modes, errors, errors, 2.1, corrected=True)
+    np.testing.assert_allclose(left, 0.225 * moved)
+    _, left = state_errors(modes, errors, 0.75 * errors, 1.5, corrected=True)
+    np.testing.assert_allclose(left, np.hypot(0.75 * 0.15, 0.25 * 0.4) * moved)
+    wild, left = state_errors(modes, np.array([0.0, 0.0, 0.0, 0.7]), np.zeros(4), 1.5, corrected=True)
     np.testing.assert_allclose(wild.frequency[3], 200.0 * np.sqrt(0.4))  # not 0 Hz, which a rigid mode has
-    same, left = state_errors(modes, errors, 0.0 * errors, 2.0, corrected=False)
+    same, left = state_errors(modes, errors, 0.0 * errors, 1.5, corrected=False)
     assert same is modes
     np.testing.assert_allclose(left, 1.4 * (1.0 - np.sqrt([1.0, 0.99, 0.9, 1.0])))
 
@@ -192,16 +192,17 @@ def test_ritz_vectors_are_corrected_as_modes_are_and_stay_above_them():
     shapes = np.arange(6.0).reshape(3, 2)
     ritz = RitzVectors(np.array([210.0, 220.0]), shapes)
     modes = SeatModes(np.array([100.0, 200.0]), shapes, ritz, ritz, ritz, np.arange(3), 205.0)
-    lower, left = state_errors(modes, *[np.array([0.0, 0.0, 0.025, 0.095])] * 2, 2.0, corrected=True)
+    lower, left = state_errors(modes, *[np.array([0.0, 0.0, 0.025, 0.095])] * 2, 1.5, corrected=True)
     np.testing.assert_allclose(lower.ritz.frequency, [200.0, 210 * np.sqrt(0.95)])
     np.testing.assert_array_equal(lower.ritz.shapes, shapes[:, ::-1])
-    np.testing.assert_allclose(left[2:], 0.17 * (1 - np.sqrt([0.81, 0.95])))
+    np.testing.assert_allclose(left[2:], 0.15 * (1 - np.sqrt([0.81, 0.95])))
     assert lower.plain is ritz
 
 
 def test_long_elements_leave_more_of_the_correction():
     """Measured on walls of 2 to 8 mm up to 6.7 times."""
-    assert [left_uncorrected(ratio) for ratio in (2.9, 3.5, 4.0, 6.0, 6.1)] == [0.17, 0.17, 0.25, 0.25, 0.5]
+    found = [left_uncorrected(ratio) for ratio in (0.5, 1.6, 2.1, 2.6, 4.0)]
+    assert found == pytest.approx([0.15, 0.15, 0.225, 0.45, 0.5])
 
 
 def test_bending_wavelength_of_an_aluminium_plate():

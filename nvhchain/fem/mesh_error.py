@@ -18,7 +18,7 @@ import scipy.sparse as sp
 
 from nvhchain.conventions import Material
 from nvhchain.fem.elements import tet10_shape
-from nvhchain.fem.faces import element_faces
+from nvhchain.fem.faces import boundary_faces
 from nvhchain.handoff import FloatArray, IntArray
 
 SHARP = 0.62
@@ -89,9 +89,8 @@ def inner_edges(nodes: FloatArray, elements: IntArray) -> IntArray:
     `INNER_EDGE`. Those of curved faces, such as fillets, do not; straight elements on a fillet do, if it has less than
     three in a quarter turn.
     """
-    faces, _ = element_faces([("tet", elements)])
-    _, first, sides = np.unique(np.sort(faces[:, :3], axis=1), axis=0, return_index=True, return_counts=True)
-    at = faces[first[sides == 1]][:, [[0, 1, 2, 4, 5, 6], [1, 2, 0, 5, 6, 4], [2, 0, 1, 6, 4, 5]]].reshape(-1, 6)
+    faces = boundary_faces([("tet", elements)], np.arange(len(nodes)), "body")
+    at = faces[:, [[0, 1, 2, 4, 5, 6], [1, 2, 0, 5, 6, 4], [2, 0, 1, 6, 4, 5]]].reshape(-1, 6)
     a, b, c, ab, bc, ca = nodes[at].transpose(1, 0, 2)
     into = 2.0 * (bc + ca - ab) - a - c  # from the middle of the edge into the face, but for a part along the edge
     normal = np.cross(b - a, into)

@@ -183,6 +183,7 @@ def test_a_correction_keeps_rigid_modes_and_the_order_of_frequencies_with_their_
     np.testing.assert_allclose(left, np.hypot(0.75 * 0.15, 0.25 * 0.4) * moved)
     wild, left = state_errors(modes, np.array([0.0, 0.0, 0.0, 0.7]), np.zeros(4), 1.5, corrected=True)
     np.testing.assert_allclose(wild.frequency[3], 200.0 * np.sqrt(0.4))  # not 0 Hz, which a rigid mode has
+    np.testing.assert_allclose(left[3], 0.4 * (1.0 - np.sqrt(0.4)) + 0.4)
     same, left = state_errors(modes, errors, 0.0 * errors, 1.5, corrected=False)
     assert same is modes
     np.testing.assert_allclose(left, 1.4 * (1.0 - np.sqrt([1.0, 0.99, 0.9, 1.0])))

@@ -1,12 +1,12 @@
 """Error and saving of every accuracy knob on a case.
 
-    python -m benchmarks tradeoff OUT CASE [KNOB ...] [--moved]
+    python -m benchmarks tradeoff OUT CASE [KNOB ...]
 
 Writes docs/measured/chain/tradeoff_CASE.md and .png. Sweeps the knobs named (as in gear.slices, or a stage, or preset;
 all by default) around `reference`; OUT keeps operators and finished rows, from which an interrupted sweep goes on. The
 sweep of cases/small/single_stage.toml is what tolerances are planned from: its numbers go into the package, where rows
-of other knobs stay as long as the yardstick is what it was, or with --moved. Processor times hardly feel other work on
-the machine; wall times do.
+of other knobs stay as long as the yardstick is what it was. Processor times hardly feel other work on the machine; wall
+times do.
 """
 
 from __future__ import annotations
@@ -55,11 +55,8 @@ def with_shipped_rows(sweep: Tradeoff, case: Case) -> Tradeoff:
     assert shipped.yardstick is not None
     now, then = sweep.yardstick.pressure, shipped.yardstick.pressure
     apart = np.abs(now - then).max() / np.abs(then).max()
-    if apart > SAME and "--moved" not in sys.argv:
-        sys.exit(
-            f"the yardstick has moved by {apart:.2g} of its peak, {SAME:g} is allowed: sweep all knobs anew, or keep "
-            "the shipped rows, whose errors are differences, with --moved"
-        )
+    if apart > SAME:
+        sys.exit(f"the yardstick has moved by {apart:.2g} of its peak, {SAME:g} is allowed: sweep all knobs anew")
     base, *made = sweep.measurements
     day = {name: of_that(cost, base.stages[name]) for name, cost in shipped.measurements[0].stages.items()}
     rows = {(row.knob, row.value): row for row in shipped.measurements}
@@ -96,16 +93,16 @@ def main() -> None:
     def report(done: int, total: int) -> None:
         print(f"{done} of {total}", file=sys.stderr, flush=True)
 
-    sweep = tradeoff(case, out=out, knobs=[word for word in sys.argv[3:] if word != "--moved"] or None, progress=report)
+    sweep = tradeoff(case, out=out, knobs=sys.argv[3:] or None, progress=report)
     note = ""
     if SHIPPED.stem == case.name:
         sweep = with_shipped_rows(sweep, case)
         older = sum(len(run["settings"]) for run in sweep.provenance["earlier"])
         if older:
             note = (
-                f"\n{older} rows are of earlier code, each against its own yardstick, whose pressure was "
-                f"{'another' if '--moved' in sys.argv else f'the same within {SAME:g} of its peak'}; the "
-                "others' times are brought to its day by the ratio of both yardsticks' times in each stage.\n"
+                f"\n{older} rows are of earlier code, each against its own yardstick, whose pressure was the same "
+                f"within {SAME:g} of its peak; the others' times are brought to its day by the ratio of both "
+                "yardsticks' times in each stage.\n"
             )
         SHIPPED.write_text(as_json(sweep), encoding="utf-8")
     save_tradeoff(sweep, out)

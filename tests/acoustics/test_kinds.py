@@ -18,7 +18,8 @@ BODY = sphere(0.1, 1)
 AT_REST = SurfaceVelocity([100.0], np.zeros((1, 80)), BODY)
 AIR = Air(343.0, 1.21)
 VECTORS = TransferVectors([100.0, 200.0], [[0.0, 0.0, 1.0]], np.ones((2, 1, 80)), BODY, AIR)
-FUNCTIONS = {name: one for name, one in vars(acoustics).items() if inspect.isfunction(one)}
+NAMES = [name for name in dir(acoustics) if not name.startswith("_") and name != "deferred"]
+FUNCTIONS = {name: one for name in NAMES if inspect.isfunction(one := getattr(acoustics, name))}
 CASES = [
     (name, argument)
     for name, function in FUNCTIONS.items()

@@ -14,7 +14,7 @@ from nvhchain.case import GearboxCase
 from nvhchain.conventions import Progress
 from nvhchain.fidelity import Fidelity, GearFidelity
 from nvhchain.files.result_cache import ResultCache
-from nvhchain.handoff import BodyModes, FlankFlexibility, FloatArray, ReducedHousing
+from nvhchain.handoff import BodyModes, FlankFlexibility, FloatArray, MeshPeriod, ReducedHousing
 from nvhchain.scene.body_modes import vibrating_bodies
 from nvhchain.scene.loaded_tilt import ANGLES, SLICES, balanced_tilts, tilted
 from nvhchain.scene.steps import MESH_LAWS
@@ -118,7 +118,7 @@ def loaded_case(
     forces = opposing_forces(case)
     knobs = replace(fidelity.gear, angles_per_mesh=ANGLES, slices=min(SLICES, fidelity.gear.slices))
 
-    def loaded(number: int, pair: gear.GearPair) -> gear.MeshPeriod:
+    def loaded(number: int, pair: gear.GearPair) -> MeshPeriod:
         compliances = flanks[number](lambda done, total: None)
         return gear.mesh_period(pair, nominal_force=forces[number], fidelity=knobs, compliances=compliances)
 

@@ -28,6 +28,7 @@ from nvhchain.kinds import checked
 from nvhchain.runtime.threads import blas_threads
 from nvhchain.scene import Scene, modelled, preflight
 from nvhchain.scene import steps as table
+from nvhchain.scene.kept import estimates_kept
 
 
 @checked
@@ -73,7 +74,8 @@ def run(
     SolverError
         If a step does not reach its residual.
     """
-    with concerning(case.name):
+    folder = operators or out
+    with concerning(case.name), estimates_kept(None if folder is None else Path(folder)):
         started = _started(case, fidelity, hand_offs, out, operators, executor, watcher)
         for step in started.scene.steps:
             with nullcontext() if step.shared else blas_threads(1):  # lines and modes: small matrices

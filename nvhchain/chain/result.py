@@ -33,7 +33,7 @@ from nvhchain.handoff import (
 from nvhchain.runtime.threads import one_blas_thread
 from nvhchain.scene import Modelling, Scene, modelled
 from nvhchain.scene.inputs import unknown_effects
-from nvhchain.scene.order_error import OrderError
+from nvhchain.scene.linear_level import OrderError
 
 EXCLUDED_OPTIONS = "excluded options"
 """Source of error of the options that the program excluded."""

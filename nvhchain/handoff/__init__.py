@@ -17,7 +17,7 @@ from nvhchain.handoff.forces import BearingForces, ForceSpectrum
 from nvhchain.handoff.gear_body import BodyModes, FlankFlexibility
 from nvhchain.handoff.gear_field import GearField
 from nvhchain.handoff.housing import ReducedHousing, SurfaceVelocity
-from nvhchain.handoff.mesh_law import LoadDistribution, MeshLaw, ToothPairs
+from nvhchain.handoff.mesh_law import LoadDistribution, MeshLaw, MeshPeriod, ToothPairs
 from nvhchain.handoff.sound import (
     Directivity,
     FieldPressure,

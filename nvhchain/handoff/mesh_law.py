@@ -82,6 +82,14 @@ class LoadDistribution(HandOff):
         return self.replace(angle=angle, period=times * self.period, sliding=sliding, arm=arm, offset=offset)
 
 
+class MeshPeriod(HandOff):
+    """Gear pair under its nominal load over one mesh period, for a first look at what excites a gearbox."""
+
+    distribution: LoadDistribution = value("", "place of the load on the flanks over the mesh period")
+    deflection: FloatArray = array("m", "angle", "mesh deflection at the angles of the distribution")
+    stiffness: float = value("N/m", "mean tangent stiffness along the flank normal", lower_limit=0.0)
+
+
 _SLICES = "flank, angle, pair, slice"
 _OF_GEARS = f"gear, {_SLICES}"
 

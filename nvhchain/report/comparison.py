@@ -34,6 +34,7 @@ from nvhchain.report.unchanged import RECORD, earlier_summary, fingerprint_of, k
 from nvhchain.runtime.folder_lock import hold_folder
 from nvhchain.runtime.threads import one_blas_thread
 from nvhchain.scene import modelled_alike, preflight
+from nvhchain.scene.kept import estimates_kept
 
 States = tuple[Sequence[float] | None, Sequence[float] | None]
 """Further steady speeds (rad/s) and torques (N m) of the input; None without, or for the torque of the case."""
@@ -127,7 +128,7 @@ def compare(
             if answered is not None:
                 answered(standing)
             return standing
-        with collected_warnings() as warnings:
+        with collected_warnings() as warnings, estimates_kept(out / OPERATORS):
             summary, results = _compared(cases, fidelity, out, executor, watcher, (speeds, torques), answered)
         keep_record(out, key, _own_files(out, results), warnings)
         return summary

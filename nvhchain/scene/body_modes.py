@@ -16,6 +16,7 @@ from nvhchain.conventions import Material
 from nvhchain.dynamics import VibratingBody
 from nvhchain.gear import COARSE, GearBody, MicroGeometry, VolumeMesh, body_modes
 from nvhchain.handoff import BodyModes, FloatArray
+from nvhchain.scene.kept import kept
 
 REACH = 1.4
 """Highest mode of a gear body over the end of the band; the statics of all others is in the mesh laws."""
@@ -149,4 +150,4 @@ def vibrating_bodies(case: GearboxCase, modes: Modes | None = None) -> tuple[Vib
 
 @lru_cache(maxsize=64)
 def _coarse_modes(body: GearBody, highest: float) -> BodyModes:
-    return body_modes(body, highest, COARSE)
+    return kept("coarse_modes", BodyModes, (body, highest), lambda: body_modes(body, highest, COARSE))

@@ -11,8 +11,7 @@ from nvhchain.case import GearboxCase, Spread
 from nvhchain.errors import InputError
 from nvhchain.handoff import FloatArray
 from nvhchain.levels import number_text
-from nvhchain.scene.linear_level import LinearGearbox, level_change
-from nvhchain.scene.order_error import OrderError
+from nvhchain.scene.linear_level import LinearGearbox, OrderError, level_change
 
 LOWEST_USUAL_DAMPING = 5.0
 """Damping of bearings that have none in the case, over the lowest of its range: 1.25e-5 over 0.25e-5 s (E. Krämer)."""

@@ -19,10 +19,11 @@ from nvhchain.case.gearbox import Support
 from nvhchain.dynamics import Gearbox, LoadCentre, MeshFriction, VibratingBody
 from nvhchain.errors import SolverError
 from nvhchain.fidelity import STANDARD, GearFidelity
-from nvhchain.gear import SOLID, GearPair, MeshPeriod
-from nvhchain.handoff import FloatArray, MeshLaw
+from nvhchain.gear import SOLID, GearPair
+from nvhchain.handoff import FloatArray, MeshLaw, MeshPeriod
 from nvhchain.runtime.threads import one_blas_thread
 from nvhchain.scene.body_modes import vibrating_bodies
+from nvhchain.scene.kept import kept
 from nvhchain.scene.loaded_tilt import ANGLES, SLICES, balanced_tilts, tilted
 
 TEETH = GearFidelity(
@@ -46,6 +47,15 @@ SPEEDS = 12
 
 MICRORADIAN = 6
 """Decimal digits of the tilt of gears under load (rad)."""
+
+SAME_ORDER = 1e-6
+"""Relative difference of orders that count as equal."""
+
+ERROR_DECIMALS = 4
+"""Decimal digits of relative errors."""
+
+LARGEST_ERROR = 10.0
+"""Largest relative error of an order."""
 
 
 @dataclass(eq=False)
@@ -180,7 +190,7 @@ class LinearGearbox:
         tilts = dynamics.opposed_misalignment(gearbox, laws, None, input_torque=torque, fidelity=STANDARD.dynamics)
 
         def loaded(number: int, pair: GearPair) -> MeshPeriod:
-            return gear.mesh_period(pair, nominal_force=forces[number], fidelity=COARSE_TEETH)
+            return _kept_period(pair, forces[number], COARSE_TEETH)
 
         try:
             return balanced_tilts(pairs, forces, tilts, loaded)
@@ -238,7 +248,17 @@ def _key(pair: GearPair) -> tuple[Any, ...]:
 @lru_cache(maxsize=64)
 def _period(pair: tuple[Any, ...], force: float, tilt: tuple[float, float]) -> MeshPeriod:
     """Return the mesh period of a pair (its fields, which compared gearboxes share) that is tilted by its load."""
-    return gear.mesh_period(tilted(GearPair(*pair), tilt), nominal_force=force, fidelity=TEETH)
+    return _kept_period(tilted(GearPair(*pair), tilt), force, TEETH)
+
+
+def _kept_period(pair: GearPair, force: float, knobs: GearFidelity) -> MeshPeriod:
+    """Return the mesh period of a pair under a force (N)."""
+    return kept(
+        "mesh_period",
+        MeshPeriod,
+        (pair, force, knobs),
+        lambda: gear.mesh_period(pair, nominal_force=force, fidelity=knobs),
+    )
 
 
 def _scaled(bearing: Support, stiffness: float, damping: float) -> Support:
@@ -287,3 +307,37 @@ def spectral_distance(before: FloatArray, after: FloatArray) -> float:
     spectra. Lines count by their power.
     """
     return float(10.0 * np.log10(np.maximum(before, after).sum() / np.minimum(before, after).sum()))
+
+
+@dataclass(frozen=True)
+class OrderError:
+    """Relative errors of amplitudes at the orders of the meshes, and their mean.
+
+    orders: order of the input and its relative error.
+    mean: relative error of all other orders.
+    """
+
+    orders: tuple[tuple[float, float], ...]
+    mean: float
+
+    @classmethod
+    def rounded(cls, orders: FloatArray, error: FloatArray, mean: float) -> OrderError:
+        """Return the errors (n,) of orders (n,), rounded and limited."""
+        capped = np.round(np.minimum(error, LARGEST_ERROR), ERROR_DECIMALS)
+        return cls(tuple(zip(orders.tolist(), capped.tolist(), strict=True)), round(mean, ERROR_DECIMALS))
+
+    def divided(self, divisor: float) -> OrderError:
+        """Return the errors divided by a number."""
+        return OrderError(tuple((order, error / divisor) for order, error in self.orders), self.mean / divisor)
+
+    def errors(self, orders: FloatArray) -> FloatArray:
+        """Return the relative errors (n,) of orders (n,)."""
+        if not self.orders:
+            return np.full(np.shape(orders), self.mean)
+        known, error = np.array(self.orders).T
+        nearest = np.abs(orders[:, None] - known).argmin(axis=1)
+        return np.where(np.abs(orders - known[nearest]) < SAME_ORDER * orders, error[nearest], self.mean)
+
+
+NO_ERROR = OrderError((), 0.0)
+"""Error of a model that leaves nothing out."""

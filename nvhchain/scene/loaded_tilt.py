@@ -9,8 +9,8 @@ from math import cos
 import numpy as np
 
 from nvhchain.errors import SolverError
-from nvhchain.gear import GearPair, MeshPeriod, Misalignment
-from nvhchain.handoff import FloatArray
+from nvhchain.gear import GearPair, Misalignment
+from nvhchain.handoff import FloatArray, MeshPeriod
 
 SMALLEST_TILT = 1e-7
 """Tilt (rad) to which the balance is solved: 2 nm at the ends of a face of 40 mm."""

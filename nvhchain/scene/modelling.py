@@ -19,8 +19,7 @@ from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import FloatArray
 from nvhchain.levels import number_text
 from nvhchain.scene.body_modes import REACH
-from nvhchain.scene.linear_level import LinearGearbox, level_change, spectral_distance
-from nvhchain.scene.order_error import NO_ERROR, OrderError
+from nvhchain.scene.linear_level import NO_ERROR, LinearGearbox, OrderError, level_change, spectral_distance
 
 DECIMALS = 3
 """Decimal digits of estimates (dB). Rounding of another machine then decides alike."""

@@ -24,6 +24,7 @@ from nvhchain.handoff import (
     GearField,
     LoadDistribution,
     MeshLaw,
+    MeshPeriod,
     ModalTransferVectors,
     NoiseTransferFunctions,
     PressureHistory,
@@ -65,6 +66,9 @@ EXAMPLES = [
     BodyModes([2e3, 3e3], [0, 1], [0.0, 0.2], np.full((2, 3), 0.1 + 0.2j), np.full((2, 3), 0.3j)),
     FlankFlexibility([0.06, 0.07], [0.0], 50, np.ones((5, 2, 3, 3)), np.ones((3, 4)), np.eye(4)),
     LoadDistribution([0.0, 0.1], 0.2, [0.5, -0.2], [0.01, 0.02], [1e-3, -1e-3], 5e3, 1.65),
+    MeshPeriod(
+        LoadDistribution([0.0, 0.1], 0.2, [0.5, -0.2], [0.01, 0.02], [1e-3, -1e-3], 5e3, 1.65), [1e-5, 2e-5], 4e8
+    ),
     GearField(
         np.eye(10, 3), np.arange(10)[None], np.full((10, 3), 1e-6), np.arange(10.0), "wheel", 0.1, 57, 2e-3, 0.4, 0.05,
         [3], [[0.06, 0, 0]], [[0.0, -9.0, 1.0]], [1e-6], 0.3,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from concurrent.futures import Executor
-from dataclasses import dataclass
 from functools import partial
 from math import cos, inf, sin
 
@@ -20,7 +19,7 @@ from nvhchain.gear.deviations.pairs import PairDeviations
 from nvhchain.gear.drawing.pair import GearPair
 from nvhchain.gear.laws.mesh_law import pair_compliances
 from nvhchain.gear.laws.transmission_error import angle_blocks, body_period_angles, compute_blocks, loaded_mesh
-from nvhchain.handoff import FloatArray, LoadDistribution
+from nvhchain.handoff import FloatArray, LoadDistribution, MeshPeriod
 from nvhchain.kinds import checked
 
 Compliances = tuple[FlankCompliance | SliceCompliance, FlankCompliance | SliceCompliance]
@@ -75,20 +74,6 @@ def load_distribution(
         force=nominal_force,
         tilt_ratio=float(tilt.mean() / slices.mean()),
     )
-
-
-@dataclass(frozen=True, eq=False)
-class MeshPeriod:
-    """Gear pair under its nominal load over one mesh period, for a first look at what excites a gearbox.
-
-    distribution: place of the load on the flanks. Its period is the mesh period.
-    deflection (n_angle,): mesh deflection at the same angles (m).
-    stiffness: mean tangent stiffness along the flank normal (N/m).
-    """
-
-    distribution: LoadDistribution
-    deflection: FloatArray
-    stiffness: float
 
 
 def mesh_period(

@@ -1,0 +1,81 @@
+"""Parts of the estimates that are kept with the operators."""
+
+from dataclasses import replace
+
+import pytest
+
+import nvhchain as nvh
+from nvhchain import gear
+from nvhchain.case import Options
+from nvhchain.errors import InputError
+from nvhchain.scene import linear_level, modelled
+from nvhchain.scene.kept import estimates_kept
+
+
+@pytest.fixture
+def turning(request):
+    """The small gearbox, its options open, at a speed of the input (rad/s)."""
+    case = nvh.load_case(request.config.rootpath / "cases/small/single_stage.toml")
+    open_case = replace(case, options=Options())
+    return lambda speed: replace(open_case, operation=replace(case.operation, input_speed=speed))
+
+
+@pytest.fixture
+def computed(monkeypatch):
+    """Numbers of mesh periods that are computed; nothing is remembered from tests before."""
+    found = []
+
+    def mesh_period(*arguments, **others):
+        found.append(arguments)
+        return gear.mesh_period(*arguments, **others)
+
+    class Gear:
+        def __getattr__(self, name):
+            return mesh_period if name == "mesh_period" else getattr(gear, name)
+
+    monkeypatch.setattr(linear_level, "gear", Gear())
+    return found
+
+
+def forgotten():
+    linear_level._period.cache_clear()
+
+
+def test_another_speed_computes_no_mesh_period_again_and_decides_alike(computed, turning, tmp_path):
+    folder = tmp_path / "operators"
+    folder.mkdir()
+    forgotten()
+    with estimates_kept(folder):
+        modelled(turning(151.0), nvh.DRAFT)
+    assert computed
+    computed.clear()
+    forgotten()
+    with estimates_kept(folder):
+        kept = modelled(turning(153.0), nvh.DRAFT)
+    assert not computed
+    forgotten()
+    assert modelled(turning(153.0 * (1 + 1e-15)), nvh.DRAFT).options == kept.options
+
+
+def test_before_the_folder_exists_estimates_wait_for_the_end(computed, turning, tmp_path):
+    folder = tmp_path / "operators"
+    forgotten()
+    with estimates_kept(folder):
+        modelled(turning(155.0), nvh.DRAFT)
+        assert not folder.exists()
+        folder.mkdir()
+    assert list(folder.glob("mesh_period-*.h5"))
+
+
+def test_a_case_that_is_refused_leaves_no_folder(turning, tmp_path):
+    folder = tmp_path / "operators"
+    forgotten()
+    with pytest.raises(InputError):
+        refused(folder, turning(157.0))
+    assert not folder.exists()
+
+
+def refused(folder, case):
+    with estimates_kept(folder):
+        modelled(case, nvh.DRAFT)
+        raise InputError("refused")

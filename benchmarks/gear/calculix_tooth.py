@@ -48,7 +48,7 @@ from nvhchain.gear import (
     von_mises,
     whole_mesh,
 )
-from nvhchain.gear.compliance.flank_forces import flank_grid, flank_loads, point_forces
+from nvhchain.gear.compliance.tooth_compliance import flank_grid, flank_loads, point_forces
 from nvhchain.gear.contact.contact_lines import contact_lines
 from nvhchain.gear.elements.gear_mesh import SolidMesh, tooth_mesh
 from nvhchain.gear.elements.pitch_mesh import PitchMesh

@@ -20,9 +20,7 @@ from benchmarks.gear.reference import pressed
 from benchmarks.publish import publish
 from nvhchain.conventions import STEEL
 from nvhchain.gear import GearGeometry
-from nvhchain.gear.contact.flattening import half_space_compliance
-from nvhchain.gear.contact.local_law import local_law
-from nvhchain.gear.contact.tip_edge import TipEdges, held_excess, wedge_excess
+from nvhchain.gear.contact.local_law import TipEdges, half_space_compliance, held_excess, local_law, wedge_excess
 from nvhchain.handoff import FloatArray, IntArray
 
 if TYPE_CHECKING:
@@ -210,7 +208,7 @@ def edge_table(g: GearGeometry) -> list[str]:
 def main() -> None:
     lines = [
         "Finite elements of plane sections against the closed forms of",
-        "`nvhchain.gear.contact.tip_edge`.",
+        "`nvhchain.gear.contact.local_law`.",
         "",
         "**Bracket of a held tooth beyond Weber and Banaschek's** (finite elements / formula), distance from the tip",
         "over the depth there",

@@ -13,10 +13,8 @@ if TYPE_CHECKING:
         flank_compliance,
         flank_flexibility,
     )
-    from nvhchain.gear.contact.closing_edges import close_edges
-    from nvhchain.gear.contact.contact_lines import ContactLines, contact_lines
-    from nvhchain.gear.contact.engagement import Engagement, engaged_reach, slice_count
-    from nvhchain.gear.contact.friction import lever_arms, sliding_sense
+    from nvhchain.gear.contact.contact_lines import ContactLines, contact_lines, lever_arms, sliding_sense
+    from nvhchain.gear.contact.engagement import Engagement, close_edges, engaged_reach, slice_count
     from nvhchain.gear.deviations.drawn import drawn_deviations
     from nvhchain.gear.deviations.flanks import GearDeviations, Ghost, ToothFlanks
     from nvhchain.gear.deviations.pairs import PairDeviations
@@ -27,8 +25,7 @@ if TYPE_CHECKING:
     from nvhchain.gear.drawing.geometry import GearGeometry
     from nvhchain.gear.drawing.measures import base_tangent_length, dimension_over_balls, sizes
     from nvhchain.gear.drawing.micro_geometry import Flank, MicroGeometry, Relief
-    from nvhchain.gear.drawing.misalignment import Misalignment
-    from nvhchain.gear.drawing.pair import GearPair, nominal_centre_distance
+    from nvhchain.gear.drawing.pair import GearPair, Misalignment, nominal_centre_distance
     from nvhchain.gear.drawing.thickness import MeasuredThickness
     from nvhchain.gear.drawing.tooth_root import Protuberance
     from nvhchain.gear.drawing.volume_mesh import VolumeMesh

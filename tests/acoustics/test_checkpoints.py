@@ -151,7 +151,7 @@ def test_bands_of_another_engine_are_not_used(half, monkeypatch):
 
 
 def test_bands_made_by_other_code_are_not_used(half, solved, monkeypatch):
-    monkeypatch.setattr("nvhchain.acoustics.systems.checkpoints.code_version", lambda package: "0.0")
+    monkeypatch.setattr("nvhchain.acoustics.systems.frequency_blocks.code_version", lambda package: "0.0")
     vectors(half)
     assert len(solved) == len(MASTERS)
 

@@ -20,7 +20,7 @@ from nvhchain.acoustics import (
 )
 from nvhchain.acoustics.accuracy import mesh_error as accuracy
 from nvhchain.acoustics.fused import engine
-from nvhchain.acoustics.solutions.provenance import COMPRESSION_GROWTH
+from nvhchain.acoustics.solutions.exterior import COMPRESSION_GROWTH
 from nvhchain.acoustics.surfaces.surface import mean_edge
 from nvhchain.acoustics.systems import engines
 from nvhchain.acoustics.systems.compression import CompressedMatrix, compressed_size, compressed_systems

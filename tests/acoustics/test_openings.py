@@ -22,7 +22,7 @@ from nvhchain.acoustics.accuracy.interpolation_error import vector_errors
 from nvhchain.acoustics.interpolation.nodes import interpolant, interpolation_nodes
 from nvhchain.acoustics.interpolation.paths import Paths
 from nvhchain.acoustics.interpolation.rational import window
-from nvhchain.acoustics.surfaces.openings import SHIFT, WIDEST, opening_energy_ratio, resonance_shift
+from nvhchain.acoustics.surfaces.clearance import SHIFT, WIDEST, opening_energy_ratio, resonance_shift
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ReducedHousing, RigidPlane, Surface, SurfaceVelocity

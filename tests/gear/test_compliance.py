@@ -14,8 +14,13 @@ from nvhchain.fem._sparse import factorize
 from nvhchain.fem.elasticity import stiffness_and_mass
 from nvhchain.fidelity import DRAFT, STANDARD
 from nvhchain.gear import GearBody, GearGeometry, Slots, flank_compliance
-from nvhchain.gear.compliance.flank_forces import flank_grid, flank_loads
-from nvhchain.gear.compliance.tooth_compliance import condensed_tooth, cylindrical_stiffness, unknowns
+from nvhchain.gear.compliance.tooth_compliance import (
+    condensed_tooth,
+    cylindrical_stiffness,
+    flank_grid,
+    flank_loads,
+    unknowns,
+)
 from nvhchain.gear.elements.gear_mesh import gear_mesh
 
 FINE_PATTERNS = dataclasses.replace(

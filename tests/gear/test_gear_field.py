@@ -30,8 +30,7 @@ from nvhchain.gear import (
     von_mises,
     whole_mesh,
 )
-from nvhchain.gear.compliance.flank_forces import flank_grid, flank_loads
-from nvhchain.gear.compliance.tooth_compliance import cylindrical_stiffness, unknowns
+from nvhchain.gear.compliance.tooth_compliance import cylindrical_stiffness, flank_grid, flank_loads, unknowns
 from nvhchain.gear.contact.contact_lines import contact_lines
 from nvhchain.gear.elements.gear_mesh import gear_mesh
 from nvhchain.gear.elements.point_location import ElementSearch

@@ -13,8 +13,8 @@ from nvhchain.gear import Flank, MicroGeometry
 from nvhchain.gear.compliance.flank_compliance import FlankCompliance
 from nvhchain.gear.contact import engagement as engagement_module
 from nvhchain.gear.contact.engagement import Engagement, engaged_reach
+from nvhchain.gear.contact.local_law import held_excess
 from nvhchain.gear.contact.slice_forces import half_space_compliance, local_deflection
-from nvhchain.gear.contact.tip_edge import held_excess
 from nvhchain.gear.drawing.pair import BACK, DRIVE, GearPair
 from nvhchain.gear.laws.mesh_law import deflection_grid, mesh_law
 from tests.gear.conftest import stage_pair

@@ -8,8 +8,7 @@ import pytest
 from nvhchain.errors import InputError
 from nvhchain.gear import Engagement, Flank, GearPair, MicroGeometry, Misalignment, Relief, loaded_mesh, mesh_law
 from nvhchain.gear.contact.contact_lines import contact_lines, separation
-from nvhchain.gear.drawing.pair import BACK, DRIVE
-from nvhchain.gear.drawing.tip_edge_gap import edge_gap
+from nvhchain.gear.drawing.pair import BACK, DRIVE, edge_gap
 
 
 def with_flank(pair, *, pinion=None, wheel=None, coast=False):

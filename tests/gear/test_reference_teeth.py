@@ -19,7 +19,7 @@ from benchmarks.gear.reference.flanks import gap, rolled_length, section, transv
 from nvhchain.errors import InputError, SolverError
 from nvhchain.fidelity import DRAFT
 from nvhchain.gear import Flank, MicroGeometry, Misalignment, ThinRim
-from nvhchain.gear.drawing.tip_edge_gap import edge_gap
+from nvhchain.gear.drawing.pair import edge_gap
 
 COARSE = dataclasses.replace(DRAFT.gear, profile_elements=3, width_layers=2)
 ROUGH = ReferenceResolution(contact_element=60e-6, growth=0.8, root_rows=3, space_columns=3, rim_rows=3)

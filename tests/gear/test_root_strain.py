@@ -28,8 +28,7 @@ from nvhchain.gear import (
     von_mises,
     whole_mesh,
 )
-from nvhchain.gear.compliance.flank_forces import point_forces
-from nvhchain.gear.compliance.tooth_compliance import unknowns
+from nvhchain.gear.compliance.tooth_compliance import point_forces, unknowns
 from nvhchain.gear.contact.contact_lines import contact_lines
 from nvhchain.gear.elements.gear_mesh import tooth_mesh
 from nvhchain.gear.root_strain.places import strain_operator

@@ -12,8 +12,7 @@ from nvhchain.fidelity import DRAFT
 from nvhchain.gear import Engagement, slice_compliance
 from nvhchain.gear.contact._slices import gaps
 from nvhchain.gear.contact.contact_lines import contact_lines
-from nvhchain.gear.contact.slice_forces import contact_half_width, half_space_compliance, local_deflection, local_law
-from nvhchain.gear.contact.tip_edge import (
+from nvhchain.gear.contact.local_law import (
     FADE,
     TipEdges,
     held_excess,
@@ -22,6 +21,7 @@ from nvhchain.gear.contact.tip_edge import (
     wedge_excess,
     wedge_factor,
 )
+from nvhchain.gear.contact.slice_forces import contact_half_width, half_space_compliance, local_deflection, local_law
 
 PAIR = (STEEL, STEEL)
 A = 2 * half_space_compliance(STEEL)

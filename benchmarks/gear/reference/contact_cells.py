@@ -20,7 +20,7 @@ from nvhchain.gear.drawing.pair import GearPair
 from nvhchain.gear.elements.blank_mesh import innermost_solid
 from nvhchain.gear.elements.gear_mesh import GearMesh, gear_mesh
 from nvhchain.gear.elements.grading import Grading, insert_middles
-from nvhchain.gear.elements.plane_mesh import BoolArray
+from nvhchain.gear.elements.pitch_mesh import BoolArray
 from nvhchain.handoff import FloatArray, IntArray
 
 _SIMPSON = np.array([1.0, 4.0, 1.0]) / 6

@@ -9,8 +9,7 @@ import numpy as np
 
 from nvhchain.acoustics.interpolation.adaptive import error_decibel
 from nvhchain.acoustics.surfaces.bodies import split_bodies
-from nvhchain.acoustics.surfaces.clearance import clearances
-from nvhchain.acoustics.surfaces.openings import SHIFT, resonance_shift
+from nvhchain.acoustics.surfaces.clearance import SHIFT, clearances, resonance_shift
 from nvhchain.acoustics.surfaces.surface import (
     LOCAL_COARSENING,
     MESH_ERROR,

@@ -13,7 +13,7 @@ from nvhchain.acoustics.interpolation.nodes import is_opening_resonance, pole_sh
 from nvhchain.acoustics.interpolation.paths import Paths
 from nvhchain.acoustics.solutions.quantity import Line, Quantity
 from nvhchain.acoustics.surfaces.burton_miller import coupling
-from nvhchain.acoustics.surfaces.openings import opening_energy_ratio
+from nvhchain.acoustics.surfaces.clearance import opening_energy_ratio
 from nvhchain.acoustics.surfaces.reflecting_plane import append_images
 from nvhchain.acoustics.surfaces.velocity_slopes import velocity_within_faces
 from nvhchain.acoustics.systems.engines import workers

@@ -1,4 +1,4 @@
-"""Contact lines of a gear pair on its plane of action.
+"""Contact lines of a gear pair on its plane of action, and friction along them.
 
 The pinion drives and turns counter-clockwise about +z (sense +1) or clockwise (−1), the wheel the other way.  Each
 angle counts positive in its own running direction; r_bP φ_P = r_bG φ_G without load.
@@ -20,6 +20,10 @@ Beyond the path of contact between the tip circles a tip edge meets the mating f
 `corner_gap` are included.
 
 The deflection (some 10 µm) is neglected in s against the base pitch (some mm).
+
+Friction is Coulomb's. With parallel axes the flanks slide in the transverse plane, across the line of action. At s from
+the pinion's base tangent point the pinion's flank moves with ω_P s and the wheel's with ω_G (L − s). L is the distance
+of the tangent points. The friction force μ F reverses with the sliding velocity at the pitch point.
 """
 
 from __future__ import annotations
@@ -29,10 +33,14 @@ from math import cos, tan
 
 import numpy as np
 
-from nvhchain.gear.contact.tip_edge import TipEdges
-from nvhchain.gear.drawing.pair import BACK, DRIVE, GearPair
-from nvhchain.gear.drawing.tip_edge_gap import edge_gap
+from nvhchain.errors import require_within
+from nvhchain.gear.contact.local_law import TipEdges
+from nvhchain.gear.drawing.pair import BACK, DRIVE, GearPair, edge_gap
 from nvhchain.handoff import FloatArray, IntArray
+
+LARGEST_COEFFICIENT = 1.0
+"""Largest coefficient of friction; a larger value has a wrong unit."""
+
 
 POINTS, ZOOMS = 17, 4
 """Points along the profile, and number of refinements, of the search for the least distance of relieved flanks. Each
@@ -237,3 +245,33 @@ def _least_removed(pair: GearPair, lines: ContactLines, removed: FloatArray) -> 
         best = parted.argmin(axis=0)
         low, high = (t[np.clip(best + step, 0, POINTS - 1), everywhere] for step in (-1, 1))
     return np.asarray(parted.min(axis=0))
+
+
+def check_coefficient(friction: float) -> None:
+    """Refuse a coefficient of friction outside its range."""
+    require_within("friction", friction, 0, LARGEST_COEFFICIENT, "", "give the coefficient, usual is 0.05")
+
+
+def sliding_sense(pair: GearPair, lines: ContactLines) -> FloatArray:
+    """Return the sign (n,) of the sliding velocity ω_P s − ω_G (L − s): −1, 0 or 1.
+
+    Returns (n,): −1 where the pinion's root touches, 1 where its tip does.
+    """
+    return np.sign(lines.position - pair.pitch_point)
+
+
+def lever_arms(pair: GearPair, lines: ContactLines, friction: float) -> FloatArray:
+    """Return the torque into the pinion and out of the wheel per normal force of each slice.
+
+    friction: coefficient μ, 0 … 1.
+    Returns (2, n): lever arms of pinion and wheel (m).
+
+    T_P = Σ F (± r_bP cos β_b + μ σ s), T_G = Σ F (± r_bG cos β_b + μ σ (L − s)), with + on the drive flanks, − on the
+    back flanks, and σ the sense of sliding.
+
+    The friction power is T_P ω_P − T_G ω_G = Σ μ F |ω_P s − ω_G (L − s)|.
+    """
+    check_coefficient(friction)
+    normal = pair.base_radius * cos(pair.base_helix_angle) * (1.0 if lines.flank == DRIVE else -1.0)
+    distance = np.stack([lines.position, pair.line_length - lines.position])
+    return np.asarray(normal[:, None] + friction * sliding_sense(pair, lines) * distance)

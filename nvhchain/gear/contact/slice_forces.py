@@ -16,8 +16,13 @@ from __future__ import annotations
 import numpy as np
 
 from nvhchain.errors import SolverError
-from nvhchain.gear.contact.flattening import contact_half_width, half_space_compliance, local_deflection
-from nvhchain.gear.contact.local_law import LocalLaw, local_law
+from nvhchain.gear.contact.local_law import (
+    LocalLaw,
+    contact_half_width,
+    half_space_compliance,
+    local_deflection,
+    local_law,
+)
 from nvhchain.handoff import FloatArray
 
 __all__ = [

@@ -9,8 +9,7 @@ import numpy as np
 
 from nvhchain.errors import require
 from nvhchain.gear.deviations.flanks import GearDeviations
-from nvhchain.gear.drawing.misalignment import Misalignment
-from nvhchain.gear.drawing.pair import DRIVE, GearPair
+from nvhchain.gear.drawing.pair import DRIVE, GearPair, Misalignment
 from nvhchain.handoff import FloatArray, IntArray
 
 

@@ -1,25 +1,131 @@
-"""Pair of external involute gears: working geometry, path of contact, backlash, and checks that the gears can mesh.
+"""Pair of external involute gears: working geometry, path of contact, backlash, misalignment, and checks.
 
 The pinion drives and turns counter-clockwise about +z (sense +1) or clockwise (−1), the wheel the other way.
+
+Tip edges touch the mating flank beyond the ends of the path of contact. Loaded teeth meet too early and part too late.
+Before the path begins, the wheel's tip edge touches the pinion's flank off the line of action. After its end the
+pinion's edge touches the wheel's flank.
+
+Involutes of one base circle lie a constant distance apart, the arc between them on that circle.  The gap between an
+edge and a flank is therefore the arc from the flank to the involute through the edge.  It is exact for any position.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from math import acos, cos, degrees, lcm, pi, sin, sqrt, tan
 
 import numpy as np
+from scipy.optimize import brentq
 
+from nvhchain.dimensions import Angle
 from nvhchain.errors import InputError, require, warn_caller
 from nvhchain.gear.drawing.body import GearBody
 from nvhchain.gear.drawing.geometry import GearGeometry, involute
-from nvhchain.gear.drawing.misalignment import Misalignment
 from nvhchain.gear.drawing.thickness import ROUNDING
-from nvhchain.gear.drawing.tip_edge_gap import extension
 from nvhchain.handoff import FloatArray
 from nvhchain.kinds import check_fields, checked
+
+LARGEST_ANGLE = 0.02
+"""Largest angle (rad); tilts are taken to first order."""
+
+
+@dataclass(frozen=True)
+class Misalignment:
+    """Angles of the wheel's axis against the pinion's; the pair keeps its place at the pitch point at mid-width.
+
+    Parameters
+    ----------
+    in_plane : float
+        Angle in the plane of action of the drive flanks (rad); > 0 closes them towards +z.
+    normal : float
+        Angle across that plane (rad); > 0 takes the wheel away from the pinion towards +z.
+
+    Notes
+    -----
+    To first order `normal` has no effect on the drive flanks, but it has on the back flanks. A parallel error is part
+    of `GearPair.centre_distance`, which is the actual one.
+    """
+
+    in_plane: Angle = 0.0
+    normal: Angle = 0.0
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        for name in ("in_plane", "normal"):
+            value = getattr(self, name)
+            require(
+                abs(value) <= LARGEST_ANGLE,
+                f"misalignment {name} = {1e3 * value:g} mrad is beyond ±{1e3 * LARGEST_ANGLE:g} mrad: give it in rad",
+            )
+
+    def separation(
+        self, path_length: FloatArray, axial: FloatArray, *, drive: bool, sense: int, pressure_angle: float, tilt: float
+    ) -> FloatArray:
+        """Return the gap (m) that misalignment opens at contact points.
+
+        path_length: distance from the pitch point along the line of action, from pinion to wheel (m).
+        axial: axial position (m).
+        drive: True for the drive flanks.
+        pressure_angle: working pressure angle α_wt (rad).
+        tilt: base helix angle β_b (rad), > 0 where the pinion is right-handed.
+        Returns gap along the normal (m).
+
+        The wheel's flank turns in the plane of action about the pitch point.
+        """
+        turn = -self.in_plane
+        if not drive:  # the two lines of action enclose 180° − 2 α_wt
+            turn = self.in_plane * cos(2 * pressure_angle) + self.normal * sin(2 * pressure_angle)
+        slope = sense if drive else -sense
+        return np.asarray(turn * (cos(tilt) * axial + slope * sin(tilt) * path_length))
+
+
+def edge_gap(
+    excess: FloatArray, own_base: float, mating_base: float, edge: float, line_length: float, centre_distance: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the gap between an edge and the mating flank, and the place and angle at which they will meet.
+
+    excess : (n,) distance on the line of action from the end of the path, which the edge has passed or not reached
+        (m).
+    own_base, mating_base : base radii of the gear with the edge and of the other (m).
+    edge : tip radius of the gear with the edge (m).
+    line_length : distance of the base tangent points (m).
+
+    gap : (n,) arc on the mating base circle by which the edge misses the flank (m).
+    radius : (n,) radius on the mating gear at which they will meet (m).
+    angle : (n,) angle between the flanks there (rad).
+    """
+    # own centre at the origin, the other on the x axis; angle of the edge from the line of centres
+    pressure, end = np.arccos((own_base + mating_base) / centre_distance), sqrt(edge**2 - own_base**2)
+    turned = np.arctan2(end, own_base) - pressure + np.asarray(excess, float) / own_base
+    across, along = centre_distance - edge * np.cos(turned), edge * np.sin(turned)
+    radius = np.hypot(across, along)
+    rolled = np.sqrt(np.maximum(radius**2 - mating_base**2, 0.0))
+    # mating involute through the edge: its crossing of the line of action, from that gear's tangent point
+    crossing = rolled + mating_base * (pressure - np.arctan2(along, across) - np.arctan2(rolled, mating_base))
+    # the normal of an involute turns from the line of action by rolled length over base radius
+    angle = np.asarray(excess, float) / own_base + (rolled - crossing) / mating_base
+    return crossing - (line_length - end - np.asarray(excess, float)), radius, angle
+
+
+@lru_cache
+def extension(gap: float, own_base: float, mating_base: float, edge: float, line: float, distance: float) -> float:
+    """Return the length (m) beyond the end of the path at which the unloaded edge misses the flank by `gap` (m).
+
+    The gap is an arc on the mating base circle, as in `edge_gap`.
+    """
+    if gap == 0:
+        return 0.0
+
+    def missing(excess: float) -> float:
+        return float(edge_gap(np.array(excess), own_base, mating_base, edge, line, distance)[0]) - gap
+
+    # bounded by the remaining rolled length on the mating gear
+    left = line - sqrt(edge**2 - own_base**2)
+    return float(brentq(missing, 0.0, 0.9 * left)) if missing(0.9 * left) > 0 else 0.9 * left
+
 
 DRIVE, BACK = 0, 1
 
@@ -60,7 +166,7 @@ class GearPair:
     wheel: GearBody
     centre_distance: float
     sense: int = 1
-    misalignment: Misalignment = Misalignment()  # noqa: RUF009 (frozen)
+    misalignment: Misalignment = Misalignment()
 
     def __post_init__(self) -> None:
         check_fields(self)

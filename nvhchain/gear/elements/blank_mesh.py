@@ -19,7 +19,7 @@ from nvhchain.gear.drawing.body import GearBody
 from nvhchain.gear.drawing.cutouts import Openings, RoundCutouts
 from nvhchain.gear.drawing.volume_mesh import VolumeMesh
 from nvhchain.gear.elements.grading import Grading, insert_middles
-from nvhchain.gear.elements.plane_mesh import BoolArray, Curve, PlaneMesh, quadratic_mesh
+from nvhchain.gear.elements.pitch_mesh import BoolArray, Curve, PlaneMesh, quadratic_mesh
 from nvhchain.handoff import FloatArray, IntArray
 
 _THIN, _THINNEST = 1.5, 0.25

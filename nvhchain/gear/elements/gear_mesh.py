@@ -20,8 +20,7 @@ from nvhchain.gear.drawing.body import GearBody
 from nvhchain.gear.drawing.volume_mesh import VolumeMesh
 from nvhchain.gear.elements.blank_mesh import WEB_GROWTH, BlankMesh, blank_mesh, innermost_solid, rows_over_even
 from nvhchain.gear.elements.grading import Grading
-from nvhchain.gear.elements.pitch_mesh import PitchMesh, pitch_mesh
-from nvhchain.gear.elements.plane_mesh import BoolArray, PlaneMesh
+from nvhchain.gear.elements.pitch_mesh import BoolArray, PitchMesh, PlaneMesh, pitch_mesh
 from nvhchain.handoff import FloatArray, IntArray
 
 _THIN, _WEB_PART, _FLAT = 0.3, 0.4, 0.3

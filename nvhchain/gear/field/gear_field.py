@@ -18,8 +18,7 @@ from nvhchain.fem.stress import nodal_stress, von_mises_of_stress
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.compliance.body_flexibility import HeldBody
 from nvhchain.gear.compliance.tooth_compliance import CondensedTooth, condensed_tooth, cylindrical_stiffness, unknowns
-from nvhchain.gear.contact.contact_lines import wheel_angle
-from nvhchain.gear.contact.friction import check_coefficient
+from nvhchain.gear.contact.contact_lines import check_coefficient, wheel_angle
 from nvhchain.gear.contact.local_law import local_law
 from nvhchain.gear.drawing.body import GearBody
 from nvhchain.gear.drawing.pair import DRIVE, GearPair

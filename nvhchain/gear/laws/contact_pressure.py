@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from nvhchain.fidelity import GearFidelity
-from nvhchain.gear.contact.closing_edges import close_edges
-from nvhchain.gear.contact.engagement import Engagement
+from nvhchain.gear.contact.engagement import Engagement, close_edges
 from nvhchain.gear.deviations.pairs import PairDeviations
 from nvhchain.gear.drawing.pair import DRIVE, GearPair
 from nvhchain.gear.laws.deviated_load import pair_forces, tilted

@@ -13,8 +13,7 @@ from nvhchain.errors import require
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.compliance.analytic import SliceCompliance
 from nvhchain.gear.compliance.flank_compliance import FlankCompliance
-from nvhchain.gear.contact.closing_edges import close_edges
-from nvhchain.gear.contact.engagement import Engagement
+from nvhchain.gear.contact.engagement import Engagement, close_edges
 from nvhchain.gear.deviations.pairs import PairDeviations
 from nvhchain.gear.drawing.pair import GearPair
 from nvhchain.gear.laws.mesh_law import pair_compliances

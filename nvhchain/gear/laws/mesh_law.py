@@ -12,8 +12,7 @@ from nvhchain.errors import SolverError, require, warn_caller
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.compliance.analytic import SliceCompliance, slice_compliance
 from nvhchain.gear.compliance.flank_compliance import FlankCompliance, flank_compliance
-from nvhchain.gear.contact.closing_edges import close_edges
-from nvhchain.gear.contact.engagement import Engagement, engaged_reach
+from nvhchain.gear.contact.engagement import Engagement, close_edges, engaged_reach
 from nvhchain.gear.drawing.pair import BACK, DRIVE, GearPair
 from nvhchain.gear.drawing.volume_mesh import VolumeMesh
 from nvhchain.gear.laws.transmission_error import angle_blocks, body_period_angles, compute_blocks, loaded_mesh

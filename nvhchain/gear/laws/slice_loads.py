@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse as sp
 
-from nvhchain.gear.compliance.flank_forces import point_forces
-from nvhchain.gear.contact.friction import sliding_sense
+from nvhchain.gear.compliance.tooth_compliance import point_forces
+from nvhchain.gear.contact.contact_lines import sliding_sense
 from nvhchain.gear.drawing.pair import DRIVE, GearPair
 from nvhchain.gear.elements.gear_mesh import SolidMesh
 from nvhchain.gear.elements.pitch_mesh import PitchMesh

@@ -10,13 +10,11 @@ from scipy.interpolate import PchipInterpolator
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.compliance.analytic import SliceCompliance
 from nvhchain.gear.compliance.flank_compliance import FlankCompliance
-from nvhchain.gear.contact.closing_edges import close_edges
 from nvhchain.gear.contact.contact_lines import mesh_order
 from nvhchain.gear.contact.contact_lines import separation as unloaded_gap
-from nvhchain.gear.contact.engagement import Engagement
-from nvhchain.gear.contact.local_law import LocalLaw, local_law
+from nvhchain.gear.contact.engagement import Engagement, close_edges
+from nvhchain.gear.contact.local_law import LocalLaw, TipEdges, local_law
 from nvhchain.gear.contact.slice_forces import slice_forces
-from nvhchain.gear.contact.tip_edge import TipEdges
 from nvhchain.gear.drawing.pair import BACK, DRIVE, GearPair
 from nvhchain.gear.laws.mesh_law import pair_compliances
 from nvhchain.gear.laws.transmission_error import deflection_at_force

@@ -17,10 +17,8 @@ import numpy as np
 from nvhchain.conventions import Progress
 from nvhchain.errors import InputError, SolverError, require
 from nvhchain.fidelity import GearFidelity
-from nvhchain.gear.contact.closing_edges import close_edges
-from nvhchain.gear.contact.contact_lines import ContactLines
-from nvhchain.gear.contact.engagement import Engagement
-from nvhchain.gear.contact.friction import lever_arms
+from nvhchain.gear.contact.contact_lines import ContactLines, lever_arms
+from nvhchain.gear.contact.engagement import Engagement, close_edges
 from nvhchain.gear.contact.slice_forces import contact_half_width
 from nvhchain.gear.drawing.pair import GearPair
 from nvhchain.handoff import FloatArray, IntArray, MeshLaw

@@ -23,10 +23,15 @@ from nvhchain.errors import InputError, is_whole, require
 from nvhchain.fem._sparse import BLOCK, factorize
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.compliance.body_flexibility import HeldBody
-from nvhchain.gear.compliance.flank_forces import flank_loads
 from nvhchain.gear.compliance.flank_splines import LocalBasis, local_basis, point_weights
-from nvhchain.gear.compliance.tooth_compliance import CondensedTooth, condensed_tooth, cylindrical_stiffness, unknowns
-from nvhchain.gear.contact.friction import check_coefficient
+from nvhchain.gear.compliance.tooth_compliance import (
+    CondensedTooth,
+    condensed_tooth,
+    cylindrical_stiffness,
+    flank_loads,
+    unknowns,
+)
+from nvhchain.gear.contact.contact_lines import check_coefficient
 from nvhchain.gear.drawing.body import GearBody
 from nvhchain.gear.drawing.pair import GearPair
 from nvhchain.gear.elements.gear_mesh import GearMesh, gear_mesh

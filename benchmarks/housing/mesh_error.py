@@ -20,6 +20,7 @@ from benchmarks.publish import publish
 from nvhchain.case import GearboxCase
 from nvhchain.conventions import ALUMINIUM
 from nvhchain.fem import frequency_errors, lowest_modes, stiffness_and_mass
+from nvhchain.fem.faces import boundary_faces
 from nvhchain.fem.solid_model import ElementBlock, SolidModel
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, IntArray
@@ -29,6 +30,7 @@ from nvhchain.housing.casting.mesh import mesh_casting
 from nvhchain.housing.imported.repair import sound_mesh
 from nvhchain.housing.modes.seat_modes import seat_modes
 from nvhchain.housing.reduction import _LEFT_ELSEWHERE, held_matrices, left_uncorrected
+from nvhchain.housing.skin.thin_walls import long_edge
 from tests.housing.step_files import write_step
 
 CASES = Path(__file__).parents[2] / "cases"
@@ -93,12 +95,13 @@ ALIKE, NEAR = 0.8, 0.09
 @dataclass(frozen=True)
 class Meshed:
     """frequency (m,) Hz and seats (m, 3 n) of modes; error (m,): that which elements are estimated to make, of which
-    at_edges (m,) at sharp inner edges."""
+    at_edges (m,) at sharp inner edges; ratio of the length of elements to the thickness of walls."""
 
     frequency: FloatArray
     seats: FloatArray
     error: FloatArray
     at_edges: FloatArray
+    ratio: float
 
     @property
     def corrected(self) -> FloatArray:
@@ -123,7 +126,8 @@ def meshed(name: str, size: float, out: Path) -> Meshed:
     K, M, T = held_matrices(mesh, case.housing)
     modes = seat_modes(K, M, len(case.housing.bores), highest)
     errors = frequency_errors(mesh.nodes, mesh.elements, case.housing.material, T @ modes.shapes, modes.frequency)
-    made = Meshed(modes.frequency, modes.shapes[modes.seats].T, *errors)
+    ratio = long_edge(mesh.nodes, mesh.skin) / (1e-3 * WALLS[name])
+    made = Meshed(modes.frequency, modes.shapes[modes.seats].T, *errors, ratio)
     np.savez(file, **vars(made))
     print(name, size, len(mesh.elements), "elements", flush=True)
     return made
@@ -144,7 +148,8 @@ def boxed(radius: float, size: float, out: Path) -> Meshed:
     frequency, shapes = frequency[kept], shapes[:, kept]
     print(f"fillets of {radius:g} mm", size, len(elements), "elements", flush=True)
     errors = frequency_errors(nodes, elements, ALUMINIUM, shapes, frequency)
-    return Meshed(frequency, np.eye(len(kept)), *errors)
+    faces = boundary_faces([("tet", elements)], np.arange(len(nodes)), "box")
+    return Meshed(frequency, np.eye(len(kept)), *errors, long_edge(nodes, faces) / 5e-3)
 
 
 def partners(coarse: Meshed, fine: Meshed) -> tuple[IntArray, NDArray[np.bool_]]:
@@ -167,7 +172,7 @@ def rows(name: str, out: Path) -> list[str]:
         f, c, limit = of.frequency[paired], of.corrected[paired], exact[partner[paired]]
         said, left = 1.0 - c / f, c / limit - 1.0
         part = of.at_edges[paired] / of.error[paired]
-        stated = said * np.hypot(left_uncorrected(size / WALLS[name]) * part, _LEFT_ELSEWHERE * (1.0 - part))
+        stated = said * np.hypot(left_uncorrected(float(of.ratio)) * part, _LEFT_ELSEWHERE * (1.0 - part))
         true = 1.0 - limit / f
         found.append(
             f"| {name} | {size:g} | {len(f)} | {rms(true):.2f} | {rms(left):.2f} | {rms(stated):.2f} | "

@@ -1,4 +1,4 @@
-"""Hybrid contact with full flanks and with tip edges (`gear.contact.tip_edge`) against the stored reference.
+"""Hybrid contact with full flanks and with tip edges (`gear.contact.local_law`) against the stored reference.
 
     python -m benchmarks local_laws OUT
 

@@ -1,4 +1,4 @@
-"""Closed forms for held teeth and their tips (`gear.contact.tip_edge`) against finite elements of plane sections.
+"""Closed forms for held teeth and their tips (`gear.contact.local_law`) against finite elements of plane sections.
 
     python -m benchmarks tip_edge
 

@@ -128,7 +128,7 @@ class ForceError:
 
         It is 1 (no lower limit) where nothing excites a force, and more where excitations nearly cancel.
         """
-        there, wrong, seen = self._around(orders, width)
+        there, wrong, seen = self._neighbourhood(orders, width)
         return np.asarray(np.where(seen, AMPLIFICATION * np.sqrt(wrong / np.where(seen, there, 1.0)), 1.0))
 
     def relative_of(self, orders: FloatArray, force: FloatArray, reach: float) -> FloatArray:
@@ -140,7 +140,7 @@ class ForceError:
         part has the relative errors of line k and of the excitation at the distance |j − k|.
         """
         error = self.relative(orders)
-        there, wrong, seen = self._around(orders, 0.0)
+        there, wrong, seen = self._neighbourhood(orders, 0.0)
         known = seen & (error < FED) & (force > 0)
         gain = np.where(known, force / np.sqrt(np.where(seen, there, 1.0)), 0.0)
         for line in np.flatnonzero((error >= FED) & (force > 0)):
@@ -152,7 +152,7 @@ class ForceError:
                 error[line] = min(error[line], float(np.sqrt(alone**2 + error[feeder] ** 2 + apart**2)))
         return error
 
-    def _around(
+    def _neighbourhood(
         self, orders: FloatArray, width: FloatArray | float
     ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
         """Return power, error and "is excited", each (n,), of the lines within `width` orders of each order."""

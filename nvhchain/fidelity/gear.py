@@ -37,7 +37,7 @@ class GearFidelity(Knobs, package="gear"):
                 "Weber–Banaschek beam on a Sainsot–Velex ring, without holes or slots, and of a web its twist alone")
     corner_gap: float = knob(60e-6, high=0.1, unit="m", sweep=(30e-6,),
         meaning="unloaded gap up to which contact of tip edges beyond the path of contact is sought; 0: none. Where it "
-                "is too small for the load (`gear.closing_edges`) the approach of the flanks is taken instead")
+                "is too small for the load (`close_edges`) the approach of the flanks is taken instead")
     drive_reach: float = knob(3.0, low=0.1, high=100.0, sweep=(1.5, 2.0),
         meaning="largest mesh-law force on the drive flank, times the nominal force")
     back_reach: float = knob(1.5, low=0.1, high=100.0, sweep=(0.5,),

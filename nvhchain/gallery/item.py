@@ -34,18 +34,18 @@ class Stated:
     """Number that the thesis or a verdict states.
 
     value: value, in the unit of its quantity.
-    within: deviation of the chain up to which the verdict holds, relative to the value; absolute where it is 0.
+    margin: deviation of the chain up to which the verdict holds, relative to the value; absolute where it is 0.
     bound: True for the upper limit of a quantity.
     """
 
     value: float
-    within: float = 0.0
+    margin: float = 0.0
     bound: bool = False
 
     def holds(self, ours: float) -> bool:
         """Return True if our number is as near as the verdict states."""
         above = ours - self.value
-        return (above if self.bound else abs(above)) <= self.within * (abs(self.value) or 1.0)
+        return (above if self.bound else abs(above)) <= self.margin * (abs(self.value) or 1.0)
 
 
 @dataclass(frozen=True)

@@ -67,7 +67,7 @@ def report_modes(
         raise InputError(f"{case.name} is a radiator: it has no shafts and meshes")
     found = modes_over_speed(case, fidelity=fidelity, out=out, operators=operators, damped=damped, watcher=watcher)
     top = highest or case.band.high
-    at_nominal, *over_speed = (_up_to(modes, top) for modes in found)
+    at_nominal, *over_speed = (_limited(modes, top) for modes in found)
     folder = writable_folder(out, "out")
     table, picture = folder / "modes.csv", folder / "campbell.png"
     write_output(table, _table(at_nominal).encode())
@@ -84,7 +84,7 @@ def report_modes(
     return ModeReport(at_nominal, tuple(_lines(at_nominal, rates)), (table, picture))
 
 
-def _up_to(modes: SystemModes, top: float) -> SystemModes:
+def _limited(modes: SystemModes, top: float) -> SystemModes:
     kept = int(np.searchsorted(modes.frequency, top, side="right"))
     rows = ("frequency", "damping", "kinetic", "strain", "bearing_motion", "plane_motion", "housing_motion")
     return replace(modes, **{name: getattr(modes, name)[:kept] for name in rows})

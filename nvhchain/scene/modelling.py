@@ -215,7 +215,7 @@ def modelled_alike(
         values = [getattr(options, name) for case in stated or gearboxes for options in needed[case.name]]
         common[name] = max(values)
         source |= {name: stated[0].name} if stated else {}
-    return {case.name: _like(case, common, source, fidelity.option_tolerance_db) for case in gearboxes}
+    return {case.name: _alike(case, common, source, fidelity.option_tolerance_db) for case in gearboxes}
 
 
 def _needed(
@@ -233,7 +233,7 @@ def _needed(
     return found
 
 
-def _like(case: GearboxCase, common: Mapping[str, Any], source: Mapping[str, str], tolerance: float) -> Modelling:
+def _alike(case: GearboxCase, common: Mapping[str, Any], source: Mapping[str, str], tolerance: float) -> Modelling:
     """Return the modelling of a case whose open options take common values where they can."""
     linear = _Estimates(case)
     chosen = linear.plain(**{name: common[name] for name in linear.open})

@@ -235,7 +235,7 @@ def _search_lines(study: Study, rows: Sequence[Row]) -> list[str]:
     name, percent = study.goal.response, study.goal.percent
     share = f"{percent:g} % of {study.goal.draws} gearboxes below " if study.goal.draws else ""
     best, (base, *_) = best_score(study, rows), scores(study, rows)
-    outside = [study.text(name, base.values[name]) for name in base.outside]
+    outside = [study.text(name, base.values[name]) for name in base.forbidden]
     lies = [f"Design 0, the base case, lies outside the search: {', '.join(outside)}"] if outside else []
     if best is None:
         return ["No design meets all targets: widen the ranges, or raise the targets", *lies]

@@ -11,6 +11,7 @@ from nvhchain import STANDARD
 from nvhchain.acoustics import ENGINES, sphere, transfer_vectors
 from nvhchain.errors import FileFormatError
 from nvhchain.fem.mesh_files import read, read_mesh
+from nvhchain.fidelity.knob import Sweep, knob
 
 PAGES = Path(__file__).parents[2] / "docs" / "developers"
 
@@ -36,6 +37,15 @@ def test_the_example_of_a_file_format_reads_and_refuses(tmp_path, monkeypatch):
     with pytest.raises(FileFormatError) as refused:
         read_mesh(path)
     assert str(refused.value).replace(f"{tmp_path}/", "") in page
+
+
+def test_declarations_of_knobs_are_accepted_as_the_page_writes_them():
+    page = (PAGES / "add_a_knob.md").read_text(encoding="utf-8")
+    declared = [f"1.5, low=0, {text.replace(', …', '')}" for text in re.findall(r"`(sweep=.*?|step=.*?)`", page)]
+    declared += re.findall(r"= knob\((.*?)\n\)", page, re.S)
+    assert len(declared) == 7
+    for text in declared:
+        assert eval(f"knob({text if 'meaning' in text else text + ', meaning=str()'})", {"Sweep": Sweep, "knob": knob})
 
 
 def test_the_example_of_an_engine_solves_and_counts(monkeypatch):

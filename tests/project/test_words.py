@@ -11,8 +11,10 @@ from scripts.docstrings import public
 
 ROOT = Path(__file__).parents[2]
 FIRST = r"(What|Of|Where|Whether|That|Those|As|So|How|From|On|With|To|By|In|Between|Beside|Behind)\b"
-PREPOSITION = r"(above|across|after|along|as|at|before|behind|below|beside|between|beyond|by|for|from|in|inside|into|"
-PREPOSITION += r"near|of|on|outside|over|per|through|to|under|until|with|within|without)(_|$)"
+PREPOSITION = r"(about|above|across|after|along|around|as|at|before|behind|below|beside|between|beyond|by|for|from|in|"
+PREPOSITION += (
+    r"inside|into|like|near|of|off|on|outside|over|per|through|to|towards|under|until|up|with|within|without)(_|$)"
+)
 CONVERSIONS = (
     "HandOff.to_xarray as_json from_json Misalignment.in_plane SoundAccuracy.near_field_db"  # as in xarray; nouns
 )

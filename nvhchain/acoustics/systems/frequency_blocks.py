@@ -9,7 +9,7 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -69,9 +69,6 @@ def checkpoints_in_folder(folder: str | Path | None, step: str, *inputs: Any) ->
         return None
     return BandCheckpoints(hdf5.writable_folder(folder, "checkpoints"), step, inputs)
 
-
-if TYPE_CHECKING:
-    from nvhchain.acoustics.systems.frequency_blocks import BandCheckpoints
 
 BAND = 4
 """Frequencies per task: enough to share an engine's geometric work, few enough to spread and to report progress."""

@@ -71,7 +71,7 @@ def mended(table: Mapping[str, Any], wrong: Sequence[str], path: str) -> dict[st
         right.setdefault(name, value)
     for part, field, known, _ in unknown_references(right):
         close = get_close_matches(part[field], known, 1)
-        part[field] = close[0] if close else _around(right, part) or _end(right, field) or part[field]
+        part[field] = close[0] if close else _shaft_through(right, part) or _end(right, field) or part[field]
     if any("give them opposite hands" in text for text in wrong):
         _oppose_hands(right)
     return right
@@ -137,7 +137,7 @@ def _replace_support(table: Mapping[str, Any], steps: Sequence[str | int], text:
             part[field] = _BEARING[field]
 
 
-def _around(table: Mapping[str, Any], bearing: Mapping[str, Any]) -> str:
+def _shaft_through(table: Mapping[str, Any], bearing: Mapping[str, Any]) -> str:
     """Return the shaft whose axis goes through the bore of a bearing in a drawn casting; empty without one."""
     housing = table.get("housing")
     bores = housing.get("bores", ()) if isinstance(housing, dict) else ()

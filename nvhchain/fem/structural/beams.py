@@ -67,14 +67,14 @@ def _local(length: FloatArray, block: BeamBlock) -> tuple[FloatArray, FloatArray
     bar = np.array([[1.0, -1.0], [-1.0, 1.0]])
     heavy = np.array([[2.0, 1.0], [1.0, 2.0]]) / 6
     line = rho * section.area + section.extra_mass
-    polar = rho * (section.about_z + section.about_y)
+    polar = rho * (section.bending_y + section.bending_z)
     for freedom, stiff, inertia in ((0, E * section.area, line), (3, G * section.torsion, polar)):
         place = np.ix_(range(m), [freedom, freedom + 6], [freedom, freedom + 6])
         K[place] += stiff / length[:, None, None] * bar
         M[place] += inertia * length[:, None, None] * heavy
     planes = (
-        ([1, 5, 7, 11], np.array([1.0, 1.0, 1.0, 1.0]), section.about_z, section.shear_y),
-        ([2, 4, 8, 10], np.array([1.0, -1.0, 1.0, -1.0]), section.about_y, section.shear_z),
+        ([1, 5, 7, 11], np.array([1.0, 1.0, 1.0, 1.0]), section.bending_y, section.shear_y),
+        ([2, 4, 8, 10], np.array([1.0, -1.0, 1.0, -1.0]), section.bending_z, section.shear_z),
     )
     for freedoms, sign, second, shear in planes:
         phi = 12 * E * second / (shear * G * section.area * length**2) if shear > 0 else np.zeros(m)

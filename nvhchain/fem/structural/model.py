@@ -44,7 +44,7 @@ class BeamSection:
     """Cross-section of a beam.
 
     area: area (m²).
-    about_z, about_y: second moments of area for bending along y and along z of the section (m⁴).
+    bending_y, bending_z: second moments of area for bending along y and along z of the section (m⁴).
     product: product of area ∫yz dA (m⁴).
     torsion: torsion constant (m⁴).
     shear_y, shear_z: shear areas over the area; 0 for a beam that does not shear.
@@ -52,8 +52,8 @@ class BeamSection:
     """
 
     area: float
-    about_z: float
-    about_y: float
+    bending_y: float
+    bending_z: float
     torsion: float
     product: float = 0.0
     shear_y: float = 0.0

@@ -50,23 +50,23 @@ def _box(width: float, height: float, level: float, upright: float) -> BeamSecti
     require(2 * level < height and 2 * upright < width, "beam section BOX: its walls are thicker than the box")
     inside = (width - 2 * upright) * (height - 2 * level)
     area = width * height - inside
-    about_z = (width * height**3 - (width - 2 * upright) * (height - 2 * level) ** 3) / 12
-    about_y = (height * width**3 - (height - 2 * level) * (width - 2 * upright) ** 3) / 12
+    bending_y = (width * height**3 - (width - 2 * upright) * (height - 2 * level) ** 3) / 12
+    bending_z = (height * width**3 - (height - 2 * level) * (width - 2 * upright) ** 3) / 12
     b, h = width - upright, height - level
     torsion = 2 * (b * h) ** 2 / (b / level + h / upright)
-    return BeamSection(area, about_z, about_y, torsion, 0.0, 2 * upright * h / area, 2 * level * b / area)
+    return BeamSection(area, bending_y, bending_z, torsion, 0.0, 2 * upright * h / area, 2 * level * b / area)
 
 
 def _strips(*strips: tuple[float, float, float, float]) -> BeamSection:
     """Return an open section of rectangles, each by centre y, z and size along y and z."""
     area = sum(b * h for *_, h, b in strips)
     y0, z0 = (sum(strip[axis] * strip[2] * strip[3] for strip in strips) / area for axis in range(2))
-    about_z = sum(b * h**3 / 12 + b * h * (y - y0) ** 2 for y, _, h, b in strips)
-    about_y = sum(h * b**3 / 12 + b * h * (z - z0) ** 2 for _, z, h, b in strips)
+    bending_y = sum(b * h**3 / 12 + b * h * (y - y0) ** 2 for y, _, h, b in strips)
+    bending_z = sum(h * b**3 / 12 + b * h * (z - z0) ** 2 for _, z, h, b in strips)
     product = sum(b * h * (y - y0) * (z - z0) for y, z, h, b in strips)
     torsion = sum(max(h, b) * min(h, b) ** 3 / 3 for *_, h, b in strips)
     upright, level = (sum(h * b for *_, h, b in strips if (h >= b) is tall) / area for tall in (True, False))
-    return BeamSection(area, about_z, about_y, torsion, product, upright, level)
+    return BeamSection(area, bending_y, bending_z, torsion, product, upright, level)
 
 
 def _i(height: float, lower: float, upper: float, web: float, below: float, above: float) -> BeamSection:

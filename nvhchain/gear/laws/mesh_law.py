@@ -66,7 +66,7 @@ def mesh_law(
 
     Notes
     -----
-    Compliances are computed anew where the load closes edges beyond their reach (`closing_edges`).
+    Compliances are computed anew where the load closes edges beyond their reach (`close_edges`).
     """
     require(0 < nominal_force < np.inf, f"nominal_force = {nominal_force:g} N must be positive and finite")
     angle = body_period_angles(pair, fidelity)

@@ -185,7 +185,7 @@ def loaded_transmission_error(
     Returns angle (n_angle,): wheel angle (rad). te (n_angle,): δ/cos β_b (m).
 
     The contact is solved at every angle of the fidelity, not interpolated in a law.  It is solved again where edges
-    beyond the `corner_gap` close (`closing_edges`).
+    beyond the `corner_gap` close (`close_edges`).
     """
     pair = engagement.pair
     force, angle = pair.normal_force(pinion_torque), body_period_angles(pair, engagement.fidelity)

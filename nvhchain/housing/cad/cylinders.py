@@ -154,7 +154,7 @@ def find_seats(
             if name in named:
                 seats[name] = _named(named[name], found, f"seat {name}", place)
             else:
-                seats[name] = _around(name, place, found)
+                seats[name] = _covering_hole(name, place, found)
         except InputError as error:
             wrong.append(f"{part.file}: {error}")
     taken: dict[tuple[int, ...], str] = {}
@@ -166,7 +166,7 @@ def find_seats(
     return seats
 
 
-def _around(name: str, place: FloatArray, found: Sequence[Cylinder]) -> Cylinder:
+def _covering_hole(name: str, place: FloatArray, found: Sequence[Cylinder]) -> Cylinder:
     """Return the only hole around the axis of a bearing that covers its place."""
     upright = [c for c in found if abs(c.axis[2]) > _PARALLEL and c.angle > _HALF]
     coaxial = [c for c in upright if c.offset(place) <= AXIS_TOLERANCE]

@@ -162,9 +162,9 @@ def _beam_section(base: Database, element: Element, where: str) -> BeamSection:
         raise InputError(f"{where} has a section {found.subtype or 'without subtype'}: {', '.join(need)} are read")
     require(len(cells) >= need[kind], f"{where}: section {kind} has {len(cells)} numbers: {need[kind]} are needed")
     if kind == "ASEC":
-        area, about_y, product, about_z, _, torsion = cells[:6]
+        area, bending_z, product, bending_y, _, torsion = cells[:6]
         require(not any(cells[6:10]), f"{where}: ASEC has its centroid or shear centre off the nodes: move the nodes")
-        return BeamSection(area * L**2, about_y * L**4, about_z * L**4, torsion * L**4, -product * L**4, 1.0, 1.0)
+        return BeamSection(area * L**2, bending_z * L**4, bending_y * L**4, torsion * L**4, -product * L**4, 1.0, 1.0)
     sizes = [L * cell for cell in cells]
     if kind == "RECT":
         return rectangle(sizes[0], sizes[1])

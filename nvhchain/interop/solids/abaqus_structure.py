@@ -241,8 +241,8 @@ def _assign_beams(file: AbaqusFile, block: Block, group: str, where: str, labels
         normal = np.array([0.0, 0.0, -1.0])
     sizes, upright = [L * c for c in cells], False
     if kind == "GENERAL":
-        area, about_y, product, about_z, torsion = cells[:5]
-        law = BeamSection(area * L**2, about_z * L**4, about_y * L**4, torsion * L**4, product * L**4)
+        area, bending_z, product, bending_y, torsion = cells[:5]
+        law = BeamSection(area * L**2, bending_y * L**4, bending_z * L**4, torsion * L**4, product * L**4)
     elif kind == "RECT":
         law = rectangle(sizes[1], sizes[0])
     elif kind == "CIRC":

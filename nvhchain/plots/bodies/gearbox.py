@@ -62,7 +62,7 @@ def gearbox(
         draw_scene(ax, [walls, *marked], view=view, engine=engine)
         ax.set_title(f"housing, seen from {words}", loc="left")
         for name, place in seats.items():
-            if (place[2] > middle) == (view.towards[2] > 0):
+            if (place[2] > middle) == (view.direction[2] > 0):
                 _label(ax, view, place, name)
     supports = len(housing.supports)
     handles = [Patch(color=SEAT, label=f"{len(seats)} bearing seats")]

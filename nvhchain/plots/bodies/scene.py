@@ -41,7 +41,7 @@ class View:
     azimuth: float = 0.5
 
     @property
-    def towards(self) -> FloatArray:
+    def direction(self) -> FloatArray:
         """Direction (3,) to the viewer."""
         e, a = self.elevation, self.azimuth
         return np.array([np.cos(e) * np.sin(a), np.sin(e), np.cos(e) * np.cos(a)])
@@ -49,7 +49,7 @@ class View:
     def seen(self, points: FloatArray) -> FloatArray:
         """Return places (…, 3) as coordinates to the right and up (…, 2), m."""
         right = np.array([np.cos(self.azimuth), 0.0, -np.sin(self.azimuth)])
-        return np.stack([points @ right, points @ np.cross(self.towards, right)], axis=-1)
+        return np.stack([points @ right, points @ np.cross(self.direction, right)], axis=-1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,13 +181,13 @@ def draw_scene(ax: Axes, parts: Sequence[Part], *, view: View, engine: str = "au
     InputError for another engine, or one that cannot draw here.
     """
     points = np.concatenate([part.triangles.reshape(-1, 3) for part in parts])
-    lift = _LIFT * float(np.ptp(points, axis=0).max()) * view.towards
-    bodies = [(part.triangles, part.lit(view.towards), part.opacity) for part in parts if len(part.triangles)]
+    lift = _LIFT * float(np.ptp(points, axis=0).max()) * view.direction
+    bodies = [(part.triangles, part.lit(view.direction), part.opacity) for part in parts if len(part.triangles)]
     strokes = [(part.lines + lift, np.array(to_rgb(part.ink)), part.width) for part in parts if len(part.lines)]
     places = view.seen(np.concatenate([points, *(segments.reshape(-1, 3) for segments, _, _ in strokes)]))
     (left, low), (right, high) = places.min(axis=0), places.max(axis=0)
     extent = left, right, low, high
-    image = rendered(engine, lambda: render_scene(bodies, strokes, view.towards, height))
+    image = rendered(engine, lambda: render_scene(bodies, strokes, view.direction, height))
     if image is None:
         image = _painted(bodies, strokes, view, extent, height)
     else:
@@ -214,20 +214,20 @@ def _painted(
     depths: list[FloatArray] = []
     for triangles, colours, opacity in bodies:
         a, b, c = triangles.transpose(1, 0, 2)
-        facing = (np.cross(b - a, c - a) @ view.towards > 0) | (opacity < 1.0)
+        facing = (np.cross(b - a, c - a) @ view.direction > 0) | (opacity < 1.0)
         mean = np.column_stack([colours[facing].mean(axis=1), np.full(int(facing.sum()), opacity)])
         shapes += list(view.seen(triangles[facing]))
         filled.append(mean)
         edged.append(mean if opacity == 1.0 else np.zeros(mean.shape))
         widths.append(np.full(len(mean), 0.3))
-        depths.append((triangles[facing] @ view.towards).mean(axis=1))
+        depths.append((triangles[facing] @ view.direction).mean(axis=1))
     for segments, colour, width in strokes:
         shapes += list(view.seen(segments))
         ink = np.tile(np.append(colour, 1.0), (len(segments), 1))
         filled.append(np.zeros(ink.shape))
         edged.append(ink)
         widths.append(np.full(len(ink), 72.0 / dpi * width))
-        depths.append((segments @ view.towards).mean(axis=1))
+        depths.append((segments @ view.direction).mean(axis=1))
     order = np.argsort(np.concatenate(depths))
     figure = Figure(figsize=size, dpi=dpi)
     ax = figure.add_axes((0.0, 0.0, 1.0, 1.0))

@@ -149,9 +149,9 @@ def _pictures(
     moved = np.stack([surface.vertices + BEND * diagonal * vertex_motion(surface, state) for state in relative])
     smooth = corner_means(surface)
     colours = np.stack(
-        [_shaded(state, v, surface, smooth, view.towards) for state, v in zip(relative, moved, strict=True)]
+        [_shaded(state, v, surface, smooth, view.direction) for state, v in zip(relative, moved, strict=True)]
     )
-    images = rendered(engine, lambda: render_frames(moved, surface.triangles, colours, view.towards))
+    images = rendered(engine, lambda: render_frames(moved, surface.triangles, colours, view.direction))
     if images is None:
         box = moved.min(axis=(0, 1)), moved.max(axis=(0, 1))
         drawn = [_drawn(v[surface.triangles], c, box, view) for v, c in zip(moved, colours, strict=True)]

@@ -42,7 +42,7 @@ class _View:
 
     scale: ScalarMappable
     colours: FloatArray
-    towards: FloatArray
+    direction: FloatArray
 
 
 def rendered_surface(
@@ -60,18 +60,18 @@ def rendered_surface(
     No figure is used: a thread may wait for the picture while others are drawn.
     """
     view = _view(velocity, strongest_line(velocity) if line is None else line, dynamic_range, elevation, azimuth)
-    return _pyvista.render(velocity.surface, view.colours, view.towards)
+    return _pyvista.render(velocity.surface, view.colours, view.direction)
 
 
 def _view(velocity: SurfaceVelocity, line: int, dynamic_range: float, elevation: float, azimuth: float) -> _View:
     level = levels.decibel(velocity.normal_velocity[line], REFERENCE_VELOCITY)
     top = float(np.ceil(level.max()))
     scale = ScalarMappable(Normalize(top - dynamic_range, top), colormaps[COLOUR_MAP])
-    towards = View(elevation, azimuth).towards
+    viewer = View(elevation, azimuth).direction
     smooth = corner_means(velocity.surface)
-    shade = lighting(smooth @ velocity.surface.normals, towards, 0.65)  # mild, to be compared with the colour bar
+    shade = lighting(smooth @ velocity.surface.normals, viewer, 0.65)  # mild, to be compared with the colour bar
     colours = np.asarray(scale.to_rgba(smooth @ level))[:, :3] * shade[:, None]
-    return _View(scale, colours.reshape(-1, 3, 3), towards)
+    return _View(scale, colours.reshape(-1, 3, 3), viewer)
 
 
 def corner_means(surface: Surface) -> sp.csr_matrix:
@@ -127,14 +127,14 @@ def surface_velocity(
     view = _view(velocity, line, dynamic_range, elevation, azimuth)
     figure = Figure(figsize=(10.0, 7.2), layout="constrained")
     if image is None:
-        image = rendered(engine, lambda: _pyvista.render(surface, view.colours, view.towards))
+        image = rendered(engine, lambda: _pyvista.render(surface, view.colours, view.direction))
     if image is not None:
         ax: Axes = figure.add_subplot()
         ax.imshow(image)
         ax.set_axis_off()
     else:
         ax = figure.add_subplot(projection="3d", proj_type="ortho")
-        facing = surface.normals @ view.towards > 0.0
+        facing = surface.normals @ view.direction > 0.0
         corners = surface.vertices[surface.triangles[facing]]
         box = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
         draw_faces(ax, corners, view.colours[facing].mean(axis=1), box, View(elevation, azimuth), zoom=1.05)

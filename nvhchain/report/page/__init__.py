@@ -28,7 +28,7 @@ def write_page(folder: str | Path, *, added: Collection[str] = ()) -> Path:
         return folder / "report.html"
     stored = stored_results(folder)
     page = stored.folder / "report.html"
-    keep = bool(added) and stored.finished and _up_to_date(page, stored, added)
+    keep = bool(added) and stored.finished and _is_current(page, stored, added)
     try:
         sections = [_section(name, stored) for name in (RENEWED if keep else SECTIONS)]
     except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
@@ -58,7 +58,7 @@ def _id(name: str) -> str:
     return name.rpartition(".")[2]
 
 
-def _up_to_date(page: Path, stored: Stored, added: Collection[str]) -> bool:
+def _is_current(page: Path, stored: Stored, added: Collection[str]) -> bool:
     """Return True if a page is newer than all results of a finished run but those added."""
     files = [path for run in stored.runs for path in run.folder.glob("*.json")] + stored.hand_off_files
     files.append(stored.folder / "summary.json")

@@ -46,8 +46,8 @@ def course(results: Results) -> Figure | None:
     found, name = scores(results.study, results.rows), results.study.goal.response
     valid = [score for score in found if score.valid]
     lowest = list(np.minimum.accumulate([score.responses[name] for score in valid])) if valid else []
-    others = [score for score in found if score.responses and not score.valid and not score.outside]
-    outside = [score for score in found if score.responses and score.outside]
+    others = [score for score in found if score.responses and not score.valid and not score.forbidden]
+    outside = [score for score in found if score.responses and score.forbidden]
     traces: list[dict[str, Any]] = []
     for title, some, colour, symbol in (
         ("meets all targets", valid, "#0072b2", "circle"),

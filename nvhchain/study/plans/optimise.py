@@ -48,7 +48,7 @@ class Score:
     responses: response → value that the percentage of the goal includes; empty for a refused design.
     excess: sum of the relative excesses over targets; 0 for a design that meets them.
     refused: reason why a run of the design failed, or the response that it lacks.
-    outside: parameters of the base case that lie outside their values or range.
+    forbidden: parameters of the base case that lie outside their values or range.
     """
 
     design: int
@@ -56,12 +56,12 @@ class Score:
     responses: dict[str, float]
     excess: float
     refused: str | None = None
-    outside: tuple[str, ...] = ()
+    forbidden: tuple[str, ...] = ()
 
     @property
     def valid(self) -> bool:
         """True for a design inside the ranges that meets all targets."""
-        return self.excess == 0.0 and not self.outside
+        return self.excess == 0.0 and not self.forbidden
 
 
 def draws_of(study: Study) -> list[Design]:
@@ -99,7 +99,7 @@ def scores(study: Study, rows: Sequence[Row]) -> list[Score]:
             max(0.0, responses[name] - target) / max(abs(target), 1e-12) for name, target in study.targets.items()
         )
         outside = tuple(one.name for one in study.parameters if not one.holds(values[one.name]))
-        found.append(Score(design, values, responses, excess, outside=outside))
+        found.append(Score(design, values, responses, excess, forbidden=outside))
     return found
 
 
@@ -183,7 +183,7 @@ class _Search:
 
     def _value(self, score: Score) -> float:
         assert self.study.goal is not None
-        if score.refused is not None or score.outside:
+        if score.refused is not None or score.forbidden:
             return REFUSED
         return BROKEN * (1.0 + score.excess) if score.excess > 0 else score.responses[self.study.goal.response]
 

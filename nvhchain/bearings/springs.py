@@ -42,17 +42,12 @@ class StiffnessTable:
 
     def __post_init__(self) -> None:
         check_fields(self)
-        require_all(text for way in ("radial", "axial") for text in self._mistakes(way))
-
-    def _mistakes(self, way: str) -> list[str]:
-        load, stiffness = getattr(self, f"{way}_load"), getattr(self, f"{way}_stiffness")
-        if len(load) != len(stiffness) or not load:
-            return [f"{way}_load and {way}_stiffness have {len(load)} and {len(stiffness)} entries: give one each"]
-        if not all(isfinite(f) and 0.0 <= f <= 1e9 for f in load) or any(np.diff(load) <= 0.0):
-            return [f"{way}_load = {list(load)} N must rise within 0…1e9 N: sort it"]
-        if not all(isfinite(k) and 1e3 <= k <= STIFFEST for k in stiffness):
-            return [f"{way}_stiffness = {list(stiffness)} N/m is outside 1000…1e12 N/m: give it in N/m"]
-        return []
+        require_all(
+            [
+                *_mistakes("radial", self.radial_load, self.radial_stiffness),
+                *_mistakes("axial", self.axial_load, self.axial_stiffness),
+            ]
+        )
 
     def evaluate(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return force (5,) (N, N m) and stiffness (5, 5) at the displacement `u` (5,)."""
@@ -66,6 +61,17 @@ class StiffnessTable:
         pushed, stiffness[2, 2] = _force(abs(float(u[2])), np.array(self.axial_load), np.array(self.axial_stiffness))
         force[2] = np.sign(u[2]) * pushed
         return force, stiffness
+
+
+def _mistakes(way: str, load: tuple[float, ...], stiffness: tuple[float, ...]) -> list[str]:
+    """Return what is wrong with the curve of a direction."""
+    if len(load) != len(stiffness) or not load:
+        return [f"{way}_load and {way}_stiffness have {len(load)} and {len(stiffness)} entries: give one each"]
+    if not all(isfinite(f) and 0.0 <= f <= 1e9 for f in load) or any(np.diff(load) <= 0.0):
+        return [f"{way}_load = {list(load)} N must rise within 0…1e9 N: sort it"]
+    if not all(isfinite(k) and 1e3 <= k <= STIFFEST for k in stiffness):
+        return [f"{way}_stiffness = {list(stiffness)} N/m is outside 1000…1e12 N/m: give it in N/m"]
+    return []
 
 
 def _force(displacement: float, load: FloatArray, stiffness: FloatArray) -> tuple[float, float]:

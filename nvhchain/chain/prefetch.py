@@ -31,7 +31,6 @@ from nvhchain.runtime import processes
 from nvhchain.runtime.memory import free_memory
 from nvhchain.runtime.threads import blas_threads, cores
 from nvhchain.scene import Scene, decided, planned_steps, preflight
-from nvhchain.scene.kept import estimates_kept
 from nvhchain.scene.planned import PlannedStep
 from nvhchain.scene.steps import HOUSING, MESH_LAWS, TRANSFER_VECTORS
 
@@ -72,12 +71,6 @@ def operators_ahead(
     itself. Nothing is done in advance with one core, or where too little work is left, or memory, for two processes.
     The same holds for options whose laws need more than the gears.
     """
-    with estimates_kept(operators):
-        yield from _ahead(cases, fidelity, operators, watcher)
-
-
-def _ahead(cases: Sequence[Case], fidelity: Fidelity, operators: Path, watcher: Watcher | None) -> Iterator[None]:
-    """Compute in advance and wait, as `operators_ahead` describes."""
     cases = [decided(case, fidelity) for case in cases]
     gearboxes = [case for case in cases if isinstance(case, GearboxCase) and _laws_need_gears_alone(case)]
     if len(gearboxes) < len(cases) or not _second_process_pays(gearboxes, fidelity, operators):

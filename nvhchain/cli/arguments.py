@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from nvhchain import __version__
-from nvhchain.cli import commands
+from nvhchain.cli import commands, units
 from nvhchain.cli.examples import COMMANDS, EXAMPLES
 from nvhchain.cli.modes import modes_command
 from nvhchain.cli.sound import add_commands as add_sound_commands
@@ -162,13 +162,13 @@ def parser() -> argparse.ArgumentParser:
         default="casting",
         help="a casting drawn by rule, or fixed bearing seats and bearing forces alone (default: casting)",
     )
-    imported.set_defaults(action=commands.import_unit)
+    imported.set_defaults(action=units.import_unit)
 
     exported = verbs.add_parser(
         "export", parents=[one_case, changes], help="write shafts, gears, bearings and load of a case as REXS"
     )
     exported.add_argument("--out", metavar="FILE", type=Path, required=True, help="REXS 1.4 (.rexs)")
-    exported.set_defaults(action=commands.export_unit)
+    exported.set_defaults(action=units.export_unit)
 
     run = verbs.add_parser(
         "run",

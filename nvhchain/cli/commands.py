@@ -147,31 +147,6 @@ def new(options: argparse.Namespace) -> int:
     return 0
 
 
-def import_unit(options: argparse.Namespace) -> int:
-    """Write the case of a gear unit in REXS into a folder."""
-    from nvhchain.case.rexs import import_rexs
-
-    made = import_rexs(options.file, options.out, load=options.load_case, housing=options.housing)
-    _show_each(made.lines)
-    show(f"{made.case}; {made.page} lists everything with its value")
-    show(f"Then: nvhchain check {made.case}; nvhchain run {made.case} --fidelity draft")
-    return 0
-
-
-def export_unit(options: argparse.Namespace) -> int:
-    """Write a case as REXS, and name what the file does not hold."""
-    from nvhchain.case import GearboxCase
-    from nvhchain.case.rexs import export_rexs
-
-    case = _case(options)
-    if not isinstance(case, GearboxCase):
-        raise InputError(f"{options.case}: {case.name} is a radiator: REXS holds gearboxes")
-    require(options.out.suffix.lower() == ".rexs", f"--out {options.out}: REXS is written as XML: end it in .rexs")
-    left = export_rexs(case, options.out)
-    show(f"{options.out}; not in it: {', '.join(left)}")
-    return 0
-
-
 def _show_assumptions(case: Case) -> None:
     """Print what the case assumes, such as a housing drawn by rule."""
     _show_each(case.assumptions, f"{case.name}: ")
@@ -179,16 +154,25 @@ def _show_assumptions(case: Case) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Compute the results of a case; print levels with their limits, and write the error bands of every line."""
+    from nvhchain.scene.kept import estimates_kept
+
+    case = _case(options)
+    check_enforced(options.enforce, [case])
+    out = _out(options, case)
+    with estimates_kept(out):
+        return _run(options, case, out)
+
+
+def _run(options: argparse.Namespace, case: Case, out: Path) -> int:
+    """Decide what a case needs, and run it."""
     from nvhchain.files.hdf5 import writable_folder
     from nvhchain.runtime.folder_lock import hold_folder
     from nvhchain.scene import modelled_alike, preflight
 
-    case = _case(options)
-    check_enforced(options.enforce, [case])
     given = _given(options)
     if options.forces:
         given["bearing_forces"] = _imported_forces(Path(options.forces), case)
-    out, states = _out(options, case), _states(options, [case])
+    states = _states(options, [case])
     fidelity = _fidelity(options, [case], given)
     preflight(case, fidelity, given)
     decides = states[0] is not None and not {"bearing_forces", "force_spectrum", "surface_velocity"} & set(given)
@@ -272,6 +256,15 @@ def record(options: argparse.Namespace) -> int:
 
 def compare(options: argparse.Namespace) -> int:
     """Compute several cases and write their comparison."""
+    from nvhchain.chain.running import OPERATORS
+    from nvhchain.scene.kept import estimates_kept
+
+    with estimates_kept(Path(options.out) / OPERATORS):
+        return _compare(options)
+
+
+def _compare(options: argparse.Namespace) -> int:
+    """Check cases, fidelity and states, and compare."""
     from nvhchain.chain.prefetch import operators_ahead
     from nvhchain.chain.running import OPERATORS
     from nvhchain.report import check_comparable, compare, stands_already

@@ -87,7 +87,11 @@ def contributions(
     if not (recorded and _summarised(result, out)):
         write_summary({case.name: result}, out)  # for the page of this folder
     forces = "bearing_forces" if case.operation.ramp else "force_spectrum"
-    of: dict[str, Any] = {name: getattr(result, name) for name in ("housing", forces, "transfer_vectors")}
+    of: dict[str, Any] = {
+        "housing": result.housing,
+        forces: result.bearing_forces if case.operation.ramp else result.force_spectrum,
+        "transfer_vectors": result.transfer_vectors,
+    }
     missing = [name for name, one in of.items() if one is None]
     require(
         not missing, f"contributions take {', '.join(missing)}, which this run did not need: do not hand in a result"

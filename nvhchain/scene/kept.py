@@ -1,7 +1,8 @@
-"""Parts of the estimates that no speed changes, kept with the operators from one command to the next."""
+"""Parts of the estimates that no speed changes, kept beside the operators from one command to the next."""
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -14,6 +15,8 @@ from nvhchain.files.result_cache import ResultCache
 from nvhchain.handoff import HandOff
 
 H = TypeVar("H", bound=HandOff)
+
+_log = logging.getLogger(__name__)
 
 
 @dataclass
@@ -29,9 +32,10 @@ _PLACE: ContextVar[_Place | None] = ContextVar("place of kept estimates", defaul
 
 @contextmanager
 def estimates_kept(folder: Path | None) -> Iterator[None]:
-    """Keep parts of the estimates in a folder of operators; without one nothing is kept.
+    """Keep parts of the estimates in the folder `estimates` of a folder of operators; without one nothing is kept.
 
-    Before the folder exists they wait for the end, so that a case that is refused leaves nothing behind.
+    Before the folder of operators exists they wait for the end, so that a case that is refused makes no folder. If they
+    cannot be written then, they are computed again by the next command.
     """
     place = None if folder is None else _Place(folder)
     token = _PLACE.set(place)
@@ -40,8 +44,11 @@ def estimates_kept(folder: Path | None) -> Iterator[None]:
     finally:
         _PLACE.reset(token)
     if place is not None and place.folder.is_dir():
-        for make in place.new:
-            make()
+        try:
+            for write in place.new:
+                write()
+        except OSError as error:
+            _log.warning("estimates are not kept: %s", error)
 
 
 def kept(name: str, kind: type[H], inputs: Sequence[Any], compute: Callable[[], H]) -> H:
@@ -54,7 +61,7 @@ def kept(name: str, kind: type[H], inputs: Sequence[Any], compute: Callable[[], 
         return compute()
 
     def cached(made: Callable[[], H]) -> H:
-        cache = ResultCache(place.folder)
+        cache = ResultCache(place.folder / "estimates")
         return cache.cached(f"{name}-{{key}}", kind, "gear", inputs, lambda _: made(), fidelity=None)
 
     if place.folder.is_dir():

@@ -53,7 +53,7 @@ class Task:
     @property
     def swept_extent(self) -> Mapping[str, object] | None:
         """`extent` of the swept case; None in older sweeps."""
-        return self.sweep.provenance.get("extent")
+        return self.sweep.origin.extent
 
     @property
     def swept_points(self) -> int:
@@ -79,7 +79,7 @@ class Offer:
 
 def is_swept(cases: Sequence[Case], sweep: Tradeoff) -> bool:
     """Return True if all cases are the swept one."""
-    return all(case_identity(case) == sweep.provenance.get("case") for case in cases)
+    return all(case_identity(case) == sweep.origin.identity for case in cases)
 
 
 def base_of(sweep: Tradeoff) -> Fidelity:
@@ -88,7 +88,7 @@ def base_of(sweep: Tradeoff) -> Fidelity:
     Limits beyond which a run is refused change no result.
     """
     require(sweep.base in PRESETS, f"the sweep's base {sweep.base!r} is no preset: sweep around {', '.join(PRESETS)}")
-    base, then = PRESETS[sweep.base], sweep.provenance.get("fidelity", {})
+    base, then = PRESETS[sweep.base], sweep.origin.knobs
     now = json.loads(json.dumps(knobs_by_package(base)))
     changed = [
         f"{stage}.{name}"

@@ -66,14 +66,33 @@ class Measurement:
 
 
 @dataclass(frozen=True)
+class SweepOrigin:
+    """What a sweep was measured with.
+
+    identity: identity of the case (`case_identity`); None in older sweeps.
+    extent: extent of the case (`extent`); None in older sweeps.
+    knobs: package → knob → value at the base.
+    """
+
+    identity: str | None = None
+    extent: Mapping[str, Any] | None = None
+    knobs: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+    @classmethod
+    def measured(cls, case: Case, fidelity: Fidelity) -> SweepOrigin:
+        """Return the origin of a sweep of a case around a fidelity; tuples become lists, as in a file."""
+        return cls(case_identity(case), extent(case), json.loads(json.dumps(knobs_by_package(fidelity))))
+
+
+@dataclass(frozen=True)
 class Tradeoff:
     """All rows of a sweep, the base first.
 
     case, base: names of the case and the fidelity.
     measurements: rows.
-    provenance: version and code of every package, identity and `extent` of the case, knobs of the base, processors and
-        threads.
+    provenance: code of every package, processors and threads.
     yardstick: pressure at the base; None for a run-up.
+    origin: case and knobs that the sweep was measured with.
     """
 
     case: str
@@ -81,6 +100,7 @@ class Tradeoff:
     measurements: tuple[Measurement, ...]
     provenance: Mapping[str, Any] = field(default_factory=dict)
     yardstick: FieldPressure | None = field(default=None, compare=False)
+    origin: SweepOrigin = field(default_factory=lambda: SweepOrigin())
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -131,7 +151,9 @@ def _swept(
         report(done + 1, len(todo) + 1)
         rows.append(sweep.row(*variant))
     report(len(todo) + 1, len(todo) + 1)
-    return Tradeoff(case.name, fidelity.name, tuple(rows), _provenance(case, fidelity), sweep.yardstick())
+    return Tradeoff(
+        case.name, fidelity.name, tuple(rows), _provenance(), sweep.yardstick(), SweepOrigin.measured(case, fidelity)
+    )
 
 
 class _Sweep:
@@ -243,11 +265,8 @@ def _code() -> dict[str, str]:
     return {package: code_version(package) for package in _CODE}
 
 
-def _provenance(case: Case, fidelity: Fidelity) -> dict[str, Any]:
+def _provenance() -> dict[str, Any]:
     return {
-        "case": case_identity(case),
-        "extent": extent(case),
-        "fidelity": json.loads(json.dumps(knobs_by_package(fidelity))),  # tuples become lists, as in a file
         "code": _code(),
         "processors": os.cpu_count(),
         "threads": {name: os.environ[name] for name in _THREADS if name in os.environ},

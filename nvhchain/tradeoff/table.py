@@ -15,7 +15,7 @@ import numpy as np
 from nvhchain.errors import FileFormatError
 from nvhchain.handoff import FieldPressure
 from nvhchain.tradeoff.knobs import FINER_SETTINGS
-from nvhchain.tradeoff.sweep import Measurement, Tradeoff, measurement
+from nvhchain.tradeoff.sweep import Measurement, SweepOrigin, Tradeoff, measurement
 
 _HEADINGS = (
     "knob",
@@ -64,7 +64,8 @@ def comma_separated(sweep: Tradeoff) -> str:
 
 def as_json(sweep: Tradeoff) -> str:
     """Return the whole sweep as JSON; `from_json` reads it."""
-    record: dict[str, Any] = {"case": sweep.case, "base": sweep.base, "provenance": sweep.provenance}
+    record: dict[str, Any] = {"case": sweep.case, "base": sweep.base, "origin": asdict(sweep.origin)}
+    record["provenance"] = sweep.provenance
     if sweep.yardstick is not None:
         heard = sweep.yardstick
         record["yardstick"] = {
@@ -101,7 +102,17 @@ def from_json(path: str | Path) -> Tradeoff:
     try:
         record = json.loads(path.read_text(encoding="utf-8"), parse_constant=_refuse_constant)
         rows = tuple(measurement(row) for row in record["measurements"])
-        return Tradeoff(record["case"], record["base"], rows, record["provenance"], _pressure(record.get("yardstick")))
+        history = record["provenance"]
+        older = {"identity": "case", "extent": "extent", "knobs": "fidelity"}  # where former files have it
+        origin = {name: history[key] for name, key in older.items() if key in history}
+        return Tradeoff(
+            record["case"],
+            record["base"],
+            rows,
+            history,
+            _pressure(record.get("yardstick")),
+            SweepOrigin(**origin | record.get("origin", {})),
+        )
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise FileFormatError(
             f"{path}: not the table of a sweep ({error}): measure it with `nvhchain tradeoff`"

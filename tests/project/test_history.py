@@ -10,7 +10,6 @@ PRINTERS = {
     "report/page/sections/making.py",  # prints it
     "cli",
     "handoff/base.py",  # hands it to a copy
-    "tradeoff/offers.py",  # record of a sweep, which is no hand-off
 }
 
 

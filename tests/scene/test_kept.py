@@ -7,6 +7,7 @@ import pytest
 import nvhchain as nvh
 from nvhchain import gear
 from nvhchain.case import Options
+from nvhchain.cli import main
 from nvhchain.errors import InputError
 from nvhchain.scene import linear_level, modelled
 from nvhchain.scene.kept import estimates_kept
@@ -64,7 +65,7 @@ def test_before_the_folder_exists_estimates_wait_for_the_end(computed, turning, 
         modelled(turning(155.0), nvh.DRAFT)
         assert not folder.exists()
         folder.mkdir()
-    assert list(folder.glob("mesh_period-*.h5"))
+    assert list((folder / "estimates").glob("mesh_period-*.h5"))
 
 
 def test_a_case_that_is_refused_leaves_no_folder(turning, tmp_path):
@@ -79,3 +80,15 @@ def refused(folder, case):
     with estimates_kept(folder):
         modelled(case, nvh.DRAFT)
         raise InputError("refused")
+
+
+def test_a_command_keeps_them_beside_its_operators_and_the_next_one_reads_them(request, tmp_path, capsys):
+    case = str(request.config.rootpath / "cases/small/single_stage.toml")
+    words = ["--fidelity", "draft", "--out", str(tmp_path / "out"), "--set", 'quantities=["bearing_forces"]']
+    forgotten()
+    assert main(["run", case, *words, "--set", "operation.input_speed_rpm=1700"]) == 0
+    made = {path: path.stat().st_mtime_ns for path in (tmp_path / "out" / "estimates").iterdir()}
+    assert made
+    forgotten()
+    assert main(["run", case, *words, "--set", "operation.input_speed_rpm=1710"]) == 0
+    assert {path: path.stat().st_mtime_ns for path in (tmp_path / "out" / "estimates").iterdir()} == made

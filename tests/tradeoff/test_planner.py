@@ -19,7 +19,7 @@ from nvhchain.tradeoff import Deviation, Measurement, Tradeoff, as_json, cheapes
 from nvhchain.tradeoff.extrapolation import MARGIN, extent, growth, open_below
 from nvhchain.tradeoff.knobs import knobs_by_package
 from nvhchain.tradeoff.measure import Cost
-from nvhchain.tradeoff.sweep import case_identity
+from nvhchain.tradeoff.sweep import SweepOrigin, case_identity
 
 BASE = {"mesh_law_stage": 60.0, "housing": 30.0, "transfer_vectors": 10.0}
 SCENE = {"mesh law stage": 60.0, "housing": 60.0, "bearing forces": 6.0, "transfer vectors": 74.0}
@@ -274,7 +274,7 @@ def test_in_another_case_errors_grow_as_much_as_they_did_where_they_were_held_ou
 
 def test_only_the_very_case_that_was_swept_goes_without_the_margin(case, sweep, monkeypatch):
     monkeypatch.undo()
-    recorded = replace(sweep, provenance={"case": case_identity(case)})
+    recorded = replace(sweep, origin=SweepOrigin(case_identity(case)))
     assert planner.is_swept([replace(case, folder="elsewhere")], recorded)
     assert not planner.is_swept([case, replace(case, name="other")], recorded)
     assert not planner.is_swept([case], sweep)
@@ -342,7 +342,7 @@ def test_wide_gears_do_not_get_the_layers_that_narrow_ones_get(two_stages, sweep
     rows[1:1] = [row("gear.width_layers", "10", -0.05, -0.1, mesh_law_stage=15.0)]
     narrow = replace(sweep, measurements=tuple(rows))
     assert cheapest(two_stages, 1.0, narrow).settings["gear.width_layers"] == "10"
-    wide = replace(narrow, provenance={"extent": {"width": [16 / 2.7], "overlap": [0.3275], "wave": 0.1116}})
+    wide = replace(narrow, origin=SweepOrigin(extent={"width": [16 / 2.7], "overlap": [0.3275], "wave": 0.1116}))
     assert "gear.width_layers" not in cheapest(two_stages, tolerance, wide).settings
 
 
@@ -440,18 +440,18 @@ def test_a_base_that_is_no_preset_or_no_longer_what_it_was_is_refused(case, swee
     with pytest.raises(InputError, match="is no preset"):
         cheapest(case, 1.0, replace(sweep, base="mine"))
     then = json.loads(json.dumps(knobs_by_package(REFERENCE)))
-    assert cheapest(case, 1.0, replace(sweep, provenance={"fidelity": then})).settings
+    assert cheapest(case, 1.0, replace(sweep, origin=SweepOrigin(knobs=then))).settings
     then["gear"]["slices"] = 47
     with pytest.raises(InputError, match=r"other gear.slices: measure it again"):
-        cheapest(case, 1.0, replace(sweep, provenance={"fidelity": then}))
+        cheapest(case, 1.0, replace(sweep, origin=SweepOrigin(knobs=then)))
     with pytest.raises(InputError, match=r"other tooth.count: measure it again"):
-        cheapest(case, 1.0, replace(sweep, provenance={"fidelity": {"tooth": {"count": 3}}}))
+        cheapest(case, 1.0, replace(sweep, origin=SweepOrigin(knobs={"tooth": {"count": 3}})))
 
 
 @pytest.fixture
 def shipped_table(sweep, tmp_path, monkeypatch):
     monkeypatch.setattr(shipped, "SHIPPED", tmp_path / "table.json")
-    (tmp_path / "table.json").write_text(as_json(replace(sweep, provenance={"extent": None})))
+    (tmp_path / "table.json").write_text(as_json(replace(sweep, origin=SweepOrigin())))
 
 
 def test_run_takes_what_the_planner_chooses_and_says_so(request, shipped_table, tmp_path, capsys):

@@ -35,7 +35,7 @@ def test_rows_are_settings_of_today_around_the_reference_of_today(case, sweep):
 
 
 def test_what_errors_grow_with_is_told_of_the_swept_case(case, sweep):
-    told, here = sweep.provenance["extent"], extent(case)
+    told, here = sweep.origin.extent, extent(case)
     assert set(told) == set(here)
     assert all(told[name] == pytest.approx(here[name], rel=1e-3) for name in here)
 

@@ -356,7 +356,7 @@ def test_tables_and_figure_hold_every_row(swept, tmp_path, monkeypatch):
     assert again == sweep
     assert np.array_equal(again.yardstick.pressure, sweep.yardstick.pressure)
     assert deviation(again.yardstick, sweep.yardstick).overall == 0
-    assert set(again.provenance["fidelity"]) == {"gear", "dynamics", "housing", "acoustics"}
+    assert set(again.origin.knobs) == {"gear", "dynamics", "housing", "acoustics"}
     assert (tmp_path / "tradeoff.png").stat().st_size > 20_000
 
 

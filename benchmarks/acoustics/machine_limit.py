@@ -71,7 +71,7 @@ def measure(faces: int, threads: int) -> dict[str, Any]:
     import nvhchain as nvh
     from nvhchain.acoustics import sphere
     from nvhchain.acoustics.fused import engine
-    from nvhchain.acoustics.systems.dense import iterated
+    from nvhchain.acoustics.systems.iterative import iterated
     from nvhchain.acoustics.systems.linear_system import DenseMatrix, DirectSystem
     from nvhchain.acoustics.waves.layer_potentials import layer_potentials
 

@@ -3,7 +3,7 @@
     python -m benchmarks house [COMMIT]
 
 Writes docs/measured/project/house.md: lines of every room now and at COMMIT (default: before the move into rooms), and
-the files whose functions run in a second call of a mesh law and of transfer vectors.
+the files whose functions run in a second call of a mesh law and of transfer vectors. Needs scikit-fem for the old code.
 """
 
 from __future__ import annotations
@@ -13,16 +13,10 @@ import io
 import subprocess
 import sys
 import tarfile
-from collections.abc import Callable
+import tempfile
 from dataclasses import dataclass
-from types import FrameType
-from typing import Any
 
-import nvhchain as nvh
 from benchmarks.publish import ROOT, publish
-from nvhchain import acoustics, gear
-from nvhchain.case import GearboxCase
-from nvhchain.fidelity import DRAFT
 
 BEFORE = "ec29f519"
 """Last commit before the move into rooms."""
@@ -56,11 +50,16 @@ class Size:
         self.files += 1
 
 
+def archived(commit: str, *places: str) -> tarfile.TarFile:
+    """Return places of the project as they were at a commit."""
+    packed = subprocess.run(["git", "archive", commit, *places], cwd=ROOT, capture_output=True, check=True).stdout
+    return tarfile.open(fileobj=io.BytesIO(packed))
+
+
 def rooms(commit: str) -> dict[str, Size]:
     """Return the size of every room at a commit; modules beside the rooms are one."""
-    packed = subprocess.run(["git", "archive", commit, "nvhchain"], cwd=ROOT, capture_output=True, check=True).stdout
     found = dict[str, Size]()
-    with tarfile.open(fileobj=io.BytesIO(packed)) as files:
+    with archived(commit, "nvhchain") as files:
         for member in files:
             file = files.extractfile(member) if member.name.endswith(".py") else None
             if file is not None:
@@ -70,26 +69,42 @@ def rooms(commit: str) -> dict[str, Size]:
     return found
 
 
-def files_of(call: Callable[[], Any], room: str) -> int:
-    """Return the number of files of a room whose functions run in the second call of a function."""
-    found, start = set[str](), f"{ROOT}/nvhchain/{room}/"
-
-    def entered(frame: FrameType, event: str, argument: Any) -> None:
-        if event == "call" and frame.f_code.co_filename.startswith(start):
-            found.add(frame.f_code.co_filename)
-
+WALKS = """
+import sys
+sys.path.insert(0, sys.argv[1])
+import nvhchain as nvh
+from nvhchain import acoustics, gear
+from nvhchain.fidelity import DRAFT
+case = nvh.load_case(sys.argv[1] + "/cases/small/single_stage.toml")
+ball = acoustics.sphere(0.1, 2)
+law = lambda: gear.mesh_law(case.pairs[0], nominal_force=case.mesh_forces[0], fidelity=DRAFT.gear)
+vectors = lambda: acoustics.transfer_vectors(ball, [[0.0, 0.0, 1.0]], [200.0, 400.0])
+for call, room in ((law, "gear"), (vectors, "acoustics")):
+    found = set()
+    def entered(frame, event, argument):
+        name = frame.f_code.co_filename
+        if event == "call" and name.startswith(sys.argv[1] + "/nvhchain/"):
+            found.add(name)
     call()
     sys.setprofile(entered)
-    try:
-        call()
-    finally:
-        sys.setprofile(None)
-    return len(found)
+    call()
+    sys.setprofile(None)
+    print(len(found), sum(f"/nvhchain/{room}/" in name for name in found))
+"""
+"""Prints, for both walks, all files of the package and those of the room."""
+
+
+def walks(folder: str) -> list[tuple[int, int]]:
+    """Return all files, and those of the room, that a mesh law and transfer vectors of the code in a folder pass."""
+    command = [sys.executable, "-P", "-c", WALKS, folder]
+    told = subprocess.run(command, capture_output=True, text=True, check=True, cwd=folder).stdout
+    return [(int(every), int(own)) for every, own in (line.split() for line in told.splitlines())]
 
 
 def main() -> None:
     """Count, walk, publish."""
-    before, now = rooms(sys.argv[1] if len(sys.argv) > 1 else BEFORE), rooms("HEAD")
+    earlier = sys.argv[1] if len(sys.argv) > 1 else BEFORE
+    before, now = rooms(earlier), rooms("HEAD")
     text = [
         "| room | files before | files | code before | code | docstrings before | docstrings | lines before | lines |",
         "|---|---:|---:|---:|---:|---:|---:|---:|---:|",
@@ -102,15 +117,14 @@ def main() -> None:
                 setattr(total, name, getattr(total, name) + getattr(one, name))
         text.append(row(room, *pair))
     text.append(row("all", *sums))
-    case = nvh.load_case(ROOT / "cases/small/single_stage.toml")
-    assert isinstance(case, GearboxCase)
-    ball = acoustics.sphere(0.1, 2)
-    law = files_of(lambda: gear.mesh_law(case.pairs[0], nominal_force=case.mesh_forces[0], fidelity=DRAFT.gear), "gear")
-    vectors = files_of(lambda: acoustics.transfer_vectors(ball, [[0.0, 0.0, 1.0]], [200.0, 400.0]), "acoustics")
-    text += [
-        "",
-        f"Functions of {law} files of `gear` run in a mesh law, of {vectors} files of `acoustics` in transfer vectors.",
-    ]
+    text += ["", "| a second call of | files before | of its room | files now | of its room |"]
+    text.append("|---|---:|---:|---:|---:|")
+    with tempfile.TemporaryDirectory() as old:
+        with archived(earlier, "nvhchain", "cases") as files:
+            files.extractall(old, filter="data")
+        names = ("a mesh law, in `gear`", "transfer vectors, in `acoustics`")
+        for name, then, today in zip(names, walks(old), walks(str(ROOT)), strict=True):
+            text.append(f"| {name} | {then[0]} | {then[1]} | {today[0]} | {today[1]} |")
     publish("project/house", "\n".join(text) + "\n")
 
 

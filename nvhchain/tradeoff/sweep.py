@@ -67,7 +67,7 @@ class Measurement:
 
 @dataclass(frozen=True)
 class SweepOrigin:
-    """What a sweep was measured with.
+    """Case and knobs that a sweep was measured with.
 
     identity: identity of the case (`case_identity`); None in older sweeps.
     extent: extent of the case (`extent`); None in older sweeps.

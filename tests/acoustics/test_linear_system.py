@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from nvhchain.acoustics.systems import linear_system
-from nvhchain.acoustics.systems.dense import CheapestSystem, dense_system, iteration_pays
+from nvhchain.acoustics.systems.iterative import CheapestSystem, dense_system, iteration_pays
 from nvhchain.acoustics.systems.linear_system import DenseMatrix, DirectSystem
 from nvhchain.errors import SolverError
 from nvhchain.fidelity import STANDARD
@@ -84,7 +84,7 @@ def test_iterating_pays_for_few_right_sides_of_large_systems_only():
 
 def test_the_cheapest_system_factorises_where_the_iteration_does_not_converge(monkeypatch):
     a, b, rhs, positions = random_system(300, 500)
-    monkeypatch.setattr("nvhchain.acoustics.systems.dense.iteration_pays", lambda unknowns, columns: True)
+    monkeypatch.setattr("nvhchain.acoustics.systems.iterative.iteration_pays", lambda unknowns, columns: True)
     exact = b.T @ np.linalg.solve(a.T, rhs)
     for iterations in (1, 200):
         knobs = replace(STANDARD.acoustics, solver="auto", solver_iterations=iterations)

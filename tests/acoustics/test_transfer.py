@@ -16,8 +16,7 @@ from nvhchain.acoustics import (
     sphere,
     transfer_vectors,
 )
-from nvhchain.acoustics.solutions.quantities import Vectors
-from nvhchain.acoustics.solutions.quantity import band_values
+from nvhchain.acoustics.solutions.quantities import Vectors, band_values
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError, ResourceError, SolverError
 from nvhchain.fidelity import AcousticsFidelity

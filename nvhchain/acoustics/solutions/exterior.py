@@ -25,8 +25,16 @@ from nvhchain.acoustics.solutions.pressure import (
     resonance_shift_change,
     vertex_values,
 )
-from nvhchain.acoustics.solutions.quantities import Power, SurfaceShapes, Vectors, Waves, check_speed
-from nvhchain.acoustics.solutions.quantity import Quantity, band_values, check_frequencies
+from nvhchain.acoustics.solutions.quantities import (
+    Power,
+    Quantity,
+    SurfaceShapes,
+    Vectors,
+    Waves,
+    band_values,
+    check_frequencies,
+    check_speed,
+)
 from nvhchain.acoustics.solutions.work import HERE, Adaptive, Work
 from nvhchain.acoustics.surfaces.needles import check_needles
 from nvhchain.acoustics.surfaces.reflecting_plane import append_images, check_plane

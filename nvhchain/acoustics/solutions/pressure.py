@@ -11,7 +11,7 @@ from nvhchain.acoustics.accuracy.cancellation import cancellation_accuracy, canc
 from nvhchain.acoustics.accuracy.mesh_error import missed_resonances
 from nvhchain.acoustics.interpolation.nodes import is_opening_resonance, pole_shift_change
 from nvhchain.acoustics.interpolation.paths import Paths
-from nvhchain.acoustics.solutions.quantity import Line, Quantity
+from nvhchain.acoustics.solutions.quantities import Line, Quantity
 from nvhchain.acoustics.surfaces.burton_miller import coupling
 from nvhchain.acoustics.surfaces.clearance import opening_energy_ratio
 from nvhchain.acoustics.surfaces.reflecting_plane import append_images

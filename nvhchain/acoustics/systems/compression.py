@@ -11,8 +11,7 @@ from scipy.linalg import blas, eigh
 
 from nvhchain.acoustics.surfaces.bodies import split_bodies
 from nvhchain.acoustics.surfaces.clustering import bisect, diameter, distance_to_box, groups
-from nvhchain.acoustics.systems.dense import SINGLE_RESIDUAL
-from nvhchain.acoustics.systems.iterative import IterativeSystem, Patches
+from nvhchain.acoustics.systems.iterative import SINGLE_RESIDUAL, IterativeSystem, Patches
 from nvhchain.errors import SolverError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, RigidPlane, Surface

@@ -9,9 +9,8 @@ from importlib import import_module
 from typing import ClassVar, Protocol, runtime_checkable
 
 from nvhchain.acoustics.systems.compression import Stripe, compressed_size, compressed_systems
-from nvhchain.acoustics.systems.dense import dense_system
 from nvhchain.acoustics.systems.frequency_blocks import BAND
-from nvhchain.acoustics.systems.iterative import iteration_size, patches_size
+from nvhchain.acoustics.systems.iterative import dense_system, iteration_size, patches_size
 from nvhchain.acoustics.systems.linear_system import SolverRecord, System
 from nvhchain.errors import InputError, ResourceError, is_whole, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity

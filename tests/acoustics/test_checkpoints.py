@@ -13,7 +13,7 @@ import pytest
 
 import nvhchain as nvh
 from nvhchain.acoustics import Bempp, ExteriorProblem, Fused, Work, sphere
-from nvhchain.acoustics.solutions import quantities, quantity
+from nvhchain.acoustics.solutions import quantities
 from nvhchain.acoustics.systems.frequency_blocks import BAND
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError, SolverError, WriteError
@@ -43,13 +43,13 @@ def same(some, whole):
 @pytest.fixture
 def solved(monkeypatch):
     """Wavenumbers that an engine was asked for."""
-    seen, real = [], quantity.systems
+    seen, real = [], quantities.systems
 
     def systems(engine, surface, wavenumbers, *others):
         seen.extend(wavenumbers)
         return real(engine, surface, wavenumbers, *others)
 
-    monkeypatch.setattr(quantity, "systems", systems)
+    monkeypatch.setattr(quantities, "systems", systems)
     return seen
 
 
@@ -144,7 +144,7 @@ def test_bands_of_another_engine_are_not_used(half, monkeypatch):
     def systems(*_):
         raise SolverError("asked for anew")
 
-    monkeypatch.setattr(quantity, "systems", systems)
+    monkeypatch.setattr(quantities, "systems", systems)
     vectors(half, masters=MASTERS[:BAND])
     with pytest.raises(SolverError, match="asked for anew"):
         vectors(half, masters=MASTERS[:BAND], engine=Bempp())

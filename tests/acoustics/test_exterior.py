@@ -28,7 +28,6 @@ BODY, POINTS, LINES = sphere(0.1, 1), np.array([[0.0, 0.3, 1.0]]), np.array([200
 VELOCITY = SurfaceVelocity(LINES, np.ones((2, 1)) * BODY.normals[:, 2], BODY)
 SHAPES = SurfaceShapes(BODY, BODY.normals[:, 1:])
 FLOOR = RigidPlane((0.0, 0.0, -0.3), (0.0, 0.0, 1.0))
-pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")
 
 
 def same(one, other):

@@ -7,7 +7,7 @@ import pytest
 
 import nvhchain as nvh
 from nvhchain.acoustics import Adaptive, ExteriorProblem, SurfaceShapes, Work, sphere
-from nvhchain.acoustics.solutions import quantity
+from nvhchain.acoustics.solutions import quantities
 from nvhchain.acoustics.systems.frequency_blocks import BAND
 from nvhchain.conventions import Air
 from nvhchain.fidelity import AcousticsFidelity
@@ -45,13 +45,13 @@ def same(some, whole):
 @pytest.fixture
 def solved(monkeypatch):
     """Wavenumbers that an engine was asked for."""
-    seen, real = [], quantity.systems
+    seen, real = [], quantities.systems
 
     def systems(engine, surface, wavenumbers, *others):
         seen.extend(wavenumbers)
         return real(engine, surface, wavenumbers, *others)
 
-    monkeypatch.setattr(quantity, "systems", systems)
+    monkeypatch.setattr(quantities, "systems", systems)
     return seen
 
 

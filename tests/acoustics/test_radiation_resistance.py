@@ -15,7 +15,7 @@ from nvhchain.acoustics.radiation.modal_power import (
     radiation_modes,
     resistance_matrices,
 )
-from nvhchain.acoustics.solutions import quantity
+from nvhchain.acoustics.solutions import quantities
 from nvhchain.acoustics.solutions.functions import Adaptive, radiation_resistance
 from nvhchain.acoustics.solutions.quantities import SurfaceShapes, housing_shapes
 from nvhchain.acoustics.surfaces.reflecting_plane import RigidPlane
@@ -206,7 +206,6 @@ def test_too_few_masters_are_warned_of_and_enough_are_quiet(resistance, coarse):
         power_from_waves(resistance, LINES, velocity, fidelity=coarse)
 
 
-@pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")
 def test_band_from_0_hz(ball, air, coarse):
     """Below the first master above 0 Hz the waves go to zero with frequency, those of a volume flow in proportion."""
     found = radiation_resistance(
@@ -316,7 +315,7 @@ def test_bearings_and_axes_without_load_are_left_out_and_asked_for_later_refused
     force[:, :, 2] = 0.0
     some = load.replace(force=force)
     solved = []
-    systems = quantity.systems
+    systems = quantities.systems
 
     def counted(*arguments):
         for batch in systems(*arguments):
@@ -325,7 +324,7 @@ def test_bearings_and_axes_without_load_are_left_out_and_asked_for_later_refused
                 monkeypatch.setattr(system, "solve", lambda rhs, solve=solve: solved.append(rhs.shape[1]) or solve(rhs))
             yield batch
 
-    monkeypatch.setattr(quantity, "systems", counted)
+    monkeypatch.setattr(quantities, "systems", counted)
     where = {"air": air, "fidelity": coarse}
     part = radiation_resistance(housing_shapes(body, loaded_bearings(body, some)), lines, **where)
     assert solved == [12 + 4] * 2

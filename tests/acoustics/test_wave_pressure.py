@@ -26,8 +26,6 @@ AT_LINES = np.array([300.0, 980.0, 1000.0, 1600.0])
 FLOOR, FAR_FLOOR = (RigidPlane((0.0, 0.0, -height), (0.0, 0.2, 1.0)) for height in (0.15, 0.9))
 POINTS = np.array([[0.0, 0.2, 0.98], [1.0, 0.0, 0.1], [-0.3, 0.6, 0.7]])
 
-pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # a coarse sphere on purpose
-
 
 @pytest.fixture(scope="module")
 def housing():

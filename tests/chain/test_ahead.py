@@ -18,7 +18,9 @@ from nvhchain.cli.console import Console
 from nvhchain.errors import InputError
 from nvhchain.files.result_cache import ResultCache
 
-pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
+pytestmark = pytest.mark.filterwarnings(
+    "ignore:housing elements of", "ignore:rayleigh at"
+)  # models are coarse on purpose
 
 
 @pytest.fixture

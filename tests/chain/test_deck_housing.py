@@ -29,7 +29,7 @@ def written(request, folder, name, cards):
 
 
 @pytest.mark.slow
-@pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # coarse on purpose
+@pytest.mark.filterwarnings("ignore:.*linear elements raised to quadratic", "ignore:rayleigh at")
 def test_a_box_of_shells_sounds_like_the_box_of_solids(request, tmp_path, coarse):
     sound = replace(coarse.acoustics, elements_per_wavelength=6.0, radiation="rayleigh")
     housing = HousingFidelity(element_size=0.02, elements_per_turn=10)

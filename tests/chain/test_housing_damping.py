@@ -16,7 +16,7 @@ from nvhchain.handoff import ForceSpectrum, TransferVectors
 from nvhchain.housing import DampingCurve, respond
 from nvhchain.housing.modes.damping import damping_of_modes
 
-pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
+pytestmark = pytest.mark.filterwarnings("ignore:housing elements of")  # models are coarse on purpose
 
 CURVE = "modal_damping = { frequency = [2000, 4000], ratio = [0.01, 0.03] }"
 

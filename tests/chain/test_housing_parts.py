@@ -21,7 +21,9 @@ from nvhchain.interop import write_modal_uff
 from nvhchain.report import contributions
 from nvhchain.report.stored import stored_results
 
-pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
+pytestmark = pytest.mark.filterwarnings(
+    "ignore:housing elements of", "ignore:the parts of the motion cancel"
+)  # models are coarse on purpose
 
 
 @pytest.fixture(scope="module")

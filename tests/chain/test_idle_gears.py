@@ -17,7 +17,9 @@ from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import BearingForces, ReducedHousing, Surface
 from nvhchain.scene import check_knobs
 
-pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
+pytestmark = pytest.mark.filterwarnings(
+    "ignore:bearing forces. the record has no mean forces", "ignore:surface mesh with elements of"
+)  # models are coarse on purpose
 
 REFUSED = r"input_torque = 0 N m at a constant 1800 rpm: nothing moves idle gears.*give input_torque, a ramp"
 MASTERS = replace(nvh.DRAFT, acoustics=AcousticsFidelity(elements_per_wavelength=2.5, masters=24))

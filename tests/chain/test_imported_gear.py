@@ -16,9 +16,8 @@ from nvhchain.files.result_cache import fingerprint
 from nvhchain.gear import mass_properties, whole_mesh
 from nvhchain.scene import Scene, preflight
 
-pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
+pytestmark = pytest.mark.filterwarnings("ignore:housing elements of")  # models are coarse on purpose
 
-pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
 
 GEAR = GearFidelity(
     profile_elements=2,

@@ -21,7 +21,12 @@ from tests.housing.casting_model import casting_model
 
 pytestmark = [
     pytest.mark.usefixtures("common_operators"),
-    pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning"),  # models are coarse on purpose
+    pytest.mark.filterwarnings(
+        "ignore:.*of the skin lie on skin that faces it",
+        "ignore:.*tetrahedra are .* as long as the wall",
+        "ignore:housing elements of",
+        "ignore:rayleigh at",
+    ),
 ]
 
 FIDELITY = HousingFidelity(element_size=0.02, elements_per_turn=10, corrected_frequencies=False)

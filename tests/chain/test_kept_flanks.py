@@ -12,8 +12,6 @@ from nvhchain.chain.running import Run
 from nvhchain.files.result_cache import ResultCache
 from nvhchain.scene import Scene
 
-pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")
-
 
 @pytest.fixture
 def laws(coarse, tmp_path):

@@ -21,7 +21,7 @@ from nvhchain.handoff import (
 )
 from nvhchain.report import compare
 
-pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
+pytestmark = pytest.mark.filterwarnings("ignore:housing elements of")  # models are coarse on purpose
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ from nvhchain.levels import equivalent
 from nvhchain.report import compare
 from nvhchain.scene import plan
 
-pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
+pytestmark = pytest.mark.filterwarnings("ignore:housing elements of")  # models are coarse on purpose
 
 
 def running_up(case, end_speed, duration):

@@ -11,7 +11,6 @@ from nvhchain.testing.coarse_runs import TINY, small_gearbox
 
 
 @pytest.mark.slow
-@pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")
 def test_levels_by_cholmod_are_those_by_pardiso_to_1e_9(monkeypatch):
     """SuperLU is given nothing, so that the modes of the housing come without a count."""
     found = {}

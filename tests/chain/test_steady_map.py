@@ -15,7 +15,7 @@ from nvhchain.error_band import difference_limits
 from nvhchain.report.sentences import verdict
 from nvhchain.report.steady_states import steady_maps
 
-pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")
+pytestmark = pytest.mark.filterwarnings("ignore:housing elements of")  # models are coarse on purpose
 
 
 @pytest.fixture(scope="module")

@@ -38,7 +38,6 @@ def test_the_error_of_the_surface_falls_with_the_square_of_the_frequency_to_that
 
 
 @pytest.mark.slow
-@pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")
 def test_the_surface_of_draft_errs_by_less_than_its_limits_at_every_line(request):
     """Against elements a third as long, under the same forces, at lines within 40 dB of the strongest."""
     path = request.config.rootpath / "cases" / "small" / "single_stage.toml"

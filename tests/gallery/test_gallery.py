@@ -73,7 +73,7 @@ def test_transmission_errors_of_chapter_4_are_as_near_to_the_thesis_as_their_ver
 
 
 @pytest.mark.slow
-@pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
+@pytest.mark.filterwarnings("ignore:housing elements of")
 def test_run_ups_show_sidebands_of_slots_and_windows_as_their_verdicts_state(tmp_path, compared):
     """With the mesh laws of the comparison."""
     shutil.copytree(compared[0] / "operators", tmp_path / making.SHARED / "operators")

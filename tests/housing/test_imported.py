@@ -49,7 +49,7 @@ def foreign(mesh, casting, fidelity, surface, tmp_path_factory):
 
 
 @pytest.mark.slow
-@pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")
+@pytest.mark.filterwarnings("ignore:.*tetrahedra are .* as long as the wall")
 @pytest.mark.parametrize("corrected", [False, True])
 def test_tetrahedra_of_a_file_state_and_correct_their_frequencies_as_a_casting_does(
     corrected, mesh, casting, surface, motion, fidelity

@@ -73,7 +73,9 @@ def imported(request, mesh, casting, fidelity, on_skin, tmp_path_factory):
     return path.name, housing_from_modes(modes, centres, residual_vectors=True, **options)
 
 
-@pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")
+@pytest.mark.filterwarnings(
+    "ignore:.*per bending wavelength of walls", "ignore:.*tetrahedra are .* as long as the wall"
+)
 def test_file_of_a_casting_is_the_casting(imported, reduced):
     """Modes, seats and volume velocity to the file's digits; sound power within 0.3 dB over the band."""
     name, found = imported

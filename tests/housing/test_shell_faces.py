@@ -212,7 +212,7 @@ def powers(model, seats, lines):
 
 
 @pytest.mark.slow
-@pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")
+@pytest.mark.filterwarnings("ignore:.*linear elements raised to quadratic")
 def test_a_closed_box_of_shells_sounds_as_one_of_solids():
     """Forces of equal strength in every direction at both seats and at all lines, A-weighted power to 3 kHz.
 

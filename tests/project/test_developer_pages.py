@@ -39,6 +39,12 @@ def test_the_example_of_a_file_format_reads_and_refuses(tmp_path, monkeypatch):
     assert str(refused.value).replace(f"{tmp_path}/", "") in page
 
 
+def test_no_test_ignores_accuracy_warnings_of_all_kinds():
+    blanket = "ignore::" + "nvhchain"  # and not this line
+    files = [path for path in PAGES.parents[1].joinpath("tests").rglob("*.py") if blanket in path.read_text("utf-8")]
+    assert files == []
+
+
 def test_declarations_of_knobs_are_accepted_as_the_page_writes_them():
     page = (PAGES / "add_a_knob.md").read_text(encoding="utf-8")
     declared = [f"1.5, low=0, {text.replace(', …', '')}" for text in re.findall(r"`(sweep=.*?|step=.*?)`", page)]

@@ -37,7 +37,6 @@ def test_an_example_uses_the_name_of_its_package():
 
 
 @pytest.mark.slow
-@pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")
 def test_example_from_plan_to_verdict_runs(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["new", "single-stage", "mine"]) == 0

@@ -27,7 +27,7 @@ from nvhchain.report import compare
 from nvhchain.report.pictures import compared
 from nvhchain.report.summary import write_summary
 
-pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
+pytestmark = pytest.mark.filterwarnings("ignore:housing elements of")  # models are coarse on purpose
 
 SLOT_ORDERS = (2, 6, 10, 14, 18, 22)
 

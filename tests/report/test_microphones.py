@@ -21,8 +21,6 @@ from nvhchain.testing import ball_with_modes
 
 LINES = np.array([300.0, 1000.0, 1600.0])
 
-pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")
-
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):

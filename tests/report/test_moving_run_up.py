@@ -76,7 +76,6 @@ def test_mesh_orders_are_followed_before_louder_sound_between_them():
     assert len(found) == run_up.MAIN_ORDERS
 
 
-@pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # a coarse ball on purpose
 def test_contributions_of_faces_add_up_to_the_sound_of_a_steady_state_at_the_speed(forces):
     case = ball_with_modes.case()
     housing = ball_with_modes.housing(case)

@@ -16,8 +16,6 @@ from nvhchain.report.causes.paths import line_parts, stored_parts
 from nvhchain.report.page.sections.causes.contributions import _paired
 from nvhchain.testing import ball_with_modes
 
-pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # a coarse ball on purpose
-
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):

@@ -5,8 +5,6 @@ from matplotlib.image import imread
 
 from nvhchain.cli import main
 
-pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
-
 
 @pytest.fixture
 def drawn(tmp_path, capsys):

@@ -23,8 +23,6 @@ from nvhchain.report.run_up import Curve
 from nvhchain.report.summary import _add_curve_limits, _contact_loss
 from nvhchain.testing import ball_with_modes
 
-pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # a coarse ball on purpose
-
 ORDER = 60.0
 
 

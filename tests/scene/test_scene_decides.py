@@ -18,7 +18,9 @@ from nvhchain.gear.compliance import flank_compliance
 from nvhchain.handoff import ForceSpectrum
 from nvhchain.housing.modes import seat_modes
 
-pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
+pytestmark = pytest.mark.filterwarnings(
+    "ignore:equivalent radiated power at", "ignore:rayleigh at", "ignore:the air in openings"
+)  # models are coarse on purpose
 
 TINY = Fidelity(
     "tiny",

@@ -27,7 +27,7 @@ KNOBS = replace(TINY, dynamics=DRAFT.dynamics)
 RATE, SECONDS = 16000, 6.0
 
 
-pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # coarse on purpose
+pytestmark = pytest.mark.filterwarnings("ignore:mesh .* its flanks part")  # models are coarse on purpose
 
 
 def run_up_case(*changes):

@@ -7,7 +7,13 @@ import pytest
 from nvhchain.tradeoff import SWEPT_KNOBS, from_json
 from tests.tradeoff.turned_knobs import measured
 
-pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
+pytestmark = pytest.mark.filterwarnings(
+    "ignore:equivalent radiated power at",
+    "ignore:rayleigh at",
+    "ignore:the air in openings",
+    "ignore:the parts of the motion cancel",
+    "ignore:too low a singular_order",
+)  # models are coarse on purpose
 
 CLAIMS = from_json(Path(__file__).parent / "claims.json")
 

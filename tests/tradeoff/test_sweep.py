@@ -40,7 +40,9 @@ from nvhchain.tradeoff import sweep as sweeping
 from nvhchain.tradeoff.measure import Cost, Ledger, measured_run
 from nvhchain.tradeoff.worker import _clocks
 
-pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
+pytestmark = pytest.mark.filterwarnings(
+    "ignore:equivalent radiated power at", "ignore:rayleigh at"
+)  # models are coarse on purpose
 
 KNOBS = ["acoustics.precision", "acoustics.radiation"]
 BASE = replace(nvh.DRAFT, acoustics=replace(nvh.DRAFT.acoustics, precision="double"))  # so that there is one to turn

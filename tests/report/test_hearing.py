@@ -19,8 +19,6 @@ from nvhchain.sound.tonality import critical_band
 
 TURNS = 50.0
 
-pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")
-
 
 @pytest.fixture
 def finished(tmp_path):

@@ -12,8 +12,6 @@ from nvhchain.sound.tonality import critical_band, prominence_limits
 RATE = 48000
 TIME = np.arange(2 * RATE) / RATE
 
-pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")
-
 
 def at_level(signal, level):
     return signal * (2e-5 * 10 ** (level / 20) / np.sqrt(np.mean(signal**2)))

@@ -5,6 +5,7 @@ Input errors name value, limit and remedy.
 
 from __future__ import annotations
 
+import re
 import sys
 import unicodedata
 import warnings
@@ -77,6 +78,9 @@ class SolverError(RuntimeError):
     """Numerical method that did not reach its stated residual."""
 
 
+_NUMBER = re.compile(r"\d[\d.]*")
+
+
 class AccuracyWarning(UserWarning):
     """Result less accurate than its fidelity asks for; the message states by how much, and the remedy.
 
@@ -85,7 +89,8 @@ class AccuracyWarning(UserWarning):
     message : str
         Text of the warning.
     kind : str, optional
-        Kind of the warning, such as "interpolation"; the command line shows one line of each.
+        Kind of the warning, such as "interpolation"; the command line shows one line of each. By default it is the
+        message without its numbers.
 
     Attributes
     ----------
@@ -95,7 +100,7 @@ class AccuracyWarning(UserWarning):
 
     def __init__(self, message: str = "", kind: str = "") -> None:
         super().__init__(message)
-        self.kind = kind or message
+        self.kind = kind or _NUMBER.sub("", message)
         self.about = _CONCERNED.get()
 
 

@@ -111,7 +111,7 @@ class Meshed:
 
 def meshed(name: str, size: float, out: Path) -> Meshed:
     """Modes of a casting with elements of so many mm."""
-    file = out / f"{name.replace(' ', '_')}-{size:g}.npz"
+    file = out / f"{name.replace(' ', '_')}-{size:g}-ratio.npz"
     if file.exists():
         return Meshed(**np.load(file))
     if name in BOXES:

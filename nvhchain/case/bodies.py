@@ -179,7 +179,7 @@ class SurfaceFile:
         try:
             vertices, triangles, repairs = closed_surface(mesh)
             for repair in repairs:
-                warn_caller(f"{path}: {repair}", kind="repaired surface")
+                warn_caller(f"{path}: {repair}")
             return Surface(vertices * self.scale, triangles)
         except InputError as error:
             raise type(error)(f"{path}: {error}") from None

@@ -183,4 +183,4 @@ def _check_shafts(case: GearboxCase, mean: FloatArray, static: FloatArray) -> No
 def _warn_unless(holds: bool, message: str) -> None:
     """Warn unless the condition holds."""
     if not holds:
-        warn_caller(f"bearing forces: {message}", kind="supplied bearing forces")
+        warn_caller(f"bearing forces: {message}")

@@ -23,9 +23,8 @@ from nvhchain.cli import answers
 from nvhchain.cli.arguments import parser
 from nvhchain.cli.console import Console, standard_streams
 from nvhchain.cli.logs import logged
-from nvhchain.cli.output import show
+from nvhchain.cli.output import show, warning_lines
 from nvhchain.cli.termination import termination_interrupts
-from nvhchain.cli.warning_lines import warning_lines
 from nvhchain.errors import AccuracyWarning, InputError, Mistakes, SolverError
 
 _log = logging.getLogger(__name__)

@@ -7,13 +7,14 @@ import json
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import replace
 from functools import partial
 from math import inf, pi, radians
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nvhchain.cli.answers import doctor_answer, plan_answer, run_answer
+from nvhchain.cli.changes import changed_case, changed_knobs
 from nvhchain.cli.console import Console
 from nvhchain.cli.output import show
 from nvhchain.cli.sound import check_enforced, show_targets
@@ -37,19 +38,7 @@ def _fidelity(options: argparse.Namespace, cases: Sequence[Case], supplied: Coll
         choice = cheapest(cases, options.tolerance_db, supplied=supplied)
         show(choice, error=True)
         fidelity = choice.fidelity
-    return _change_knobs(fidelity, options)
-
-
-_KNOB = "fidelity."
-"""Begin of the path of a changed knob."""
-
-
-def _case(options: argparse.Namespace, path: str | None = None) -> Case:
-    """Return the case of a command with its changes; those of knobs concern the fidelity."""
-    from nvhchain.case import load_case
-
-    changes = [change for change in options.set if not change.startswith(_KNOB)]
-    return load_case(path or options.case, changes=changes)
+    return changed_knobs(fidelity, options)
 
 
 def _out(options: argparse.Namespace, case: Case) -> Path:
@@ -67,28 +56,6 @@ def _given(options: argparse.Namespace) -> dict[str, Any]:
 def _show_each(lines: Iterable[object], before: str = "") -> None:
     for line in lines:
         show(f"{before}{line}")
-
-
-def _change_knobs(fidelity: Fidelity, options: argparse.Namespace) -> Fidelity:
-    """Return the fidelity with the knobs of `--set fidelity.PACKAGE.KNOB=VALUE`."""
-    from nvhchain.case.toml.load import parse_change
-
-    known = [part.name for part in fields(fidelity) if is_dataclass(getattr(fidelity, part.name))]
-    for change in options.set:
-        if not change.startswith(_KNOB):
-            continue
-        packages = parse_change(change)["fidelity"]
-        shape = f"--set {change}: write fidelity.PACKAGE.KNOB=VALUE; packages are {', '.join(known)}"
-        require(isinstance(packages, dict), shape)
-        for package, knobs in packages.items():
-            require(package in known and isinstance(knobs, dict), shape)
-            old = getattr(fidelity, package)
-            names = [knob.name for knob in fields(old)]
-            for knob in knobs:
-                require(knob in names, f"--set {change}: knobs of fidelity.{package} are {', '.join(names)}")
-            parts: dict[str, Any] = {package: replace(old, **knobs)}
-            fidelity = replace(fidelity, name=f"{fidelity.name} with {change}", **parts)
-    return fidelity
 
 
 def _report_wider_limits(tolerance: float | None, name: str, widest: float) -> None:
@@ -156,7 +123,7 @@ def run(options: argparse.Namespace) -> int:
     """Compute the results of a case; print levels with their limits, and write the error bands of every line."""
     from nvhchain.scene.kept import estimates_kept
 
-    case = _case(options)
+    case = changed_case(options)
     check_enforced(options.enforce, [case])
     out = _out(options, case)
     with estimates_kept(out):
@@ -239,7 +206,7 @@ def record(options: argparse.Namespace) -> int:
     """Write the bearing forces of a run-up into files."""
     from nvhchain import chain
 
-    case = _case(options)
+    case = changed_case(options)
     given = _given(options)
     useless = sorted(set(given) - {"mesh_laws", "load_distributions", "housing"})
     if useless:
@@ -269,7 +236,7 @@ def _compare(options: argparse.Namespace) -> int:
     from nvhchain.chain.running import OPERATORS
     from nvhchain.report import check_comparable, compare, stands_already
 
-    cases = [_case(options, path) for path in options.cases]
+    cases = [changed_case(options, path) for path in options.cases]
     check_comparable(cases)
     check_enforced(options.enforce, cases)
     states = _states(options, cases)
@@ -329,7 +296,7 @@ def gear_field(options: argparse.Namespace) -> int:
     from nvhchain.files import hdf5
     from nvhchain.report import loaded_gear
 
-    case = _case(options)
+    case = changed_case(options)
     if not isinstance(case, GearboxCase):
         raise InputError(f"{options.case}: {case.name} is a radiator: it has no gears")
     fidelity, angle = _fidelity(options, [case]), radians(options.wheel_angle)
@@ -350,7 +317,7 @@ def contributions(options: argparse.Namespace) -> int:
     """Write tables and bars of the contributions of paths, modes and panels."""
     from nvhchain.report import contributions
 
-    case = _case(options)
+    case = changed_case(options)
     given = _given(options)
     out = _out(options, case)
     fidelity = _fidelity(options, [case], given)
@@ -364,7 +331,7 @@ def craig_bampton(options: argparse.Namespace) -> int:
     """Export the housing's matrices."""
     from nvhchain.report import export_craig_bampton
 
-    case = _case(options)
+    case = changed_case(options)
     made = export_craig_bampton(case, options.out, fidelity=_fidelity(options, [case]), modes_to=options.modes_to)
     show(f"{options.out}: {counted(len(made.names), 'seat')}, {counted(len(made.interface_frequency), 'mode')}")
     return 0
@@ -398,7 +365,7 @@ def tradeoff(options: argparse.Namespace) -> int:
     from nvhchain import tradeoff
     from nvhchain.report import write_page
 
-    case = _case(options)
+    case = changed_case(options)
     out = Path(options.out or Path("out") / f"tradeoff-{case.name}")
     sweep = tradeoff.tradeoff(
         case, out=out, fidelity=PRESETS[options.fidelity], knobs=options.knob, progress=_variants, watcher=Console()
@@ -420,7 +387,7 @@ def plan(options: argparse.Namespace) -> int:
     from nvhchain.chain.running import OPERATORS
     from nvhchain.scene import check_knobs, plan
 
-    case = _case(options)
+    case = changed_case(options)
     fidelity = _fidelity(options, [case])
     check_knobs(case, fidelity)
     planned = plan(case, fidelity=fidelity)
@@ -441,9 +408,9 @@ def check(options: argparse.Namespace) -> int:
     from nvhchain.scene import check_case, option_lines
     from nvhchain.scene.bearing_lines import bearing_lines, deviation_lines
 
-    case = _case(options)
+    case = changed_case(options)
     check_case(case)
-    lines = option_lines(case, _change_knobs(PRESETS["standard"], options))
+    lines = option_lines(case, changed_knobs(PRESETS["standard"], options))
     options.answer = {"case": case.name, "file": options.case, "valid": True, "options": list(lines)}
     show(f"{options.case}: {case.name} is valid")
     if isinstance(case, GearboxCase):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 
+from nvhchain.cli.changes import changed_case
 from nvhchain.cli.output import show
 from nvhchain.errors import InputError, require
 
@@ -22,10 +23,10 @@ def import_unit(options: argparse.Namespace) -> int:
 
 def export_unit(options: argparse.Namespace) -> int:
     """Write a case as REXS, and name what the file does not hold."""
-    from nvhchain.case import GearboxCase, load_case
+    from nvhchain.case import GearboxCase
     from nvhchain.case.rexs import export_rexs
 
-    case = load_case(options.case, changes=options.set)
+    case = changed_case(options)
     if not isinstance(case, GearboxCase):
         raise InputError(f"{options.case}: {case.name} is a radiator: REXS holds gearboxes")
     require(options.out.suffix.lower() == ".rexs", f"--out {options.out}: REXS is written as XML: end it in .rexs")

@@ -21,6 +21,7 @@ from nvhchain.levels import place_text
 from nvhchain.names import check_names
 from nvhchain.plots.marks import OrderMarks, joined_orders, order_name
 from nvhchain.report.run_up import Curve, curves_of, run_up_maps, sample_rate
+from nvhchain.scene.kept import ESTIMATES
 from nvhchain.spectrum import Waterfall
 
 H = TypeVar("H", bound=HandOff)
@@ -301,7 +302,7 @@ def _check_levels(summary: Mapping[str, Any]) -> None:
 
 def _begun(folder: Path) -> list[str]:
     """Return the names of the configurations of a comparison that has not ended."""
-    inside = sorted(path for path in folder.glob("*") if path.is_dir() and path.name != _SHARED)
+    inside = sorted(path for path in folder.glob("*") if path.is_dir() and path.name not in (_SHARED, ESTIMATES))
     return [path.name for path in inside if (path / "case.json").is_file() or _has_results(path)]
 
 

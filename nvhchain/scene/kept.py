@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -19,9 +18,13 @@ H = TypeVar("H", bound=HandOff)
 _log = logging.getLogger(__name__)
 
 
+ESTIMATES = "estimates"
+"""Folder of the estimates in a folder of operators."""
+
+
 @dataclass
 class _Place:
-    """Folder of operators, and functions that keep there what was computed before it existed."""
+    """Folder of operators, and functions that keep there what was computed."""
 
     folder: Path
     new: list[Callable[[], object]] = field(default_factory=list)
@@ -32,10 +35,10 @@ _PLACE: ContextVar[_Place | None] = ContextVar("place of kept estimates", defaul
 
 @contextmanager
 def estimates_kept(folder: Path | None) -> Iterator[None]:
-    """Keep parts of the estimates in the folder `estimates` of a folder of operators; without one nothing is kept.
+    """Keep parts of the estimates beside a folder's operators; without one nothing is kept.
 
-    Before the folder of operators exists they wait for the end, so that a case that is refused makes no folder. If they
-    cannot be written then, they are computed again by the next command.
+    They are written at the end, also after an error or an interruption, where the folder of operators exists by then:
+    a case that is refused makes no folder. What cannot be written is computed again by the next command.
     """
     place = None if folder is None else _Place(folder)
     token = _PLACE.set(place)
@@ -43,29 +46,26 @@ def estimates_kept(folder: Path | None) -> Iterator[None]:
         yield
     finally:
         _PLACE.reset(token)
-    if place is not None and place.folder.is_dir():
-        try:
-            for write in place.new:
-                write()
-        except OSError as error:
-            _log.warning("estimates are not kept: %s", error)
+        if place is not None and place.folder.is_dir():
+            try:
+                for write in place.new:
+                    write()
+            except OSError as error:
+                _log.warning("estimates are not kept: %s", error)
 
 
 def kept(name: str, kind: type[H], inputs: Sequence[Any], compute: Callable[[], H]) -> H:
-    """Return a result of the gears from the folder of operators, or compute it.
+    """Return a result of the gears that is kept, or compute it.
 
     name: first part of the name of its file.
     """
     place = _PLACE.get()
     if place is None:
         return compute()
-
-    def cached(made: Callable[[], H]) -> H:
-        cache = ResultCache(place.folder / "estimates")
-        return cache.cached(f"{name}-{{key}}", kind, "gear", inputs, lambda _: made(), fidelity=None)
-
-    if place.folder.is_dir():
-        return cached(compute)
+    cache, file = ResultCache(place.folder / ESTIMATES), f"{name}-{{key}}"
+    found = cache.find(file, kind, "gear", inputs, fidelity=None)
+    if found is not None:
+        return found
     made = compute()
-    place.new.append(partial(cached, lambda: made))
+    place.new.append(lambda: cache.cached(file, kind, "gear", inputs, lambda _: made, fidelity=None))
     return made

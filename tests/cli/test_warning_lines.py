@@ -3,7 +3,7 @@
 import warnings
 
 from nvhchain.cli import commands, main
-from nvhchain.cli.warning_lines import warning_lines
+from nvhchain.cli.output import warning_lines
 from nvhchain.errors import AccuracyWarning, concerning, warn_caller
 
 
@@ -50,3 +50,8 @@ def test_a_command_shows_them_at_its_end_also_where_it_fails(capsys, monkeypatch
     printed = capsys.readouterr()
     assert printed.out == "levels\n"
     assert printed.err == "nvhchain: beware\nnvhchain: solid, slotted: mesh is coarse\nnvhchain: disk\n"
+
+
+def test_without_a_name_messages_that_differ_in_numbers_alone_are_of_one_kind():
+    few, many, other = (AccuracyWarning(text) for text in ("3 cracks of 0.2 mm", "12 cracks of 1.5 mm", "3 holes"))
+    assert few.kind == many.kind != other.kind

@@ -9,8 +9,9 @@ from nvhchain import gear
 from nvhchain.case import Options
 from nvhchain.cli import main
 from nvhchain.errors import InputError
+from nvhchain.report import write_page
 from nvhchain.scene import linear_level, modelled
-from nvhchain.scene.kept import estimates_kept
+from nvhchain.scene.kept import ESTIMATES, estimates_kept
 
 
 @pytest.fixture
@@ -65,7 +66,35 @@ def test_before_the_folder_exists_estimates_wait_for_the_end(computed, turning, 
         modelled(turning(155.0), nvh.DRAFT)
         assert not folder.exists()
         folder.mkdir()
-    assert list((folder / "estimates").glob("mesh_period-*.h5"))
+    assert list((folder / ESTIMATES).glob("mesh_period-*.h5"))
+
+
+def test_an_interruption_keeps_what_was_computed_and_a_full_disk_stops_nothing(computed, turning, tmp_path, caplog):
+    folder = tmp_path / "operators"
+    folder.mkdir()
+    forgotten()
+    with pytest.raises(KeyboardInterrupt), estimates_kept(folder):
+        interrupted(turning(156.0))
+    assert list((folder / ESTIMATES).glob("mesh_period-*.h5"))
+    (other := tmp_path / "other").mkdir()
+    (other / ESTIMATES).write_text("a file where the folder should be")
+    forgotten()
+    with estimates_kept(other):
+        modelled(turning(156.5), nvh.DRAFT)
+    assert "estimates are not kept" in caplog.text
+
+
+def interrupted(case):
+    modelled(case, nvh.DRAFT)
+    raise KeyboardInterrupt
+
+
+def test_a_folder_of_estimates_is_no_run(computed, turning, tmp_path):
+    forgotten()
+    with estimates_kept(tmp_path):
+        modelled(turning(158.0), nvh.DRAFT)
+    with pytest.raises(InputError, match="holds no results"):
+        write_page(tmp_path)
 
 
 def test_a_case_that_is_refused_leaves_no_folder(turning, tmp_path):

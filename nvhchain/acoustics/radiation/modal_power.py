@@ -167,7 +167,7 @@ def _check_seats(resistance: RadiationResistance, housing: ReducedHousing, veloc
         len(missing) == 0,
         f"bearing {housing.names[missing[0] // housing.motions] if len(missing) else ''} carries a "
         f"{_LOADS[missing[0] % housing.motions] if len(missing) else ''} that the radiation resistance leaves out: "
-        "make it for this load (`loaded_seats`)",
+        "make it for this load (`loaded_bearings`)",
     )
 
 

@@ -228,7 +228,7 @@ def local_law(
     edges: TipEdges | None = None,
     held: tuple[bool, bool] = (False, False),
 ) -> LocalLaw:
-    """Return `local_deflection` of slices as a piecewise law, with the corrections of `tip_edge`.
+    """Return `local_deflection` of slices as a piecewise law, with the corrections of tip edges.
 
     curvature_radius (n,): radius of relative curvature ρ (m).
     depths tuple of 2 (n,) array: depths of both gears (m).

@@ -32,7 +32,7 @@ def cad_model(
     size = survey(part, folder, positions, fidelity).element_size(part, f_max, fidelity)
     made = mesh_part(part, folder, positions, size, fidelity, dimension=3)
     for note in notes_of(part, made):
-        warn_caller(f"{part.file}: {note}", kind="note on the part")
+        warn_caller(f"{part.file}: {note}")
     nodes, elements, members = part.placed(made["nodes"]), made["elements"], made["members"]
     at_seats, at_bolts = chosen(part, made["cylinders"], positions)
     label = len(nodes) + 1

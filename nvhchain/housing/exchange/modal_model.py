@@ -54,12 +54,12 @@ def modal_model(model: SolidModel, seats: Sequence[RigidSet], *, f_top: float, m
     Warnings concern repairs, a mesh too coarse for f_top, and rigid motions that held freedoms leave.
     """
     model, notes = sound_mesh(append_seats(model, seats))
-    warn("repaired mesh", (f"{model.source}: {note}" for note in notes))
+    warn(f"{model.source}: {note}" for note in notes)
     skin, shells = model_skin(model)
-    warn("mesh coarse for its walls", resolution(model, skin, f_top, HousingFidelity.elements_per_bending_wavelength))
+    warn(resolution(model, skin, f_top, HousingFidelity.elements_per_bending_wavelength))
     K, M, T = constrained(model)
     modes = seat_modes(K, M, len(seats), f_top)
-    warn("rigid motions", rigid_motions(model, modes.frequency))
+    warn(rigid_motions(model, modes.frequency))
     shapes = np.hstack([modes.shapes, modes.ritz.shapes])
     second = int(shells.sum()) // 2  # the second sides of open shells come last
     facets = skin.facets[: len(skin.facets) - second]

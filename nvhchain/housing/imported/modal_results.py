@@ -83,7 +83,6 @@ def housing_from_modes(
     elastic = elastic[elastic > 0]
     if residual_vectors and len(elastic) and f_max - elastic[-1] > _SPACINGS * elastic[-1] / len(elastic):
         warn(
-            "modes missing",
             [
                 f"{model.source}: the last mode before the residual vectors lies at {elastic[-1]:.4g} Hz, below f_max "
                 f"= {f_max:g} Hz: modes between them are missing if there are any; export modes beyond the band"
@@ -97,7 +96,7 @@ def housing_from_modes(
     require(undamped == 0, f"{model.source}: {undamped} modes have no damping: give modal_damping")
     seats = seat_rows(model, positions, labels)
     skin, shells, repairs = modal_skin(model)
-    warn("repaired mesh", (f"{model.source}: {note}" for note in repairs))
+    warn(f"{model.source}: {note}" for note in repairs)
     on_skin = np.unique(skin.facets[skin.facets < len(model.nodes)])
     plugs = [*seat_walls(model, seats, on_skin), *held_holes(model, skin.facets)]
     envelope = outer_envelope(

@@ -60,9 +60,9 @@ def reduce_model(
     tell = progress or (lambda done, total: None)
     tell(0, _STEPS)
     model, notes = sound_mesh(append_seats(model, seats))
-    warn("repaired mesh", (f"{model.source}: {note}" for note in notes))
+    warn(f"{model.source}: {note}" for note in notes)
     skin, shells = model_skin(model)
-    warn("mesh coarse for its walls", resolution(model, skin, f_max, fidelity.elements_per_bending_wavelength))
+    warn(resolution(model, skin, f_max, fidelity.elements_per_bending_wavelength))
     tell(1, _STEPS)
     plugs = [rigid.nodes for rigid in model.rigid_sets]
     envelope = outer_envelope(
@@ -93,7 +93,7 @@ def reduce_model(
     reduced = reduced_modes(
         modes, wrong, skin_motion, {seat.name: seat.reference.tolist() for seat in seats}, modal_damping, f_max
     )
-    warn("rigid motions", rigid_motions(model, modes.frequency))
+    warn(rigid_motions(model, modes.frequency))
     report = {
         "stage": "housing.reduce_model",
         "source": model.source,
@@ -180,7 +180,7 @@ def _solid_matrices(model: SolidModel) -> tuple[sp.csr_matrix, sp.csr_matrix]:
     return K, M
 
 
-def warn(kind: str, messages: Iterable[str]) -> None:
-    """Issue an AccuracyWarning of a kind for each message."""
+def warn(messages: Iterable[str]) -> None:
+    """Issue an AccuracyWarning for each message."""
     for message in messages:
-        warn_caller(message, kind=kind)
+        warn_caller(message)

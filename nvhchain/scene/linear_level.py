@@ -1,7 +1,7 @@
 """Level of a gearbox linearised at its mean load, with any set of options, in fractions of a second.
 
-It stands for the sound before anything long is computed: the A-weighted power of all alternating bearing forces in the
-band, as walls radiate it. docs/decisions/0017-options-decide-themselves.md has its reasons and limits.
+It stands for the sound before anything long is computed. It is the A-weighted power of all alternating bearing forces
+in the band, as walls radiate it. docs/decisions/0017-options-decide-themselves.md has its reasons and limits.
 """
 
 from __future__ import annotations

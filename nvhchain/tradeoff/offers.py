@@ -52,7 +52,7 @@ class Task:
 
     @property
     def swept_extent(self) -> Mapping[str, object] | None:
-        """`extent` of the swept case; None in older sweeps."""
+        """`extent` of the swept case; None if unknown."""
         return self.sweep.origin.extent
 
     @property

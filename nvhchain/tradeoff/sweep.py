@@ -69,8 +69,8 @@ class Measurement:
 class SweepOrigin:
     """Case and knobs that a sweep was measured with.
 
-    identity: identity of the case (`case_identity`); None in older sweeps.
-    extent: extent of the case (`extent`); None in older sweeps.
+    identity: identity of the case (`case_identity`); None if unknown.
+    extent: extent of the case (`extent`); None if unknown.
     knobs: package → knob → value at the base.
     """
 
@@ -100,7 +100,7 @@ class Tradeoff:
     measurements: tuple[Measurement, ...]
     provenance: Mapping[str, Any] = field(default_factory=dict)
     yardstick: FieldPressure | None = field(default=None, compare=False)
-    origin: SweepOrigin = field(default_factory=lambda: SweepOrigin())
+    origin: SweepOrigin = field(default_factory=SweepOrigin)
 
     def __post_init__(self) -> None:
         check_fields(self)

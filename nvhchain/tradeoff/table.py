@@ -102,17 +102,8 @@ def from_json(path: str | Path) -> Tradeoff:
     try:
         record = json.loads(path.read_text(encoding="utf-8"), parse_constant=_refuse_constant)
         rows = tuple(measurement(row) for row in record["measurements"])
-        history = record["provenance"]
-        older = {"identity": "case", "extent": "extent", "knobs": "fidelity"}  # where former files have it
-        origin = {name: history[key] for name, key in older.items() if key in history}
-        return Tradeoff(
-            record["case"],
-            record["base"],
-            rows,
-            history,
-            _pressure(record.get("yardstick")),
-            SweepOrigin(**origin | record.get("origin", {})),
-        )
+        heard, origin = _pressure(record.get("yardstick")), SweepOrigin(**record["origin"])
+        return Tradeoff(record["case"], record["base"], rows, record["provenance"], heard, origin)
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise FileFormatError(
             f"{path}: not the table of a sweep ({error}): measure it with `nvhchain tradeoff`"

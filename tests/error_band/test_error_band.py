@@ -29,7 +29,7 @@ from nvhchain.error_band import (
     velocity_band,
 )
 from nvhchain.error_band.gears import AMPLIFICATION, law_error
-from nvhchain.error_band.housing import SHAPES_SHARE, bearing_velocity, shifted
+from nvhchain.error_band.housing import bearing_velocity, shifted
 from nvhchain.error_band.radiation import level_error, radiation_error
 from nvhchain.error_band.resonances import force_change
 from nvhchain.errors import AccuracyWarning, InputError
@@ -256,8 +256,8 @@ def test_a_mode_that_does_not_radiate_is_heard_by_the_forces_that_it_changes(cas
         error_band(Origin(of, DRAFT, **loaded), pressure, velocity, transfer_vectors=vectors) for of in (case, still)
     )
     larger = np.maximum(heard.sources["housing"], heard.falls["housing"])
-    known = SHAPES_SHARE * sound  # of one deviation
-    assert ((0.2 * known < larger) & (larger < 1.1 * known)).all()
+    # of one deviation; SHAPES_SHARE adds 1.45 of what moved frequencies alone would do
+    assert ((0.3 * sound < larger) & (larger < 1.6 * sound)).all()
     assert (np.maximum(seats.sources["housing"], seats.falls["housing"]) < 1e-9 * np.abs(pressure.pressure).max()).all()
 
 

@@ -19,6 +19,7 @@ from nvhchain.gear import GearGeometry, base_tangent_length, dimension_over_ball
 from nvhchain.testing.rexs_units import coaxial_unit, gear_train, idler_unit, imported
 
 
+@pytest.mark.slow
 def test_two_commands_lead_to_a_plan(tmp_path, capsys):
     path = gear_train((20, 31)).save(tmp_path / "two shafts.rexs")
     assert main(["import", str(path), "--out", str(tmp_path / "case")]) == 0

@@ -47,6 +47,7 @@ def threshold(case: GearboxCase) -> float:
     )
 
 
+@pytest.mark.slow
 def test_the_idle_wheel_of_the_example_crosses_its_backlash(cases):
     case = nvh.load_case(cases / "small" / "rattle.toml")
     (harmonic,) = case.operation.fluctuation.harmonics

@@ -51,6 +51,7 @@ def bracket(layers, wall=8e-3):
     return nodes[used], elements.reshape(-1, 10)
 
 
+@pytest.mark.slow
 def test_walls_that_meet_at_a_sharp_edge_miss_what_is_said():
     """Limit of the frequencies: errors fall with h^1.09 (energy of a stress r^-0.4555 at an inner edge of 270°)."""
     found = {}

@@ -6,7 +6,7 @@ import pytest
 
 import nvhchain as nvh
 from nvhchain import gear
-from nvhchain.case import Options
+from nvhchain.case import AUTO, PLAIN
 from nvhchain.cli import main
 from nvhchain.errors import InputError
 from nvhchain.report import write_page
@@ -16,9 +16,9 @@ from nvhchain.scene.kept import ESTIMATES, estimates_kept
 
 @pytest.fixture
 def turning(request):
-    """The small gearbox, its options open, at a speed of the input (rad/s)."""
+    """The small gearbox, its friction open, at a speed of the input (rad/s)."""
     case = nvh.load_case(request.config.rootpath / "cases/small/single_stage.toml")
-    open_case = replace(case, options=Options())
+    open_case = replace(case, options=replace(PLAIN, friction=AUTO))
     return lambda speed: replace(open_case, operation=replace(case.operation, input_speed=speed))
 
 
@@ -111,6 +111,7 @@ def refused(folder, case):
         raise InputError("refused")
 
 
+@pytest.mark.slow
 def test_a_command_keeps_them_beside_its_operators_and_the_next_one_reads_them(request, tmp_path, capsys):
     case = str(request.config.rootpath / "cases/small/single_stage.toml")
     words = ["--fidelity", "draft", "--out", str(tmp_path / "out"), "--set", 'quantities=["bearing_forces"]']

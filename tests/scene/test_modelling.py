@@ -84,6 +84,7 @@ def test_an_option_that_others_hid_comes_back():
     assert chosen[1.8] == PLAIN
 
 
+@pytest.mark.slow
 def test_states_of_a_map_share_all_options_that_one_of_them_needs(small):
     """A map took the options of its own case: 70.5 for 58.1 dB(A) at a third of the torque."""
     case = replace(small, options=OPEN)

@@ -1,12 +1,12 @@
 """Error and saving of every accuracy knob on a case.
 
-    python -m benchmarks tradeoff OUT CASE [KNOB ...]
+    python -m benchmarks tradeoff OUT CASE [KNOB ...] [--today]
 
 Writes docs/measured/chain/tradeoff_CASE.md and .png. Sweeps the knobs named (as in gear.slices, or a stage, or preset;
 all by default) around `reference`; OUT keeps operators and finished rows, from which an interrupted sweep goes on. The
 sweep of cases/small/single_stage.toml is what tolerances are planned from: its numbers go into the package, where rows
-of other knobs stay as long as the yardstick is what it was. Processor times hardly feel other work on the machine; wall
-times do.
+of other knobs stay as long as the yardstick is what it was. Its times are brought to the day of the shipped ones, stage
+by stage, by those of the yardstick in both; with `--today` they stay as they are. Leave the machine alone meanwhile.
 """
 
 from __future__ import annotations
@@ -39,26 +39,33 @@ SAME = 2.5e-4
 """Difference of two yardsticks over their peak, up to which rows of both, each against its own, stand in one table:
 0.002 dB, of which an error, a difference, hardly feels anything."""
 
+OF_THAT_DAY = (
+    "All times are those of the day from which `plan` knows its seconds: measured ones times the ratio of the two "
+    "yardsticks' times in each step."
+)
 
-def with_shipped_rows(sweep: Tradeoff, case: Case) -> Tradeoff:
-    """`sweep` with the shipped yardstick and the shipped rows of settings that it leaves out.
 
-    One that leaves out none stands by itself.  Otherwise its times are brought to the day of the shipped ones, stage
-    by stage, by those of the yardstick in both.  `earlier` in the provenance tells the code of the shipped rows.
+def with_shipped_rows(sweep: Tradeoff, case: Case, *, today: bool) -> Tradeoff:
+    """`sweep` with the shipped rows of settings that it leaves out, and with times of the day of the shipped ones.
+
+    today: times of a sweep of all settings stay as they are.
+
+    `earlier` in the provenance tells the code of the shipped rows.
     """
     shipped, known = shipped_sweep(), {(knob, value) for knob, value, _ in variants(case, nvh.REFERENCE)}
     rest = [row for row in shipped.measurements[1:] if (row.knob, row.value) in known]  # settings of today
     shipped = replace(shipped, measurements=(shipped.measurements[0], *rest))
+    base, *made = sweep.measurements
+    day = {name: of_that(cost, base.stages[name]) for name, cost in shipped.measurements[0].stages.items()}
     if {(row.knob, row.value) for row in shipped.measurements} <= {(row.knob, row.value) for row in sweep.measurements}:
-        return replace(sweep, provenance={**sweep.provenance, "earlier": []})
+        rows = sweep.measurements if today else tuple(as_on(row, day) for row in sweep.measurements)
+        return replace(sweep, measurements=rows, provenance={**sweep.provenance, "earlier": []})
     assert sweep.yardstick is not None
     assert shipped.yardstick is not None
     now, then = sweep.yardstick.pressure, shipped.yardstick.pressure
     apart = np.abs(now - then).max() / np.abs(then).max()
     if apart > SAME:
         sys.exit(f"the yardstick has moved by {apart:.2g} of its peak, {SAME:g} is allowed: sweep all knobs anew")
-    base, *made = sweep.measurements
-    day = {name: of_that(cost, base.stages[name]) for name, cost in shipped.measurements[0].stages.items()}
     rows = {(row.knob, row.value): row for row in shipped.measurements}
     rows |= {(row.knob, row.value): as_on(row, day) for row in made}
     settings = [("base", sweep.base), *(s[:2] for s in variants(case, nvh.REFERENCE)), *(s[:2] for s in records(case))]
@@ -93,16 +100,18 @@ def main() -> None:
     def report(done: int, total: int) -> None:
         print(f"{done} of {total}", file=sys.stderr, flush=True)
 
-    sweep = tradeoff(case, out=out, knobs=sys.argv[3:] or None, progress=report)
+    knobs, today = [each for each in sys.argv[3:] if each != "--today"], "--today" in sys.argv
+    sweep = tradeoff(case, out=out, knobs=knobs or None, progress=report)
     note = ""
     if SHIPPED.stem == case.name:
-        sweep = with_shipped_rows(sweep, case)
+        sweep = with_shipped_rows(sweep, case, today=today)
+        if not today:
+            note = f"\n{OF_THAT_DAY}\n"
         older = sum(len(run["settings"]) for run in sweep.provenance["earlier"])
         if older:
-            note = (
+            note += (
                 f"\n{older} rows are of earlier code, each against its own yardstick, whose pressure was the same "
-                f"within {SAME:g} of its peak; the others' times are brought to its day by the ratio of both "
-                "yardsticks' times in each stage.\n"
+                f"within {SAME:g} of its peak.\n"
             )
     save_tradeoff(sweep, out)
     name = f"tradeoff_{case.name}"
